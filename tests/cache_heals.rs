@@ -153,7 +153,7 @@ fn damaged_caches_heal() {
         let said = String::from_utf8_lossy(&output.stderr);
         println!("{number}: {how}{}", said.trim_end());
         assert!(output.status.success(), "{how}{said}");
-        assert!(said.lines().count() <= 1 && (said.is_empty() || said.contains("made anew")), "{how}{said}");
+        assert!(said.lines().count() <= 1 && (said.is_empty() || said.contains("rebuilding")), "{how}{said}");
         assert!(picture == truth, "{how}another picture; {said}");
         warned += said.lines().count();
         // What was found is mended. What was not (between tiles, or of tiles out of view) may stay until it is.
@@ -164,7 +164,7 @@ fn damaged_caches_heal() {
             fs::write(file, whole).unwrap();
         }
     }
-    println!("{count} damaged caches, {warned} times made anew with a line");
+    println!("{count} damaged caches, {warned} times rebuilt with a warning");
     assert!(warned > count / 3, "{warned} of {count}");
 }
 
@@ -262,7 +262,7 @@ fn a_store_heals_while_it_is_read() {
         }
         assert!(all(&store) == truth);
         times += 1;
-        assert_eq!(grown.load(Ordering::Relaxed), times, "made anew once");
+        assert_eq!(grown.load(Ordering::Relaxed), times, "rebuilt once");
         assert!(all(&open()) == truth);
         assert_eq!(grown.load(Ordering::Relaxed), times);
     }

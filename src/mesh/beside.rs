@@ -1,13 +1,13 @@
-//! Files that a model names: libraries of materials, textures.
+//! The sidecar files of a model: material libraries and textures.
 //!
-//! They are looked for in the folder of the model and below it only. So a model from somebody else cannot make hachure
-//! read other files, as a scene cannot (`scene::reach`). What is named by a path that leads elsewhere, as programs write
-//! those of the machine where a model was made, is looked for by its last part beside the model. Where there is no file
-//! of that name, one that differs in upper and lower case is taken.
+//! They are searched in the folder of the model and below it only, so that a model from somebody else cannot make
+//! hachure read other files, as a scene cannot either (`scene::reach`). A name that is a path to elsewhere, as programs
+//! write those of the machine where a model was made, is searched by its last component in the model's folder. If there
+//! is no file of that name, one that differs only in upper and lower case is used.
 
 use std::path::{Component, Path, PathBuf};
 
-/// The file that is named there, where there is one.
+/// Returns the path of the file `name` in or below `folder`, if it exists.
 pub(super) fn find(folder: &Path, name: &[u8]) -> Option<PathBuf> {
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     let real = folder.canonicalize().ok()?;
@@ -23,12 +23,12 @@ pub(super) fn find(folder: &Path, name: &[u8]) -> Option<PathBuf> {
         let last = path.file_name()?;
         let whole = is_inside.then(|| folder.join(path));
         let found = whole.into_iter().chain([folder.join(last)]).find_map(|path| as_it_is_or_in_other_case(&path))?;
-        // Links that lead out count as outside.
+        // Links to outside of the folder count as outside.
         found.canonicalize().is_ok_and(|found| found.starts_with(&real)).then_some(found)
     })
 }
 
-/// What the bytes of a name may mean: UTF-8 or Latin-1, with the separators of either system.
+/// Returns the possible meanings of the bytes of a name: UTF-8 or Latin-1, with the path separators of either system.
 fn readings(name: &[u8]) -> Vec<String> {
     let text =
         std::str::from_utf8(name).map_or_else(|_| name.iter().map(|&byte| char::from(byte)).collect(), str::to_owned);
@@ -42,7 +42,7 @@ fn as_it_is_or_in_other_case(path: &Path) -> Option<PathBuf> {
     }
     let wanted = path.file_name()?.to_str()?.to_lowercase();
     let entries = std::fs::read_dir(path.parent()?).ok()?.flatten();
-    // The first by name: the order of a folder is any.
+    // The first by name, because the order of a folder is arbitrary.
     let alike = entries.filter(|entry| entry.file_name().to_str().is_some_and(|name| name.to_lowercase() == wanted));
     alike.map(|entry| entry.path()).filter(|path| path.is_file()).min()
 }

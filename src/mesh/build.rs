@@ -1,13 +1,14 @@
-//! Loose triangles become a mesh: welded, cleaned, joined.
+//! Building a mesh from separate triangles: welding, cleaning, joining.
 //!
-//! - Vertices are welded where they are the same to the bit, after the step to f32: what is drawn at one place is one
-//!   vertex. A tolerance would need a size, and files know none.
-//! - Triangles of which two corners are one place are dropped, and so are those that lie where another one lies:
-//!   foliage often has both sides of a sheet, which is one sheet with borders here. Flat triangles between three places
-//!   of a line stay: exporters close gaps by them, and without them there would be borders that nobody sees.
-//! - Edges are sorted by their ends. What two triangles have joins them; with one it is a border, with more it is taken
-//!   for one, since nobody can say which two belong together.
-//! - A closed mesh that is inside out is turned round.
+//! - Vertices are welded where they are bit-identical in f32: everything drawn at one place is one vertex. A tolerance
+//!   would have to depend on the size of the model, which files do not state.
+//! - Triangles with two corners in one place are dropped, and so are duplicates of another triangle: foliage often has
+//!   both sides of a sheet, which becomes one sheet with borders here. Degenerate triangles between three different
+//!   places on a line stay: exporters close gaps with them, and without them there would be borders that are invisible
+//!   in the model.
+//! - Edges are sorted by their ends. An edge of two triangles joins them; an edge of one is a border, and an edge of
+//!   more is treated as borders, because it is unknown which two belong together.
+//! - A closed mesh that is inside out is reversed.
 
 use glam::DVec3;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -15,42 +16,43 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::paint::Paint;
 use super::{Across, Flaws, Mesh, Triangle, normals, place};
 
-/// No coordinate may be larger: what cameras may have, too.
+/// Largest coordinate in metres, the same as for cameras.
 pub const LARGEST_COORDINATE_M: f64 = 1e8;
 
-/// So many triangles are welded between two reports.
+/// Number of triangles that are welded between two progress reports.
 const TOLD_EACH: usize = 1 << 18;
 
-/// Triangles as a file has them.
+/// The triangles of a file.
 #[derive(Clone, Debug, Default)]
 pub struct Soup {
-    /// Vertices.
+    /// The vertices, in the file's unit.
     pub places_m: Vec<DVec3>,
-    /// Corners of triangles, by vertex.
+    /// The vertex indices of the corners of each triangle.
     pub triangles: Vec<[u32; 3]>,
     /// A normal for each vertex, of any length; 0 where there is none. May be empty.
     pub normals: Vec<DVec3>,
 }
 
 impl Soup {
-    /// Joins the triangles.
+    /// Builds a mesh with the plain material.
     ///
     /// # Errors
-    /// A cause in words: nothing to draw, numbers that are none, indices that lead nowhere.
+    /// Returns a message if there is nothing to draw, a vertex is not finite or too far away, or an index is out of
+    /// range.
     pub fn into_mesh(self, name: String) -> Result<Mesh, String> {
         self.join(name, Paint::default(), &|_| ())
     }
 
-    /// As [`Soup::into_mesh`], of materials.
+    /// Builds a mesh with materials.
     ///
     /// # Errors
-    /// As [`Soup::into_mesh`].
+    /// As for [`Soup::into_mesh`].
     pub fn into_painted_mesh(self, name: String, paint: Paint) -> Result<Mesh, String> {
         self.join(name, paint, &|_| ())
     }
 
-    /// `told` is told the part that is done. What is no longer needed is dropped at once: of a long file all this takes
-    /// more memory than its text.
+    /// Builds a mesh, and reports the finished fraction to `told`. Data that is no longer needed is dropped at once,
+    /// because all this takes more memory than the text of a long file.
     pub(super) fn join(self, name: String, paint: Paint, told: &dyn Fn(f64)) -> Result<Mesh, String> {
         self.check()?;
         let Self { places_m, triangles: read, normals: read_normals } = self;
@@ -59,7 +61,7 @@ impl Soup {
         let high_m = used().fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle_m = (low_m + high_m) * 0.5;
 
-        // One vertex for each place. Adding 0 makes one zero of two.
+        // One vertex for each place. Adding 0 turns −0 into 0.
         let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();
         let mut vertices_m: Vec<[f32; 3]> = Vec::new();
         let mut vertex_of = |corner: u32| {
@@ -73,7 +75,7 @@ impl Soup {
         let mut known: FxHashSet<[u32; 3]> = FxHashSet::default();
         let mut corners: Vec<[u32; 3]> = Vec::with_capacity(read.len());
         let mut materials: Vec<u16> = Vec::with_capacity(paint.of_triangles.len());
-        // Vertices of the file at the corners, by which its normals are found.
+        // The file's vertices at the corners, by which its normals are found.
         let mut given: Vec<[u32; 3]> = Vec::with_capacity(if read_normals.is_empty() { 0 } else { read.len() });
         for (i, triangle) in read.iter().enumerate() {
             if i % TOLD_EACH == 0 {
@@ -104,7 +106,7 @@ impl Soup {
         let is_solid =
             across.iter().flatten().all(|across| matches!(across, Across::Triangle { is_turned: false, .. }));
         if is_solid && is_inside_out(&vertices_m, &corners) {
-            // From corner 0 to 1 is now what was from 2 to 0, and the other way about.
+            // The edge from corner 0 to 1 is now the former edge from 2 to 0, and vice versa.
             corners.iter_mut().for_each(|corners| corners.swap(1, 2));
             given.iter_mut().for_each(|vertices| vertices.swap(1, 2));
             across.iter_mut().for_each(|across| across.swap(0, 2));
@@ -125,7 +127,7 @@ impl Soup {
         for (i, triangle) in triangles.iter().enumerate() {
             let [a, b, c] = triangle.corners;
             for (across, [a, b]) in triangle.across.into_iter().zip([[a, b], [b, c], [c, a]]) {
-                // Each edge once.
+                // Count each edge once.
                 let is_first = match across {
                     Across::Triangle { index, .. } => i < index as usize,
                     Across::Border => true,
@@ -156,9 +158,9 @@ impl Soup {
             return Err("it has no faces".to_owned());
         }
         if let Some(corner) = self.triangles.iter().flatten().find(|&&corner| corner as usize >= self.places_m.len()) {
-            return Err(format!("a face has vertex {corner} of {}", self.places_m.len()));
+            return Err(format!("a face uses vertex {corner}, but there are {}", self.places_m.len()));
         }
-        // What no face has may be anything.
+        // Vertices that no face uses may have any value.
         for place_m in self.triangles.iter().flatten().map(|&corner| self.places_m[corner as usize]) {
             if !place_m.is_finite() {
                 return Err("a vertex is not finite".to_owned());
@@ -171,7 +173,7 @@ impl Soup {
     }
 }
 
-/// Whether the volume that closed triangles enclose is below 0.
+/// Returns whether the volume that closed triangles enclose is negative.
 fn is_inside_out(vertices_m: &[[f32; 3]], corners: &[[u32; 3]]) -> bool {
     let volume: f64 = corners
         .iter()
@@ -183,9 +185,9 @@ fn is_inside_out(vertices_m: &[[f32; 3]], corners: &[[u32; 3]]) -> bool {
     volume < 0.0
 }
 
-/// What lies across each edge of each triangle.
+/// Finds the neighbour across each edge of each triangle.
 fn join(corners: &[[u32; 3]], flaws: &mut Flaws) -> Vec<[Across; 3]> {
-    // Lesser end, greater end, triangle × 3 + edge: there are no files of 2³² edges.
+    // Lesser end, greater end, triangle × 3 + edge: files are too small for 2³² edges.
     let mut edges: Vec<(u32, u32, u32)> = Vec::with_capacity(3 * corners.len());
     for (i, [a, b, c]) in corners.iter().enumerate() {
         for (edge, (from, to)) in [(a, b), (b, c), (c, a)].into_iter().enumerate() {
@@ -200,7 +202,7 @@ fn join(corners: &[[u32; 3]], flaws: &mut Flaws) -> Vec<[Across; 3]> {
             [_] => flaws.borders += 1,
             [one, other] => {
                 let ((a, a_edge), (b, b_edge)) = (place(one.2), place(other.2));
-                // Neighbours that wind alike run along their edge in opposite directions.
+                // Neighbours of the same winding traverse their edge in opposite directions.
                 let is_turned = corners[a][a_edge] == corners[b][b_edge];
                 across[a][a_edge] = Across::Triangle { index: b as u32, is_turned };
                 across[b][b_edge] = Across::Triangle { index: a as u32, is_turned };

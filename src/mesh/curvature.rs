@@ -1,30 +1,30 @@
-//! How a mesh bends at its vertices: curvature and its derivative (Rusinkiewicz 2004, "Estimating Curvatures and Their
+//! The curvature of a mesh at its vertices, and its derivative (Rusinkiewicz 2004, "Estimating Curvatures and Their
 //! Derivatives on Triangle Meshes").
 //!
-//! Along each edge of a triangle the second fundamental form takes the edge to the difference of the normals at its ends.
-//! Three edges give six equations for its three numbers, solved by least squares; a vertex has the mean over its
-//! triangles, turned into its own tangent plane. The derivative is found in the same way from the differences of those
-//! forms.
+//! Along each edge of a triangle the second fundamental form maps the edge to the difference of the normals at its
+//! ends. Three edges give six equations for its three coefficients, solved by least squares; a vertex has the mean over
+//! its triangles, rotated into its own tangent plane. The derivative is found in the same way from the differences of
+//! these forms.
 //!
-//! Differences to the paper: normals are those of the triangle's corners, so a crease has no curvature and the walls of a
-//! house are flat to their edges; and the weights of a mean are thirds of areas in place of parts of Voronoi cells.
+//! Differences from the paper: normals are those of the triangle's corners, so a crease has no curvature and the walls
+//! of a house are flat up to their edges; and the weights of a mean are thirds of areas instead of Voronoi areas.
 
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4};
 
 use super::Mesh;
 
-/// How a vertex bends, in the mesh's own axes and unit.
+/// The curvature of a vertex, in the mesh's own axes and unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct VertexShape {
-    /// Unit; 0 for a vertex of no triangle.
+    /// Unit normal; 0 for a vertex of no triangle.
     pub normal: DVec3,
     /// Second fundamental form uu, uv, vv, in the frame of [`frame_of`] the normal; convex is positive.
     pub bend: [f64; 3],
-    /// Its derivative uuu, uuv, uvv, vvv.
+    /// Derivative of the second fundamental form, uuu, uuv, uvv, vvv.
     pub change: [f64; 4],
 }
 
-/// Two unit tangents for a unit normal: as `frame_of` in `shaders/shared/curvature.wgsl`.
+/// Returns two unit tangents for a unit normal, as `frame_of` in `shaders/shared/curvature.wgsl`.
 pub fn frame_of(n: DVec3) -> [DVec3; 2] {
     let side = if n.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (side + n.z);
@@ -48,7 +48,8 @@ impl Frame {
         DVec2::new(v.dot(self.tangents[0]), v.dot(self.tangents[1]))
     }
 
-    /// Its tangents in another frame, whose plane it is turned into first, about the line that both have.
+    /// Returns its tangents in another frame, after a rotation into that frame's plane about the line that both planes
+    /// share.
     fn tangents_in(&self, other: &Self) -> [DVec2; 2] {
         let turn = glam::DQuat::from_rotation_arc(self.normal, other.normal);
         self.tangents.map(|tangent| other.flat(turn * tangent))
@@ -64,7 +65,7 @@ fn form3(form: [f64; 4], a: DVec2, b: DVec2, c: DVec2) -> f64 {
     form2([by(0), by(1), by(2)], a, b)
 }
 
-/// A form of two vectors as `to` has it.
+/// Transforms a form of two vectors into the frame `to`.
 fn turned2(form: [f64; 3], own: &Frame, to: &Frame) -> [f64; 3] {
     let [u, v] = to.tangents_in(own);
     [form2(form, u, u), form2(form, u, v), form2(form, v, v)]
@@ -75,7 +76,7 @@ fn turned3(form: [f64; 4], own: &Frame, to: &Frame) -> [f64; 4] {
     [form3(form, u, u, u), form3(form, u, u, v), form3(form, u, v, v), form3(form, v, v, v)]
 }
 
-/// The form that takes three edges to three differences of the normal, by least squares; none of a sliver.
+/// Returns the form that maps three edges to three differences of the normal, by least squares, or `None` for a sliver.
 fn bend_of(edges: [DVec2; 3], turns: [DVec2; 3]) -> Option<[f64; 3]> {
     let (mut left, mut right) = (DMat3::ZERO, DVec3::ZERO);
     for (edge, turn) in edges.into_iter().zip(turns) {
@@ -88,14 +89,14 @@ fn bend_of(edges: [DVec2; 3], turns: [DVec2; 3]) -> Option<[f64; 3]> {
     (left.determinant().abs() > 1e-9 * size.powi(3)).then(|| (left.inverse() * right).to_array())
 }
 
-/// The same for the derivative, from differences of the form.
+/// Returns the derivative in the same way, from differences of the form.
 fn change_of(edges: [DVec2; 3], differences: [[f64; 3]; 3]) -> Option<[f64; 4]> {
     let (mut left, mut right) = (DMat4::ZERO, DVec4::ZERO);
     for (edge, difference) in edges.into_iter().zip(differences) {
         for (i, value) in difference.into_iter().enumerate() {
             let mut row = [0.0; 4];
             (row[i], row[i + 1]) = (edge.x, edge.y);
-            // The form has its mixed number twice.
+            // The mixed coefficient occurs twice in the form.
             let weight = if i == 1 { 2.0 } else { 1.0 };
             let row = DVec4::from_array(row);
             left += DMat4::from_cols(row * row.x, row * row.y, row * row.z, row * row.w) * weight;
@@ -106,7 +107,8 @@ fn change_of(edges: [DVec2; 3], differences: [[f64; 3]; 3]) -> Option<[f64; 4]> 
     (left.determinant().abs() > 1e-12 * size.powi(4)).then(|| (left.inverse() * right).to_array())
 }
 
-/// A triangle's own frame, its edges in it (each against the corner of its number), and its area; none without area.
+/// Returns a triangle's own frame, its edges in it (each opposite the corner of its number), and its area, or `None` if
+/// the area is 0.
 fn plane_of(mesh: &Mesh, triangle: usize) -> Option<(Frame, [DVec2; 3], f64)> {
     let [a, b, c] = [0, 1, 2].map(|corner| mesh.corner_m(triangle, corner));
     let face = (b - a).cross(c - a);
@@ -114,7 +116,7 @@ fn plane_of(mesh: &Mesh, triangle: usize) -> Option<(Frame, [DVec2; 3], f64)> {
     Some((frame, [c - b, a - c, b - a].map(|edge| frame.flat(edge)), 0.5 * face.length()))
 }
 
-/// How each vertex of a mesh bends.
+/// Computes the curvature of each vertex of a mesh.
 pub fn shapes_of(mesh: &Mesh) -> Vec<VertexShape> {
     let mut shapes = vec![VertexShape::default(); mesh.vertices_m.len()];
     let planes: Vec<_> = (0..mesh.triangles.len()).map(|triangle| plane_of(mesh, triangle)).collect();
@@ -169,7 +171,7 @@ mod tests {
 
     const MAJOR_M: f64 = 3.0;
 
-    /// A torus of tube radius 1.
+    /// Returns a torus of tube radius 1.
     fn torus(around: u32, across: u32) -> Mesh {
         let place = |i: u32, j: u32| {
             let (a, b) = (TAU * f64::from(i) / f64::from(around), TAU * f64::from(j) / f64::from(across));
@@ -187,7 +189,7 @@ mod tests {
         soup.into_mesh("torus".to_owned()).unwrap_or_else(|error| panic!("{error}"))
     }
 
-    /// The larger and the smaller curvature, and the direction of the larger one.
+    /// Returns the larger and the smaller curvature, and the direction of the larger one.
     fn principal(shape: &VertexShape) -> ([f64; 2], DVec3) {
         let [uu, uv, vv] = shape.bend;
         let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
@@ -212,7 +214,7 @@ mod tests {
             let ([most, least], way) = principal(shape);
             worst = worst.max((most - 1.0).abs()).max((least - cosine / out).abs());
             turned = turned.max(way.cross(across).length());
-            // Around the axis the tube bends by cosine / out, which changes across as -sine * MAJOR / out^2.
+            // Around the axis the tube's curvature is cosine / out, which changes across as -sine * MAJOR / out^2.
             let frame = frame_of(shape.normal);
             let flat = |v: DVec3| DVec2::new(v.dot(frame[0]), v.dot(frame[1]));
             let expected = -at.z * MAJOR_M / (out * out);
@@ -220,7 +222,7 @@ mod tests {
             changed = changed.max((form3(shape.change, flat(round), flat(round), flat(up)) - expected).abs());
         }
         assert!(worst < 0.01 && turned < 0.0175 && changed < 0.03, "{worst} {turned} {changed}");
-        // Planted: a sign, and no change at all.
+        // Planted errors: a wrong sign, and no derivative at all.
         assert!(shapes.iter().all(|shape| (-principal(shape).0[0] - 1.0).abs() > 0.5));
         assert!(shapes.iter().any(|shape| shape.change.iter().any(|part| part.abs() > 0.1)));
     }

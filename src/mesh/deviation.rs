@@ -1,25 +1,25 @@
-//! How far two meshes lie apart: the largest distance from a point on one of them to the other one, both ways (the
-//! Hausdorff distance). No outline of one is farther than that from an outline of the other, whatever they are seen from.
+//! The deviation of two meshes: the largest distance from a point on either to the other (the Hausdorff distance). From
+//! any viewpoint, no outline of one is farther than that from an outline of the other.
 //!
-//! Points are the vertices, and points on triangles that are wide; of a large mesh every so-manieth vertex. So it is a
-//! measurement and no bound, though what collapses of edges take away are vertices.
+//! The points are vertices, and more points on wide triangles; of a large mesh only every n-th vertex. So the result is
+//! a measurement, not a bound, although edge collapses remove only vertices.
 
 use glam::DVec3;
 
 use super::{Mesh, place};
 
-/// Points on triangles are so far apart, by the radius of the mesh.
+/// Distance of points on triangles, as a fraction of the mesh's radius.
 const STEP: f64 = 1.0 / 24.0;
-/// Parts of a triangle's longest edge, at most.
+/// Largest number of steps along a triangle's longest edge.
 const MOST_STEPS: u32 = 8;
-/// Vertices, or triangles, of which points are taken, about.
+/// Approximate largest number of vertices, or triangles, of which points are taken.
 const MOST_SAMPLES: usize = 1 << 15;
-/// Triangles of a leaf.
+/// Number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
 type Corners = [DVec3; 3];
 
-/// The distance between two meshes that stand for each other, in their unit.
+/// Returns the distance between two versions of a mesh, in their unit.
 pub fn deviation(one: &Mesh, other: &Mesh) -> f64 {
     let step_m = one.radius_m * STEP;
     let (ones, others) = (corners(one), corners(other));
@@ -33,7 +33,7 @@ fn corners(mesh: &Mesh) -> Vec<Corners> {
     mesh.triangles.iter().map(|triangle| triangle.corners.map(at)).collect()
 }
 
-/// Points on triangles: their corners, and a grid on those that are wide.
+/// Returns points on triangles: their corners, and a grid on wide ones.
 fn samples(triangles: &[Corners], step_m: f64) -> Vec<DVec3> {
     let each = triangles.len().div_ceil(MOST_SAMPLES);
     let mut points = Vec::new();
@@ -50,13 +50,13 @@ fn samples(triangles: &[Corners], step_m: f64) -> Vec<DVec3> {
     points
 }
 
-/// The largest distance of points to a mesh.
+/// Returns the largest distance of points from a mesh.
 fn farthest(points: &[DVec3], tree: &Tree) -> f64 {
-    // What is nearer than the farthest so far need not be known exactly.
+    // Distances below the largest so far need not be exact.
     points.iter().fold(0.0_f64, |most_m2, point| most_m2.max(tree.distance2(*point, most_m2))).sqrt()
 }
 
-/// Triangles in boxes in boxes.
+/// A bounding volume hierarchy of triangles.
 struct Tree {
     triangles: Vec<Corners>,
     nodes: Vec<Node>,
@@ -65,10 +65,10 @@ struct Tree {
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// Of its triangles.
+    /// The first triangle of the node.
     first: u32,
     count: u32,
-    /// The second of two nodes within; the first one follows this node. 0 is none.
+    /// The second child; the first one follows this node. 0 for a leaf.
     second: u32,
 }
 
@@ -105,7 +105,7 @@ impl Tree {
         self.split(first + half, end);
     }
 
-    /// The squared distance to the nearest triangle; anything up to `enough` where it is not more.
+    /// Returns the squared distance to the nearest triangle, or any value up to `enough` if it is not more than that.
     fn distance2(&self, point: DVec3, enough: f64) -> f64 {
         let mut best = f64::INFINITY;
         let mut open = vec![0_u32];
@@ -126,7 +126,7 @@ impl Tree {
                 let Node { low, high, .. } = self.nodes[node as usize];
                 point.distance_squared(point.clamp(low, high))
             };
-            // The nearer one is looked into first.
+            // The nearer child is visited first.
             let (near, far) =
                 if away(number + 1) <= away(second) { (number + 1, second) } else { (second, number + 1) };
             open.extend([far, near]);
@@ -135,7 +135,8 @@ impl Tree {
     }
 }
 
-/// The squared distance of a point to a triangle (Ericson, *Real-Time Collision Detection*, 2005, section 5.1.5).
+/// Returns the squared distance of a point from a triangle (Ericson, *Real-Time Collision Detection*, 2005, section
+/// 5.1.5).
 fn distance2(p: DVec3, [a, b, c]: &Corners) -> f64 {
     let (ab, ac, ap) = (*b - *a, *c - *a, p - *a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -183,7 +184,7 @@ mod tests {
         let same = deviation(&square(1.0, 0.0), &square(1.0, 0.0));
         assert!(same < 1e-9, "{same}");
         assert!((deviation(&square(1.0, 0.0), &square(1.0, 0.3)) - 0.3).abs() < 1e-6);
-        // A corner of the larger one, whichever comes first.
+        // The farthest point is a corner of the larger square, whichever comes first.
         for (one, other) in [(1.0, 2.0), (2.0, 1.0)] {
             let found = deviation(&square(one, 0.0), &square(other, 0.0));
             assert!((found - 2.0_f64.sqrt()).abs() < 1e-6, "{found}");
@@ -204,7 +205,7 @@ mod tests {
             let point = at(5000 + i) * 1.4 - 0.2;
             let brute = triangles.iter().map(|corners| distance2(point, corners)).fold(f64::INFINITY, f64::min);
             assert!((tree.distance2(point, 0.0) - brute).abs() < 1e-12);
-            // Brute force of another kind: points on the triangle.
+            // Brute force: points on the triangle.
             let [a, b, c] = triangles[i as usize];
             let on = |i: i32, j: i32| a + (b - a) * (f64::from(i) / 40.0) + (c - a) * (f64::from(j) / 40.0);
             let near = (0..=40).flat_map(|i| (0..=40 - i).map(move |j| on(i, j).distance(point)));

@@ -1,38 +1,38 @@
-//! Levels of detail of a mesh: itself, and up to two of fewer triangles, each with its error.
+//! Levels of detail of a mesh: the mesh itself, and up to two with fewer triangles, each with its error.
 //!
-//! An error is how far the coarser mesh lies from the whole ([`deviation`](super::deviation)), so an eye that is so far
-//! away that the error is half a pixel sees outlines move by no more when one takes the place of the other. Which level
-//! an eye gets is decided on the GPU (`surface/meshes/cull`).
+//! The error is the distance of the coarser mesh from the full one ([`deviation`](super::deviation)): where it is below
+//! half a pixel, switching between the two moves outlines by no more than that. The level for each eye is chosen on the
+//! GPU (`surface/meshes/cull`).
 
 use super::Mesh;
 use super::deviation::deviation;
 use super::simplify::nearest;
 
-/// Levels of a mesh, the whole one included, at most.
+/// Largest number of levels of a mesh, the full one included.
 pub const MOST_LEVELS: usize = 3;
-/// Triangles of the coarser levels, as parts of those of the whole.
+/// Divisors of the triangle count for the coarser levels.
 const SHARES: [usize; MOST_LEVELS - 1] = [4, 16];
-/// Meshes of fewer triangles are drawn as they are.
+/// Meshes with fewer triangles have no coarser levels.
 const LEAST_TRIANGLES: usize = 64;
-/// Meshes of more triangles, too: it would take minutes.
+/// Meshes with more triangles have none either: simplifying them would take minutes.
 const MOST_TRIANGLES: usize = 1 << 19;
-/// A level that has more of the triangles of the one before is left out.
+/// A level with more than this fraction of the triangles of the one before is left out.
 const LEAST_GAIN: f64 = 0.75;
-/// And so is one whose error is larger, by the radius: it would only be drawn when a few pixels are left.
+/// A level whose error exceeds this fraction of the radius is left out: it would be drawn only on a few pixels.
 const LARGEST_ERROR: f64 = 0.25;
-/// Triangles of a mesh whose levels take a while.
+/// Number of triangles from which simplifying takes noticeably long.
 pub const MANY_TRIANGLES: usize = 20_000;
 
-/// A mesh that stands for another one.
+/// A simplified version of a mesh.
 #[derive(Clone, Debug)]
 pub struct Level {
-    /// In the other one's coordinates, with a middle of its own.
+    /// The mesh, in the coordinates of the full one, with a centre of its own.
     pub mesh: Mesh,
-    /// How far it lies from the other one, in its unit.
+    /// Its distance from the full mesh, in that mesh's unit.
     pub error_m: f64,
 }
 
-/// The coarser levels of a mesh, finest first; none where they would not be worth it.
+/// Computes the coarser levels of a mesh, finest first; none where they would not be worth it.
 pub fn coarser(mesh: &Mesh) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     let whole = mesh.triangles.len();
@@ -59,7 +59,7 @@ mod tests {
     use crate::mesh::build::Soup;
     use glam::DVec3;
 
-    /// A ball of so many rings, with a hole at neither end.
+    /// Returns a ball with `rings` rings of triangles, closed at both ends.
     fn ball(rings: u32) -> Mesh {
         let at = |row: u32, column: u32| {
             let (z, turn) = (f64::from(row) / f64::from(rings), f64::from(column) / f64::from(2 * rings));
@@ -89,19 +89,19 @@ mod tests {
             let triangles = level.mesh.triangles.len();
             assert!(triangles as f64 <= 0.75 * before as f64 && triangles > 10, "{triangles} of {before}");
             before = triangles;
-            // On the ball: every vertex and every middle of a triangle.
+            // Distances from the ball, at a vertex and the middle of every triangle.
             let off = |at_m: DVec3| (at_m.distance(DVec3::new(5.0, 7.0, 0.0)) - 2.0).abs();
             let corner = |i: usize, k: usize| level.mesh.middle_m + level.mesh.corner_m(i, k);
             let middle = |i: usize| (0..3).map(|k| corner(i, k)).sum::<DVec3>() / 3.0;
             let found = (0..triangles).flat_map(|i| [off(middle(i)), off(corner(i, 0))]).fold(0.0, f64::max);
             assert!(found <= level.error_m * 1.05 && found > 0.3 * level.error_m, "{found} {}", level.error_m);
-            // Planted: one that is larger by more than that is farther away.
+            // Planted error: a mesh that is larger by more than that is farther away.
             let mut larger = level.mesh.clone();
             larger.vertices_m.iter_mut().flatten().for_each(|along| *along *= 1.0 + level.error_m as f32);
             assert!(deviation(&mesh, &larger) > level.error_m * 1.2);
         }
         assert!(levels[0].error_m < levels[1].error_m);
-        // What is simple is left as it is.
+        // Simple meshes have no coarser levels.
         assert!(coarser(&ball(3)).is_empty());
     }
 }

@@ -1,28 +1,29 @@
-//! The lines of an OBJ text: those about triangles go on to the reader of meshes, those about materials are noted here.
+//! The lines of an OBJ text: those that define triangles are passed to the mesh reader, those about materials are
+//! collected here.
 //!
-//! Nothing but lines about triangles reaches that reader, so materials can neither make a file unreadable nor change
-//! what is read of it. Which triangle has which material is counted instead: a face of n corners becomes n - 2
-//! triangles, in the order of the file. A backslash at its end makes a line go on in the next one.
+//! The mesh reader sees nothing but lines that define triangles, so materials can neither make a file unreadable nor
+//! change its geometry. The material of each triangle follows from counting instead: a face of n corners becomes n - 2
+//! triangles, in the order of the file. A backslash at the end of a line continues it in the next one.
 
 use std::io::{BufRead, Error, Read, Result};
 
 use rustc_hash::FxHashMap;
 
-/// The reader holds the faces of a group in a form that takes five times their text; so a larger group is read as
-/// several, which makes no other mesh. Only where some corners of such a group have normals and others have none, more
-/// of them are kept than otherwise.
+/// The reader stores the faces of a group in a form that takes five times the memory of their text; so a larger group
+/// is read as several, which gives the same mesh. Only where some corners of such a group have normals and others have
+/// none, more normals are retained than otherwise.
 const FACES_OF_GROUP: u32 = 1 << 18;
-/// So much is handed on at once.
+/// Number of bytes that are passed on at once.
 const BATCH_BYTES: usize = 1 << 16;
 
-/// What a text says about materials.
+/// The statements of a text about materials.
 #[derive(Debug, Default)]
 pub(super) struct Said {
-    /// What stands behind `mtllib`.
+    /// The arguments of `mtllib`.
     pub libraries: Vec<Vec<u8>>,
-    /// What stands behind `usemtl`, each once.
+    /// The different arguments of `usemtl`.
     pub names: Vec<Vec<u8>>,
-    /// One after the other: so many triangles with the material of that name, none before the first.
+    /// Runs of triangles, in order: the index of their material name (`None` before the first), and their number.
     pub runs: Vec<(Option<u32>, u64)>,
     numbers: FxHashMap<Vec<u8>, u32>,
 }
@@ -47,7 +48,7 @@ impl Said {
     }
 }
 
-/// What a line is about.
+/// The subject of a line.
 #[derive(Clone, Copy, PartialEq)]
 enum About {
     Vertices,
@@ -82,9 +83,9 @@ pub(super) struct Lines<R> {
     number: usize,
     about: About,
     goes_on: bool,
-    /// Words of a face so far, without the first.
+    /// Number of words of a face so far, without the first.
     corners: u64,
-    /// What a line about materials says so far.
+    /// The statement about materials so far.
     statement: Vec<u8>,
     said: Said,
     read_bytes: u64,
@@ -105,13 +106,13 @@ impl<R: BufRead> Lines<R> {
         }
     }
 
-    /// Reads a line and adds it to `kept`, as ASCII, if it is about triangles. Tells whether it began there, and
-    /// nothing at the end of the text.
+    /// Reads a line and appends it to `kept`, as ASCII, if it defines triangles. Returns whether a statement began
+    /// there, or `None` at the end of the text.
     pub fn step(&mut self, kept: &mut Vec<u8>) -> Result<Option<bool>> {
         self.raw.clear();
         let read = self.from.read_until(b'\n', &mut self.raw)?;
         if read == 0 {
-            // The text may end in a line that should go on.
+            // The text may end in an unfinished continued line.
             if std::mem::take(&mut self.goes_on) {
                 self.end();
             }
@@ -119,7 +120,7 @@ impl<R: BufRead> Lines<R> {
         }
         self.read_bytes += read as u64;
         self.number += 1;
-        // Some editors begin a file with a mark of its encoding.
+        // Some editors begin a file with a byte order mark.
         let mark: &[u8] = if self.number == 1 { b"\xef\xbb\xbf" } else { b"" };
         let line = self.raw.strip_prefix(mark).unwrap_or(&self.raw).trim_ascii();
         let part = line.strip_suffix(b"\\").unwrap_or(line);
@@ -134,7 +135,7 @@ impl<R: BufRead> Lines<R> {
             kept.push(if self.goes_on { b' ' } else { b'\n' });
         }
         match self.about {
-            // The reader's spaces: a vertical tab is one, too.
+            // The reader's whitespace, which includes the vertical tab.
             About::Face => {
                 let words = part.split(|byte| matches!(byte, 9..=13 | b' ')).filter(|word| !word.is_empty()).count();
                 self.corners += (words - usize::from(begins && words > 0)) as u64;
@@ -155,7 +156,7 @@ impl<R: BufRead> Lines<R> {
         self.said
     }
 
-    /// A line is whole.
+    /// Ends a statement.
     fn end(&mut self) {
         let value = |statement: &[u8], word: &str| statement[word.len().min(statement.len())..].trim_ascii().to_owned();
         match self.about {
@@ -169,7 +170,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// Of a text the lines about triangles, with their numbers, counted from 1.
+/// Returns the lines of a text that define triangles, with their numbers, counted from 1.
 pub(super) fn numbered(text: &[u8]) -> (Vec<usize>, String) {
     let mut lines = Lines::new(text);
     let (mut numbers, mut kept) = (Vec::new(), Vec::new());
@@ -181,13 +182,13 @@ pub(super) fn numbered(text: &[u8]) -> (Vec<usize>, String) {
     (numbers, String::from_utf8_lossy(&kept).into_owned())
 }
 
-/// The lines about triangles as a stream.
+/// A stream of the lines that define triangles.
 pub(super) struct Stream<'a, R> {
     lines: Lines<R>,
     kept: Vec<u8>,
     at: usize,
     faces: u32,
-    /// Is told now and then how many bytes were read.
+    /// Called occasionally with the number of bytes read.
     told: &'a dyn Fn(u64),
     error: Option<Error>,
 }
@@ -197,7 +198,7 @@ impl<'a, R: BufRead> Stream<'a, R> {
         Self { lines: Lines::new(from), kept: Vec::with_capacity(2 * BATCH_BYTES), at: 0, faces: 0, told, error: None }
     }
 
-    /// What the text said about materials, or why it could not be read.
+    /// Returns the text's statements about materials, or the error that occurred while reading it.
     pub fn into_said(self) -> Result<Said> {
         match self.error {
             Some(error) => Err(error),
@@ -238,7 +239,7 @@ impl<R: BufRead> BufRead for Stream<'_, R> {
         if self.at == self.kept.len()
             && let Err(error) = self.fill()
         {
-            // The reader of meshes would not say what it was.
+            // The mesh reader would lose the details of the error.
             let kind = error.kind();
             self.error = Some(error);
             return Err(kind.into());

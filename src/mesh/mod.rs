@@ -1,9 +1,9 @@
-//! Models that stand on the land: triangles with their neighbours, from OBJ files, and where they stand.
+//! Models on the land: triangles with their neighbours, from OBJ files, and their placement.
 //!
-//! A [`Mesh`] is what a file holds ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
-//! triangle ([`normals`]) and what it is made of ([`paint`]). [`simplify`] makes meshes of fewer triangles,
-//! [`silhouette`] says how much they look like the first, and [`deviation`] how far they lie from it; [`levels`] are what
-//! is drawn of them. [`placed`] puts meshes into the world.
+//! A [`Mesh`] is the content of a file ([`obj`]), welded and joined ([`build`]), with a normal at each corner of each
+//! triangle ([`normals`]) and its materials ([`paint`]). [`simplify`] makes meshes with fewer triangles, [`silhouette`]
+//! measures how similar they look, and [`deviation`] how far they are from the original; [`levels`] are the levels of
+//! detail. [`placed`] puts meshes into the world.
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
@@ -29,42 +29,41 @@ use glam::DVec3;
 pub(crate) use self::mtl::linear_from_srgb;
 use crate::file::message::named;
 
-/// Why there is no mesh. One line.
+/// The reason why a mesh cannot be used. The message is one line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum MeshError {
-    /// A file that is no mesh, or a damaged one.
+    /// The file is not a mesh, or it is damaged.
     #[error("cannot read the mesh {}: {cause}", named(path))]
     Read {
-        /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The defect, with its line where that is known.
         cause: String,
     },
-    /// More than the GPU's buffers hold.
-    #[error("the scene's meshes have {found} {what} in all, and at most {most} can be drawn")]
+    /// The meshes have more triangles or vertices than the GPU's buffers can hold, or there are too many of them.
+    #[error("the scene's meshes have {found} {what} in all; at most {most} can be drawn")]
     TooMany {
-        /// Triangles or vertices.
+        /// The counted elements: triangles, vertices or placed meshes.
         what: &'static str,
-        /// So many.
+        /// The number in the scene.
         found: u64,
-        /// That many would do.
+        /// The largest possible number.
         most: u64,
     },
 }
 
-/// What lies across an edge of a triangle.
+/// The neighbour across an edge of a triangle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Across {
-    /// Nothing: an open border, to be drawn where it is seen. Also an edge of three triangles or more, at the first of
-    /// them.
+    /// None: an open border, which is drawn where it is visible. Also the first occurrence of an edge of three
+    /// triangles or more.
     Border,
-    /// The same border again, at the other triangles of such an edge.
+    /// The other occurrences of such an edge.
     Again,
     /// Another triangle.
     Triangle {
-        /// Which.
+        /// Its index.
         index: u32,
-        /// Whether it winds the other way round: then its front is where this one has its back.
+        /// Whether it has the opposite winding, so that its front is on this triangle's back side.
         is_turned: bool,
     },
 }
@@ -72,36 +71,36 @@ pub enum Across {
 /// A triangle of a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Triangle {
-    /// Its vertices, counterclockwise as seen from its front.
+    /// Vertex indices, counterclockwise as seen from the front.
     pub corners: [u32; 3],
-    /// Across the edges from corner 0 to 1, 1 to 2 and 2 to 0.
+    /// Neighbours across the edges from corner 0 to 1, 1 to 2 and 2 to 0.
     pub across: [Across; 3],
-    /// At each corner; unit.
+    /// Unit normals at the corners.
     pub normals: [DVec3; 3],
-    /// Which of [`Mesh::materials`]; 0 where the file names none.
+    /// Index into [`Mesh::materials`]; 0 where the file names none.
     pub material: u16,
 }
 
-/// What triangles are made of: a colour.
+/// A material, which is just a colour.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Material {
-    /// As the file has it; empty for the plain one.
+    /// Name in the file; empty for the plain material.
     pub name: String,
     /// Red, green and blue in linear light, 0 to 1.
     pub color: [f32; 3],
 }
 
 impl Material {
-    /// The colour of what has none: a light grey.
+    /// The colour of materials without one: a light grey.
     pub const PLAIN_COLOR: [f32; 3] = [0.5; 3];
 
-    /// What has a name and nothing else.
+    /// Creates a material with a name and the plain colour.
     pub fn plain(name: String) -> Self {
         Self { name, color: Self::PLAIN_COLOR }
     }
 
-    /// How light it is, from [`Material::DARKEST`] to 1, where bare land is 1; always a little below, for land and models
-    /// are not lit alike. What has no colour is as light as the land.
+    /// Returns the lightness, from [`Material::DARKEST`] to 1, where 1 is bare land; always a little below 1, because
+    /// land and models are lit differently. Plain material is as light as the land.
     pub fn lightness(&self) -> f32 {
         let below_one = 1.0 - 0.5 * f32::EPSILON;
         if self.color == Self::PLAIN_COLOR {
@@ -109,51 +108,53 @@ impl Material {
         }
         let [red, green, blue] = self.color.map(f64::from);
         let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-        // L* of CIE 1976, but for the straight piece next to black.
+        // L* of CIE 1976, without the linear segment near black.
         let perceived = (1.16 * luminance.max(0.0).cbrt() - 0.16).clamp(0.0, 1.0);
         ((Self::DARKEST + (1.0 - Self::DARKEST) * perceived) as f32).min(below_one)
     }
 
-    /// The lightness of black: its form is still seen.
+    /// The lightness of black, at which forms are still visible.
     pub const DARKEST: f64 = 0.3;
 }
 
-/// What the reader left out or found open.
+/// Defects that the reader found in a file.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Flaws {
-    /// Triangles that were dropped: two of their corners are one place, or they lie where another one lies.
+    /// Number of triangles that were dropped, because two of their corners are in one place, or as duplicates.
     pub dropped: u64,
-    /// Edges that one triangle has.
+    /// Number of edges with one triangle.
     pub borders: u64,
-    /// Edges that three triangles have, or more.
+    /// Number of edges with three triangles or more.
     pub crowded: u64,
 }
 
-/// Triangles and how they hang together.
+/// A mesh: triangles with their neighbours.
 #[derive(Clone, Debug)]
 pub struct Mesh {
-    /// Of its file.
+    /// Name of its file.
     pub name: String,
-    /// The middle of its box, in the file's coordinates; vertices count from here, so that f32 holds them.
+    /// Centre of its bounding box, in the file's coordinates; vertices are relative to it, so that f32 is precise
+    /// enough.
     pub middle_m: DVec3,
-    /// Different places, each.
+    /// Vertices relative to `middle_m`, all different.
     pub vertices_m: Vec<[f32; 3]>,
-    /// In the order of the file.
+    /// Triangles in the order of the file.
     pub triangles: Vec<Triangle>,
-    /// Never empty: the first is plain, for triangles without a material. The others as the file first uses them.
+    /// Materials, never empty: the first is plain, for triangles without a material; the others are in the order of
+    /// first use.
     pub materials: Vec<Material>,
-    /// No vertex is farther from the middle.
+    /// Largest distance of a vertex from `middle_m`.
     pub radius_m: f64,
-    /// The mean length of its edges.
+    /// Mean length of its edges.
     pub mean_edge_m: f64,
-    /// Whether it has neither borders nor turned neighbours: its fronts are outside.
+    /// Whether it has neither borders nor neighbours of opposite winding, so that its fronts are outside.
     pub is_solid: bool,
-    /// What is wrong with it.
+    /// Defects of the file.
     pub flaws: Flaws,
 }
 
 impl Mesh {
-    /// A corner of a triangle, from the middle.
+    /// Returns a corner of a triangle, relative to `middle_m`.
     pub fn corner_m(&self, triangle: usize, corner: usize) -> DVec3 {
         place(self.vertices_m[self.triangles[triangle].corners[corner] as usize])
     }

@@ -1,38 +1,38 @@
-//! MTL files: libraries of materials.
+//! MTL files: material libraries.
 //!
-//! `tobj` has a reader of them, which gives up the whole library where a line of it is damaged (`newmtl` without a
-//! name, as Blender wrote it; `d` without a number), reads no text but UTF-8, misses the first material behind a byte
-//! order mark, and panics where `Kd` has fewer than three numbers. Here a line that cannot be read is passed over.
+//! `tobj` has a reader for them, but it rejects the whole library if one line is damaged (`newmtl` without a name, as
+//! Blender wrote it; `d` without a number), reads only UTF-8, misses the first material after a byte order mark, and
+//! panics where `Kd` has fewer than three numbers. This reader ignores lines that it cannot read.
 //!
-//! Only what a plain colour needs is read: `Kd`, the texture in its place, and whether it is transparent.
+//! Only the plain colour is read: `Kd`, the texture in its place, and the opacity.
 //!
-//! The format does not say whether `Kd` is linear light or sRGB. Blender writes its linear colours as they are (a
-//! birch's dark green is `0.0425 0.0727 0.0296`, which would be black in sRGB) and its name into the first line. What
-//! other programs write was picked on a screen: Kenney's colours are whole 255ths. So libraries by Blender are linear
-//! and all others are sRGB, which three.js takes for all.
+//! The format does not say whether `Kd` is linear light or sRGB. Blender writes its linear colours unchanged (a birch's
+//! dark green is `0.0425 0.0727 0.0296`, which would be black in sRGB) and its name into the first line. Colours of
+//! other programs were picked on a screen: Kenney's are whole 255ths. So libraries by Blender are read as linear and
+//! all others as sRGB, which three.js assumes for all.
 
 /// A material of a library.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Entry {
     pub name: Vec<u8>,
-    /// Linear.
+    /// `Kd`, in linear light.
     pub diffuse: Option<[f32; 3]>,
-    /// 1 is opaque.
+    /// Opacity; 1 is opaque.
     pub opacity: Option<f64>,
-    /// The name of the file of its texture.
+    /// The file name of the texture.
     pub texture: Option<Vec<u8>>,
 }
 
-/// What a library holds.
+/// The content of a library.
 #[derive(Debug, Default)]
 pub(super) struct Library {
-    /// In its order; with one name the first counts.
+    /// Materials in the order of the file; of several with one name the first counts.
     pub entries: Vec<Entry>,
-    /// The first line that could not be read, counted from 1, and why.
+    /// The first line that could not be read, counted from 1, and the reason.
     pub wrong: Option<(usize, &'static str)>,
 }
 
-/// One channel of an sRGB colour in linear light.
+/// Converts a channel of an sRGB colour to linear light.
 pub(crate) fn linear_from_srgb(value: f64) -> f64 {
     if value <= 0.040_45 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
@@ -42,7 +42,7 @@ pub(super) fn parse(text: &[u8]) -> Library {
     let first = text.split(|&byte| byte == b'\n').next().unwrap_or_default();
     let is_linear = first.starts_with(b"#") && first.windows(7).any(|word| word == b"Blender");
     let mut library = Library::default();
-    // What is dissolved twice, as `d` and as `Tr`, is so by `d`: some programs write `Tr` the wrong way round.
+    // If both `d` and `Tr` are given, `d` counts: some programs write `Tr` inverted.
     let mut has_dissolve = false;
     for (number, line) in text.split(|&byte| byte == b'\n').enumerate() {
         let line = line.trim_ascii();
@@ -98,7 +98,7 @@ fn numbers(value: &[u8]) -> Vec<f64> {
     words.map_while(number).collect()
 }
 
-/// One number is grey; more than 1 is as bright as white.
+/// Parses a colour. One number is grey; values above 1 are clamped to 1.
 fn color(value: &[u8], is_linear: bool) -> Option<[f32; 3]> {
     let color = match numbers(value)[..] {
         [grey] => [grey; 3],
@@ -109,7 +109,8 @@ fn color(value: &[u8], is_linear: bool) -> Option<[f32; 3]> {
     Some(color.map(|value| linear(value.clamp(0.0, 1.0)) as f32))
 }
 
-/// The name of a texture, which may hold spaces, behind what it may have before it: `-s 1 1 -clamp on a tree.png`.
+/// Returns the file name of a texture, which may contain spaces, without preceding options: `-s 1 1 -clamp on a
+/// tree.png`.
 fn without_options(value: &[u8]) -> &[u8] {
     let mut rest = value;
     loop {
@@ -153,7 +154,7 @@ mod tests {
         assert_eq!(none.texture.as_deref(), Some(&b"a tree.png"[..]));
         assert_eq!(none.diffuse, Some([1.0; 3]), "the line that cannot be read changes nothing");
         assert_eq!(library.wrong, Some((6, "transparency needs a number")));
-        // Planted: the same number of Blender is another colour.
+        // Planted error: the same number from Blender is another colour.
         let blender = parse(b"# Blender MTL File: 'x'\nnewmtl a\nKd 0 1 0.5\n");
         assert_eq!(blender.entries[0].diffuse, Some([0.0, 1.0, 0.5]));
     }

@@ -1,20 +1,20 @@
 //! Normals at the corners of triangles: those of the file, or smooth ones.
 //!
-//! Triangles that meet in an edge at less than [`CREASE_DEG`] have one normal at each of its ends, the mean by area of
-//! all that hang together there in this way. It is found by joining corners across such edges (union-find), which is
-//! linear also where a million triangles meet in one vertex.
+//! Triangles that meet in an edge at less than [`CREASE_DEG`] share a normal at each of its ends: the area-weighted
+//! mean of all triangles that are connected there in this way. The groups are found by joining corners across such
+//! edges (union-find), which is linear even where a million triangles meet in one vertex.
 
 use glam::DVec3;
 
 use super::{Across, Triangle, place};
 
-/// Edges that bend by more stay sharp: 16 sides of a tower are round, 8 are edges.
+/// Sharper edges are creases: a tower of 16 sides is round, one of 8 has edges.
 pub const CREASE_DEG: f64 = 35.0;
 
-/// Sets the normals at the corners, unit. `given` says that of the file for a triangle and a corner, of any length, 0
-/// where there is none.
+/// Sets the unit normals at the corners. `given` returns the file's normal for a triangle and a corner, of any length,
+/// 0 where there is none.
 pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: impl Fn(usize, usize) -> DVec3) {
-    // As long as the triangle is large.
+    // The length is proportional to the triangle's area.
     let face = |triangle: &Triangle| {
         let [a, b, c] = triangle.corners.map(|corner| place(vertices_m[corner as usize]));
         (b - a).cross(c - a)
@@ -23,7 +23,7 @@ pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: i
         let own = given(triangle, corner);
         if own.is_finite() { own.normalize_or_zero() } else { DVec3::ZERO }
     };
-    // Where the file has all of them nobody needs groups, nor their memory.
+    // If the file has all normals, groups and their memory are not needed.
     if (0..triangles.len()).all(|i| (0..3).all(|k| own(i, k) != DVec3::ZERO)) {
         for (i, triangle) in triangles.iter_mut().enumerate() {
             triangle.normals = std::array::from_fn(|k| own(i, k));
@@ -52,7 +52,7 @@ pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: i
             }
         }
     }
-    // Sums stand at the first corners of the groups, which get their own normals last.
+    // Sums are stored at the first corners of the groups, which get their own normals last.
     for corner in 0..3 * triangles.len() {
         let face = face(&triangles[corner / 3]);
         let first = groups.first_of(corner);
@@ -66,21 +66,21 @@ pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: i
             }
             let own = own(corner / 3, corner % 3);
             let smooth = || triangles[first / 3].normals[first % 3].normalize_or_zero();
-            // A triangle without area has no normal of its own, and needs none.
+            // A triangle without area has no normal of its own, and any will do.
             let found = if own == DVec3::ZERO { smooth() } else { own };
             triangles[corner / 3].normals[corner % 3] = if found == DVec3::ZERO { DVec3::Z } else { found };
         }
     }
 }
 
-/// Which corners have one normal: each names another of its group, the first of them itself.
+/// Groups of corners with a common normal: each corner refers to another of its group, the first one to itself.
 struct Groups(Vec<u32>);
 
 impl Groups {
     fn first_of(&mut self, corner: usize) -> usize {
         let mut at = corner;
         while self.0[at] as usize != at {
-            // Halving the way keeps ways short.
+            // Path halving keeps paths short.
             self.0[at] = self.0[self.0[at] as usize];
             at = self.0[at] as usize;
         }

@@ -1,13 +1,13 @@
 //! Wavefront OBJ files.
 //!
-//! `tobj` reads the text: faces of any number of corners (as fans), negative indices, groups. It gets only the lines that
-//! it shall read, vertices, normals, faces and groups (`lines`): so materials, comments in any encoding and what
-//! else there is cannot go wrong, and lines that go on in the next one are whole. What it makes of numbers that are none,
-//! and of indices that lead nowhere, is checked here or by it; a panic of it is one more kind of damage. Vertices are
-//! read in f64, because models may lie far from their origin.
+//! `tobj` reads the text: faces with any number of corners (as fans), negative indices, groups. It gets only the lines
+//! that it needs, vertices, normals, faces and groups (`lines`), with continued lines joined, so that materials,
+//! comments in any encoding and other content cannot cause errors. Invalid numbers and indices out of range are
+//! detected by it or here; a panic in it is treated as a damaged file. Vertices are read in f64, because models may be
+//! far from their origin.
 //!
-//! A file is read in one pass and never held as a whole. Only where it is damaged it is read once more, for the line
-//! that is to blame.
+//! A file is read in one pass and never held in memory as a whole. Only if it is damaged it is read again, to find the
+//! line with the error.
 
 use std::io::{BufRead, BufReader};
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -25,31 +25,32 @@ use crate::file::message::shown;
 use crate::file::one_line;
 use crate::source::{Progress, Silent};
 
-/// A longer file is none that could be drawn.
+/// Largest size of a file, in bytes: a longer one could not be drawn.
 const LARGEST_BYTES: u64 = 512 << 20;
-/// Shorter files are there before a bar would be read.
+/// Size from which progress is reported: shorter files are read before a bar could be noticed.
 const LONG_BYTES: u64 = 16 << 20;
-/// Libraries of materials are named at the beginning of a file.
+/// Bytes at the beginning of a file in which material libraries are searched.
 const BEGINNING_BYTES: u64 = 1 << 20;
 
-/// Reads a file. What is wrong with its materials is told as warnings.
+/// Reads a file. Problems with its materials are logged as warnings.
 ///
 /// # Errors
-/// [`MeshError::Read`].
+/// [`MeshError::Read`] if the file cannot be read.
 pub fn read(path: &Path) -> Result<Mesh, MeshError> {
     read_with(path, &Silent, &mut |warning| tracing::warn!("{warning}"))
 }
 
-/// As [`read`], with progress for long files. `warn` is told what is wrong with the materials, each in one line.
+/// Reads a file like [`read`], with progress for long files. `warn` is called with a line for each problem with the
+/// materials.
 ///
 /// # Errors
-/// [`MeshError::Read`].
+/// As for [`read`].
 pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(String)) -> Result<Mesh, MeshError> {
     let wrong = |cause: String| MeshError::Read { path: path.to_owned(), cause: one_line(&cause) };
     let unread = |error: std::io::Error| wrong(error.to_string());
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let place = Some(Place { path, warn });
-    // A pipe can be read once only.
+    // A pipe can be read only once.
     if !std::fs::metadata(path).map_err(unread)?.is_file() {
         let text = read_bytes(path, LARGEST_BYTES).map_err(unread)?;
         let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::told);
@@ -76,15 +77,16 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     })
 }
 
-/// As [`read`], from a text. Materials have their names, and plain colours.
+/// Parses a text like [`read`]. Materials have their names, and the plain colour.
 ///
 /// # Errors
-/// A cause in words, with the line where that is known.
+/// Returns a message, with the number of the line where that is known.
 pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
     read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.told(), text))
 }
 
-/// The files that are read with a model: libraries and textures which its beginning names, as far as they are there.
+/// Returns the existing files that are read with a model: the libraries and textures that the beginning of the file
+/// names.
 pub fn files_beside(path: &Path) -> Vec<PathBuf> {
     use std::io::Read;
     let mut beginning = Vec::new();
@@ -93,11 +95,11 @@ pub fn files_beside(path: &Path) -> Vec<PathBuf> {
     if read.is_ok() { paint::files_of(path, &beginning) } else { Vec::new() }
 }
 
-/// Why there is no mesh.
+/// The reason why there is no mesh.
 enum Cause {
     /// The file could not be read.
     File(String),
-    /// What it holds is damaged.
+    /// The content is damaged.
     Text(String),
 }
 
@@ -108,14 +110,14 @@ impl Cause {
     }
 }
 
-/// The cause with the line that is to blame.
+/// Returns the cause, with the number of the line that contains the error.
 fn blamed(cause: String, text: &[u8]) -> String {
     let (numbers, lines) = numbered(text);
     let wrong = wrong_line(numbers.iter().copied().zip(lines.lines()));
     wrong.map_or(cause, |(number, cause)| format!("line {number}: {cause}"))
 }
 
-/// `read` is told the bytes that were read, `joined` the part of what follows that is done.
+/// Reads a mesh. `read` is called with the number of bytes read, `joined` with the finished fraction of the rest.
 fn read_text(
     name: String,
     from: impl BufRead,
@@ -138,7 +140,7 @@ fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause
     let (models, _) = match loaded {
         Ok(Ok(loaded)) => loaded,
         Ok(Err(error)) => return Err(Cause::Text(error.to_string())),
-        Err(_) => return Err(Cause::Text("its reader gave up".to_owned())),
+        Err(_) => return Err(Cause::Text("its content made the OBJ reader fail".to_owned())),
     };
     let too_many = || Cause::Text("it has too many vertices".to_owned());
     let mut soup = Soup::default();
@@ -148,7 +150,7 @@ fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause
         let first = u32::try_from(soup.places_m.len()).map_err(|_| too_many())?;
         let vectors = |numbers: &[f64]| -> Vec<DVec3> { numbers.chunks_exact(3).map(DVec3::from_slice).collect() };
         soup.places_m.extend(vectors(&mesh.positions));
-        // Where only some corners have normals the reader has lost which.
+        // If only some corners have normals, the reader does not preserve which.
         if mesh.normals.len() == mesh.positions.len() {
             soup.normals.resize(first as usize, DVec3::ZERO);
             soup.normals.extend(vectors(&mesh.normals));

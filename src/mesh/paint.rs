@@ -1,7 +1,7 @@
-//! What triangles are made of: the materials that a model uses, out of the libraries that it names.
+//! The materials that a model uses, from the libraries that it names.
 //!
-//! A material is a plain colour: the mean of its texture where that is a PNG that can be read, else its `Kd`. Whatever
-//! is missing or damaged here is a warning of one line and the plain colour, and the triangles are drawn all the same.
+//! A material is a plain colour: the mean of its texture if that is a readable PNG, otherwise its `Kd`. Missing or
+//! damaged files cause a warning of one line and the plain colour; the triangles are drawn all the same.
 
 use std::path::Path;
 
@@ -16,15 +16,15 @@ use crate::file::message::{named, quoted};
 use crate::file::one_line;
 use crate::file::png::read_rgba8;
 
-/// A longer library is none.
+/// Largest size of a library, in bytes.
 const LARGEST_LIBRARY_BYTES: u64 = 16 << 20;
 
-/// What triangles are made of.
+/// The materials of triangles.
 #[derive(Clone, Debug)]
 pub struct Paint {
-    /// As [`super::Mesh::materials`].
+    /// The materials, as in [`super::Mesh::materials`].
     pub materials: Vec<Material>,
-    /// For each triangle one of them; 0 where there are too few.
+    /// The material index of each triangle; 0 where the list is too short.
     pub of_triangles: Vec<u16>,
 }
 
@@ -34,15 +34,15 @@ impl Default for Paint {
     }
 }
 
-/// Where materials are looked for, and who is told.
+/// The location of a model's files, and the receiver of warnings.
 pub(super) struct Place<'a> {
-    /// The model.
+    /// The path of the model.
     pub path: &'a Path,
     pub warn: &'a mut dyn FnMut(String),
 }
 
 impl Paint {
-    /// What a text said, of a model of so many triangles. Without a place all colours are plain.
+    /// Finds the materials of a text, for a model of `triangles` triangles. Without a place all colours are plain.
     pub(super) fn of(said: &Said, triangles: usize, mut place: Option<Place<'_>>) -> Self {
         let mut paint = Self::default();
         let mut warn = |cause: String| {
@@ -53,11 +53,11 @@ impl Paint {
         let counted: u64 = said.runs.iter().map(|(_, triangles)| triangles).sum();
         if counted != triangles as u64 {
             if !said.names.is_empty() {
-                warn("its materials are left out, since it cannot be told which face has which".to_owned());
+                warn("its materials are ignored, because they could not be assigned to its faces".to_owned());
             }
             return paint;
         }
-        // By number of the name, as triangles use them.
+        // Indexed by the number of the name, in the order of use by triangles.
         let mut numbers: Vec<Option<u16>> = vec![None; said.names.len()];
         let mut used: Vec<u32> = Vec::new();
         let mut too_many = 0;
@@ -71,7 +71,7 @@ impl Paint {
             used.extend(next.map(|_| name));
         }
         if too_many > 0 {
-            warn(format!("it has more than {} materials, and {too_many} are left out", u16::MAX));
+            warn(format!("it has more than {} materials; {too_many} are ignored", u16::MAX));
         }
         let names: Vec<&[u8]> = used.iter().map(|&name| said.names[name as usize].as_slice()).collect();
         paint.materials.extend(names.iter().map(|name| Material::plain(String::from_utf8_lossy(name).into_owned())));
@@ -93,7 +93,7 @@ impl Paint {
     }
 }
 
-/// The colours of materials by their names.
+/// Returns the colours of materials by their names.
 fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<Option<[f32; 3]>> {
     let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
     let mut known: FxHashMap<Vec<u8>, Entry> = FxHashMap::default();
@@ -102,20 +102,20 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
             Ok(text) => {
                 let library = mtl::parse(&text);
                 if let Some((line, cause)) = library.wrong {
-                    (place.warn)(format!("{}: line {line} is passed over: {cause}", named(&file)));
+                    (place.warn)(format!("{}: line {line} is ignored: {cause}", named(&file)));
                 }
                 for entry in library.entries {
                     known.entry(entry.name.clone()).or_insert(entry);
                 }
             }
-            Err(error) => (place.warn)(format!("cannot read the materials {}: {error}", named(&file))),
+            Err(error) => (place.warn)(format!("cannot read the material library {}: {error}", named(&file))),
         }
     }
     let mut textures: FxHashMap<&[u8], Option<[f32; 3]>> = FxHashMap::default();
     let (mut unknown, mut clear): (Vec<&[u8]>, Vec<&[u8]>) = (Vec::new(), Vec::new());
     let colors = names.iter().map(|&name| {
         let Some(entry) = known.get(name) else {
-            // `usemtl` without a name means none.
+            // `usemtl` without a name means no material.
             unknown.extend((!name.is_empty()).then_some(name));
             return None;
         };
@@ -127,8 +127,8 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
     });
     let colors = colors.collect();
     for (names, cause) in [
-        (unknown, "no library of it has these materials, which are plain"),
-        (clear, "these materials are transparent, and drawn opaque"),
+        (unknown, "these materials are not in its libraries and are drawn plain"),
+        (clear, "these materials are transparent, but drawn opaque"),
     ] {
         if !names.is_empty() {
             (place.warn)(format!("{}: {cause}: {}", named(place.path), list(&names)));
@@ -137,15 +137,15 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
     colors
 }
 
-/// As many names as a line holds.
+/// Returns a list of the first names, short enough for a line.
 fn list(names: &[&[u8]]) -> String {
     let told: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
     let more = if names.len() > 3 { format!(" and {} more", names.len() - 3) } else { String::new() };
     told.join(", ") + &more
 }
 
-/// The libraries that are there. A line may name several, and a name may hold spaces: so the line is one name if there
-/// is such a file, and else names end at `.mtl`.
+/// Returns the existing libraries. A line may name several, and a name may contain spaces: so the line is one name if
+/// there is such a file, and otherwise names end at `.mtl`.
 fn library_files(libraries: &[Vec<u8>], place: &mut Place<'_>) -> Vec<std::path::PathBuf> {
     let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
     let mut files = Vec::new();
@@ -159,12 +159,12 @@ fn library_files(libraries: &[Vec<u8>], place: &mut Place<'_>) -> Vec<std::path:
                 Some(file) => files.push(file),
                 None => {
                     let name = quoted(&String::from_utf8_lossy(name));
-                    (place.warn)(format!("{}: beside it there is no library of materials {name}", named(place.path)));
+                    (place.warn)(format!("{}: its material library {name} is not in its folder", named(place.path)));
                 }
             }
         }
     }
-    // What is named twice is read, and warned of, once.
+    // Libraries that are named twice are read, and warned about, only once.
     let mut once = Vec::new();
     files.retain(|file| {
         let is_new = !once.contains(file);
@@ -187,11 +187,11 @@ fn names_of(line: &[u8]) -> Vec<&[u8]> {
     names
 }
 
-/// The mean colour of a texture, by coverage; none where it is missing, damaged, or no PNG.
+/// Returns the mean colour of a texture, weighted by coverage, or `None` if it is missing, damaged, or not a PNG.
 fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32; 3]> {
     let Some(file) = find(folder, name) else {
         let name = quoted(&String::from_utf8_lossy(name));
-        (place.warn)(format!("{}: beside it there is no texture {name}", named(place.path)));
+        (place.warn)(format!("{}: its texture {name} is not in its folder", named(place.path)));
         return None;
     };
     if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
@@ -200,7 +200,7 @@ fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32;
     let picture = match read_rgba8(&file) {
         Ok(picture) => picture,
         Err(error) => {
-            (place.warn)(format!("{}: of its texture: {}", named(place.path), one_line(&error.to_string())));
+            (place.warn)(format!("{}: cannot read its texture: {}", named(place.path), one_line(&error.to_string())));
             return None;
         }
     };
@@ -216,7 +216,7 @@ fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32;
     (weight > 0.0).then(|| sum.map(|sum| (sum / weight) as f32))
 }
 
-/// The files that a model's beginning names, where they are: what a command reads besides the model.
+/// Returns the existing files that a model's beginning names, which a command reads besides the model.
 pub fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
     let mut lines = super::lines::Lines::new(beginning);
     while let Ok(Some(_)) = lines.step(&mut Vec::new()) {}

@@ -1,4 +1,4 @@
-//! Meshes in the world.
+//! Meshes and their placement in the world.
 
 use std::sync::Arc;
 
@@ -7,45 +7,45 @@ use glam::{DMat3, DVec3};
 use super::levels::{Level, MOST_LEVELS};
 use super::{Mesh, MeshError};
 
-/// Vertices of all different meshes, at most. A binding of 128 MiB holds so many positions.
+/// Largest number of vertices of all different meshes: as many positions as a binding of 128 MiB holds.
 pub const MOST: u64 = 1 << 23;
-/// Triangles of all different meshes, at most: 40 bytes each in such a binding. Levels count, too.
+/// Largest number of triangles of all different meshes, levels included: 40 bytes each in such a binding.
 pub const MOST_OWN: u64 = (128 << 20) / 40;
-/// Meshes that stand in a world, at most.
+/// Largest number of mesh instances in a world.
 pub const MOST_STANDING: u64 = 1 << 16;
-/// Triangles of all that stands in a world, at most, each level by itself: so many surface ids are for meshes.
+/// Largest number of triangles of all instances, each level counted separately: the number of surface ids for meshes.
 pub const MOST_NUMBERS: u64 = 1 << 30;
-/// Vertices that a view has room for, where that is not more than all different meshes need twice; triangles with edges,
-/// too.
+/// Number of vertices, and of triangles with edges, that a view has room for, unless twice those of all different
+/// meshes is more.
 const ROOM: u64 = 1 << 22;
 
-/// A mesh at a place. Several may share a mesh.
+/// An instance of a mesh. Several may share a mesh.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Standing {
-    /// Which of [`Placed::meshes`].
+    /// Index into [`Placed::meshes`].
     pub mesh: usize,
-    /// Where the mesh's middle is in the world.
+    /// Position of the mesh's centre in the world, in metres.
     pub middle_m: DVec3,
-    /// Turns and scales the mesh, whose vertices count from its middle.
+    /// Rotation and scale of the mesh, whose vertices are relative to its centre.
     pub world_from_mesh: DMat3,
-    /// World metres for each of the mesh's.
+    /// World metres per unit of the mesh.
     pub scale: f64,
 }
 
-/// All that stands in a world.
+/// The mesh instances of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Placed {
-    /// Each once.
+    /// The different meshes.
     pub meshes: Vec<Arc<Mesh>>,
-    /// In the order of the scene.
+    /// The instances, in the order of the scene.
     pub standing: Vec<Standing>,
-    /// Of each mesh, finest first.
+    /// The coarser levels of each mesh, finest first.
     coarser: Vec<Vec<Level>>,
     all: Counts,
     limit: Option<Room>,
 }
 
-/// Vertices and triangles of all that stands in a world, without levels, and triangles with them.
+/// Numbers of vertices and triangles of all instances without levels, and of triangles with levels.
 #[derive(Clone, Copy, Debug, Default)]
 struct Counts {
     vertices: u64,
@@ -53,30 +53,30 @@ struct Counts {
     numbers: u64,
 }
 
-/// What a view has room for, of what stands in the world.
+/// The capacity of a view for mesh geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Room {
-    /// Vertices of what is in view.
+    /// Number of vertices in view.
     pub vertices: u64,
-    /// Triangles of which edges are looked for.
+    /// Number of triangles whose edges are found.
     pub triangles: u64,
 }
 
-/// How a mesh stands.
+/// The placement of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stance {
-    /// Where the mesh's origin is in the world.
+    /// Position of the mesh's origin in the world, in metres.
     pub origin_m: DVec3,
-    /// Clockwise from above, in degrees.
+    /// Rotation clockwise as seen from above, in degrees.
     pub yaw_deg: f64,
-    /// World metres for each unit of the file.
+    /// World metres per unit of the file.
     pub scale: f64,
-    /// Whether the file's z points up; else its y does, and its z to the south.
+    /// Whether the file's z axis points up; otherwise its y axis points up and its z axis to the south.
     pub z_up: bool,
 }
 
 impl Stance {
-    /// Turns and scales the file's coordinates.
+    /// Returns the rotation and scale of the file's coordinates.
     pub fn world_from_mesh(&self) -> DMat3 {
         let up = if self.z_up { DMat3::IDENTITY } else { DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y) };
         DMat3::from_rotation_z(-self.yaw_deg.to_radians()) * up * self.scale
@@ -84,10 +84,10 @@ impl Stance {
 }
 
 impl Placed {
-    /// Adds a mesh; one that stands elsewhere already is shared.
+    /// Adds an instance; a mesh that has been placed already is shared.
     ///
     /// # Errors
-    /// [`MeshError::TooMany`].
+    /// [`MeshError::TooMany`] if a limit is exceeded.
     pub fn add(&mut self, mesh: &Arc<Mesh>, stance: &Stance) -> Result<(), MeshError> {
         let number = match self.meshes.iter().position(|known| Arc::ptr_eq(known, mesh)) {
             Some(number) => number,
@@ -126,7 +126,7 @@ impl Placed {
             counts.into_iter().find(|(_, found, most)| found > most)
         };
         if over(self).is_some() {
-            // Whole meshes come first.
+            // Full meshes have priority over coarser levels.
             self.coarser.iter_mut().for_each(Vec::clear);
         }
         if let Some((what, found, most)) = over(self) {
@@ -137,11 +137,10 @@ impl Placed {
         Ok(())
     }
 
-    /// Adds a mesh that does not stand anywhere yet, with its coarser levels, finest first: as many as there is room
-    /// for.
+    /// Adds a mesh without an instance, with its coarser levels, finest first, as many as fit.
     ///
     /// # Errors
-    /// [`MeshError::TooMany`].
+    /// [`MeshError::TooMany`] if a limit is exceeded.
     pub fn add_levels(&mut self, mesh: &Arc<Mesh>, levels: Vec<Level>) -> Result<(), MeshError> {
         self.add_mesh(mesh)?;
         for level in levels.into_iter().take(MOST_LEVELS - 1) {
@@ -153,7 +152,7 @@ impl Placed {
         Ok(())
     }
 
-    /// Vertices and triangles of all different meshes, with their levels and this one.
+    /// Returns the numbers of vertices and triangles of all different meshes, with their levels and `mesh`.
     fn own(&self, mesh: &Mesh) -> [u64; 2] {
         let meshes = self.meshes.iter().map(|mesh| &**mesh);
         let levels = self.coarser.iter().flatten().map(|level| &level.mesh);
@@ -162,23 +161,23 @@ impl Placed {
         all.map(counts).fold([0, 0], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
     }
 
-    /// The coarser levels of one of [`Placed::meshes`], finest first.
+    /// Returns the coarser levels of one of [`Placed::meshes`], finest first.
     pub fn coarser(&self, mesh: usize) -> &[Level] {
         &self.coarser[mesh]
     }
 
-    /// Vertices of all that stands here, at its finest levels.
+    /// Returns the number of vertices of all instances, at their finest levels.
     pub fn vertices(&self) -> u64 {
         self.all.vertices
     }
 
-    /// Gives views less room than they would have.
+    /// Limits the capacity of views.
     pub fn limit_room(&mut self, room: Room) {
         self.limit = Some(room);
     }
 
-    /// What a view has room for: all that stands here, or where that is a lot, twice as much as all different meshes
-    /// have.
+    /// Returns the capacity of a view: for all instances, or where these are many, for twice the geometry of all
+    /// different meshes.
     pub fn room(&self) -> Room {
         let [vertices, triangles] = self.meshes.iter().fold([0, 0], |[vertices, triangles], mesh| {
             [vertices + mesh.vertices_m.len() as u64, triangles + mesh.triangles.len() as u64]
@@ -191,12 +190,12 @@ impl Placed {
         }
     }
 
-    /// The mesh of one that stands here.
+    /// Returns the mesh of an instance.
     pub fn mesh(&self, standing: &Standing) -> &Mesh {
         &self.meshes[standing.mesh]
     }
 
-    /// The distance to the nearest of them, as far as contours go: they lie on its far sides too.
+    /// Returns the distance in metres to the nearest instance's contours, which are on its far sides too.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let distance_m = |standing: &Standing| {
             let radius_m = self.mesh(standing).radius_m * standing.scale;

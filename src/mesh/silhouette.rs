@@ -1,21 +1,22 @@
-//! How much two meshes look alike: the parts of a picture that both cover, of those that one of them covers
-//! (intersection over union).
+//! The similarity of two meshes' silhouettes: the pixels that both cover, divided by the pixels that at least one
+//! covers (intersection over union).
 //!
-//! The picture has 64 × 64 pixels, without perspective, and is as large as the first mesh: what a tree on a slope far
-//! away is. A pixel is covered where a triangle covers its middle, from either side.
+//! The image has 64 × 64 pixels, without perspective, and is as large as the first mesh: the scale of a tree on a
+//! distant slope. A pixel is covered if a triangle covers its centre, from either side.
 
 use glam::{DVec2, DVec3};
 
 use super::Mesh;
 
-/// Pixels along a side.
+/// Number of pixels along a side.
 pub const SIDE_PX: usize = 64;
 
-/// What is covered: a bit for each pixel.
+/// The covered pixels, a bit for each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Silhouette([u64; SIDE_PX]);
 
-/// Directions that lie evenly on the sphere (a spiral by the golden angle), `turned` about the axis in radians.
+/// Returns directions that are evenly distributed on the sphere (a golden-angle spiral), rotated by `turned` radians
+/// about the axis.
 pub fn views(count: usize, turned: f64) -> impl Iterator<Item = DVec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |i| {
@@ -26,7 +27,7 @@ pub fn views(count: usize, turned: f64) -> impl Iterator<Item = DVec3> {
 }
 
 impl Silhouette {
-    /// Of a mesh seen along `forward`, in a picture of a ball.
+    /// Rasterises a mesh seen along `forward`, in an image of the ball `ball_m` (centre and radius).
     pub fn of(mesh: &Mesh, forward: DVec3, ball_m: (DVec3, f64)) -> Self {
         let (middle_m, radius_m) = ball_m;
         let (right, up) = forward.any_orthonormal_pair();
@@ -46,7 +47,7 @@ impl Silhouette {
         Self(rows)
     }
 
-    /// What both cover, of what one of them covers; 1 for two that cover nothing.
+    /// Returns the intersection over union; 1 for two that cover nothing.
     pub fn overlap(&self, other: &Self) -> f64 {
         let count = |of: fn(u64, u64) -> u64| -> u32 {
             self.0.iter().zip(&other.0).map(|(&a, &b)| of(a, b).count_ones()).sum()
@@ -56,7 +57,7 @@ impl Silhouette {
     }
 }
 
-/// The mean overlap of a mesh with another one that stands for it, over views.
+/// Returns the mean overlap of a mesh with a simplified one, over several views.
 pub fn overlap(mesh: &Mesh, other: &Mesh, views: impl Iterator<Item = DVec3>) -> f64 {
     let ball_m = (mesh.middle_m, mesh.radius_m.max(f64::MIN_POSITIVE));
     let (mut sum, mut count) = (0.0, 0);
@@ -67,13 +68,13 @@ pub fn overlap(mesh: &Mesh, other: &Mesh, views: impl Iterator<Item = DVec3>) ->
     sum / f64::from(count.max(1))
 }
 
-/// Sets the bits of a triangle.
+/// Sets the bits that a triangle covers.
 pub(crate) fn cover(rows: &mut [u64; SIDE_PX], [a, b, c]: [DVec2; 3]) {
     let first = |low: f64| (low - 0.5).ceil().max(0.0) as usize;
     let end = |high: f64| ((high - 0.5).floor() + 1.0).clamp(0.0, SIDE_PX as f64) as usize;
     let (low, high) = (a.min(b).min(c), a.max(b).max(c));
     for (y, row) in rows.iter_mut().enumerate().take(end(high.y)).skip(first(low.y)) {
-        // Where the line through the pixels' middles crosses the sides.
+        // The line through the pixels' centres crosses the sides there.
         let y = y as f64 + 0.5;
         let (mut left, mut right) = (f64::INFINITY, f64::NEG_INFINITY);
         for (from, to) in [(a, b), (b, c), (c, a)] {
@@ -100,12 +101,12 @@ mod tests {
 
     #[test]
     fn a_square_covers_what_it_should() {
-        // Half as wide as the picture, seen from above: its ball touches its corners.
+        // Seen from above, the square is half as wide as the image.
         let square = obj::parse("a".to_owned(), b"v -1 -1 0\nv 1 -1 0\nv 1 1 0\nv -1 1 0\nf 1 2 3 4\n").unwrap();
         let bits = |silhouette: &Silhouette| silhouette.0.iter().map(|row| row.count_ones()).sum::<u32>();
         let seen = Silhouette::of(&square, DVec3::Z, (DVec3::ZERO, 2.0));
         assert_eq!(bits(&seen), 32 * 32);
-        // From the side it is a line; beside the picture it is not there.
+        // From the side it is a line; outside the image nothing is covered.
         assert_eq!(bits(&Silhouette::of(&square, DVec3::X, (DVec3::new(0.0, 0.0, 0.01), 2.0))), 0);
         assert_eq!(bits(&Silhouette::of(&square, DVec3::Z, (DVec3::splat(9.0), 2.0))), 0);
         let small = obj::parse("a".to_owned(), b"v -1 -1 0\nv 1 -1 0\nv 1 0 0\nv -1 0 0\nf 1 2 3 4\n").unwrap();

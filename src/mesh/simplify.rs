@@ -1,22 +1,22 @@
-//! Meshes of fewer triangles, for what is far away.
+//! Simplification of meshes, for models that are far away.
 //!
-//! There are several ways to leave triangles out, and which is best depends on the mesh. So all are tried, and the
-//! result whose silhouettes overlap those of the mesh most is taken ([`super::silhouette`]):
+//! There are several ways to remove triangles, and which is best depends on the mesh. So all are tried, and the result
+//! whose silhouettes overlap those of the mesh most is taken ([`super::silhouette`]):
 //!
-//! - **Edges collapse** by quadric errors (Garland and Heckbert 1997, as meshoptimizer has them), in the order of what
-//!   they change; vertices move to where they fit best; loose parts that are too small to matter vanish. Where two
-//!   materials meet, both sides collapse together, so their border stays closed. If the shape of the mesh does not let
-//!   it come down so far, borders of materials may give way too.
-//! - **Clustering**: what lies in a cell of a grid becomes a vertex (meshoptimizer's sloppy mode), each material by
-//!   itself. It always gets there, and is coarse.
-//! - **Thinning** for foliage, which is many small loose parts of which none can lose a triangle: of those that lie side
-//!   by side a half, a quarter or an eighth stays, and grows to the area of all (Cook and others, *Stochastic
-//!   Simplification of Aggregate Detail*, 2007). The rest collapses as above.
-//! - **A skin** over all parts, from a grid of cells (meshoptimizer's remesher), for a few hundred triangles: it closes
-//!   what stands in each other, as the storeys of a fir do, and collapses to almost nothing. A corner of it has the
+//! - **Edge collapse** by quadric errors (Garland and Heckbert 1997, as implemented by meshoptimizer), in the order of
+//!   the change that they cause; vertices move to where they fit best; loose parts that are too small to matter vanish.
+//!   Where two materials meet, both sides collapse together, so their border stays closed. If the shape of the mesh
+//!   does not permit as few triangles as required, borders of materials may collapse too.
+//! - **Clustering**: the vertices in a cell of a grid become one (meshoptimizer's sloppy mode), for each material
+//!   separately. It always reaches the required number, and is coarse.
+//! - **Thinning** for foliage, which consists of many small loose parts none of which can lose a triangle: of
+//!   neighbouring parts a half, a quarter or an eighth remains, and is enlarged to the area of all (Cook and others,
+//!   *Stochastic Simplification of Aggregate Detail*, 2007). The rest collapses as above.
+//! - **A skin** around all parts, from a grid of cells (meshoptimizer's remesher), for a few hundred triangles: it
+//!   unites intersecting parts, like the tiers of a fir, and collapses to very few triangles. A corner of it has the
 //!   material of the nearest triangle.
 //!
-//! Normals are those which the file has at a vertex, the one nearest to the new triangle's, or smooth ones.
+//! Normals are those of the file at a vertex, choosing the one nearest to the new triangle's, or smooth ones.
 
 use glam::DVec3;
 use meshopt::{RemeshOptions, SimplifyOptions};
@@ -27,21 +27,23 @@ use super::paint::Paint;
 use super::silhouette::{overlap, views};
 use super::{Mesh, place};
 
-/// Directions from which results are compared. A thousandth of a turn keeps them off the axes of buildings.
+/// Number of directions from which results are compared. A rotation of a thousandth of a turn avoids the axes of
+/// buildings.
 const VIEWS: usize = 12;
 const VIEWS_TURNED_RAD: f64 = 0.006;
-/// A part is small that is so large, measured by the mesh, at most.
+/// Largest size of a small part, relative to the mesh.
 const SMALL_PART: f64 = 0.35;
-/// Fewer small parts are no foliage.
+/// Smallest number of small parts that count as foliage.
 const LEAST_PARTS: usize = 12;
-/// Skins are tried for so many triangles at most.
+/// Largest number of triangles for which skins are tried.
 const FEW_TRIANGLES: usize = 512;
-/// And have so many cells along a side.
+/// Number of cells of skins along a side.
 const WRAP_CELLS: [u32; 3] = [12, 24, 48];
-/// A normal of the file that is farther from the triangle's is of another side: cos 60°.
+/// Smallest cosine between a normal of the file and the triangle's; others belong to another side: cos 60°.
 const LEAST_COSINE: f64 = 0.5;
 
-/// A mesh that looks like this one, of so many triangles at most, and of one at least. Its materials are the same.
+/// Returns a mesh that looks like `mesh`, with at most `triangles` triangles, but at least one. Its materials are the
+/// same.
 pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
     if mesh.triangles.len() <= triangles.max(1) {
         return mesh.clone();
@@ -65,14 +67,15 @@ pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
     let made = made.filter_map(|draft| draft.into_mesh(mesh, &normals));
     let scored = made.map(|made| (overlap(mesh, &made, views(VIEWS, VIEWS_TURNED_RAD)), made));
     let best = scored.reduce(|best, other| if other.0 > best.0 { other } else { best });
-    // A mesh of specks may vanish whatever is done.
+    // A mesh of specks may vanish with every method.
     best.map(|(_, made)| made)
         .or_else(|| whole.largest(mesh, most).into_mesh(mesh, &normals))
         .unwrap_or_else(|| mesh.clone())
 }
 
-/// A mesh of so many triangles at most whose `distance` from this one is least, with that distance; only edges collapse
-/// and vertices cluster, so nothing is put in the place of what is left out. None where the mesh is that small already.
+/// Returns the mesh of at most `triangles` triangles with the smallest `distance` from this one, with that distance.
+/// Only edge collapses and clustering are used, which add nothing in place of what they remove. Returns `None` if the
+/// mesh is that small already.
 pub fn nearest(mesh: &Mesh, triangles: usize, distance: impl Fn(&Mesh, &Mesh) -> f64) -> Option<(Mesh, f64)> {
     if triangles == 0 || mesh.triangles.len() <= triangles {
         return None;
@@ -91,11 +94,11 @@ pub fn nearest(mesh: &Mesh, triangles: usize, distance: impl Fn(&Mesh, &Mesh) ->
     measured.min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// A mesh as the simplifier has it: a vertex for each place and material.
+/// A mesh as input of the simplifier: a vertex for each place and material.
 #[derive(Clone)]
 struct Draft {
     places_m: Vec<[f32; 3]>,
-    /// The mesh's vertices and materials.
+    /// The mesh's vertex and material of each vertex.
     origins: Vec<(u32, u16)>,
     corners: Vec<u32>,
 }
@@ -126,7 +129,8 @@ impl Draft {
         Self { places_m: self.places_m.clone(), origins: self.origins.clone(), corners }
     }
 
-    /// By collapses of edges, after which vertices may have moved; none where the shape does not allow it.
+    /// Simplifies by edge collapses; with `moves`, vertices may also move. Returns `None` if the shape does not permit
+    /// it.
     fn collapsed(&self, most: usize, moves: bool) -> Option<Self> {
         if self.triangles() <= most {
             return Some(self.clone());
@@ -156,7 +160,7 @@ impl Draft {
         })
     }
 
-    /// By clusters, each material by itself with its part of the triangles.
+    /// Simplifies by clustering, each material separately with its share of the triangles.
     fn clustered(&self, mesh: &Mesh, most: usize) -> Self {
         if self.triangles() <= most {
             return self.clone();
@@ -174,7 +178,7 @@ impl Draft {
         self.with(corners)
     }
 
-    /// With one of `share` small parts, grown to the area of so many.
+    /// Keeps one of `share` small parts, enlarged to the area of all.
     fn thinned(&self, mesh: &Mesh, parts: &Parts, share: usize) -> Self {
         let mut draft = self.clone();
         let is_left = |part: u32| parts.rank[part as usize].is_none_or(|rank| rank % share == share / 2);
@@ -195,7 +199,7 @@ impl Draft {
         draft
     }
 
-    /// A skin over all, collapsed.
+    /// Builds a skin around all parts, and collapses it.
     fn wrapped(&self, mesh: &Mesh, cells: u32, most: usize) -> Option<Self> {
         let soup = meshopt::remesh_decoder(&self.corners, &self.places_m, cells, RemeshOptions::Solve);
         let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();
@@ -225,7 +229,7 @@ impl Draft {
         Some(skin)
     }
 
-    /// The largest triangles alone.
+    /// Keeps only the largest triangles.
     fn largest(&self, mesh: &Mesh, most: usize) -> Self {
         let area = |triangle: &[u32]| {
             let [a, b, c] = [0, 1, 2].map(|k| place(mesh.vertices_m[self.origins[triangle[k] as usize].0 as usize]));
@@ -236,7 +240,7 @@ impl Draft {
         self.with(triangles.into_iter().take(most).flatten().copied().collect())
     }
 
-    /// None where all triangles are without area.
+    /// Converts the draft to a mesh. Returns `None` if all triangles are degenerate.
     fn into_mesh(self, mesh: &Mesh, normals: &Normals) -> Option<Mesh> {
         let mut soup = Soup::default();
         let mut paint = Paint { materials: mesh.materials.clone(), of_triangles: Vec::new() };
@@ -249,7 +253,7 @@ impl Draft {
             soup.triangles.push([first, first + 1, first + 2]);
             soup.places_m.extend(places_m.map(|place_m| mesh.middle_m + place_m));
             soup.normals.extend(corners.map(|corner| normals.near(self.origins[corner as usize].0, face)));
-            // Where a border of materials gave way, corners differ.
+            // Where a border of materials has collapsed, the corners differ.
             let [a, b, c] = corners.map(|corner| self.origins[corner as usize].1);
             paint.of_triangles.push(if b == c { b } else { a });
         }
@@ -259,7 +263,7 @@ impl Draft {
 
 /// The normals at each vertex of a mesh.
 struct Normals {
-    /// Where those of a vertex begin.
+    /// The index of the first normal of each vertex.
     first: Vec<u32>,
     all: Vec<DVec3>,
 }
@@ -281,7 +285,7 @@ impl Normals {
         Self { first, all }
     }
 
-    /// The nearest to a direction at a vertex, or 0.
+    /// Returns the normal at a vertex that is nearest to a direction, or 0.
     fn near(&self, vertex: u32, face: DVec3) -> DVec3 {
         let of = self.first[vertex as usize] as usize..self.first[vertex as usize + 1] as usize;
         let best = self.all[of].iter().copied().max_by(|a, b| a.dot(face).total_cmp(&b.dot(face)));
@@ -289,17 +293,17 @@ impl Normals {
     }
 }
 
-/// Which parts of a mesh hang together, and which of them are foliage.
+/// The connected parts of a mesh, and which of them are foliage.
 struct Parts {
     of_vertex: Vec<u32>,
-    /// Of the box of each.
+    /// Centre of the bounding box of each part.
     middle_m: Vec<DVec3>,
-    /// Of small parts, along a curve on which neighbours are mostly near each other.
+    /// Rank of each small part along a curve on which neighbours are mostly close to each other.
     rank: Vec<Option<usize>>,
 }
 
 impl Parts {
-    /// None where there is no foliage.
+    /// Returns `None` if there is no foliage.
     fn of(mesh: &Mesh) -> Option<Self> {
         let mut root: Vec<u32> = (0..mesh.vertices_m.len() as u32).collect();
         fn find(root: &mut [u32], mut at: u32) -> u32 {
@@ -338,7 +342,7 @@ impl Parts {
     }
 }
 
-/// The place of a point of the cube from -1 to 1 on Morton's curve, in 2⁷ cells along each axis.
+/// Returns the position of a point of the cube from -1 to 1 along the Morton curve, in 2⁷ cells along each axis.
 fn on_curve(at: DVec3) -> u32 {
     let cell = ((at + 1.0) * 64.0).clamp(DVec3::ZERO, DVec3::splat(127.0));
     let spread = |value: f64| (0..7).map(|bit| ((value as u32 >> bit) & 1) << (3 * bit)).sum::<u32>();

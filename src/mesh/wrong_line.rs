@@ -1,23 +1,22 @@
-//! The line of an OBJ text that is to blame.
+//! Finding the line of an OBJ text that contains an error.
 //!
-//! The reader of meshes says what is wrong but not where. So when it has failed, and only then, the lines are looked at
-//! once more here.
+//! The mesh reader reports an error but not its line. So if it fails, and only then, the lines are checked again here.
 
 use super::build::LARGEST_COORDINATE_M;
 use crate::file::message::quoted;
 
-/// What was counted up to a line, or in all.
+/// Numbers of elements up to a line, or in all.
 #[derive(Clone, Copy, Default)]
 struct Counts {
     vertices: i64,
     normals: i64,
 }
 
-/// The first line that cannot be meant, and why. `lines` are whole lines with their numbers, counted from 1.
+/// Returns the first invalid line, and the reason. `lines` are whole lines with their numbers, counted from 1.
 pub(super) fn wrong_line<'a>(lines: impl Iterator<Item = (usize, &'a str)> + Clone) -> Option<(usize, String)> {
     let mut all = Counts::default();
     lines.clone().for_each(|(_, line)| all.count(line));
-    // A face may name vertices below it, but not in all files; so those that are nowhere come first.
+    // A face may use vertices defined below it, but not in all files; so vertices that exist nowhere come first.
     let with = |limit: Option<Counts>| {
         let mut before = Counts::default();
         lines.clone().find_map(|(number, line)| {
@@ -38,7 +37,7 @@ impl Counts {
     }
 }
 
-/// What is wrong with a line. Negative indices count back from `before`; others may be as large as `limit`.
+/// Returns what is wrong with a line. Negative indices count back from `before`; others may be as large as `limit`.
 fn cause(line: &str, before: Counts, limit: Counts) -> Option<String> {
     let mut words = line.split_ascii_whitespace();
     let kind = words.next()?;
@@ -46,16 +45,16 @@ fn cause(line: &str, before: Counts, limit: Counts) -> Option<String> {
     match kind {
         "v" => vertex(&words),
         "vn" => numbers(&words).err().or_else(|| {
-            (words.len() < 3).then(|| format!("a normal needs 3 numbers, and this one has {}", words.len()))
+            (words.len() < 3).then(|| format!("a normal needs 3 numbers, but this one has {}", words.len()))
         }),
-        "f" if words.len() < 3 => Some(format!("a face needs 3 corners, and this one has {}", words.len())),
+        "f" if words.len() < 3 => Some(format!("a face needs 3 corners, but this one has {}", words.len())),
         "f" => words.iter().find_map(|word| corner(word, before, limit)),
         _ => None,
     }
 }
 
 fn numbers(words: &[&str]) -> Result<Vec<f64>, String> {
-    let number = |word: &&str| word.parse::<f64>().map_err(|_| format!("{} is no number", quoted(word)));
+    let number = |word: &&str| word.parse::<f64>().map_err(|_| format!("{} is not a number", quoted(word)));
     words.iter().map(number).collect()
 }
 
@@ -64,9 +63,9 @@ fn vertex(words: &[&str]) -> Option<String> {
         Ok(numbers) => numbers,
         Err(cause) => return Some(cause),
     };
-    // x y z, and possibly a weight or a colour.
+    // x y z, optionally with a weight or a colour.
     if ![3, 4, 6, 7].contains(&numbers.len()) {
-        return Some(format!("a vertex needs 3 numbers, and this one has {}", numbers.len()));
+        return Some(format!("a vertex needs 3 numbers, but this one has {}", numbers.len()));
     }
     let weight = if numbers.len() == 4 { numbers[3] } else { 1.0 };
     let place = numbers[..3].iter().map(|number| number / weight);
@@ -81,9 +80,9 @@ fn corner(word: &str, before: Counts, limit: Counts) -> Option<String> {
     let mut parts = word.split('/');
     let (vertex, normal) = (parts.next().unwrap_or_default(), parts.nth(1).unwrap_or_default());
     let check = |what: &str, text: &str, before: i64, limit: i64| {
-        let Ok(index) = text.parse::<i64>() else { return Some(format!("{} is no {what} of a face", quoted(word))) };
+        let Ok(index) = text.parse::<i64>() else { return Some(format!("{} is not a face's {what}", quoted(word))) };
         let is_there = if index < 0 { index >= -before } else { (1..=limit).contains(&index) };
-        (!is_there).then(|| format!("the face names {what} {index}, and there are {limit}"))
+        (!is_there).then(|| format!("the face uses {what} {index}, but there are {limit}"))
     };
     let wrong = check("vertex", vertex, before.vertices, limit.vertices);
     wrong.or_else(|| if normal.is_empty() { None } else { check("normal", normal, before.normals, limit.normals) })

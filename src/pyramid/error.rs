@@ -1,4 +1,4 @@
-//! What can go wrong between a height grid and its pyramid.
+//! The errors that can occur between a height grid and its pyramid.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -8,148 +8,144 @@ use crate::pyramid::tile::TileAddress;
 use crate::remote::RemoteError;
 use crate::source::SourceError;
 
-/// Why a pyramid could not be written or read.
+/// The reason why a pyramid could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum PyramidError {
-    /// The grid's fields contradict one another, or it is too small.
+    /// The grid's fields contradict one another, or the grid is too small.
     #[error("{}: {cause}", named(path))]
     BadGrid {
         /// The file that was to be baked.
         path: PathBuf,
-        /// What is wrong with the grid.
+        /// The problem with the grid.
         cause: String,
     },
-    /// Not one sample has a height.
-    #[error("{}: no sample has a height; all are void", named(path))]
+    /// No sample has a height.
+    #[error("{}: every sample is no-data; there are no heights to bake", named(path))]
     NoHeights {
         /// The file that was to be baked.
         path: PathBuf,
     },
-    /// The system refused to read or write a file.
+    /// The operating system refused to read or write a file.
     #[error("{}: {what}: {source}", named(path))]
     Io {
-        /// The file or folder.
         path: PathBuf,
-        /// What was being done.
+        /// The operation that failed, as a gerund: "writing", "reading a tile".
         what: &'static str,
-        /// The system's reason.
+        /// The operating system's reason.
         source: io::Error,
     },
-    /// A block could not be compressed or the container not written.
-    #[error("{}: the GeoTIFF could not be written: {}", named(path), chain(source.as_ref()))]
+    /// A tile could not be compressed, or the GeoTIFF not assembled.
+    #[error("{}: cannot write the GeoTIFF: {}", named(path), chain(source.as_ref()))]
     Encode {
-        /// The GeoTIFF.
         path: PathBuf,
         /// The encoder's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The GeoTIFF is damaged, or not one of ours.
-    #[error("{}: the GeoTIFF could not be read: {}", named(path), chain(source.as_ref()))]
+    /// The GeoTIFF is damaged, or another program wrote it.
+    #[error("{}: cannot read the GeoTIFF: {}", named(path), chain(source.as_ref()))]
     Decode {
-        /// The GeoTIFF.
         path: PathBuf,
         /// The decoder's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The GeoTIFF does not have the levels that its sidecar describes, or what was read back is not what was written.
+    /// The GeoTIFF does not have the levels that its sidecar describes, or reading back gave other heights than were
+    /// written.
     #[error("{}: {cause}", named(path))]
     Mismatch {
-        /// The GeoTIFF.
         path: PathBuf,
-        /// What differs, as a sentence's end.
+        /// The difference, as the end of a sentence.
         cause: String,
     },
-    /// There is no file of tile statistics beside the GeoTIFF: bake it first.
-    #[error("{}: there are no tile statistics beside it ({})", named(path), named(sidecar))]
+    /// The GeoTIFF has no sidecar file with tile statistics: it has to be baked first.
+    #[error("{}: its tile statistics are missing ({}); bake it again", named(path), named(sidecar))]
     NoSidecar {
-        /// The GeoTIFF.
         path: PathBuf,
-        /// Where its statistics would be.
+        /// The path where the sidecar was expected.
         sidecar: PathBuf,
     },
-    /// The tile statistics belong to another version of the GeoTIFF, or of hachure: bake again.
-    #[error("{}: stale tile statistics: {cause}", named(path))]
+    /// The tile statistics belong to another version of the GeoTIFF, or of hachure: it has to be baked again.
+    #[error("{}: outdated tile statistics: {cause}", named(path))]
     StaleSidecar {
         /// The sidecar.
         path: PathBuf,
-        /// What does not fit.
+        /// The reason, as a sentence.
         cause: String,
     },
-    /// The file of tile statistics is damaged: bake again.
+    /// The sidecar is damaged: the pyramid has to be baked again.
     #[error("{}: damaged tile statistics: {cause}", named(path))]
     CorruptSidecar {
         /// The sidecar.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The damage, as a sentence.
         cause: String,
     },
-    /// There is no such tile.
-    #[error("{}: there is no tile {} {} {} (level, x, y)", named(path), address.level, address.x, address.y)]
+    /// The pyramid has no tile with this address.
+    #[error("{}: no tile {} {} {} (level, x, y)", named(path), address.level, address.x, address.y)]
     NoSuchTile {
-        /// The pyramid that was asked.
+        /// The pyramid that was read.
         path: PathBuf,
-        /// The tile asked for.
+        /// The requested tile.
         address: TileAddress,
     },
-    /// The folder of cached pyramids cannot be written.
+    /// The cache folder of baked pyramids cannot be written.
     #[error(
-        "{}: the cache cannot be written: {}; HACHURE_CACHE names another folder",
+        "{}: cannot write the cache: {}; set HACHURE_CACHE to use another folder",
         named(folder), chain(source.as_ref())
     )]
     Cache {
-        /// The folder of the cache.
+        /// The cache folder.
         folder: PathBuf,
-        /// The system's reason, or the encoder's.
+        /// The reason of the operating system or of the encoder.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// The system names no folder for caches.
-    #[error("no folder for baked terrain: set HACHURE_CACHE")]
+    /// The operating system names no folder for caches.
+    #[error("found no cache folder for baked terrain; set HACHURE_CACHE to a folder")]
     NoCacheFolder,
-    /// The file has too few overviews to fly over it as it is.
-    #[error("{}: {cause}; bake it first, where it lies: hachure bake FILE -o OUT.tif", named(path))]
+    /// The file has too few overviews to be drawn without baking.
+    #[error("{}: {cause}; bake it first, where the file is stored: hachure bake FILE -o OUT.tif", named(path))]
     NoOverviews {
-        /// The file or its address.
+        /// The file, or its address.
         path: PathBuf,
-        /// What is missing.
+        /// The missing part, as a sentence.
         cause: String,
     },
-    /// A server sent bytes that cannot be, as often as it was asked.
-    #[error("{}: the server sends damaged bytes for {what}: {}", named(path), printable(cause, 180))]
+    /// A server sent damaged bytes at every attempt.
+    #[error("{}: the server sent damaged data for {what}: {}", named(path), printable(cause, 180))]
     Sent {
         /// The address of the file.
         path: PathBuf,
-        /// What they were to be.
+        /// The content of the bytes, for example "tile 0 3 4".
         what: String,
-        /// What is wrong with them.
+        /// The damage.
         cause: String,
     },
-    /// The file, here or elsewhere, could not be had.
+    /// Reading the file, local or remote, failed.
     #[error(transparent)]
     Remote(RemoteError),
-    /// Its bytes could not be had while they were decoded: the words of the source, which name the file.
+    /// Reading bytes failed while they were decoded. The message of the source names the file.
     #[error(transparent)]
     Unread {
-        /// The source's words.
+        /// The source's error.
         source: SourceError,
     },
-    /// It is no height file that can be read.
+    /// The file cannot be read as heights.
     #[error(transparent)]
     Source(#[from] SourceError),
-    /// Nobody wants the tile any more.
-    #[error("no longer wanted")]
+    /// The request for the tile was cancelled.
+    #[error("cancelled")]
     Cancelled,
-    /// The bake was told to stop.
+    /// The bake was stopped.
     #[error("stopped")]
     Stopped,
-    /// The work folder of a bake holds something else.
+    /// The work folder of a bake cannot be used.
     #[error("{}: {cause}", named(path))]
     Parts {
         /// The work folder.
         path: PathBuf,
-        /// Why it cannot be used, as a sentence's end.
+        /// The reason, as the end of a sentence.
         cause: String,
     },
-    /// The heights to bake could not be had: the loader's own words, which name the file.
+    /// Reading the heights to bake failed. The message of the loader names the file.
     #[error(transparent)]
     Load(Box<dyn std::error::Error + Send + Sync>),
 }
@@ -161,7 +157,7 @@ impl From<RemoteError> for PyramidError {
 }
 
 impl PyramidError {
-    /// Whether baking anew would cure it.
+    /// Returns whether baking again would cure the error.
     pub fn wants_bake(&self) -> bool {
         matches!(
             self,
@@ -173,7 +169,7 @@ impl PyramidError {
         )
     }
 
-    /// Whether it is no use to ask again at once: whoever read it has tried for as long as it makes sense.
+    /// Returns whether trying again at once is pointless, because the reader has already made all sensible attempts.
     pub fn is_final(&self) -> bool {
         match self {
             Self::Remote(error) => error.is_final(),
@@ -182,7 +178,7 @@ impl PyramidError {
         }
     }
 
-    /// The same where the bytes came from a server: the file may be whole.
+    /// Converts an error about bytes from a server: the file on the server may be intact.
     pub(super) fn sent(self, path: &Path, what: &str) -> Self {
         let mut cause: &dyn std::error::Error = &self;
         while let Some(inner) = cause.source() {
@@ -193,7 +189,7 @@ impl PyramidError {
         Self::Sent { path: path.to_owned(), what: what.to_owned(), cause }
     }
 
-    /// The error with its causes, in one line.
+    /// Returns the error with its causes, in one line.
     pub fn told(&self) -> String {
         crate::file::one_line(&chain(self))
     }

@@ -1,19 +1,20 @@
-//! The tile pyramid: a cloud-optimised GeoTIFF of heights with the measured errors of its tiles beside it, and whatever
-//! else gives tiles as if it were one.
+//! The tile pyramid: a cloud-optimised GeoTIFF of heights with a sidecar file that holds the measured errors of its
+//! tiles, and the other sources of tiles that have the same interface.
 //!
-//! [`bake()`] writes a pyramid from a height grid, [`Pyramid::open`] reads it, [`store::open_or_bake`] does what is
-//! needed, and [`TileStore`] is what all who give tiles have in common.
+//! [`bake()`] writes a pyramid from a height grid, [`Pyramid::open`] reads it, [`store::open_or_bake`] bakes only if
+//! necessary, and [`TileStore`] is the interface of all sources of tiles.
 //!
-//! The rooms are listed in order: a module uses only rooms that stand above its own, and in its own room only modules
-//! that stand above it. What is needed is imported from where it is defined; the names here are for those outside.
+//! The submodules are listed in order of dependency: a module uses only submodules listed before its own, and within
+//! its submodule only modules listed before itself. Inside the crate, items are imported from where they are defined;
+//! the names re-exported here are for users of the library.
 //!
 //! ```text
-//! tile      tiles and their samples: addresses, sizes, the void bit
-//! error     what can go wrong
-//! surface   levels in memory: registration, filled voids, the bicubic surface, statistics, errors of triangles
-//! format    what lies in files: COG, sidecar, records, encodings, tags
+//! tile      tiles and their samples: addresses, sizes, the no-data bit
+//! error     the error type
+//! surface   levels in memory: registration, filled no-data, the bicubic surface, statistics, triangle errors
+//! format    file formats: COG, sidecar, records, encodings, tags
 //! bake      heights → files, with measured errors
-//! store     who gives tiles: baked pyramids, COGs, mosaics, the continent, the cache
+//! store     sources of tiles: baked pyramids, COGs, mosaics, the continent, the cache
 //! ```
 //!
 //! Why: `docs/decisions/cog-pyramid.md`.

@@ -277,7 +277,7 @@ fn files_that_do_not_hold_are_told_in_a_line() {
     let files = WaterFiles::default().with(&scratch.write("there.geojson", geojson("", &square(8.0, 9.0))));
     let nowhere = Georeference { crs: Crs::Local, ..place() };
     let error = GivenWater::load(&files, &nowhere, [SAMPLES; 2]).unwrap_err().to_string();
-    assert!(error.contains("there.geojson: cannot be laid over the world"), "{error}");
+    assert!(error.contains("there.geojson: cannot be projected onto the world"), "{error}");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Tiles of heights on the GPU: one texture array whose layers are slots, and who is in which.
+//! Tiles of heights on the GPU: one texture array whose layers are slots, and the tile in each slot.
 
 use std::cell::Cell;
 use std::sync::Arc;
@@ -12,27 +12,27 @@ use crate::pyramid::surface::statistics::{PatchPage, TileStatistics};
 use crate::pyramid::tile::TILE_STRIDE;
 use crate::pyramid::{LoadedTile, TileAddress};
 
-/// Heights in metres; the lowest bit of a sample says whether it is void.
+/// Format of heights in metres; the lowest bit of a sample is set for no-data.
 pub const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
-/// Bytes of one slot.
+/// Size of a slot in bytes.
 pub const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 
-/// A tile on the GPU, and what is known of it.
+/// A tile on the GPU, with its statistics.
 pub struct Resident {
-    /// The layer of the texture that holds its heights.
+    /// The layer of the texture that contains its heights.
     pub slot: u32,
-    /// Range, errors and voids of the tile.
+    /// Height range, errors and no-data of the tile.
     pub statistics: TileStatistics,
-    /// Range, mesh error and voids of the mesh patches that come with it.
+    /// Height range, mesh error and no-data of the mesh patches of the tile's page.
     pub patches: PatchPage,
-    /// How low its land can be, by blocks: what it surely hides.
+    /// Lower bounds of the tile's land, by blocks, for occlusion culling.
     pub occluder_minima: Arc<OccluderMinima>,
-    /// When it came, in seconds of the terrain's clock.
+    /// Time of arrival on the GPU, in seconds of the terrain's clock.
     pub arrived_s: f64,
     last_wanted: Cell<u64>,
 }
 
-/// The tiles on the GPU: a texture array, and which tile is in which of its layers.
+/// The tiles on the GPU: a texture array, and the tile in each of its layers.
 pub struct Atlas {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
@@ -44,7 +44,7 @@ pub struct Atlas {
 }
 
 impl Atlas {
-    /// Room for `tiles` tiles, or as many as fit in `memory_bytes` and the device's limits.
+    /// Creates an atlas for `tiles` tiles, or as many as fit in `memory_bytes` and the device's limits.
     pub fn new(gpu: &Gpu, tiles: u64, memory_bytes: u64) -> Self {
         let limits = gpu.device.limits();
         let slots = tiles
@@ -63,7 +63,7 @@ impl Atlas {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor {
-            // A texture of one layer would not be an array.
+            // By default, the view of a texture of one layer would not be an array.
             dimension: Some(wgpu::TextureViewDimension::D2Array),
             ..Default::default()
         });
@@ -71,31 +71,31 @@ impl Atlas {
         Self { texture, view, ring, slots, used, free: (0..slots).rev().collect(), evicted: 0 }
     }
 
-    /// All heights: an array with a layer for each slot.
+    /// Returns all heights: an array with a layer for each slot.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// How many tiles fit; it never changes.
+    /// Returns the number of slots, which never changes.
     pub fn slots(&self) -> u32 {
         self.slots
     }
 
-    /// A tile that is on the GPU; looking does not keep it there.
+    /// Returns a tile that is on the GPU, without marking it as used.
     pub fn get(&self, tile: TileAddress) -> Option<&Resident> {
         self.used.get(&tile)
     }
 
-    /// A tile that is there; it counts as wanted in frame `frame`.
+    /// Returns a tile that is on the GPU, and marks it as used in frame `frame`.
     pub fn want(&self, tile: TileAddress, frame: u64) -> Option<&Resident> {
         let resident = self.used.get(&tile)?;
         resident.last_wanted.set(resident.last_wanted.get().max(frame));
         Some(resident)
     }
 
-    /// Sends tiles to the GPU, the first ones first: into free slots, or in the place of those that have not been
-    /// wanted for longest, but never of one that is wanted in frame `frame`. Returns those that went; the others have
-    /// to be offered again: there was no room, or the budget of bytes of a frame of `frame_s` seconds is used up.
+    /// Uploads tiles in the given order, into free slots or those of the least recently used tiles, but never of a tile
+    /// that is used in frame `frame`. Returns the uploaded tiles. The others have to be offered again: there was no
+    /// free slot, or the byte budget of a frame of `frame_s` seconds is used up.
     pub fn insert(
         &mut self,
         gpu: &Gpu,
@@ -135,14 +135,14 @@ impl Atlas {
             .collect()
     }
 
-    /// Tiles that could go, the one that was wanted last first.
+    /// Returns the tiles that may be evicted, the most recently used first.
     fn by_age(&self, frame: u64) -> Vec<(u64, TileAddress)> {
         if !self.free.is_empty() && self.free.len() >= 64 {
             return Vec::new();
         }
         let age = |(address, resident): (&TileAddress, &Resident)| (resident.last_wanted.get(), *address);
         let mut oldest: Vec<_> = self.used.iter().map(age).filter(|(wanted, _)| *wanted < frame).collect();
-        // The address breaks ties, so that runs are alike.
+        // The address breaks ties, so that runs are deterministic.
         oldest.sort_unstable_by(|a, b| b.cmp(a));
         oldest
     }
@@ -154,22 +154,22 @@ impl Atlas {
         Some(resident.slot)
     }
 
-    /// How many tiles are on the GPU now.
+    /// Returns the number of tiles on the GPU.
     pub fn len(&self) -> usize {
         self.used.len()
     }
 
-    /// Whether no tile is on the GPU.
+    /// Returns whether no tile is on the GPU.
     pub fn is_empty(&self) -> bool {
         self.used.is_empty()
     }
 
-    /// Tiles that made room for others so far.
+    /// Returns the number of tiles evicted so far.
     pub fn evicted(&self) -> u64 {
         self.evicted
     }
 
-    /// Bytes on the GPU, staging memory included.
+    /// Returns the GPU memory in bytes, staging buffers included.
     pub fn bytes(&self) -> u64 {
         u64::from(self.slots) * SLOT_BYTES + self.ring.bytes()
     }

@@ -1,8 +1,8 @@
-//! What a tile's maps look at: tiles of its own level and of all coarser ones, near enough for
+//! The tiles that a tile's maps depend on: tiles of its own level and of all coarser ones, near enough for
 //! `shaders/surface/land/horizons.wgsl` and `shaders/surface/lakes` to read them.
 //!
-//! Horizons read a level at most sixteen samples away, and lakes sixty, so a tile touches nine tiles of its own level and four of each
-//! coarser one at most. They have fixed places in a list, so a set of them is a number.
+//! Horizons read a level at most sixteen samples away, and lakes sixty, so a tile depends on at most nine tiles of its
+//! own level and four of each coarser one. Each has a fixed position in a list, so a set of them is a bit mask.
 
 use rustc_hash::FxHashSet;
 
@@ -10,14 +10,14 @@ use super::needed::Needed;
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
-/// How far a level is read, in its samples. (The sixteen of horizons are up to forty where the samples of a geographic grid
-/// are narrow.)
+/// Largest distance at which a level is read, in its samples. (The sixteen of horizons are up to forty where the
+/// samples of a geographic grid are narrow.)
 const REACH: i64 = 60;
 
-/// Which of the tiles around one are there: a bit for each.
+/// The existing tiles around a tile: a bit for each.
 pub type Around = u128;
 
-/// The tiles around `tile`, itself included, with the number of each.
+/// Returns the tiles around `tile`, itself included, with the bit number of each.
 pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (u32, TileAddress)> + use<'_> {
     let side = i64::from(TILE_SAMPLES);
     (tile.level..levels.len() as u32).flat_map(move |level| {
@@ -28,7 +28,7 @@ pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (
             (first - REACH).div_euclid(side)..=(end - 1 + REACH).div_euclid(side).min(i64::from(count) - 1)
         };
         let (columns, rows) = (range(tile.x, size.tiles_x()), range(tile.y, size.tiles_y()));
-        // Three in a row on the own level, two on coarser ones.
+        // Three in a row on the tile's own level, two on coarser ones.
         let (first_bit, width) = if up == 0 { (0, 3) } else { (9 + 4 * (up - 1), 2) };
         let (left, top) = (*columns.start(), *rows.start());
         rows.filter(|y| *y >= 0).flat_map(move |y| {
@@ -40,7 +40,8 @@ pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (
     })
 }
 
-/// The tiles that maps of `needed` tiles look at and that the view does not need itself, coarser ones first.
+/// Returns the tiles that the maps of `needed` tiles depend on and that the view does not need itself, coarser ones
+/// first.
 pub fn beside(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
     let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
     let mut found = Vec::new();
@@ -70,7 +71,7 @@ mod tests {
             assert_eq!(bits.len(), found.len(), "{tile:?}");
             assert!(bits.iter().all(|bit| *bit < Around::BITS));
             assert!(found.iter().any(|(_, address)| *address == tile));
-            // Its parents, all of them.
+            // All ancestors are included.
             let is_parent =
                 |level: u32| found.iter().any(|(_, at)| *at == TileAddress { level, x: x >> level, y: y >> level });
             assert!((0..17).all(is_parent), "{tile:?}");

@@ -1,78 +1,79 @@
-//! How many patches a frame may have, and how much coarser it gets where they would be more.
+//! The budget of mesh patches of a frame, and the factor that makes a frame coarser when it would exceed it.
 //!
-//! Land of ordinary relief takes a number of patches that follows the picture. Nothing says that relief is ordinary: a
-//! checkerboard of heights, an allowed error of a billionth of a pixel, spikes everywhere. So a frame has a budget.
-//! Over it the allowed error of the whole frame is multiplied by a factor, the least with which the choice fits.
-//! Patches morph with the allowed error, so a factor that moves continuously moves the surface continuously.
+//! Land of ordinary relief needs a number of patches that follows the picture. But relief may be extraordinary: a
+//! checkerboard of heights, an allowed error of a billionth of a pixel, spikes everywhere. So a frame has a budget. If
+//! it is exceeded, the allowed error of the whole frame is multiplied by the smallest factor with which the selection
+//! fits. Patches morph with the allowed error, so a factor that changes continuously moves the surface continuously.
 //!
-//! A frame that waits for its tiles stands for itself, and the factor is found by bisection: the same picture has the
-//! same factor, whatever was drawn before. In a flight the factor goes on from the frame before and changes by a
-//! bounded part in a second, upward when a choice is over the budget, downward when a finer one would be well under it.
-//! A choice may be over by a fourth while the factor is on its way; what would be over by more takes a jump.
+//! For a frame that waits for its tiles, the factor is found by bisection: the same picture has the same factor,
+//! whatever was drawn before. In a flight the factor continues from the frame before and changes at a bounded rate,
+//! upward when a selection is over the budget, downward when a finer one would be well under it. A selection may be
+//! over by a quarter while the factor is changing; beyond that, the factor jumps.
 
-/// Pixels of the picture for each patch of 512 triangles, where a pixel of error is allowed. The Alps take a fourth of
-/// that, seen from a summit.
+/// Pixels of the picture per patch of 512 triangles, at an allowed error of one pixel. The Alps, seen from a summit,
+/// need a quarter of these patches.
 const PX_PER_PATCH: f64 = 32.0;
-/// Samples of the land for each patch, likewise: patches of the finest data have 256. A small land close by takes finer
-/// ones, and these are as many as all but a few views of it take.
+/// Samples of the land per patch, likewise: patches of the finest data have 256. A small land seen from nearby needs
+/// finer ones, and this number suffices for all but a few views of it.
 const SAMPLES_PER_PATCH: f64 = 16.0;
-/// A small picture, or a small land, may have as many patches as this.
+/// The smallest budget, for a small picture or a small land.
 const LEAST_PATCHES: f64 = 1024.0;
-/// Who asks for a smaller error gets as many times the patches, up to this.
+/// A smaller allowed error raises the budget by its inverse, up to this factor.
 const MOST_TIMES: f64 = 4.0;
-/// Bytes that a patch takes: its vertices, and what choosing it takes.
+/// Bytes per patch: its vertices, and the data of its selection.
 const PATCH_BYTES: u64 = 8192;
-/// A power of 2: how fast the factor moves, in a second.
+/// Speed of the factor, in octaves (powers of 2) per second.
 const OCTAVES_PER_S: f64 = 2.0;
-/// The least and the most that it moves in a frame.
+/// The smallest and largest change of the factor in a frame, in octaves.
 const STEP_OCTAVES: [f64; 2] = [1.0 / 64.0, 0.25];
-/// A finer choice is taken when it is no more than this part of the budget: less than 1, so that the factor rests.
+/// A finer selection is taken when it needs at most this fraction of the budget; less than 1, so that the factor comes
+/// to rest.
 const WELL_UNDER: f64 = 0.9;
-/// How much of the budget a choice may take while the factor is on its way.
+/// The fraction of the budget that a selection may use while the factor is changing.
 const ON_THE_WAY: f64 = 1.25;
-/// How exactly the factor is found for a picture that stands for itself, in octaves.
+/// Precision of the factor of a frame that waits for its tiles, in octaves.
 const EXACT_OCTAVES: f64 = 1.0 / 64.0;
 
-/// The most patches for a picture of so many pixels of a land of so many samples, where an error of `error_px` is asked
-/// for and tiles may take `tile_memory_bytes`.
+/// Returns the budget of patches for a picture of `pixels` pixels of a land of `samples` samples, with an allowed error
+/// of `error_px` pixels and `tile_memory_bytes` bytes of memory for tiles.
 pub fn most_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes: u64) -> usize {
     let ordinary = (pixels / PX_PER_PATCH).min(samples / SAMPLES_PER_PATCH).max(LEAST_PATCHES);
     let room = (tile_memory_bytes / PATCH_BYTES) as f64;
     (ordinary * (1.0 / error_px).clamp(1.0, MOST_TIMES)).min(room.max(LEAST_PATCHES)) as usize
 }
 
-/// How the factor is found.
+/// The method by which the factor is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Search {
-    /// Any factor within an octave of the least that fits.
+    /// Finds any factor within an octave of the smallest that fits.
     Roughly,
-    /// The least factor that fits, to a 64th of an octave.
+    /// Finds the smallest factor that fits, to a 64th of an octave.
     Exactly,
-    /// On from the frame before, so many seconds ago.
+    /// Continues from the factor of the frame before.
     GoOn {
-        /// Seconds between the two frames.
+        /// Time between the two frames, in seconds.
         step_s: f64,
     },
 }
 
-/// What a frame may have.
+/// The limits of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Budget {
-    /// The most patches.
+    /// The largest number of patches.
     most: usize,
-    /// The factor is at least this.
+    /// The smallest factor.
     least: f64,
 }
 
 impl Budget {
-    /// `most` patches, and a factor of at least `least`.
+    /// Creates a budget of `most` patches, with a factor of at least `least`.
     pub fn new(most: usize, least: f64) -> Self {
         Self { most, least: least.max(1.0) }
     }
 
-    /// Finds the factor for a frame after one with the factor `before`, and what `choose` makes of it: that tries a
-    /// factor with a number of patches, and gives none where they do not suffice. With a factor that is large enough
-    /// they always do.
+    /// Finds the factor for a frame after one with the factor `before`. Returns the selection of `choose` with it, and
+    /// the factor. `choose` tries a factor with a number of patches, and returns `None` if they do not suffice; with a
+    /// large enough factor they always do.
     pub fn find<T>(&self, search: Search, before: f64, mut choose: impl FnMut(f64, usize) -> Option<T>) -> (T, f64) {
         let mut tries = vec![(self.least, self.most)];
         if let Search::GoOn { step_s } = search {
@@ -93,7 +94,7 @@ impl Budget {
             from = factor;
         }
         let within = if search == Search::Roughly { 1.0 } else { EXACT_OCTAVES };
-        // Octaves above `from`: too few, and enough.
+        // Octaves above `from`: `low` is too few, `high` is enough.
         let (mut low, mut high) = (0.0_f64, 1.0_f64);
         let mut chosen = loop {
             if let Some(chosen) = choose(from * high.exp2(), self.most) {
@@ -116,7 +117,7 @@ impl Budget {
 mod tests {
     use super::*;
 
-    /// A land that takes `patches` at a factor of 1, and fewer as the factor grows.
+    /// Returns a land that needs `patches` patches at a factor of 1, and fewer as the factor grows.
     fn land(patches: f64) -> impl Fn(f64, usize) -> Option<usize> {
         move |factor, most| Some(((patches / factor) as usize).saturating_add(1)).filter(|taken| *taken <= most)
     }
@@ -141,7 +142,7 @@ mod tests {
         let search = Search::GoOn { step_s: 1.0 / 30.0 };
         let mut factor = 1.0;
         let mut factors = vec![factor];
-        // Toward steep land within four seconds, then a rest, then away from it.
+        // The camera approaches steep land within four seconds, rests, and leaves it.
         for frame in 0..360 {
             let toward = (f64::from(frame) / 120.0).min(1.0) - (f64::from(frame) / 60.0 - 4.0).clamp(0.0, 1.0);
             let (taken, next) = budget.find(search, factor, land(500.0 * 16_f64.powf(toward)));
@@ -152,12 +153,12 @@ mod tests {
         let steps = factors.windows(2).map(|pair| (pair[1] / pair[0]).log2().abs());
         assert!(steps.fold(0.0, f64::max) <= OCTAVES_PER_S / 30.0 + 1e-9);
         assert!(factors.iter().any(|factor| *factor > 6.0) && factors[360] == 1.0, "{factors:?}");
-        // While the land rests, so does the factor.
+        // While the camera rests, so does the factor.
         assert!(factors[180..220].windows(2).all(|pair| pair[0] == pair[1]));
-        // A jump into steep land is bounded at once.
+        // A jump to steep land is bounded at once.
         let (taken, _) = budget.find(search, 1.0, land(1e9));
         assert!(taken <= 1000);
-        // The planted error: without a budget nothing bounds it.
+        // The planted error: without a budget the number of patches is unbounded.
         assert!(Budget::new(usize::MAX, 1.0).find(search, 1.0, land(1e9)).0 > 1000);
     }
 
@@ -170,7 +171,7 @@ mod tests {
         assert_eq!(most_patches(large, 20.0 * 20.0, 4.0, memory), 1024);
         assert_eq!(most_patches(large, land, 1.0, 80 << 20), 10_240);
         assert_eq!(most_patches(large, land, 1.0, 1 << 20), 1024);
-        // Finer for who asks for it, within bounds.
+        // A smaller allowed error gets more patches, within bounds.
         assert_eq!(most_patches(small, land, 0.5, memory), 2048);
         assert_eq!(most_patches(small, land, 1e-9, memory), 4096);
         assert_eq!(most_patches(f64::INFINITY, f64::INFINITY, 1e-9, memory), 65_536);

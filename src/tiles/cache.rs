@@ -1,5 +1,5 @@
-//! Decoded tiles in memory, up to a cap: on their way to the GPU, for when they are wanted again, and for questions
-//! about the ground.
+//! A bounded cache of decoded tiles in memory, for uploads to the GPU, for repeated requests, and for queries of ground
+//! heights.
 
 use std::sync::Arc;
 
@@ -8,7 +8,7 @@ use rustc_hash::FxHashMap;
 use crate::pyramid::tile::TILE_STRIDE;
 use crate::pyramid::{LoadedTile, TileAddress};
 
-/// Bytes of a decoded tile: heights, what is known of its 256 patches, and how low its blocks are.
+/// Bytes of a decoded tile: heights, statistics of its 256 patches, and occluder minima of its blocks.
 pub const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
 
 /// Decoded tiles, up to a number of bytes.
@@ -23,28 +23,28 @@ struct Entry {
 }
 
 impl TileCache {
-    /// As many tiles as fit in `memory_bytes`, and at least one.
+    /// Creates a cache of as many tiles as fit in `memory_bytes`, but at least one.
     pub fn new(memory_bytes: u64) -> Self {
         Self { most: (memory_bytes / TILE_BYTES).max(1) as usize, tiles: FxHashMap::default() }
     }
 
-    /// A tile that is there; it counts as used in frame `frame`.
+    /// Returns a cached tile, and marks it as used in frame `frame`.
     pub fn get(&mut self, address: TileAddress, frame: u64) -> Option<&Arc<LoadedTile>> {
         let entry = self.tiles.get_mut(&address)?;
         entry.last_used = entry.last_used.max(frame);
         Some(&entry.tile)
     }
 
-    /// A tile that is in memory; looking does not keep it there.
+    /// Returns a cached tile, without marking it as used.
     pub fn peek(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.tiles.get(&address).map(|entry| &entry.tile)
     }
 
-    /// Keeps a tile; those that were not used for longest make room.
+    /// Adds a tile; the least recently used ones are removed if the cache is full.
     pub fn insert(&mut self, address: TileAddress, tile: Arc<LoadedTile>, frame: u64) {
         self.tiles.insert(address, Entry { tile, last_used: frame });
         if self.tiles.len() > self.most {
-            // A tenth at a time: one search for many tiles.
+            // A tenth at a time, so that one search serves many tiles.
             let mut ages: Vec<_> = self.tiles.iter().map(|(address, entry)| (entry.last_used, *address)).collect();
             let away = (self.tiles.len() - self.most + self.most / 10).min(self.tiles.len() - 1);
             ages.select_nth_unstable(away);
@@ -54,22 +54,22 @@ impl TileCache {
         }
     }
 
-    /// Bytes that the tiles take now.
+    /// Returns the memory of the tiles in bytes.
     pub fn bytes(&self) -> u64 {
         self.tiles.len() as u64 * TILE_BYTES
     }
 
-    /// How many tiles are in memory now.
+    /// Returns the number of cached tiles.
     pub fn len(&self) -> usize {
         self.tiles.len()
     }
 
-    /// Whether no tile is in memory.
+    /// Returns whether the cache is empty.
     pub fn is_empty(&self) -> bool {
         self.tiles.is_empty()
     }
 
-    /// How many tiles fit.
+    /// Returns the largest number of tiles.
     pub fn most(&self) -> usize {
         self.most
     }

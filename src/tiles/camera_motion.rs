@@ -1,38 +1,38 @@
-//! How the camera moves from frame to frame, and when it jumps.
+//! The motion of the camera from frame to frame, and the detection of jumps.
 
 use glam::DVec3;
 
-/// After a jump, detail does not fade in but stands as it comes, for so long in seconds.
+/// Time in seconds after a jump in which new detail appears at once instead of fading in.
 const JUMP_S: f64 = 1.5;
-/// A step so many times as long as the one before is a jump.
+/// A step this many times as long as the one before is a jump.
 const JUMP: f64 = 20.0;
-/// So many samples at least: the first step of a movement looks like a jump as well.
+/// The shortest jump, in samples: otherwise the first step of a movement would count as one.
 const JUMP_SAMPLES: f64 = 256.0;
-/// A pause so long in seconds ends a movement.
+/// A pause of this length in seconds ends a movement.
 const PAUSE_S: f64 = 1.0;
 
-/// The camera's way over the last frames.
+/// The position and speed of the camera in the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CameraMotion {
     before: Option<Step>,
 }
 
-/// The way to a frame, for what comes next.
+/// The camera's step to a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     camera_m: DVec3,
-    /// How fast the camera moves, in metres per second.
+    /// Velocity of the camera, in metres per second.
     pub velocity_m: DVec3,
     at_s: f64,
     /// Time since the frame before, in seconds.
     pub step_s: f64,
-    /// When the camera last jumped, in seconds of the terrain's clock.
+    /// Time of the last jump, in seconds of the terrain's clock.
     jumped_s: f64,
 }
 
 impl CameraMotion {
-    /// Goes on to a frame at `now_s`. A step much longer than the one before is a jump, and says nothing of the next;
-    /// the first frame is one.
+    /// Advances to a frame at `now_s`. A step much longer than the one before is a jump, which predicts nothing about
+    /// the next; the first frame is one.
     pub fn go_on(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
         let step = match self.before {
             None => Step { camera_m, velocity_m: DVec3::ZERO, at_s: now_s, step_s: 0.0, jumped_s: now_s },
@@ -55,12 +55,12 @@ impl Step {
         Self { camera_m, velocity_m, at_s: now_s, step_s, jumped_s: if is_jump { now_s } else { self.jumped_s } }
     }
 
-    /// Whether this was a jump.
+    /// Returns whether this step was a jump.
     pub fn has_jumped(&self) -> bool {
         self.jumped_s == self.at_s
     }
 
-    /// Whether the last jump is long enough ago for detail to fade in.
+    /// Returns whether the last jump is long enough ago for detail to fade in.
     pub fn fades(&self) -> bool {
         self.at_s - self.jumped_s > JUMP_S
     }
@@ -75,7 +75,7 @@ mod tests {
         let mut motion = CameraMotion::default();
         let mut at = |x_m: f64, now_s: f64| motion.go_on(DVec3::X * x_m, now_s, 10.0);
         assert!(at(0.0, 0.0).has_jumped(), "the first frame");
-        // Off it goes at 300 m/s: a first step, and no jump.
+        // The camera starts at 300 m/s: a first step, not a jump.
         for frame in 1..100 {
             let step = at(10.0 * f64::from(frame), f64::from(frame) / 30.0);
             assert!(!step.has_jumped());

@@ -1,4 +1,4 @@
-//! The curvature of the earth: boxes and places on a bent earth, the CPU's side of `shaders/shared/earth.wgsl`.
+//! The curvature of the earth: boxes and places on a curved earth; the CPU counterpart of `shaders/shared/earth.wgsl`.
 //!
 //! Why: `docs/decisions/earth-curvature.md`.
 
@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 use crate::scene::frustum::Bounds;
 
-/// The earth as a camera sees it: flat in the map, bent around the camera's plumb line.
+/// The earth as a camera sees it: flat in the map, curved around the vertical through the camera.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EarthCurvature {
     /// One over the effective radius, per metre; 0 is flat.
@@ -17,12 +17,12 @@ pub struct EarthCurvature {
     pub lowest_m: f64,
 }
 
-/// Land is never bent around a smaller radius, however low the camera is: near ground stays ground.
+/// The smallest radius, in metres, however low the camera is: otherwise near ground would look like a ball.
 const SMALLEST_RADIUS_M: f64 = 60_000.0;
 
 impl EarthCurvature {
-    /// The same, or a smaller globe, on which the horizon of the lowest land lies `horizon_rad` below level for this
-    /// camera: from high above far land is then seen behind near land (a panorama after Berann).
+    /// Returns this or a smaller globe, on which the horizon of the lowest land is `horizon_rad` below level for this
+    /// camera: from high above, far land is then seen behind near land (a panorama after Berann).
     #[must_use]
     pub fn with_horizon(self, horizon_rad: f64) -> Self {
         let cos = horizon_rad.cos();
@@ -34,7 +34,7 @@ impl EarthCurvature {
         Self { inverse_radius: self.inverse_radius.max(1.0 / radius_m.max(SMALLEST_RADIUS_M)), ..self }
     }
 
-    /// A place of the flat map, camera-relative, in the bent world.
+    /// Returns the place on the curved earth of a place of the flat map, both camera-relative, in metres.
     pub fn bend(&self, flat_m: DVec3) -> DVec3 {
         let k = self.inverse_radius;
         if k == 0.0 {
@@ -45,7 +45,7 @@ impl EarthCurvature {
         (flat_m.truncate() * sinc(angle) * taller).extend(flat_m.z - taller * versine(angle) / k)
     }
 
-    /// A camera-relative place of the bent world, on the flat map: the way back from [`EarthCurvature::bend`].
+    /// Inverts [`EarthCurvature::bend`]: returns the place on the flat map.
     pub fn unbend(&self, at_m: DVec3) -> DVec3 {
         let k = self.inverse_radius;
         if k == 0.0 {
@@ -59,7 +59,8 @@ impl EarthCurvature {
         flat.extend(z_m)
     }
 
-    /// A box around the bent places of a flat box, both camera-relative; none if the earth hides it.
+    /// Returns a box around the places on the curved earth of a flat box, both camera-relative, or `None` if the earth
+    /// hides it.
     pub fn bend_bounds(&self, flat: &Bounds) -> Option<Bounds> {
         let k = self.inverse_radius;
         if k == 0.0 {
@@ -84,14 +85,14 @@ impl EarthCurvature {
         })
     }
 
-    /// Whether the earth hides all of what is within `radius_m` of a place of the flat map, camera-relative.
+    /// Returns whether the earth hides everything within `radius_m` of a place of the flat map, camera-relative.
     pub fn hides_sphere(&self, flat_m: DVec3, radius_m: f64) -> bool {
         let nearest = (flat_m.truncate().length() - radius_m).max(0.0) * self.inverse_radius;
         self.inverse_radius > 0.0 && self.is_beyond_horizon(nearest, flat_m.z + radius_m)
     }
 
-    /// Whether the earth itself, at the lowest height of the land, hides everything from `angle` on, up to the
-    /// camera-relative height `high_m`.
+    /// Returns whether the earth itself, at the lowest height of the land, hides everything at an angle from `angle`
+    /// on, up to the camera-relative height `high_m`.
     fn is_beyond_horizon(&self, angle: f64, high_m: f64) -> bool {
         let ground = 1.0 / self.inverse_radius + self.lowest_m;
         let dip = |height_m: f64| (ground / (ground + height_m.max(0.0))).clamp(-1.0, 1.0).acos();
@@ -104,7 +105,7 @@ fn sinc(x: f64) -> f64 {
     if x.abs() < 1e-4 { 1.0 - x * x / 6.0 } else { x.sin() / x }
 }
 
-/// 1 − cos(x), without the difference.
+/// Returns 1 − cos(x), without cancellation.
 fn versine(x: f64) -> f64 {
     2.0 * (0.5 * x).sin().powi(2)
 }
@@ -131,9 +132,9 @@ mod tests {
             ((radius_m - 400.0) / (radius_m + camera_z_m)).acos()
         };
         assert!((dip_rad(9000.0, 0.3) - 0.3).abs() < 1e-9);
-        // The earth's own lies lower than that.
+        // The earth's own horizon is lower than that.
         assert!(dip_rad(9000.0, 1e-3) > 0.05 && dip_rad(9000.0, 0.0) > 0.05);
-        // A low camera stands on no ball.
+        // A low camera does not see a ball.
         let low = EarthCurvature { camera_z_m: 100.0, ..EARTH }.with_horizon(0.5);
         assert!((1.0 / low.inverse_radius - SMALLEST_RADIUS_M).abs() < 1e-6);
     }

@@ -1,10 +1,10 @@
-//! The grid projection: grid → world as a polynomial, so that the GPU can follow a curved projection with
-//! camera-relative digits.
+//! The grid projection: the map from the grid to the world as a polynomial, so that the GPU can evaluate a curved
+//! projection in camera-relative f32.
 //!
-//! A projected grid is an affine map, and degree 1 is exact. A geographic grid goes to transverse Mercator, which is
-//! smooth: a polynomial of total degree at most 7, fitted once by least squares (Householder QR in f64), follows it
-//! to well under a thousandth of a sample over a degree or two. For each frame both directions are expanded again
-//! around a place near the camera, in f64; the f32 coefficients then lose nothing near the eye.
+//! For a projected grid the map is affine, and degree 1 is exact. A geographic grid is mapped by transverse Mercator,
+//! which is smooth: a polynomial of total degree at most 7, fitted once by least squares (Householder QR in f64),
+//! approximates it to well under a thousandth of a sample over a degree or two. For each frame both directions are
+//! expanded again around a place near the camera, in f64; the f32 coefficients then lose nothing near the eye.
 //!
 //! Why: `docs/decisions/grid-projection.md`.
 
@@ -12,7 +12,7 @@ use glam::DVec2;
 
 use crate::source::WorldMapping;
 
-/// Terms of two variables up to degree 7.
+/// Number of terms of two variables up to degree 7.
 pub const MAX_TERMS: usize = 36;
 const MAX_DEGREE: usize = 7;
 
@@ -28,19 +28,19 @@ pub struct GridProjection {
 
 /// [`GridProjection`] expanded around a place near the camera; see `shaders/shared/terrain.wgsl`.
 pub struct LocalProjection {
-    /// xy: world_from_grid relative to the camera; zw: grid_from_world relative to the anchor.
+    /// The coefficients: xy for world_from_grid relative to the camera; zw for grid_from_world relative to the anchor.
     pub terms: [[f32; 4]; MAX_TERMS],
     /// The total degree of both polynomials: 1 to 7.
     pub degree: u32,
-    /// The first polynomial's variable is (grid coordinate − anchor) × this.
+    /// Scale of the first polynomial's variable, which is (grid coordinate − anchor) × this.
     pub grid_unit: f32,
-    /// The second's is (place relative to the camera − `world_origin_m`) × this.
+    /// Scale of the second's, which is (place relative to the camera − `world_origin_m`) × this.
     pub world_unit: f32,
     /// The place around which the second is expanded, in metres relative to the camera.
     pub world_origin_m: [f32; 2],
 }
 
-/// A polynomial from the plane to the plane: the variables are `(v − centre) / half`.
+/// A polynomial from the plane to the plane, whose variables are `(v − centre) / half`.
 #[derive(Clone, Debug)]
 struct Polynomial {
     degree: usize,
@@ -66,29 +66,32 @@ impl GridProjection {
         }
         let best = best.unwrap_or_else(|| unreachable!("the list of degrees is not empty"));
         if best.worst_samples > 0.01 {
-            tracing::warn!("the map of this extent is followed to {:.3} samples only", best.worst_samples);
+            tracing::warn!(
+                "positions are off by up to {:.3} samples: the extent is large for its projection",
+                best.worst_samples
+            );
         }
         best
     }
 
-    /// The largest distance between the fitted maps and the true one, in samples.
+    /// Returns the largest distance between the fitted maps and the true one, in samples.
     pub fn worst_samples(&self) -> f64 {
         self.worst_samples
     }
 
-    /// World metres of a grid coordinate.
+    /// Returns the place in the world, in metres, of a grid coordinate.
     pub fn world_from_grid(&self, grid: DVec2) -> DVec2 {
         self.world_from_grid.at(grid)
     }
 
-    /// Grid coordinate of a place in the world, in metres.
+    /// Returns the grid coordinate of a place in the world, in metres.
     pub fn grid_from_world(&self, world_m: DVec2) -> DVec2 {
         self.grid_from_world.at(world_m)
     }
 
-    /// A box (least, greatest corner) around the places of the grid's rectangle from `first` to `end`, in metres. The
-    /// sides of a wide rectangle are curved: they are followed by five points each, and what lies between those adds to
-    /// the margin.
+    /// Returns a box (least, greatest corner) around the places of the grid's rectangle from `first` to `end`, in
+    /// metres. The sides of a wide rectangle are curved: each is sampled at five points, and the possible bulge between
+    /// these is added to the margin.
     pub fn bounds(&self, first: DVec2, end: DVec2) -> (DVec2, DVec2) {
         let steps = if self.degree == 1 { 1 } else { 4 };
         let place = |i: i32, k: i32| {
@@ -102,7 +105,7 @@ impl GridProjection {
         }
         let mut margin = (high - low) * 0.02;
         if steps > 1 {
-            // A parabola through the ends bulges a sixteenth as much over a quarter of its length.
+            // A parabola bulges a sixteenth as much over a quarter of its length.
             let bulge = |a: DVec2, middle: DVec2, b: DVec2| (middle - (a + b) * 0.5).abs();
             let across = bulge(place(0, 0), place(2, 0), place(4, 0)).max(bulge(place(0, 4), place(2, 4), place(4, 4)));
             let down = bulge(place(0, 0), place(0, 2), place(0, 4)).max(bulge(place(4, 0), place(4, 2), place(4, 4)));
@@ -111,7 +114,7 @@ impl GridProjection {
         (low - margin, high + margin)
     }
 
-    /// The mean distance between samples in metres, in the middle of the grid.
+    /// Returns the mean distance between samples in metres, in the middle of the grid.
     pub fn spacing_m(&self) -> f64 {
         let middle = self.last_sample * 0.5;
         let here = self.world_from_grid(middle);
@@ -120,14 +123,14 @@ impl GridProjection {
         right.perp_dot(down).abs().sqrt()
     }
 
-    /// The sample of the grid that is nearest to a camera: the grid's edge when the camera is outside.
+    /// Returns the sample of the grid that is nearest to a camera: on the grid's edge if the camera is outside.
     pub fn anchor(&self, camera_m: DVec2) -> DVec2 {
         let grid = self.grid_from_world(self.clamp_to_extent(camera_m));
         let grid = if grid.is_finite() { grid } else { self.last_sample * 0.5 };
         grid.round().clamp(DVec2::ZERO, self.last_sample)
     }
 
-    /// The maps relative to a camera and to a sample near it.
+    /// Expands the maps relative to a camera and to a sample near it.
     pub fn around(&self, anchor: DVec2, camera_m: DVec2) -> LocalProjection {
         let origin_m = self.clamp_to_extent(camera_m);
         let mut forward = self.world_from_grid.around(anchor);
@@ -173,14 +176,14 @@ impl GridProjection {
     }
 }
 
-/// Chebyshev nodes of the grid, in `count` columns and rows: dense at the border, where polynomials go astray.
+/// Returns Chebyshev nodes of the grid, in `count` columns and rows: dense at the border, where polynomials oscillate.
 fn nodes(last_sample: DVec2, count: usize) -> Vec<DVec2> {
     let place = |i: usize| 0.5 - 0.5 * (std::f64::consts::PI * i as f64 / (count - 1) as f64).cos();
     (0..count * count).map(|i| DVec2::new(place(i % count), place(i / count)) * last_sample).collect()
 }
 
 impl Polynomial {
-    /// Least squares; `from` and `to` have the same length, at least as many as terms.
+    /// Fits a polynomial by least squares; `from` and `to` have the same length, at least the number of terms.
     fn fit(from: &[DVec2], to: &[DVec2], degree: usize) -> Self {
         let (low, high) =
             from.iter().fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), v| (low.min(*v), high.max(*v)));
@@ -202,7 +205,7 @@ impl Polynomial {
         sum
     }
 
-    /// The coefficients of the same polynomial in `(v − place) / half`.
+    /// Returns the coefficients of the same polynomial in `(v − place) / half`.
     fn around(&self, place: DVec2) -> Vec<DVec2> {
         let shift = (place - self.centre) / self.half;
         let mut terms = vec![DVec2::ZERO; self.terms.len()];
@@ -236,7 +239,7 @@ fn binomial(n: usize, k: usize) -> f64 {
     (0..k).fold(1.0, |product, i| product * (n - i) as f64 / (i + 1) as f64)
 }
 
-/// Householder QR: the normal equations would lose half of the digits.
+/// Solves by Householder QR; the normal equations would lose half of the digits.
 fn least_squares(mut rows: Vec<Vec<f64>>, mut right: Vec<DVec2>) -> Vec<DVec2> {
     let unknowns = rows[0].len();
     for k in 0..unknowns {

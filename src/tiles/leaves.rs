@@ -1,66 +1,66 @@
-//! The leaves of the walk: the patches that were chosen so far, and what each needs to know of its neighbours, namely
-//! the level of the edge that they share and whose edge it is.
+//! The leaves of the walk: the patches selected so far, with the level of the edge that each shares with a neighbour,
+//! and which of both owns that edge.
 
 use glam::DVec2;
 use rustc_hash::FxHashMap;
 
 use super::selection::{PatchInstance, PatchKey, Selection, neighbours, patch_id};
 
-/// A neighbour may be this many levels coarser: 2^3 < 16 quads.
+/// Largest difference in level between neighbours: 2^3 < 16 quads.
 pub(super) const MAX_LEVEL_STEP: i32 = 3;
 
 /// A patch that is drawn.
 #[derive(Clone, Copy)]
 pub(super) struct Leaf {
-    /// From the camera to its box.
+    /// Distance from the camera to the nearest point of its box, in metres.
     pub distance_m: f64,
-    /// From the camera to the farthest point of its box.
+    /// Distance from the camera to the farthest point of its box, in metres.
     pub farthest_m: f64,
-    /// Continuous, absolute.
+    /// The continuous level of detail, in levels of the pyramid.
     pub level: f64,
-    /// Whether it has void samples.
+    /// Whether it has no-data samples.
     pub holes: bool,
 }
 
-/// The leaves by their places; none lies over another.
+/// The leaves by their keys; they do not overlap.
 pub(super) struct Leaves {
     leaves: FxHashMap<PatchKey, Leaf>,
-    /// No patch is coarser.
+    /// The level of the coarsest patch.
     top: i32,
 }
 
 impl Leaves {
-    /// None yet, of a quadtree whose coarsest patch has the level `top`.
+    /// Creates an empty set for a quadtree whose coarsest patch has the level `top`.
     pub fn new(top: i32) -> Self {
         Self { leaves: FxHashMap::default(), top }
     }
 
-    /// How many they are.
+    /// Returns the number of leaves.
     pub fn len(&self) -> usize {
         self.leaves.len()
     }
 
-    /// Whether a patch is one of them.
+    /// Returns whether a patch is a leaf.
     pub fn contains(&self, key: PatchKey) -> bool {
         self.leaves.contains_key(&key)
     }
 
-    /// Their places, in no order.
+    /// Returns the keys of the leaves, in no particular order.
     pub fn keys(&self) -> impl Iterator<Item = PatchKey> {
         self.leaves.keys().copied()
     }
 
-    /// Adds one, or puts it in the place of the same.
+    /// Adds or replaces a leaf.
     pub fn insert(&mut self, key: PatchKey, leaf: Leaf) {
         self.leaves.insert(key, leaf);
     }
 
-    /// Takes one away.
+    /// Removes a leaf.
     pub fn remove(&mut self, key: PatchKey) {
         self.leaves.remove(&key);
     }
 
-    /// Takes away all that lie under a patch, itself included.
+    /// Removes all leaves under a patch, itself included.
     pub fn remove_under(&mut self, key: PatchKey) {
         let is_under = |mut leaf: PatchKey| {
             while leaf.level < key.level {
@@ -71,7 +71,7 @@ impl Leaves {
         self.leaves.retain(|leaf, _| !is_under(*leaf));
     }
 
-    /// The leaf that covers a patch: itself or an ancestor.
+    /// Returns the leaf that covers a patch: itself or an ancestor.
     pub fn over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
         while key.level <= self.top {
             if let Some(leaf) = self.leaves.get(&key) {
@@ -82,8 +82,8 @@ impl Leaves {
         None
     }
 
-    /// The sides of a leaf whose edges are its own: of two leaves the finer one's, of equals those to the west and
-    /// north.
+    /// Returns the sides of a leaf that own their edge: of two leaves, that of the finer one; of equals, the west and
+    /// north sides.
     fn sides(&self, key: PatchKey) -> u32 {
         let mut sides = 0;
         for (side, neighbour) in neighbours(key).into_iter().enumerate() {
@@ -97,7 +97,7 @@ impl Leaves {
         sides
     }
 
-    /// Whether a leaf under `key` touches its side that faces side `side` of a neighbour.
+    /// Returns whether a leaf under `key` touches its side that faces side `side` of a neighbour.
     fn has_leaf_at(&self, key: PatchKey, side: usize, depth: i32) -> bool {
         if depth == 0 {
             return false;
@@ -110,11 +110,11 @@ impl Leaves {
             .any(|child| self.leaves.contains_key(&child) || self.has_leaf_at(child, side, depth - 1))
     }
 
-    /// The leaves as the GPU draws them, from near to far, at positions relative to `anchor` in units of
+    /// Returns the leaves as the GPU draws them, from near to far, at positions relative to `anchor` in units of
     /// 2^−`units_log2` samples.
     pub fn instances(self, anchor: DVec2, units_log2: i32) -> Selection {
         let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
-        // The key breaks ties, so that the order is the same on every run.
+        // The key breaks ties, so that the order is deterministic.
         keys.sort_by(|a, b| {
             a.1.holes.cmp(&b.1.holes).then(a.1.distance_m.total_cmp(&b.1.distance_m)).then(a.0.cmp(&b.0))
         });

@@ -1,9 +1,9 @@
-//! The threads that bring tiles: some read, some decode, and none of them draws.
+//! The threads that load tiles: some read, some decode; the frame thread does neither.
 //!
-//! The frame thread hands over the tiles that it wants, best first, and takes what is finished; it never waits. Every
-//! new list replaces the one before: what was not begun is forgotten, and what is being read but no longer wanted is
-//! cancelled. Readers and decoders are apart because they wait for different things, and both stop when what is
-//! finished has not been taken for a while, so that memory stays bounded.
+//! The frame thread passes a list of the tiles that it wants, best first, and takes the finished ones; it never waits.
+//! Every new list replaces the one before: tiles that have not been started are forgotten, and tiles that are being
+//! read but no longer wanted are cancelled. Readers and decoders are separate because they wait for different things,
+//! and both pause while too many finished tiles have not been taken, so that memory stays bounded.
 
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -18,16 +18,16 @@ use thread_priority::{ThreadPriority, ThreadPriorityValue, set_current_thread_pr
 use crate::pyramid::store::{Cancel, Decode};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// Of the loading threads, of 100: a little below that of drawing (a nice value of 4 on Linux). The lowest would
-/// starve them on machines that draw with the same processors.
+/// Priority of the loading threads, of 100: a little below that of drawing (a nice value of 4 on Linux). The lowest
+/// would starve them on machines that draw with the same processors.
 const PRIORITY: u8 = 38;
 
-/// Fetched tiles that wait for a decoder, at most.
+/// Largest number of fetched tiles that wait for a decoder.
 const MOST_FETCHED: usize = 16;
-/// Finished tiles that wait for the frame thread, at most: 17 MB.
+/// Largest number of finished tiles that wait for the frame thread: 17 MB.
 const MOST_FINISHED: usize = 64;
 
-/// A tile that is there, or why not.
+/// A loaded tile, or the reason why it could not be loaded.
 pub type Finished = (TileAddress, Result<Arc<LoadedTile>, PyramidError>);
 
 /// The threads that fetch and decode; dropping it ends them.
@@ -39,29 +39,29 @@ pub struct Loader {
 struct Shared {
     store: Arc<dyn TileStore>,
     state: Mutex<State>,
-    /// There is something to fetch, or room for it.
+    /// Signalled when there is something to fetch, or room for it.
     fetch: Condvar,
-    /// There is something to decode, or room for it.
+    /// Signalled when there is something to decode, or room for it.
     decode: Condvar,
-    /// Something is finished.
+    /// Signalled when a tile is finished.
     finished: Condvar,
 }
 
 #[derive(Default)]
 struct State {
-    /// What is not begun yet, the best last.
+    /// Tiles that have not been started, the best last.
     wanted: Vec<TileAddress>,
     fetched: VecDeque<(TileAddress, Decode)>,
-    /// Being fetched, waiting for a decoder, or being decoded.
+    /// Tiles being fetched, waiting for a decoder, or being decoded.
     under_way: FxHashMap<TileAddress, Cancel>,
     finished: Vec<Finished>,
-    /// What nobody wanted any more before it was there.
+    /// Number of tiles that were cancelled before they were loaded.
     cancelled: u64,
     stop: bool,
 }
 
 impl Loader {
-    /// Starts the threads; nothing is wanted yet.
+    /// Starts the threads, with an empty list.
     pub fn new(store: Arc<dyn TileStore>) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let fetchers = store.parallel_fetches();
@@ -77,9 +77,9 @@ impl Loader {
         let start = |name: &str, work: fn(&Shared)| {
             let shared = Arc::clone(&shared);
             std::thread::Builder::new().name(name.to_owned()).spawn(move || {
-                // Drawing goes first; where the system says no, tiles come all the same.
+                // Drawing has priority; if the system refuses to set it, loading works all the same.
                 if let Err(error) = set_current_thread_priority(priority) {
-                    tracing::debug!("priority of a loading thread: {error:?}");
+                    tracing::debug!("cannot set the priority of a loading thread: {error:?}");
                 }
                 work(&shared);
             })
@@ -89,7 +89,7 @@ impl Loader {
         let threads = fetchers.chain(decoders).filter_map(|thread| match thread {
             Ok(thread) => Some(thread),
             Err(error) => {
-                tracing::error!("no thread for loading tiles: {error}");
+                tracing::error!("cannot start a thread for loading tiles: {error}");
                 None
             }
         });
@@ -97,8 +97,8 @@ impl Loader {
         Self { shared, threads }
     }
 
-    /// Replaces what is wanted; best first, without what was taken already. What is under way and not in the list
-    /// is cancelled.
+    /// Replaces the list of wanted tiles, best first, without tiles that have been taken already. Tiles in progress
+    /// that are not in the list are cancelled.
     pub fn want(&self, wanted: &[TileAddress]) {
         let mut state = self.shared.lock();
         let all: FxHashSet<TileAddress> = wanted.iter().copied().collect();
@@ -121,7 +121,7 @@ impl Loader {
         self.shared.decode.notify_all();
     }
 
-    /// What has been finished since the last call.
+    /// Returns the tiles that were finished since the last call.
     pub fn take(&self) -> Vec<Finished> {
         let finished = std::mem::take(&mut self.shared.lock().finished);
         if !finished.is_empty() {
@@ -131,10 +131,10 @@ impl Loader {
         finished
     }
 
-    /// Waits until something is finished, for `most` at most. Not for frames that must not stop.
+    /// Waits until a tile is finished, at most for `most`. Not for frames that must not block.
     pub fn wait(&self, most: Duration) {
         let state = self.shared.lock();
-        // A poisoned lock guards lists that are whole between statements.
+        // The lists are consistent between statements, so poisoning is harmless.
         let _unused = self
             .shared
             .finished
@@ -144,12 +144,12 @@ impl Loader {
             .unwrap_or_else(PoisonError::into_inner);
     }
 
-    /// Tiles that nobody wanted any more before they were there, since the start.
+    /// Returns the number of tiles cancelled before they were loaded, since the start.
     pub fn cancelled(&self) -> u64 {
         self.shared.lock().cancelled
     }
 
-    /// Tiles that are wanted, being fetched or being decoded.
+    /// Returns the number of tiles that are wanted, being fetched or being decoded.
     pub fn pending(&self) -> usize {
         let state = self.shared.lock();
         state.wanted.len() + state.under_way.len()
@@ -165,7 +165,7 @@ impl Drop for Loader {
         self.shared.fetch.notify_all();
         self.shared.decode.notify_all();
         for thread in self.threads.drain(..) {
-            // A thread that panicked has nothing left to say.
+            // The panic of a thread was reported when it happened.
             let _ = thread.join();
         }
     }
@@ -173,7 +173,7 @@ impl Drop for Loader {
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Every statement leaves the lists whole.
+        // The lists are consistent between statements, so poisoning is harmless.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -220,7 +220,7 @@ impl Shared {
             self.fetch.notify_one();
             let tile = guarded(&*self.store, decode).map(Arc::new);
             state = self.lock();
-            // What is decoded is worth keeping, wanted or not.
+            // A decoded tile is worth keeping, wanted or not.
             self.finish(&mut state, address, tile);
         }
     }
@@ -232,10 +232,11 @@ impl Shared {
     }
 }
 
-/// Decoders index into what files claim: should one of them panic, that is one more kind of damage.
+/// Runs a decoder and turns a panic into an error: decoders index by what files claim, so a panic is one more kind of
+/// damage.
 fn guarded<T>(store: &dyn TileStore, work: impl FnOnce() -> Result<T, PyramidError>) -> Result<T, PyramidError> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|_| {
-        let cause = "a tile's decoder gave up".to_owned();
+        let cause = "the decoder of a tile failed; the file is probably damaged".to_owned();
         Err(PyramidError::Mismatch { path: store.name().into(), cause })
     })
 }

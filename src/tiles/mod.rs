@@ -1,6 +1,7 @@
-//! Pyramid → GPU: which tiles of heights are there, which patches are drawn, and the one surface that both describe.
+//! From the pyramid to the GPU: which tiles of heights are resident, which patches are drawn, and the surface that both
+//! describe.
 //!
-//! The modules are listed in order: each uses only those above it.
+//! The modules are listed in order of dependency: each uses only those above it.
 
 pub mod grid_projection;
 pub mod earth_curvature;

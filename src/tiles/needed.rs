@@ -1,10 +1,10 @@
-//! Which tiles a view needs, and how urgently.
+//! The tiles that a view needs, and how urgently.
 //!
-//! A tile is needed where the surface's level (`surface_level` in `shaders/shared/terrain.wgsl`) may reach down to it:
-//! the footprint of a pixel is finer than its parent's samples, or its parent's error would be seen. Parents are always
-//! needed too, so a tile that is not there has an ancestor that stands in. Of a tile that has not come yet only the
-//! footprint is known, and that is enough to ask for its children at the same time: a jump does not wait for one level
-//! after the other.
+//! A tile is needed where the surface's level (`surface_level` in `shaders/shared/terrain.wgsl`) may be as fine as the
+//! tile's: the footprint of a pixel is finer than its parent's samples, or its parent's error would be visible. Parents
+//! are always needed too, so that a missing tile has an ancestor that can be drawn instead. For a tile that has not
+//! been loaded yet only the footprint is known, which is enough to request its children at the same time: after a jump,
+//! levels are not loaded one after the other.
 
 use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -17,16 +17,16 @@ use crate::pyramid::tile::TILE_SAMPLES;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 use crate::scene::frustum::{Bounds, Frustum};
 
-/// How the surface chooses its level; shared with the shader.
+/// The rule by which the surface chooses its level; shared with the shader.
 #[derive(Clone, Debug)]
 pub struct LevelRule {
-    /// The camera's place in the world, in metres.
+    /// Position of the camera in the world, in metres.
     pub camera_m: DVec3,
-    /// What is in view.
+    /// The view frusta.
     pub frusta: Vec<Frustum>,
     /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
-    /// Height error that the choice of the level may add, in pixels.
+    /// The height error that the choice of the level may add, in pixels.
     pub error_px: f64,
     /// The curvature of the earth around this camera.
     pub earth_curvature: EarthCurvature,
@@ -35,20 +35,19 @@ pub struct LevelRule {
 /// A tile that a view needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Needed {
-    /// The tile.
     pub address: TileAddress,
-    /// How many times the allowed error is seen, about, while its parent stands in; more in the middle of the view.
-    /// Never more than its parent's.
+    /// Visible error of the parent that is drawn instead, approximately, in multiples of the allowed error; higher in
+    /// the middle of the view. At most the parent's urgency.
     pub urgency: f32,
 }
 
-/// Places of tiles in the world: worked out once.
+/// Cached positions of tiles in the world.
 #[derive(Default)]
 pub struct TilePlaces {
     places: FxHashMap<TileAddress, (DVec2, DVec2)>,
 }
 
-/// More than any view needs; then it starts anew.
+/// The size at which the cache is cleared: more than any view needs.
 const MOST_PLACES: usize = 1 << 16;
 
 impl TilePlaces {
@@ -71,15 +70,15 @@ impl TilePlaces {
     }
 }
 
-/// The land that a view is held against.
+/// The land of a view.
 pub struct Land<'a> {
-    /// Where its tiles come from.
+    /// The source of its tiles.
     pub store: &'a dyn TileStore,
-    /// Where its samples lie in the world.
+    /// The position of its samples in the world.
     pub grid_projection: &'a GridProjection,
 }
 
-/// The tiles that `rule` needs, coarse levels first. `known` tells what is known of a tile that has come.
+/// Returns the tiles that `rule` needs, coarse levels first. `known` returns the statistics of loaded tiles.
 pub fn needed<'a>(
     land: &Land<'_>,
     places: &mut TilePlaces,
@@ -94,7 +93,7 @@ pub fn needed<'a>(
     while !wave.is_empty() {
         needed.extend(wave.iter().map(|(tile, _)| *tile));
         let mut next = Vec::new();
-        // Neighbours count when they are needed themselves: what is known of others changes as they come and go.
+        // Only neighbours that are needed themselves count: the statistics of others appear and disappear.
         let met: FxHashSet<TileAddress> = wave.iter().map(|(tile, _)| tile.address).collect();
         let known_and_met = |address| known(address).filter(|_| met.contains(&address));
         for (tile, range_m) in wave {
@@ -115,7 +114,7 @@ pub fn needed<'a>(
     needed
 }
 
-/// The largest error of a tile and its neighbours: the shader's continuous bound reaches that far.
+/// Returns the largest error of a tile and its neighbours, because the shader's continuous bound extends that far.
 fn error_around_m<'a>(
     store: &dyn TileStore,
     known: &impl Fn(TileAddress) -> Option<&'a TileStatistics>,
@@ -125,7 +124,7 @@ fn error_around_m<'a>(
     if store.is_measured() {
         return statistics.corner_errors_m.into_iter().fold(statistics.error_m, f32::max);
     }
-    // Estimates know only their own tile.
+    // Estimates consider only their own tile.
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
     let beside = around.filter_map(|(dx, dy)| {
         let (x, y) = (tile.x.checked_add_signed(dx)?, tile.y.checked_add_signed(dy)?);
@@ -134,7 +133,7 @@ fn error_around_m<'a>(
     beside.fold(statistics.error_m, |error_m, beside| error_m.max(beside.error_m))
 }
 
-/// How urgently the children of a tile are needed; none if they are not.
+/// Returns the urgency of the children of a tile, or `None` if they are not needed.
 fn urgency_below(
     land: &Land<'_>,
     places: &mut TilePlaces,
@@ -148,7 +147,7 @@ fn urgency_below(
     }
     let (low, high) = places.of(land.store.levels(), land.grid_projection, tile);
     let (low, high) = (low - rule.camera_m.truncate(), high - rule.camera_m.truncate());
-    // The surface overshoots its samples.
+    // The surface may exceed its samples.
     let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
     let at_height = |z_m: f32, slack_m: f64| f64::from(z_m) + slack_m - rule.camera_m.z;
     let bounds = Bounds {
@@ -159,7 +158,7 @@ fn urgency_below(
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
         return None;
     }
-    // As the vertex shader does: in height, only the whole terrain's range is known.
+    // As in the vertex shader: of heights, only the whole terrain's range is known.
     let flat = DVec2::ZERO.clamp(low, high);
     let [min_m, max_m] = land.store.range_m().map(f64::from);
     let dz_m = 0_f64.clamp(min_m - rule.camera_m.z, max_m - rule.camera_m.z);
@@ -174,7 +173,7 @@ fn urgency_below(
     Some((seen.max(coarser) * (0.5 + 0.5 * aside.cos())).min(1e30) as f32)
 }
 
-/// The tiles of the next finer level whose samples lie in a tile.
+/// Returns the tiles of the next finer level whose samples are in a tile.
 pub(super) fn children(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = TileAddress> + use<> {
     let fine = levels[tile.level as usize - 1];
     let range = |t: u32, count: u32| 2 * t..(2 * t + 2).min(count);

@@ -1,6 +1,6 @@
-//! The page table: what `shaders/shared/terrain.wgsl` reads to find a tile. It has for each level the rows of tiles
-//! that the view needs, for each row its first column and number of tiles, and for each tile its slot in the atlas, its
-//! residency floor, and its errors. Its size follows the view and not the world.
+//! The page table, by which `shaders/shared/terrain.wgsl` finds a tile: for each level the rows of tiles that the view
+//! needs, for each row its first column and number of tiles, and for each tile its slot in the atlas, its residency
+//! floor, and its errors. Its size depends on the view, not on the world.
 //!
 //! Why: `docs/decisions/page-table.md`.
 
@@ -19,11 +19,11 @@ pub use crate::gpu::wgsl::shared::terrain::TileRecord;
 pub use crate::gpu::wgsl::shared::terrain::TileRow;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
-/// What a record says of a tile that is not there.
+/// The slot of a tile that is not in the atlas.
 const NO_SLOT: u32 = crate::gpu::wgsl::shared::terrain::NO_SLOT;
-/// What a record says of a tile that has no map of a kind, and of one whose map is not used: nearly 1 at each corner is
-/// as good as 1.
+/// The map floor of a tile without a map.
 const NO_MAP: u32 = crate::gpu::wgsl::shared::terrain::NO_MAP;
+/// The map floor of a tile whose map is not used: nearly 1 at each corner, which is as good as 1 but not `NO_MAP`.
 const ALL_BLOCKED: u32 = 0xfefe_fefe;
 /// The record of a tile that the surface does not use.
 const NOTHING: TileRecord = TileRecord {
@@ -38,7 +38,7 @@ const NOTHING: TileRecord = TileRecord {
     pad_c: 0,
 };
 
-/// The whole table, as three lists for the GPU.
+/// The page table, as three lists for the GPU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PageTable {
     /// The levels of the pyramid, finest first.
@@ -50,7 +50,8 @@ pub struct PageTable {
 }
 
 impl PageTable {
-    /// For the tiles that are needed and in the atlas. `anchor` is the sample that grid coordinates count from.
+    /// Builds the table of the tiles that are needed and in the atlas. `anchor` is the origin of grid coordinates, in
+    /// samples.
     pub fn new(
         store: &dyn TileStore,
         residency: &Residency,
@@ -77,13 +78,13 @@ impl PageTable {
                 if table.rows.len() == first_row {
                     top = first.y;
                 }
-                // Rows without tiles between others are empty.
+                // Rows without tiles between other rows are empty.
                 table.rows.resize(first_row + (first.y - top) as usize, TileRow::default());
                 let first_tile = table.tiles.len();
                 while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
                     table.tiles.resize(first_tile + (tile.x - first.x) as usize, NOTHING);
                     let mut record = if beside.contains(&tile) {
-                        // The surface goes by what the view needs; only its maps look at this one.
+                        // The surface uses only tiles that the view needs; this one is only for its maps.
                         TileRecord { slot: atlas.get(tile).map_or(NO_SLOT, |resident| resident.slot), ..NOTHING }
                     } else {
                         record(store, atlas, floor, tile, corner_errors.as_ref())
@@ -109,11 +110,11 @@ impl PageTable {
     }
 }
 
-/// How a level lies over the finest one, as seen from the anchor.
+/// Returns the registration of a level relative to the finest one, around the anchor.
 fn registered(rows: LevelInfo, size: LevelSize, finest: LevelSize, anchor: DVec2) -> LevelInfo {
     let scale =
         DVec2::new(f64::from(size.width) / f64::from(finest.width), f64::from(size.height) / f64::from(finest.height));
-    // The registration of the pyramid: areas, not samples, lie on each other.
+    // In the registration of the pyramid, areas coincide, not samples.
     let at_anchor = (anchor + 0.5) * scale - 0.5;
     let cell = at_anchor.floor();
     LevelInfo {
@@ -127,7 +128,8 @@ fn registered(rows: LevelInfo, size: LevelSize, finest: LevelSize, anchor: DVec2
 
 type CornerErrors = FxHashMap<(u32, u32, u32), f32>;
 
-/// Where errors are estimates of single tiles: the largest of those that meet at a corner.
+/// Computes the errors at corners where errors are estimates of single tiles: the largest of those that meet at a
+/// corner.
 fn shared_corners(atlas: &Atlas, tiles: &[TileAddress]) -> CornerErrors {
     let mut corners = CornerErrors::default();
     for tile in tiles {
@@ -159,19 +161,20 @@ fn record(
     TileRecord { errors_m, blocked, slot, is_finest: u32::from(is_finest(store, tile)), ..NOTHING }
 }
 
-/// 0 to 1 in 8 bits; only 0 is 0.
+/// Converts 0 to 1 into 8 bits; only 0 gives 0.
 fn byte(value: f32) -> u8 {
     (value.clamp(0.0, 1.0) * 255.0).ceil() as u8
 }
 
-/// Of a tile with a map: it is used where its surface is, and where those around it are there.
+/// Returns the floor of a tile with a map: the map is used where the surface of its tile is, and where the maps around
+/// it exist.
 fn without_map(blocked: u32, floor: [f32; 4]) -> u32 {
     let blocked = blocked.to_le_bytes();
     let bytes = std::array::from_fn(|corner| byte(floor[corner]).max(blocked[corner]));
     if bytes == [255; 4] { ALL_BLOCKED } else { u32::from_le_bytes(bytes) }
 }
 
-/// Whether somewhere in this tile nothing finer exists.
+/// Returns whether somewhere in this tile no finer tile exists.
 fn is_finest(store: &dyn TileStore, tile: TileAddress) -> bool {
     tile.level == 0 || children(store.levels(), tile).any(|child| !store.has_tile(child))
 }
@@ -185,7 +188,7 @@ mod tests {
         assert_eq!(without_map(0, [0.0; 4]), 0);
         assert_eq!(without_map(0x40, [0.0, 0.5, 0.0, 1.0]).to_le_bytes(), [0x40, 128, 0, 255]);
         assert_eq!(without_map(0x40, [0.5; 4]).to_le_bytes(), [128; 4]);
-        // A map that is there and not used is told from none.
+        // A map that exists but is not used differs from no map.
         assert!(without_map(u32::MAX, [0.0; 4]) != NO_MAP && without_map(0, [1.0; 4]) != NO_MAP);
     }
 }

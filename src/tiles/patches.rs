@@ -1,4 +1,4 @@
-//! What is known of the mesh's patches: it comes with the tiles.
+//! Statistics of the mesh's patches, which come with the tiles.
 
 use std::cell::RefCell;
 use std::sync::Arc;
@@ -11,61 +11,61 @@ use crate::pyramid::surface::occluder_minima::OccluderMinima;
 use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchPage, PatchStatistics, Voids, patch_counts};
 use crate::pyramid::{LevelSize, LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// What is known of a patch.
+/// The state of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
-    /// The patch is known.
+    /// The patch exists and its statistics are loaded.
     Patch {
-        /// Its range, mesh error and voids.
+        /// Its height range, mesh error and no-data.
         statistics: PatchStatistics,
-        /// Levels, 0 to 1, that it has to stay above its own while it fades in.
+        /// Number of levels, 0 to 1, by which it stays above its own level while it fades in.
         above: f64,
     },
-    /// It exists, but its tile is not here.
+    /// The patch exists, but its tile is not loaded.
     Missing,
-    /// There is no such patch.
+    /// The patch does not exist.
     Nothing,
 }
 
 /// The patches that a selection chooses from.
 pub trait Patches {
-    /// The size of the finest level.
+    /// Returns the size of the finest level.
     fn size(&self) -> LevelSize;
 
-    /// Patches of stride 2^j exist for j below this.
+    /// Returns the number of strides: patches of stride 2^j exist for j below it.
     fn strides(&self) -> u32;
 
-    /// The patch (`x`, `y`) of stride 2^`j`.
+    /// Returns the patch (`x`, `y`) of stride 2^`j`.
     fn patch(&self, j: u32, x: u32, y: u32) -> Known;
 
-    /// How low the land of a tile can be, by blocks; none if the tile is not here.
+    /// Returns the occluder minima of a tile, or `None` if it is not loaded.
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima>;
 
-    /// Asks for the tile of a patch that is missing: its mesh error is `urgency` times the allowed one.
+    /// Requests the tile of a missing patch; the visible error without it is `urgency` times the allowed one.
     fn ask(&self, j: u32, x: u32, y: u32, urgency: f64);
 }
 
-/// The patches of the tiles that are on the GPU.
+/// The patches of the tiles on the GPU.
 pub struct ResidentPatches<'a> {
-    /// Where the tiles come from.
+    /// The source of the tiles.
     pub store: &'a dyn TileStore,
     /// The tiles on the GPU.
     pub atlas: &'a Atlas,
-    /// Patches that are looked at keep their tiles.
+    /// The current frame; a tile is marked as used in it when one of its patches is read.
     pub frame: u64,
-    /// The time, for fading in; none fades nothing.
+    /// The time in seconds, for fading in; without it, nothing fades.
     pub now_s: Option<f64>,
-    /// What was asked for, and how urgently.
+    /// The requested tiles, with their urgency.
     pub asked: RefCell<FxHashMap<TileAddress, f64>>,
 }
 
-/// The tile that a patch comes with.
+/// Returns the tile that a patch comes with.
 fn tile_of(j: u32, x: u32, y: u32) -> TileAddress {
     TileAddress { level: j, x: x / PAGE_PATCHES, y: y / PAGE_PATCHES }
 }
 
-/// A patch that is finer than what exists: `up` levels below one that does. Halving the quads of a smooth surface
-/// quarters the error.
+/// Extrapolates a patch that is finer than the existing ones, `up` levels below one that exists. Halving the quads of a
+/// smooth surface quarters the error.
 fn below(statistics: PatchStatistics, up: u32) -> PatchStatistics {
     PatchStatistics { mesh_error_m: statistics.mesh_error_m * 0.25_f32.powi(up as i32), ..statistics }
 }
@@ -125,7 +125,7 @@ impl Patches for ResidentPatches<'_> {
     }
 }
 
-/// All patches of a pyramid, read at once: for measurements and tests.
+/// All patches of a pyramid, read at once, for measurements and tests.
 pub struct AllPatches {
     size: LevelSize,
     strides: u32,
@@ -137,7 +137,7 @@ impl AllPatches {
     /// Reads every tile.
     ///
     /// # Errors
-    /// When one cannot be read.
+    /// If a tile cannot be read.
     pub fn read(store: &Arc<dyn TileStore>) -> Result<Self, PyramidError> {
         let mut pages = FxHashMap::default();
         for (level, size) in store.levels().iter().enumerate() {
@@ -151,7 +151,7 @@ impl AllPatches {
         Ok(Self { size: store.levels()[0], strides, pages, store: Arc::clone(store) })
     }
 
-    /// The patch (`x`, `y`) of stride 2^`j`; none if it does not exist.
+    /// Returns the patch (`x`, `y`) of stride 2^`j`, or `None` if it does not exist.
     pub fn get(&self, j: u32, x: u32, y: u32) -> Option<PatchStatistics> {
         match self.patch(j, x, y) {
             Known::Patch { statistics, .. } => Some(statistics),

@@ -1,22 +1,23 @@
-//! The order in which tiles are asked for.
+//! The order in which tiles are requested.
 
 use rustc_hash::FxHashSet;
 
 use super::needed::Needed;
 use crate::pyramid::TileAddress;
 
-/// What a frame asks for, each tile once.
+/// The requests of a frame; each tile occurs once.
 pub(super) struct Queues {
-    /// What this view misses, the most urgent first.
+    /// Tiles that this view needs and misses, the most urgent first.
     pub urgent: Vec<Needed>,
-    /// What is wanted soon, in the order of the views that want it.
+    /// Tiles that will probably be needed soon, in the order of the views that will need them.
     pub soon: Vec<Needed>,
-    /// Urgent tiles for which there is no slot.
+    /// Number of urgent tiles for which there is no slot.
     pub without_room: u64,
 }
 
-/// What is urgent, and then what is wanted soon, as far as the atlas has slots. A tile counts once, and before the cut:
-/// what is wanted soon begins with much of what is urgent, and would fill the slots that are left with it.
+/// Orders the urgent tiles before those that are needed soon, up to the number of slots of the atlas. Duplicates are
+/// removed before that cut: the tiles that are needed soon begin with many urgent ones, which would use up the
+/// remaining slots.
 pub(super) fn queues(urgent: Vec<Needed>, mut soon: Vec<Needed>, slots: usize) -> Queues {
     let mut urgent = in_order(urgent);
     let mut met = FxHashSet::default();
@@ -28,7 +29,7 @@ pub(super) fn queues(urgent: Vec<Needed>, mut soon: Vec<Needed>, slots: usize) -
     Queues { urgent, soon, without_room }
 }
 
-/// The most urgent first; of equals the coarser, and then by place, so that runs are alike.
+/// Sorts tiles, the most urgent first, then the coarser, then by address, so that runs are deterministic.
 pub(super) fn in_order(mut tiles: Vec<Needed>) -> Vec<Needed> {
     tiles.sort_by(|a, b| {
         let level = |tile: &Needed| std::cmp::Reverse(tile.address.level);
@@ -37,7 +38,7 @@ pub(super) fn in_order(mut tiles: Vec<Needed>) -> Vec<Needed> {
     tiles
 }
 
-/// Two lists of tiles as one, coarser levels first.
+/// Merges two lists of tiles, coarser levels first.
 pub(super) fn by_level(
     tiles: impl Iterator<Item = (TileAddress, bool)>,
     more: Vec<(TileAddress, bool)>,
@@ -62,12 +63,12 @@ mod tests {
 
     #[test]
     fn what_is_urgent_takes_no_slot_twice() {
-        // The view ahead sees what this view sees and a tile more, the wider view two more still.
+        // The view ahead sees the tiles of this view and one more, the wider view two more.
         let ahead = [tiles(0..5), tiles(0..7)].concat();
         let found = queues(tiles([2, 0, 3, 1, 0]), ahead.clone(), 7);
         assert_eq!((columns(&found.urgent), found.without_room), (vec![0, 1, 2, 3], 0));
         assert_eq!(columns(&found.soon), [4, 5, 6], "what lies ahead has the slots that are left");
-        // The planted error: cut first, and nothing is left that would be new.
+        // The planted error: when cut first, no new tile is left.
         let mut cut_first = ahead;
         cut_first.truncate(7 - found.urgent.len());
         assert!(columns(&cut_first).iter().all(|column| columns(&found.urgent).contains(column)));

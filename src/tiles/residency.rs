@@ -1,10 +1,10 @@
-//! Which tiles are on the GPU, which are on their way, and in which order: the scheduler.
+//! The scheduler of tiles: which are on the GPU, which are being loaded, and in which order.
 //!
-//! Three groups, after Cesium: *urgent* tiles are needed by the view and missing; *normal* ones will be when the camera
-//! has moved on as it moves now; *preload* ones lie just outside of the view. Within a group the tile whose parent's
-//! stand-in shows the largest error comes first, more so in the middle of the view. The queue is made anew for every
-//! frame, so what is no longer wanted is never read. A tile that cannot be read is tried again, later and later, while
-//! its parent stands in.
+//! There are three groups, after Cesium: *urgent* tiles are needed by the view and missing; *normal* ones will be
+//! needed if the camera keeps moving as it does; *preload* ones are just outside the view. Within a group the tile
+//! whose parent, drawn instead, shows the largest error comes first, with a preference for the middle of the view. The
+//! queue is rebuilt for every frame, so tiles that are no longer wanted are never read. A tile that cannot be read is
+//! retried at increasing intervals, while its parent is drawn instead.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
@@ -26,47 +26,47 @@ use crate::gpu::Gpu;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
-/// How far ahead tiles are asked for, in seconds: the second is for what shows only when the first has come.
+/// How far ahead tiles are requested, in seconds; the second value has lower priority.
 const AHEAD_S: [f64; 2] = [1.0, 3.0];
-/// How far outside of the view, in radians.
+/// How far outside of the view tiles are requested, in radians.
 const ASIDE_RAD: f64 = 0.35;
-/// The pause after a failure; it doubles with each, up to the longest.
+/// The pause after a failure, in seconds; it doubles with each failure, up to the longest pause.
 const FIRST_PAUSE_S: f64 = 0.2;
 const LONGEST_PAUSE_S: f64 = 30.0;
-/// After so many failures a tile counts as not readable. It is tried again nevertheless.
+/// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
 const MOST_TRIES: u32 = 3;
-/// Of tiles that only horizons look at: behind all that the surface misses.
+/// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
 const BESIDE_URGENCY: f32 = 1e-3;
 
-/// What became of the tiles of a frame.
+/// The state of the tiles of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Loaded {
-    /// Tiles that the view needs.
+    /// Number of tiles that the view needs.
     pub wanted: u64,
-    /// Tiles that came to the GPU for this frame.
+    /// Number of tiles that were uploaded to the GPU for this frame.
     pub loaded: u64,
-    /// Tiles that are on their way: coarser ones stand in.
+    /// Number of tiles that are being loaded; coarser ones are drawn instead.
     pub pending: u64,
-    /// Tiles for which there was no room: coarser ones stand in.
+    /// Number of tiles for which there was no slot; coarser ones are drawn instead.
     pub without_room: u64,
-    /// Tiles that cannot be read: coarser ones stand in.
+    /// Number of tiles that cannot be read; coarser ones are drawn instead.
     pub failed: u64,
-    /// Some of the surface is coarser than its error allows; while detail fades in, too.
+    /// Whether some of the surface is coarser than its allowed error requires, also while detail fades in.
     pub late: bool,
 }
 
-/// What a frame asks of its tiles: a view, and where its camera is going.
+/// The requirements of a frame: a view, and the motion of its camera.
 #[derive(Clone, Debug)]
 pub struct Movement {
-    /// The rule of the view that is drawn.
+    /// The level rule of the view that is drawn.
     pub rule: LevelRule,
-    /// How fast the camera moves, in metres per second.
+    /// Velocity of the camera, in metres per second.
     pub velocity_m: DVec3,
     /// Time since the last frame, in seconds.
     pub frame_s: f64,
-    /// Tiles that the mesh wants, and how urgently.
+    /// Tiles that the mesh requests, with their urgency.
     pub asked: FxHashMap<TileAddress, f64>,
-    /// Whether maps are made: they look at tiles beside the view.
+    /// Whether maps are computed, which depend on tiles next to the view.
     pub looks_beside: bool,
 }
 
@@ -75,29 +75,29 @@ struct Failure {
     next_s: f64,
 }
 
-/// The tiles of a terrain, from their loading to their slots on the GPU.
+/// The tiles of a terrain, from loading to their slots on the GPU.
 pub struct Residency {
     store: Arc<dyn TileStore>,
     loader: Loader,
     cache: TileCache,
     places: TilePlaces,
     failures: FxHashMap<TileAddress, Failure>,
-    /// Why the first tile that counts as not readable does.
+    /// The error of the first tile that counts as unreadable.
     failure: Option<Arc<PyramidError>>,
-    /// The tiles that are on the GPU.
+    /// The tiles on the GPU.
     pub atlas: Atlas,
-    /// By how much the surface has to stay above the levels of tiles that are missing.
+    /// The residency floor, by which the surface stays above the levels of missing tiles.
     pub floor: ResidencyFloor,
-    /// What the view of this frame needs, coarse levels first.
+    /// The tiles that the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
-    /// What only its maps look at.
+    /// The tiles that only its maps depend on.
     pub beside: Vec<TileAddress>,
-    /// The tiles of which these are beside.
+    /// The needed tiles for which `beside` was computed.
     beside_of: Vec<TileAddress>,
 }
 
 impl Residency {
-    /// Nothing is loaded yet. `memory_bytes` for the GPU and as much for the CPU.
+    /// Creates a scheduler that has loaded nothing. It may use `memory_bytes` on the GPU and as much on the CPU.
     pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, memory_bytes: u64) -> Self {
         let tiles = store.levels().iter().map(|size| u64::from(size.tiles_x()) * u64::from(size.tiles_y())).sum();
         Self {
@@ -115,14 +115,14 @@ impl Residency {
         }
     }
 
-    /// A tile that is in memory.
+    /// Returns a tile that is in memory.
     pub fn in_memory(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.cache.peek(address)
     }
 
-    /// The ground's height in metres at a grid position, by the finest tile that the view needs and that is in memory.
-    /// Others are in memory by chance, and no picture may depend on them. It is fine enough: what a view sees of the
-    /// land before the camera lies in tiles that reach under it.
+    /// Returns the ground's height in metres at a grid position, from the finest tile that the view needs and that is
+    /// in memory. Other tiles are in memory by chance, and no picture may depend on them. The result is fine enough,
+    /// because the tiles of the land in front of the camera extend under it.
     pub fn height_m(&self, grid: DVec2) -> Option<f64> {
         let levels = self.store.levels();
         // Coarse levels come first.
@@ -133,40 +133,41 @@ impl Residency {
             .find_map(|(tile, loaded)| height_in_tile(levels, tile, &loaded.tile, grid.x, grid.y))
     }
 
-    /// Whether a tile is not here but may still come.
+    /// Returns whether a tile is not on the GPU but can still be loaded.
     pub fn can_come(&self, address: TileAddress) -> bool {
         let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MOST_TRIES);
         self.atlas.get(address).is_none() && !given_up() && self.needed.len() < self.atlas.slots() as usize
     }
 
-    /// Whether a tile is being brought, or will be tried again soon.
+    /// Returns whether tiles are being loaded, or will be retried soon.
     pub fn is_busy(&self, now_s: f64) -> bool {
         let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
         self.loader.pending() > 0 || self.failures.values().any(soon)
     }
 
-    /// Why the first tile that could not be read could not.
+    /// Returns the error of the first tile that could not be read.
     pub fn failure(&self) -> Option<&Arc<PyramidError>> {
         self.failure.as_ref()
     }
 
-    /// Waits for the loading threads: for files, which take the time they need.
+    /// Waits for the loading threads, when rendering to files.
     pub fn wait(&self) {
         self.loader.wait(std::time::Duration::from_millis(100));
     }
 
-    /// Bytes of decoded tiles in memory.
+    /// Returns the memory of decoded tiles in bytes.
     pub fn cache_bytes(&self) -> u64 {
         self.cache.bytes()
     }
 
-    /// Tiles that were given up before they were there, since the start.
+    /// Returns the number of tiles cancelled before they were loaded, since the start.
     pub fn cancelled(&self) -> u64 {
         self.loader.cancelled()
     }
 
-    /// Goes on by a frame: takes what has come, sends what a frame may send to the GPU, asks for what is missing. Never
-    /// waits. `fade_step_s` is the time since the last frame; none fades nothing and looks at no other view than this.
+    /// Advances by a frame: takes finished tiles, uploads as many as a frame may, and requests missing ones. Never
+    /// waits. `fade_step_s` is the time since the last frame; `None` disables fading, and requests tiles for this view
+    /// only.
     pub fn update(
         &mut self,
         gpu: &Gpu,
@@ -216,7 +217,7 @@ impl Residency {
         let atlas = &self.atlas;
         let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
         let absent = self.absent_beside();
-        // A pyramid that is sparse is never free of the floor where it ends.
+        // Where a sparse pyramid ends, the floor is never 0.
         let ends_in_view = !absent.is_empty();
         self.floor.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
         let is_missing = loaded.pending + loaded.without_room + loaded.failed > 0;
@@ -224,7 +225,7 @@ impl Residency {
         loaded
     }
 
-    /// Finds what the maps of needed tiles look at, as far as there is room.
+    /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
     fn look_beside(&mut self, looks_beside: bool) {
         if !looks_beside {
             self.beside.clear();
@@ -254,7 +255,7 @@ impl Residency {
     fn fail(&mut self, address: TileAddress, error: PyramidError, now_s: f64, streams: bool) {
         let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
         let counted = failure.tries >= MOST_TRIES;
-        // What a network refused was asked for often enough where the network is known.
+        // The network code has already retried a request that is finally refused.
         failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
         let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
         failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
@@ -263,7 +264,7 @@ impl Residency {
             tracing::debug!("{text}");
             return;
         }
-        // Who waits for a file gets the first failure as an error; in a window each is told once.
+        // Rendering to a file returns the first failure as an error; in a window each is logged once.
         let is_known = self.failure.as_ref().is_some_and(|known| known.told() == text);
         if streams && !is_known {
             tracing::warn!("{text}");
@@ -275,7 +276,7 @@ impl Residency {
         }
     }
 
-    /// What has to be asked for, and what can be sent to the GPU.
+    /// Returns the tiles to request, and the tiles to upload to the GPU.
     fn sort_out(
         &mut self,
         urgent: &[Needed],
@@ -305,7 +306,7 @@ impl Residency {
         self.atlas.insert(gpu, &tiles, frame, now_s, frame_s).len() as u64
     }
 
-    /// Tiles around needed ones that do not exist: nothing finer is known there.
+    /// Returns the tiles around needed ones that do not exist, because nothing finer is known there.
     fn absent_beside(&self) -> Vec<(TileAddress, bool)> {
         let mut met: FxHashSet<TileAddress> = self.needed.iter().map(|tile| tile.address).collect();
         let mut absent = Vec::new();
@@ -325,7 +326,7 @@ impl Residency {
         absent
     }
 
-    /// Whether nothing that can come is missing or fading in.
+    /// Returns whether no tile that can be loaded is missing or fading in.
     fn is_complete(&self) -> bool {
         let free = |tile: &Needed| self.floor.at(tile.address) == [0.0; 4];
         self.floor.is_empty() || self.needed.iter().all(free)

@@ -1,10 +1,10 @@
-//! The residency floor: where the surface must stay coarser than the view wants, because finer tiles have not come yet.
+//! The residency floor: where the surface must stay coarser than the view wants, because finer tiles are missing.
 //!
-//! At each corner of the tiles of a level stands a number: 1 while one of the tiles that meet there is missing, 0 when
-//! all are there, and for a moment between them when the last has come, so that detail does not pop but fades in.
-//! Interpolated, it is by how much of a level the surface stays above that level. A tile is used only when its parent
-//! is free of it, so the surface has no step in space either: a child is shown when it and all around it can be
-//! (Cesium calls this "forbid holes"; the interpolation is ours).
+//! Each corner of the tiles of a level has a number: 1 while one of the tiles that meet there is missing, 0 when all
+//! are on the GPU, and values in between for a moment after the last one has arrived, so that detail does not pop but
+//! fades in. Its interpolation is the fraction of a level by which the surface stays above that level. A tile is used
+//! only where its parent's floor is 0, so the surface has no step in space either: a child is shown when it and all
+//! tiles around it can be shown (Cesium calls this "forbid holes"; the interpolation is ours).
 //!
 //! Why: `docs/decisions/residency-floor.md`.
 
@@ -12,13 +12,13 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::pyramid::TileAddress;
 
-/// How long a level takes to fade in, in seconds.
+/// Time for a level to fade in, in seconds.
 pub const FADE_S: f64 = 0.15;
 
-/// The corner (level, column, row).
+/// A corner: level, column, row.
 type Corner = (u32, u32, u32);
 
-/// The floor at the corners that are not free; at all others it is 0.
+/// The floor at the corners where it is not 0.
 #[derive(Default)]
 pub struct ResidencyFloor {
     corners: FxHashMap<Corner, f32>,
@@ -29,23 +29,23 @@ fn corners(tile: TileAddress) -> [Corner; 4] {
 }
 
 impl ResidencyFloor {
-    /// Whether the whole surface is as fine as the view wants.
+    /// Returns whether the whole surface is as fine as the view wants.
     pub fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
 
-    /// Whether some of it is on its way down.
+    /// Returns whether the floor is decreasing at some corner.
     pub fn is_fading(&self) -> bool {
         self.corners.values().any(|value| *value < 1.0)
     }
 
-    /// At the corners of a tile: north-west, north-east, south-west, south-east.
+    /// Returns the floor at the corners of a tile: north-west, north-east, south-west, south-east.
     pub fn at(&self, tile: TileAddress) -> [f32; 4] {
         corners(tile).map(|corner| self.corners.get(&corner).copied().unwrap_or(0.0))
     }
 
-    /// Goes on by a frame. `wanted` has all tiles that the view needs, coarser levels first, each with whether it is on
-    /// the GPU. `step_s` is the time since the last frame; none fades nothing.
+    /// Advances by a frame. `wanted` has all tiles that the view needs, coarser levels first, each with whether it is
+    /// on the GPU. `step_s` is the time since the last frame; `None` disables fading.
     pub fn update(&mut self, wanted: impl Iterator<Item = (TileAddress, bool)>, step_s: Option<f64>) {
         let fading = match step_s {
             Some(step_s) => {
@@ -59,7 +59,7 @@ impl ResidencyFloor {
         let mut met: FxHashSet<Corner> = FxHashSet::default();
         for (tile, is_there) in wanted {
             let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
-            // Corners of the level above are done: coarser levels come first.
+            // Corners of the level above have been computed, because coarser levels come first.
             let parent_is_free = corners(parent).iter().all(|corner| !now.contains_key(corner));
             for corner in corners(tile) {
                 if !is_there || !parent_is_free {
@@ -99,7 +99,7 @@ mod tests {
         floor.update(pyramid(&[tile(1, 0, 0)]).into_iter(), None);
         assert_eq!(floor.at(tile(1, 0, 0)), [1.0; 4]);
         assert_eq!(floor.at(tile(1, 1, 1)), [1.0, 0.0, 0.0, 0.0]);
-        // Its neighbours are not free, so what is finer there is not used.
+        // Its neighbours are blocked, so finer tiles there are not used.
         assert_eq!(floor.at(tile(0, 3, 3)), [1.0; 4]);
         assert_eq!(floor.at(tile(2, 0, 0)), [0.0; 4]);
     }
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(floor.at(tile(1, 0, 0)), [0.0; 4]);
         floor.update(pyramid(&[]).into_iter(), Some(FADE_S));
         assert!(floor.is_empty());
-        // At a stop of the clock, or in a file, nothing fades.
+        // Without a time step, as in a file, nothing fades.
         floor.update(pyramid(&[tile(0, 1, 1)]).into_iter(), None);
         floor.update(pyramid(&[]).into_iter(), None);
         assert!(floor.is_empty());

@@ -1,4 +1,4 @@
-//! From a viewpoint to its [`Selection`]: the walk through the quadtree of patches, from its top.
+//! From a viewpoint to its [`Selection`]: walks the quadtree of patches from its root.
 //!
 //! Why: `docs/decisions/level-of-detail.md`.
 
@@ -9,7 +9,7 @@ use super::patches::Patches;
 use super::selection::{PatchKey, Selection, Viewpoint};
 use super::walk::{Over, Walk};
 
-/// Chooses the patches for a viewpoint, as many as it takes.
+/// Selects the patches for a viewpoint, as many as necessary.
 pub fn select(
     patches: &dyn Patches,
     grid_projection: &GridProjection,
@@ -19,8 +19,8 @@ pub fn select(
     select_within(patches, grid_projection, anchor, viewpoint, usize::MAX).unwrap_or_default()
 }
 
-/// Chooses the patches for a viewpoint; none if that takes more than `most_patches`, which is found without choosing
-/// many more.
+/// Selects the patches for a viewpoint. Returns `None` if that takes more than `most_patches`, which is detected
+/// without selecting many more.
 pub fn select_within(
     patches: &dyn Patches,
     grid_projection: &GridProjection,

@@ -1,10 +1,9 @@
-//! What land hides behind land: the skyline around the camera, as it grows from near to far.
+//! Occlusion of land by land: the skyline around the camera, accumulated from near to far.
 //!
-//! For each of a few thousand directions (one to a pixel) the skyline holds the steepest slope (height over distance,
-//! from the camera) up to which the land that was looked at so far surely closes the view. A box of land closes it up
-//! to its measured lowest height, in the directions that it fills from side to side; a box whose measured highest
-//! height stays below the skyline in all of its directions cannot be seen. Both are bounds, so nothing is left out that
-//! is in view.
+//! For each of a few thousand directions (one per pixel) the skyline has the steepest slope (height over distance, from
+//! the camera) up to which the land visited so far certainly blocks the view. A box of land blocks it up to its
+//! measured lowest height, in the directions that it fills from side to side; a box whose measured highest height is
+//! below the skyline in all of its directions is invisible. Both are bounds, so nothing visible is skipped.
 //!
 //! Why: `docs/decisions/terrain-occlusion.md`.
 
@@ -14,19 +13,19 @@ use glam::DVec2;
 
 use crate::scene::frustum::Bounds;
 
-/// The fewest and the most directions.
+/// The smallest and the largest number of directions.
 const FEWEST: usize = 1024;
 const MOST: usize = 8192;
 
-/// A part of a patch fills no direction from side to side unless it is wider than this many.
+/// A part of a patch has to be wider than this many directions to fill any of them from side to side.
 const WIDE_ENOUGH: f64 = 2.5;
 
-/// The skyline around the camera, as far as land was added to it.
+/// The skyline around the camera, over all land added so far.
 pub struct Skyline {
     slopes: Vec<f32>,
 }
 
-/// A box as the camera sees it: its directions, and its distances in the plane.
+/// A box as the camera sees it: its directions in radians, and its horizontal distances in metres.
 struct AngularExtent {
     first_rad: f64,
     width_rad: f64,
@@ -35,7 +34,7 @@ struct AngularExtent {
 }
 
 impl AngularExtent {
-    /// Of corners in a box; none for a box around the camera.
+    /// Returns the extent of corners in a box, or `None` for a box around the camera.
     fn of(bounds: &Bounds, corners: [DVec2; 4]) -> Option<Self> {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
         let near_m = DVec2::ZERO.clamp(low, high).length();
@@ -44,15 +43,15 @@ impl AngularExtent {
         }
         let far_m = low.abs().max(high.abs()).length();
         let middle = (low + high) * 0.5;
-        // AngularExtent from outside, a box spans less than half a turn.
+        // Seen from outside, a box spans less than half a turn.
         let turns = corners.map(|corner| middle.angle_to(corner));
         let least = turns.into_iter().fold(PI, f64::min);
         let most = turns.into_iter().fold(-PI, f64::max);
         Some(Self { first_rad: middle.to_angle() + least, width_rad: most - least, near_m, far_m })
     }
 
-    /// Directions, as steps of a skyline of `count` from the first to before the last; those that the box touches, or
-    /// fills.
+    /// Returns the directions that the box touches, or with `is_filled` those that it fills, as indices into a skyline
+    /// of `count` directions.
     fn steps(&self, count: usize, is_filled: bool) -> impl Iterator<Item = usize> + use<> {
         let step = |angle_rad: f64| angle_rad / TAU * count as f64;
         let (first, last) = (step(self.first_rad), step(self.first_rad + self.width_rad));
@@ -66,21 +65,21 @@ impl AngularExtent {
 }
 
 impl Skyline {
-    /// Nothing closes the view yet; `focal_px` are pixels per radian.
+    /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian.
     pub fn new(focal_px: f64) -> Self {
         // The cast saturates.
         let directions = ((TAU * focal_px) as usize).clamp(FEWEST, MOST);
         Self { slopes: vec![f32::NEG_INFINITY; directions] }
     }
 
-    /// Into how many parts along its sides a patch in a box is best divided: 1, 2 or 4.
+    /// Returns the number of parts into which a patch in a box is best divided along its sides: 1, 2 or 4.
     pub fn parts(&self, bounds: &Bounds) -> usize {
         let side_m = (bounds.high_m - bounds.low_m).truncate().min_element();
         let width = side_m / bounds.distance_m() / TAU * self.slopes.len() as f64;
         [4, 2].into_iter().find(|parts| width >= WIDE_ENOUGH * *parts as f64).unwrap_or(1)
     }
 
-    /// Whether a box (camera-relative) is hidden by what was added so far.
+    /// Returns whether a box (camera-relative) is hidden by the land added so far.
     pub fn hides(&self, bounds: &Bounds) -> bool {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
         let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
@@ -90,8 +89,8 @@ impl Skyline {
         seen.steps(self.slopes.len(), false).all(|i| self.slopes[i] > slope)
     }
 
-    /// Adds land without holes, of which `corners` are the corners in the plane and `bounds` the box, and which is
-    /// everywhere at least `land_m` high. All are camera-relative.
+    /// Adds land without holes: `corners` are its corners in the plane, `bounds` is its box, and all of it is at least
+    /// `land_m` high. All are camera-relative, in metres.
     pub fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
         let Some(seen) = AngularExtent::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
@@ -122,15 +121,15 @@ mod tests {
         let mut horizon = Skyline::new(200.0);
         let behind = slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 250.0);
         assert!(!horizon.hides(&behind));
-        // A ridge of at least 100 m, 900 to 1000 m away: it closes the view up to a slope of 0.1, less at its ends.
+        // A ridge of at least 100 m, 900 to 1000 m away, blocks the view up to a slope of 0.1, less at its ends.
         let ridge = slab([-500.0, 900.0], [500.0, 1000.0], 100.0, 150.0);
         add(&mut horizon, &ridge);
         assert!(horizon.hides(&behind), "250 m at 3000 m is below 0.089");
         assert!(!horizon.hides(&slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 350.0)), "350 m looks over it");
-        assert!(!horizon.hides(&slab([1500.0, 3000.0], [1900.0, 3200.0], -50.0, 100.0)), "it stands aside");
-        assert!(!horizon.hides(&slab([-100.0, 500.0], [100.0, 600.0], -50.0, 100.0)), "it stands before it");
-        assert!(!horizon.hides(&slab([-100.0, -3200.0], [100.0, -3000.0], -50.0, 10.0)), "it stands at the back");
-        assert!(!horizon.hides(&slab([-9000.0, 3000.0], [9000.0, 3200.0], -50.0, 10.0)), "its ends look out");
+        assert!(!horizon.hides(&slab([1500.0, 3000.0], [1900.0, 3200.0], -50.0, 100.0)), "it is to the side");
+        assert!(!horizon.hides(&slab([-100.0, 500.0], [100.0, 600.0], -50.0, 100.0)), "it is in front of the ridge");
+        assert!(!horizon.hides(&slab([-100.0, -3200.0], [100.0, -3000.0], -50.0, 10.0)), "it is behind the camera");
+        assert!(!horizon.hides(&slab([-9000.0, 3000.0], [9000.0, 3200.0], -50.0, 10.0)), "its ends are visible");
     }
 
     #[test]
@@ -138,7 +137,7 @@ mod tests {
         let mut horizon = Skyline::new(200.0);
         let near = slab([-100.0, 100.0], [100.0, 200.0], -30.0, -20.0);
         add(&mut horizon, &near);
-        // A slope of -0.3 at most is closed.
+        // Slopes up to -0.3 are blocked.
         assert!(!horizon.hides(&slab([-10.0, 400.0], [10.0, 500.0], -90.0, -60.0)));
         assert!(horizon.hides(&slab([-10.0, 400.0], [10.0, 410.0], -190.0, -160.0)));
     }

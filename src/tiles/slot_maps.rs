@@ -1,11 +1,11 @@
-//! Maps that are made of heights and kept: a layer for each slot of the atlas, and which of them have to be made.
+//! Cached maps computed from heights: a layer for each slot of the atlas, and the schedule of their computation.
 //!
-//! A map is made when its tile has come, and again when what it was made for has changed (its key: where the sun stands,
-//! how high the sea is) or when more of the tiles that it looks at have come ([`beside`](super::beside)). That some of
-//! them have gone is no reason: what was made with them is the better. A frame that must not wait makes [`MAPS_AT_ONCE`]:
-//! those that were never made first, by the error that is seen while a coarser one stands in, and then the oldest. They
-//! fade in as the surface's detail does ([`ResidencyFloor`]). A frame for a file makes all of them, as many in each
-//! submit.
+//! A map is computed when its tile has been loaded, and again when its key has changed (for example the direction to
+//! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
+//! ([`beside`](super::beside)). It is not recomputed when some of them have gone, because the map with them is better.
+//! A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by the error that is
+//! visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
+//! ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
 
@@ -20,46 +20,46 @@ use crate::gpu::Gpu;
 pub use crate::gpu::wgsl::shared::map_job::MapJob;
 use crate::pyramid::{LevelSize, TileAddress};
 
-/// Storage of one channel that every backend has; a texel holds several small numbers.
+/// A storage format of one channel that every backend has; a texel packs several small numbers.
 pub const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
-/// Maps of a kind that a frame makes if it must not wait, and that one submit makes if it must.
+/// Number of maps of a kind that a frame computes if it must not wait, and that each submit computes otherwise.
 pub const MAPS_AT_ONCE: usize = 4;
 
-/// How a map was made.
+/// How a map was computed.
 struct Made<K> {
     slot: u32,
-    /// When the tile came into the slot: another tile there came at another time.
+    /// The tile's arrival in the slot, in seconds: another tile in that slot arrived at another time.
     arrived_s: f64,
     around: Around,
     key: K,
     frame: u64,
 }
 
-/// The maps of a kind, and what has to be made of them in this frame.
+/// The maps of a kind, and those that this frame has to compute.
 pub struct SlotMaps<K> {
     view: wgpu::TextureView,
     bytes: u64,
     slots: u32,
     key: K,
     made: FxHashMap<TileAddress, Made<K>>,
-    /// By how much a picture has to stay above the levels of maps that are missing.
+    /// The floor by which a picture stays above the levels of missing maps.
     floor: ResidencyFloor,
     jobs: Vec<MapJob>,
 }
 
-/// What a frame asks of its maps.
+/// The parameters of a frame for its maps.
 #[derive(Clone, Copy, Debug)]
 pub struct MapStep {
-    /// Its number.
+    /// Number of the frame.
     pub frame: u64,
-    /// Makes as many maps at most.
+    /// The largest number of maps to compute.
     pub most: usize,
-    /// The time since the last frame, in seconds; none fades nothing.
+    /// Time since the last frame, in seconds; `None` disables fading.
     pub fade_step_s: Option<f64>,
 }
 
 impl<K: Copy + PartialEq> SlotMaps<K> {
-    /// As many as the atlas has slots, of `size` texels each; none is made yet.
+    /// Creates as many maps as the atlas has slots, of `size` texels each; none is computed yet.
     pub fn new(gpu: &Gpu, atlas: &Atlas, name: &'static str, size: [u32; 2], key: K) -> Self {
         let [width, height] = size;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -89,37 +89,38 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         }
     }
 
-    /// All maps, a layer for each slot of the atlas.
+    /// Returns all maps, a layer for each slot of the atlas.
     pub fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
-    /// Bytes of all maps on the GPU, made or not.
+    /// Returns the GPU memory of all maps in bytes, computed or not.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
 
-    /// What maps are made for now.
+    /// Returns the current key, the input of the maps besides heights.
     pub fn key(&self) -> K {
         self.key
     }
 
-    /// From the next plan on maps are made for this.
+    /// Sets the key from the next plan on.
     pub fn set_key(&mut self, key: K) {
         self.key = key;
     }
 
-    /// The maps that this frame makes.
+    /// Returns the maps that this frame computes.
     pub fn jobs(&self) -> &[MapJob] {
         &self.jobs
     }
 
-    /// How far above a tile's level a picture has to stay, at its corners; none for a tile that has no map.
+    /// Returns the fraction of a level by which a picture stays above a tile's level, at the tile's corners, or `None`
+    /// if the tile has no map.
     pub fn floor_at(&self, atlas: &Atlas, tile: TileAddress) -> Option<[f32; 4]> {
         self.made_of(atlas, tile).map(|_| self.floor.at(tile))
     }
 
-    /// The frame of the last plan was not drawn: what it planned counts as not made.
+    /// Marks the planned maps as not computed, because the frame of the last plan was not drawn.
     pub fn forget_planned(&mut self) {
         for job in self.jobs.drain(..) {
             self.made.retain(|_, made| made.slot as i32 != job.slot);
@@ -131,12 +132,12 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         self.made.get(&tile).filter(|made| made.slot == resident.slot && made.arrived_s == resident.arrived_s)
     }
 
-    /// Chooses what is made in this frame of those maps that the view needs; they count as made. Whether the next frame
-    /// of the same view would have other maps: some are left for it, or fade in.
+    /// Chooses the maps to compute in this frame among those that the view needs, and marks them as computed. Returns
+    /// whether the next frame of the same view would have other maps, because some are left for it or are fading in.
     pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
         let MapStep { frame, most, fade_step_s } = step;
         let Residency { atlas, needed, beside, .. } = residency;
-        // A map is made of what is in the page table, and not what else is in the atlas by chance.
+        // A map depends on tiles in the page table only, not on others that are in the atlas by chance.
         let needed_tiles = needed.iter().map(|tile| tile.address);
         let in_table: FxHashSet<TileAddress> = needed_tiles.chain(beside.iter().copied()).collect();
         let is_there = |(bit, tile)| Around::from(in_table.contains(&tile) && atlas.get(tile).is_some()) << bit;
@@ -152,7 +153,7 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             })
             .collect();
         stale.sort_unstable_by(|(age, tile, ..), (other_age, other, ..)| {
-            // A parent is at least as urgent as its children, and comes before them.
+            // A parent is at least as urgent as its children, and precedes them.
             let by_urgency = other.urgency.total_cmp(&tile.urgency);
             let (address, other) = (tile.address, other.address);
             age.cmp(other_age).then(by_urgency).then(other.level.cmp(&address.level)).then(address.cmp(&other))
@@ -167,7 +168,7 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             self.jobs.push(MapJob { slot: slot as i32, level: level as i32, tile: [x as i32, y as i32] });
             self.made.insert(tile.address, Made { slot, arrived_s, around, key: self.key, frame });
         }
-        // What has left the atlas is not kept for ever.
+        // Forget maps of tiles that have left the atlas.
         if self.made.len() > 2 * self.slots as usize {
             self.made.retain(|tile, _| atlas.get(*tile).is_some());
         }

@@ -1,4 +1,4 @@
-//! The terrain of a world on the GPU: what `shaders/shared/terrain.wgsl` reads, kept up to date with the view.
+//! The terrain of a world on the GPU: the data that `shaders/shared/terrain.wgsl` reads, updated for each view.
 
 mod prepare;
 
@@ -27,23 +27,23 @@ use crate::tiles::atlas::SLOT_BYTES;
 /// Whether a frame waits for its tiles.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Loading {
-    /// It does: for files, where only the picture counts.
+    /// Frames wait: for files, where only the picture counts.
     #[default]
     Wait,
-    /// It never does: coarser tiles stand in, and detail fades in as it comes.
+    /// Frames never wait: coarser tiles are drawn instead, and detail fades in as it arrives.
     Stream,
 }
 
-/// Accuracy and memory: the knobs of the surface.
+/// The accuracy and memory of the surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TerrainOptions {
-    /// The height error that may be seen, in pixels.
+    /// The height error that may be visible, in pixels.
     pub lod_error_px: f64,
-    /// For tiles on the GPU, and as much for tiles in memory.
+    /// Memory in bytes for tiles on the GPU, and as much again for tiles in main memory.
     pub tile_memory_bytes: u64,
     /// Whether frames wait for tiles.
     pub loading: Loading,
-    /// One over the radius of the earth that light sees, per metre; 0 is a flat map.
+    /// One over the effective radius of the earth for light, per metre; 0 is a flat map.
     pub inverse_radius: f64,
 }
 
@@ -53,79 +53,79 @@ impl Default for TerrainOptions {
     }
 }
 
-/// Maps are kept for so many frames in which nobody asks for them.
+/// Number of frames after which maps that nobody requests are dropped.
 const KEEP_MAPS_FRAMES: u64 = 3600;
 
-/// Samples along a side: what f32 still counts one by one.
+/// The largest number of samples along a side, up to which f32 counts exactly.
 const MOST_SAMPLES: u32 = 1 << 24;
 
-/// Why a pyramid cannot be drawn.
+/// The reason why a pyramid cannot be drawn.
 #[derive(Debug, thiserror::Error)]
 pub enum TerrainError {
-    /// The pyramid's georeference leads nowhere.
+    /// The pyramid's georeference is invalid.
     #[error(transparent)]
     Georeference(#[from] GeoreferenceError),
-    /// More samples than positions on the GPU can count.
-    #[error("{width}×{height} samples are more than hachure draws as one grid: at most {MOST_SAMPLES} along a side")]
+    /// The grid has more samples than positions on the GPU can count.
+    #[error("{width}×{height} samples are too many for one grid: hachure draws at most {MOST_SAMPLES} along a side")]
     TooWide {
-        /// Samples per row.
+        /// Number of samples per row.
         width: u32,
-        /// Rows of samples.
+        /// Number of rows of samples.
         height: u32,
     },
 }
 
-/// The tiles of a terrain in numbers.
+/// Statistics of the tiles of a terrain.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct TileCounts {
-    /// Tiles that are on the GPU now.
+    /// Number of tiles on the GPU.
     pub on_gpu: u64,
-    /// Tiles that made room for others, since the start.
+    /// Number of tiles evicted from the GPU, since the start.
     pub evicted: u64,
-    /// Tiles that were given up before they were there, since the start.
+    /// Number of tiles cancelled before they were loaded, since the start.
     pub cancelled: u64,
-    /// Bytes that the tiles on the GPU take.
+    /// Memory of the tiles on the GPU, in bytes.
     pub gpu_bytes: u64,
-    /// Bytes that decoded tiles take in memory.
+    /// Memory of the decoded tiles, in bytes.
     pub cache_bytes: u64,
 }
 
-/// The terrain of a world: its tiles on the GPU and what the shaders read to find them, from frame to frame.
+/// The terrain of a world: its tiles on the GPU, and the data by which the shaders find them, from frame to frame.
 pub struct Terrain {
     store: Arc<dyn TileStore>,
     ground: Ground,
     mapping: WorldMapping,
     grid_projection: GridProjection,
     options: TerrainOptions,
-    /// Of the last view: how far below level the horizon lies, 0 as the earth has it.
+    /// How far below level the horizon is in the last view, in radians; 0 for the earth's own curvature.
     horizon_rad: f64,
     residency: Residency,
-    /// What the mesh of the last frame missed.
+    /// The tiles that the mesh of the last frame missed, with their urgency.
     asked: FxHashMap<TileAddress, f64>,
-    /// What the allowed error of the last frame was multiplied by.
+    /// The factor of the allowed error in the last frame.
     coarser: f64,
-    /// Parts of one picture have one allowed error, in pixels: at least this.
+    /// The smallest allowed error, in pixels, so that all parts of a picture have the same.
     least_error_px: f64,
     motion: CameraMotion,
     start: Instant,
     frame: u64,
     buffers: TerrainBuffers,
-    /// Of a style with shadows or occlusion.
+    /// The horizon maps, in a style with shadows or occlusion.
     horizon_maps: Option<HorizonMaps>,
-    /// Whether the next frame asks for them, and the last frame that did.
+    /// Whether the next frame requests horizon maps, and the last frame that did.
     asks_for_horizons: bool,
     horizons_asked_in: u64,
-    /// The same of a style with water.
+    /// The water maps, in a style with water.
     water_maps: Option<WaterMaps>,
     asks_for_water: bool,
     water_asked_in: u64,
 }
 
 impl Terrain {
-    /// Makes room for a world's tiles; they follow with the views.
+    /// Creates a terrain for a world. Its tiles are loaded when views are drawn.
     ///
     /// # Errors
-    /// [`TerrainError`].
+    /// [`TerrainError`] if the pyramid cannot be drawn.
     pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, TerrainError> {
         let size = store.levels()[0];
         if size.width.max(size.height) > MOST_SAMPLES {
@@ -157,18 +157,18 @@ impl Terrain {
         })
     }
 
-    /// Grid ↔ world ↔ CRS, exactly.
+    /// Returns the exact mapping between grid, world and CRS.
     pub fn mapping(&self) -> &WorldMapping {
         &self.mapping
     }
 
-    /// East and north extent in metres.
+    /// Returns the extent to the east and to the north, in metres.
     pub fn extent_m(&self) -> [f64; 2] {
         let [low_m, high_m] = self.corners_m();
         (high_m - low_m).to_array()
     }
 
-    /// The least and the greatest east and north of its corners.
+    /// Returns the smallest and the largest east and north of its corners, in metres.
     pub fn corners_m(&self) -> [DVec2; 2] {
         let size = self.store.levels()[0];
         let (right, bottom) = (f64::from(size.width - 1), f64::from(size.height - 1));
@@ -179,49 +179,49 @@ impl Terrain {
         [low, high]
     }
 
-    /// Where its tiles come from.
+    /// Returns the source of its tiles.
     pub fn store(&self) -> &Arc<dyn TileStore> {
         &self.store
     }
 
-    /// Lowest and highest height in metres.
+    /// Returns the lowest and the highest height in metres.
     pub fn range_m(&self) -> [f32; 2] {
         self.store.range_m()
     }
 
-    /// Grid ↔ world as the GPU follows it, by polynomials.
+    /// Returns the mapping between grid and world as the GPU approximates it, by polynomials.
     pub fn grid_projection(&self) -> &GridProjection {
         &self.grid_projection
     }
 
-    /// Accuracy and memory, as they were given or last changed.
+    /// Returns the current options.
     pub fn options(&self) -> &TerrainOptions {
         &self.options
     }
 
-    /// Changes the allowed error from the next frame on.
+    /// Changes the allowed error, in pixels, from the next frame on.
     pub fn set_lod_error_px(&mut self, lod_error_px: f64) {
         self.options.lod_error_px = lod_error_px;
     }
 
-    /// Height of the finest surface in metres at a place in the world; none outside and in holes. It may read a file:
-    /// not for frames that must not wait.
+    /// Returns the height of the finest surface in metres at a place in the world, or `None` outside and in holes. The
+    /// call may read a file, so it is not for frames that must not wait.
     pub fn height_m(&self, world_m: DVec2) -> Option<f64> {
         let grid = self.grid_projection.grid_from_world(world_m);
         self.ground.height_m(grid.x, grid.y)
     }
 
-    /// Why a tile could not be read, of the ground or of a picture; none if all could.
+    /// Returns the reason why a tile of a picture or of the ground could not be read, or `None` if all could.
     pub fn failure(&self) -> Option<Arc<PyramidError>> {
         self.residency.failure().cloned().or_else(|| self.ground.failure())
     }
 
-    /// Heights by grid coordinates of level 0.
+    /// Returns the ground heights by grid coordinates of level 0.
     pub fn ground(&self) -> &Ground {
         &self.ground
     }
 
-    /// The same from the finest tile in memory. None also while there is none.
+    /// Returns the height like [`Terrain::height_m`], but from the finest tile in memory, or `None` if there is none.
     pub fn height_at_hand_m(&self, world_m: DVec2) -> Option<f64> {
         let grid = self.grid_projection.grid_from_world(world_m);
         let levels = self.store.levels();
@@ -232,7 +232,7 @@ impl Terrain {
         })
     }
 
-    /// The tiles in numbers.
+    /// Returns statistics of the tiles.
     pub fn tile_counts(&self) -> TileCounts {
         let atlas = &self.residency.atlas;
         TileCounts {
@@ -244,15 +244,15 @@ impl Terrain {
         }
     }
 
-    /// Bytes that the terrain holds on the GPU.
+    /// Returns the memory of the terrain on the GPU, in bytes.
     pub fn gpu_bytes(&self) -> u64 {
         let horizon_maps = self.horizon_maps.as_ref().map_or(0, |horizons| horizons.maps.bytes());
         let water_maps = self.water_maps.as_ref().map_or(0, WaterMaps::bytes);
         self.residency.atlas.bytes() + self.buffers.bytes() + horizon_maps + water_maps
     }
 
-    /// In the next frame horizon maps toward a sun in that direction are there. None asks for nothing: what is known
-    /// stays for a while, for it takes long to find.
+    /// Requests horizon maps toward a sun in the direction `to_sun` for the next frame. With `None` they are not
+    /// requested; existing ones are kept for a while, because they take long to compute.
     pub fn map_horizons(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
         self.asks_for_horizons = to_sun.is_some();
         match to_sun {
@@ -266,8 +266,8 @@ impl Terrain {
         }
     }
 
-    /// In the next frame water maps are there, with a sea of that height if there is one: `Some(None)` is water without
-    /// a sea. None asks for nothing: what is known stays for a while.
+    /// Requests water maps for the next frame, with the sea level in metres if there is a sea: `Some(None)` is water
+    /// without a sea. With `None` they are not requested; existing ones are kept for a while.
     pub fn map_water(&mut self, gpu: &Gpu, sea_level_m: Option<Option<f64>>) {
         self.asks_for_water = sea_level_m.is_some();
         match sea_level_m {
@@ -282,7 +282,7 @@ impl Terrain {
         }
     }
 
-    /// The frame for which the terrain was prepared was not drawn: its maps are still to be made.
+    /// Marks the planned maps as not computed, because the frame for which the terrain was prepared was not drawn.
     pub fn forget_planned_maps(&mut self) {
         if let Some(horizons) = &mut self.horizon_maps {
             horizons.maps.forget_planned();
@@ -292,41 +292,43 @@ impl Terrain {
         }
     }
 
-    /// The horizon maps; none while nobody asks for them.
+    /// Returns the horizon maps, or `None` while nobody requests them.
     pub fn horizon_maps(&self) -> Option<&HorizonMaps> {
         self.horizon_maps.as_ref()
     }
 
-    /// The water maps; none while nobody asks for them.
+    /// Returns the water maps, or `None` while nobody requests them.
     pub fn water_maps(&self) -> Option<&WaterMaps> {
         self.water_maps.as_ref()
     }
 
-    /// The earth as a camera at a height sees it in the last view.
+    /// Returns the earth as a camera at a height sees it in the last view.
     pub fn earth_curvature(&self, camera_z_m: f64) -> EarthCurvature {
         let lowest_m = f64::from(self.store.range_m()[0]);
         let earth = EarthCurvature { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m };
         earth.with_horizon(self.horizon_rad)
     }
 
-    /// No part of the surface is nearer to a camera than this: half its height above the ground of the last view.
+    /// Returns a lower bound of the distance of the surface from a camera, in metres: half the camera's height above
+    /// the ground of the last view.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
         let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
 
-    /// For passes that ask no surface: what `hachure::earth` needs.
+    /// Returns the uniform alone, for passes that import `hachure::earth` and do not evaluate the surface.
     pub fn uniform(&self) -> Named {
         self.buffers.uniform()
     }
 
-    /// What `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
+    /// Returns the resources that `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
     pub fn resources(&self) -> [Named; 5] {
         self.buffers.resources(&self.residency.atlas)
     }
 
-    /// What `shaders/shared/horizon_maps.wgsl` needs beside the uniform; none if nobody has asked for horizon maps.
+    /// Returns the resources that `shaders/shared/horizon_maps.wgsl` needs besides the uniform, or `None` if nobody has
+    /// requested horizon maps.
     pub fn horizon_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.horizon_maps.as_ref()?;
         let [_, levels, rows, tiles, _] = self.resources();
@@ -339,7 +341,7 @@ impl Terrain {
         ])
     }
 
-    /// What `shaders/shared/water_maps.wgsl` needs; none if nobody has asked for water maps.
+    /// Returns the resources that `shaders/shared/water_maps.wgsl` needs, or `None` if nobody has requested water maps.
     pub fn water_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.water_maps.as_ref()?;
         let [terrain, levels, rows, tiles, _] = self.resources();

@@ -1,4 +1,4 @@
-//! What `shaders/shared/terrain.wgsl` declares, as it lies on the GPU: the terrain's uniform and the page table.
+//! The GPU resources that `shaders/shared/terrain.wgsl` declares: the terrain's uniform and the page table.
 
 use glam::DVec2;
 
@@ -14,8 +14,8 @@ pub(crate) use crate::gpu::wgsl::shared::terrain::Terrain as TerrainUniform;
 use crate::pyramid::TileStore;
 
 impl TerrainUniform {
-    /// For a view. `anchor` is the sample that grid coordinates count from; the earth itself may be less bent than what
-    /// the view sees.
+    /// Computes the uniform of a view. `anchor` is the sample that grid coordinates count from; `earth_inverse_radius`
+    /// is that of the earth itself, which may be less curved than the earth of the view.
     pub(super) fn new(
         store: &dyn TileStore,
         grid_projection: &GridProjection,
@@ -30,7 +30,7 @@ impl TerrainUniform {
         let [min_m, max_m] = store.range_m();
         let first = -anchor * units;
         let last = (DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1)) - anchor) * units;
-        // Coarse in sixteenths of a metre: exact in f32 up to a million metres.
+        // The coarse part is in sixteenths of a metre: exact in f32 up to a million metres.
         let coarse_m = (camera_m.z * 16.0).round() / 16.0;
         Self {
             terms: local.terms,
@@ -54,9 +54,9 @@ impl TerrainUniform {
     }
 }
 
-/// The uniform and the page table on the GPU; they grow with what is written.
+/// The uniform and the page table on the GPU, in buffers that grow on demand.
 pub(super) struct TerrainBuffers {
-    /// What the buffers of the page table hold: a still view writes them once.
+    /// The page table that the buffers contain, so that a still view writes it only once.
     page_table: PageTable,
     uniform: GrowingBuffer,
     levels: GrowingBuffer,
@@ -65,7 +65,7 @@ pub(super) struct TerrainBuffers {
 }
 
 impl TerrainBuffers {
-    /// Small buffers with nothing in them.
+    /// Creates small, empty buffers.
     pub fn new(gpu: &Gpu) -> Self {
         use wgpu::BufferUsages as Usage;
         Self {
@@ -77,7 +77,7 @@ impl TerrainBuffers {
         }
     }
 
-    /// Writes the uniform, and the page table where it has changed.
+    /// Writes the uniform, and the page table if it has changed.
     pub fn write(&mut self, gpu: &Gpu, page_table: PageTable, uniform: TerrainUniform) {
         if page_table != self.page_table {
             self.levels.write(gpu, &page_table.levels);
@@ -88,18 +88,18 @@ impl TerrainBuffers {
         self.uniform.write(gpu, &[uniform]);
     }
 
-    /// Their size on the GPU.
+    /// Returns the size of the buffers in bytes.
     pub fn bytes(&self) -> u64 {
         let buffers = [&self.uniform, &self.levels, &self.rows, &self.tiles];
         buffers.iter().map(|buffer| buffer.buffer().size()).sum()
     }
 
-    /// The uniform alone.
+    /// Returns the uniform alone.
     pub fn uniform(&self) -> Named {
         ("terrain", self.uniform.binding())
     }
 
-    /// They and the heights, by the names in the shaders.
+    /// Returns the uniform, the page table and the heights, under their names in the shaders.
     pub fn resources(&self, atlas: &Atlas) -> [Named; 5] {
         [
             self.uniform(),

@@ -1,5 +1,5 @@
-//! The walk through the quadtree of patches that makes a [`Selection`]: from near to far, splitting where the error
-//! would be seen, leaving out what is hidden behind nearer land.
+//! The walk through the quadtree of patches that makes a [`Selection`]: from near to far, splitting patches whose error
+//! would be visible, skipping those that are hidden behind nearer land.
 
 use glam::DVec2;
 use rustc_hash::FxHashSet;
@@ -16,35 +16,36 @@ use crate::pyramid::surface::statistics::{PatchStatistics, Voids};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::scene::frustum::Bounds;
 
-/// Parts of a continuous level: enough to be smooth, few enough for a difference of levels in f32.
+/// Number of steps of a continuous level: enough to be smooth, few enough for differences of levels to be exact in f32.
 const LEVEL_STEPS: f64 = 4096.0;
-/// Where quads are no wider than this part of the allowed error in height, finer ones are not worth it: land is drawn
-/// to within a part of that error sideways, however steep it is.
+/// Quads no wider than this fraction of the allowed error in height are not split: the position of land is then
+/// accurate to a fraction of that error sideways, however steep it is.
 const FINEST_QUAD: f64 = 0.25;
-/// Larger errors count as this one: an infinite one would never be small enough.
+/// Larger errors are clamped to this, in metres: an infinite error would never be small enough.
 const LARGEST_ERROR_M: f64 = 1e38;
-/// For each patch that may be chosen, so many may be looked at.
+/// Number of patches that may be visited for each patch that may be selected.
 const VISITS_PER_PATCH: usize = 16;
 
-/// A walk under way: what it looks at, and what it has chosen and hidden so far.
+/// A walk in progress: its inputs, and the patches selected and the skyline so far.
 pub(super) struct Walk<'a> {
     patches: &'a dyn Patches,
     grid_projection: &'a GridProjection,
     viewpoint: &'a Viewpoint,
-    /// These have a vertex at every grid unit.
+    /// The level whose patches have a vertex at every grid unit.
     finest_level: i32,
     leaves: Leaves,
-    /// Leaves that may not be split: their children are not known, or they are coarse for the sake of such a one.
+    /// Leaves that may not be split, because their children are not loaded, or because they limit the level step to
+    /// such a leaf.
     pinned: FxHashSet<PatchKey>,
-    /// What the patches that were chosen so far hide.
+    /// The skyline of the patches selected so far.
     skyline: Skyline,
     spacing_m: f64,
-    /// So many patches may be chosen.
+    /// The largest number of patches.
     most_patches: usize,
     visits: usize,
 }
 
-/// What the patch over another one was allowed, and what it showed.
+/// The allowed and the visible error of a patch's parent.
 #[derive(Clone, Copy)]
 pub(super) struct Over {
     allowed_m: f64,
@@ -53,7 +54,7 @@ pub(super) struct Over {
 }
 
 impl Over {
-    /// For a patch that begins in its own shape.
+    /// The parent of a patch that begins in its own shape.
     pub const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
 }
 
@@ -62,12 +63,12 @@ struct VisiblePatch {
     key: PatchKey,
     statistics: PatchStatistics,
     bounds: Bounds,
-    /// Levels that it has to stay above its own while it fades in.
+    /// Number of levels by which it stays above its own level while it fades in.
     above: f64,
 }
 
 impl<'a> Walk<'a> {
-    /// Nothing is chosen yet. The walk ends early when it would choose more than `most_patches`.
+    /// Creates a walk that has selected nothing. It ends early if it would select more than `most_patches`.
     pub fn new(
         patches: &'a dyn Patches,
         grid_projection: &'a GridProjection,
@@ -88,12 +89,13 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Whether more patches would have been chosen, or looked at, than may be: what was chosen is not all then.
+    /// Returns whether the walk exceeded the largest number of patches, selected or visited, so that the selection is
+    /// incomplete.
     pub fn is_over(&self) -> bool {
         self.leaves.len() > self.most_patches || self.visits / VISITS_PER_PATCH > self.most_patches
     }
 
-    /// Chooses from a patch and what is under it.
+    /// Selects from a patch and its descendants.
     pub fn visit(&mut self, key: PatchKey, parent: Over) {
         self.visits += 1;
         if self.is_over() {
@@ -119,12 +121,12 @@ impl<'a> Walk<'a> {
         self.add_leaf(&seen, parent);
         let error_m = self.mesh_error_m(seen.key);
         if seen.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
-            // The patch as drawn may lie below the land by as much as it may be wrong, on either level.
+            // The patch as drawn may be below the land by its error, on either level.
             self.close(&seen, 2.0 * allowed_m.max(error_m));
         }
     }
 
-    /// Lets a patch hide what is behind it.
+    /// Adds a patch to the skyline.
     fn close(&mut self, seen: &VisiblePatch, slack_m: f64) {
         let key = seen.key;
         let (first, side) = key.area();
@@ -151,10 +153,10 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// How low the land is in one of `parts` × `parts` parts of a patch.
+    /// Returns a lower bound of the land's height in one of `parts` × `parts` parts of a patch, in metres.
     fn low_m(&self, key: PatchKey, parts: usize, x: usize, y: usize) -> Option<f64> {
         let level = key.level.max(0);
-        // In the blocks of the level, of which a patch has 4 × 4 or, finer than the data, a part of one.
+        // In blocks of the level, of which a patch covers 4 × 4 or, finer than the data, less than one.
         let blocks = i64::from(PATCH_QUADS / BLOCK_SAMPLES);
         let span = |patch: i64, part: usize| {
             let (parts, part) = (parts as i64, part as i64);
@@ -174,7 +176,7 @@ impl<'a> Walk<'a> {
         Some(low_m.into())
     }
 
-    /// Near patches hide far ones.
+    /// Sorts patches from near to far, because near patches hide far ones.
     fn nearest_first(&self, mut patches: [PatchKey; 4]) -> [PatchKey; 4] {
         let camera = self.grid_projection.grid_from_world(self.viewpoint.camera_m.truncate());
         patches.sort_by(|a, b| {
@@ -191,24 +193,24 @@ impl<'a> Walk<'a> {
         self.viewpoint.error_px * self.distance_m(seen) / self.viewpoint.focal_px
     }
 
-    /// Whether a patch can be split; if not, what is missing is asked for.
+    /// Returns whether a patch can be split; if not, requests the missing tile.
     fn children_are_known(&self, key: PatchKey, urgency: f64) -> bool {
         key.children().into_iter().all(|child| match self.known(child) {
             Known::Patch { .. } | Known::Nothing => true,
             Known::Missing => {
-                // Children of a patch come with one tile.
+                // All children of a patch come with the same tile.
                 self.patches.ask(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
                 false
             }
         })
     }
 
-    /// A patch, if it exists, is known, has data, and may be in view.
+    /// Returns a patch if it exists, is loaded, has data, and may be in view.
     fn seen(&self, key: PatchKey) -> Option<VisiblePatch> {
         let Known::Patch { statistics, above } = self.known(key) else { return None };
         let bounds = self.bounds(key, &statistics)?;
         let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
-        // Finer than the data, nothing has to come.
+        // Patches finer than the data have nothing to load.
         let above = if key.level < 0 { 0.0 } else { above };
         seen.then_some(VisiblePatch { key, statistics, bounds, above })
     }
@@ -223,7 +225,7 @@ impl<'a> Walk<'a> {
         let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
         // Halving the quads of a smooth surface quarters the error.
         let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
-        // A quad is flat and the earth is not: the sagitta of its diagonal.
+        // A quad is flat and the earth is curved: add the sagitta of its diagonal.
         let quad_m = self.quad_m(key);
         (error_m + 0.25 * quad_m * quad_m * self.viewpoint.earth_curvature.inverse_radius).min(LARGEST_ERROR_M)
     }
@@ -232,8 +234,8 @@ impl<'a> Walk<'a> {
         self.spacing_m * f64::from(key.level).exp2()
     }
 
-    /// The mesh error of a patch, as far as finer quads are worth it: see [`FINEST_QUAD`]. From twice that width on the
-    /// error fades out, so that no patch appears at once.
+    /// Returns the mesh error of a patch, in metres, limited as described at [`FINEST_QUAD`]: from twice that width on
+    /// the error fades out, so that no patch appears suddenly.
     fn shown_error_m(&self, seen: &VisiblePatch) -> f64 {
         let quad_px = self.quad_m(seen.key) * self.viewpoint.focal_px / self.distance_m(seen);
         let finest_px = FINEST_QUAD * self.viewpoint.error_px;
@@ -253,7 +255,7 @@ impl<'a> Walk<'a> {
         }
         let end = (first + side).min(last);
         let (low, high) = self.grid_projection.bounds(first, end);
-        // The surface overshoots its samples.
+        // The surface may exceed its samples.
         let relief_m = f64::from(statistics.max_m - statistics.min_m);
         let camera_m = self.viewpoint.camera_m;
         let low_m = low.extend(f64::from(statistics.min_m) - f64::from(OVERSHOOT) * relief_m) - camera_m;
@@ -269,15 +271,15 @@ impl<'a> Walk<'a> {
         } else {
             0.0
         };
-        // In steps that f32 holds exactly: the two patches at an edge count the same level from their own levels, and
-        // must come to the same vertices to the bit.
+        // In steps that f32 represents exactly: the two patches at an edge compute the same level from their own
+        // levels, and must get bit-identical vertices.
         let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
         let distance_m = self.distance_m(seen);
         let (farthest_m, holes) = (seen.bounds.farthest_m(), seen.statistics.voids != Voids::None);
         self.leaves.insert(key, Leaf { distance_m, farthest_m, level, holes });
     }
 
-    /// Splits leaves that have neighbours too much finer than themselves; where one cannot be split, its neighbours are
+    /// Splits leaves whose neighbours are too much finer than themselves; where one cannot be split, its neighbours are
     /// merged instead.
     pub fn limit_steps(&mut self) {
         loop {
@@ -294,7 +296,7 @@ impl<'a> Walk<'a> {
                 return;
             }
             for (fine, coarse) in too_far_apart {
-                // The same leaf may stand in the list twice.
+                // The same leaf may be in the list twice.
                 if !self.leaves.contains(coarse) || !self.leaves.contains(fine) {
                     continue;
                 }
@@ -304,9 +306,9 @@ impl<'a> Walk<'a> {
                     continue;
                 }
                 self.leaves.remove(coarse);
-                // It could have stayed whole, so its children begin in its shape, as when they appear by themselves.
+                // Its error did not require the split, so its children begin in its shape, as after an ordinary split.
                 let over = self.seen(coarse).map_or(Over::NONE, |seen| {
-                    // What shows nothing of its error still has its own shape.
+                    // A patch whose error is invisible still has a shape of its own.
                     let least_m = if self.mesh_error_m(coarse) > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
                     Over { allowed_m: self.allowed_m(&seen), error_m: self.shown_error_m(&seen).max(least_m) }
                 });
@@ -319,7 +321,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Draws the ancestor of a leaf instead of it and all others under that ancestor.
+    /// Replaces a leaf, and all others under the same ancestor, by that ancestor.
     fn merge(&mut self, mut key: PatchKey, level: i32) {
         while key.level < level {
             key = key.parent();
@@ -331,7 +333,7 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// What was chosen, at positions relative to `anchor`.
+    /// Returns the selection, at positions relative to `anchor`.
     pub fn finish(self, anchor: DVec2) -> Selection {
         self.leaves.instances(anchor, -self.finest_level)
     }

@@ -1,9 +1,9 @@
-//! Water that a scene gives: a mask or polygons, rasterised once to the samples of the DEM.
+//! Water given by a scene: a mask or polygons, rasterised once to the samples of the DEM.
 //!
-//! A cell is a sample of the DEM, or a square of several where the water reaches so far that there would be more than
-//! `MOST_CELLS`; it is water if its middle is. Coarser levels have the mean of the four cells under theirs, as heights
-//! have. The passes that make water maps (`surface/lakes`) ask these levels beside the heights, so the shore of water that is
-//! given is found, smoothed and measured as that of a lake that heights show.
+//! A cell is a sample of the DEM, or a square of several where the extent of the water would give more than
+//! `MOST_CELLS` cells; it is water if its centre is. Coarser levels have the mean of the four cells under theirs, as
+//! heights have. The passes that compute water maps (`surface/lakes`) read these levels in addition to the heights, so
+//! the shore of given water is found, smoothed and measured like that of a lake that heights show.
 //!
 //! Why: `docs/decisions/water.md`.
 
@@ -20,55 +20,53 @@ use crate::source::WorldMapping;
 use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
 use crate::source::mosaic::Way;
 
-/// Of the finest level.
+/// Largest number of cells of the finest level.
 const MOST_CELLS: u64 = 1 << 24;
-/// Water is followed so many samples beyond the border of the DEM, where shores of its border are asked for.
+/// Number of samples beyond the border of the DEM up to which water is rasterised, for shores near its border.
 const BEYOND: i64 = 64;
-/// Levels of a pyramid, at most.
+/// Largest number of levels of a pyramid.
 const MOST_LEVELS: u32 = 24;
-/// Words before the tables of levels, and words of a table.
+/// Number of words before the tables of levels, and of words of a table.
 const HEAD_WORDS: usize = 4;
 const TABLE_WORDS: usize = 5;
-/// Places along each side of a mask by which its extent is found.
+/// Number of places along each side of a mask by which its extent is found.
 const BORDER_PLACES: u32 = 32;
 
-/// Why a file says nothing of water. One line that names it.
+/// The reason why a water file cannot be used. The message is one line that names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum GivenWaterError {
-    /// Polygons that do not hold.
+    /// The polygons are invalid.
     #[error(transparent)]
     Polygons(#[from] PolygonsError),
-    /// A mask that cannot be read or laid over the world.
+    /// The mask cannot be read or placed on the world.
     #[error(transparent)]
     Mask(#[from] CoverError),
-    /// Polygons whose reference system is not known.
+    /// The reference system of the polygons is unknown.
     #[error("{}: {cause}", named(path))]
     Crs {
-        /// The file.
         path: PathBuf,
-        /// What is not known of it.
+        /// The reason.
         cause: GeoreferenceError,
     },
-    /// Nobody knows how the polygons lie to the world.
-    #[error("{}: cannot be laid over the world: {cause}", named(path))]
+    /// The polygons cannot be projected into the world's coordinates.
+    #[error("{}: cannot be projected onto the world: {cause}", named(path))]
     NoWay {
-        /// The file.
         path: PathBuf,
-        /// What is not known.
+        /// The reason.
         cause: String,
     },
 }
 
-/// Water as `shaders/surface/lakes/blocks.wgsl` reads it.
+/// The given water in the layout that `shaders/surface/lakes/blocks.wgsl` reads.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GivenWater {
-    /// How many levels there are, the level of the first, whether there is no other water, and nothing; then for each level
-    /// where its cells begin, the column and the row of its first cell among the samples of that level, and how many columns
-    /// and rows there are; then cells, four to a word: 255 is water.
+    /// The number of levels, the number of the first level, whether there is no other water, and 0; then for each level
+    /// the offset of its cells, the column and row of its first cell among the samples of that level, and the numbers
+    /// of columns and rows; then cells, four per word: 255 is water.
     pub words: Vec<i32>,
 }
 
-/// Cells of a level.
+/// The cells of a level.
 struct Level {
     low: [i64; 2],
     size: [usize; 2],
@@ -76,11 +74,11 @@ struct Level {
 }
 
 impl GivenWater {
-    /// Reads what `files` name, for a world whose DEM lies at `place` and has `samples` columns and rows. None where they
-    /// name nothing, or nothing within the world, of which a warning tells.
+    /// Reads the water files of a world whose DEM has the georeference `place` and `samples` columns and rows. Returns
+    /// `None` if they name nothing, or, after a warning, if they contain nothing within the world.
     ///
     /// # Errors
-    /// The first file that does not hold, or whose place is not known.
+    /// The first file that is invalid, or whose reference system is unknown.
     pub fn load(files: &WaterFiles, place: &Georeference, samples: [u32; 2]) -> Result<Option<Self>, GivenWaterError> {
         let polygons = files.polygons.as_ref().map(|path| polygons_on_grid(path, place)).transpose()?;
         let cover_files = CoverFiles { mask: files.mask.clone(), ..CoverFiles::default() };
@@ -93,7 +91,7 @@ impl GivenWater {
         let of_mask = mask.iter().flat_map(|(cover, mapping)| border_on_grid(cover, mapping));
         let Some(bounds) = bounds(of_polygons.chain(of_mask), samples) else {
             for (_, path) in files.files() {
-                tracing::warn!("{}: lies beside the world, and gives it no water", named(path));
+                tracing::warn!("{}: is outside the world, and adds no water", named(path));
             }
             return Ok(None);
         };
@@ -115,13 +113,13 @@ impl GivenWater {
         }
         if level.cells.iter().all(|cell| *cell == 0) {
             for (_, path) in files.files() {
-                tracing::warn!("{}: has no water at a sample of the world", named(path));
+                tracing::warn!("{}: has no water at any sample of the world", named(path));
             }
         }
         Ok(Some(Self::of_levels(level, stride_level, files.only_given)))
     }
 
-    /// Coarser levels, and the words of all.
+    /// Computes the coarser levels, and the words of all.
     fn of_levels(finest: Level, first: u32, only_given: bool) -> Self {
         let mut levels = vec![finest];
         while first + (levels.len() as u32) < MOST_LEVELS {
@@ -146,29 +144,33 @@ impl GivenWater {
     }
 }
 
-/// Polygons by columns and rows of the DEM.
+/// Reads polygons in columns and rows of the DEM.
 fn polygons_on_grid(path: &Path, place: &Georeference) -> Result<Vec<Vec<Ring>>, GivenWaterError> {
     let polygons = Polygons::read(path)?;
     let own = Georeference::of_coordinates(polygons.epsg)
         .map_err(|cause| GivenWaterError::Crs { path: path.to_owned(), cause })?;
     let no_way = |cause: String| GivenWaterError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
     if place.crs == Crs::Local {
-        return Err(no_way("the heights name no coordinate reference system".to_owned()));
+        return Err(no_way("the heights have no coordinate reference system".to_owned()));
     }
     let way = Way::between(&own, place).map_err(no_way)?;
     let on_grid = |ring: Ring| -> Ring { ring.into_iter().map(|[x, y]| way.map(x, y)).collect() };
     let all = polygons.polygons.into_iter().map(|polygon| polygon.into_iter().map(on_grid).collect());
     let all: Vec<Vec<Ring>> = all.collect();
-    // A projection may show a part of the earth only.
+    // A projection may cover only a part of the earth.
     let is_shown = |polygon: &Vec<Ring>| polygon.iter().flatten().flatten().all(|c| c.is_finite());
     let (shown, hidden): (Vec<_>, Vec<_>) = all.into_iter().partition(is_shown);
     if !hidden.is_empty() {
-        tracing::warn!("{}: {} polygons lie where the world's projection shows nothing", named(path), hidden.len());
+        tracing::warn!(
+            "{}: ignored {} polygons outside the range of the world's projection",
+            named(path),
+            hidden.len()
+        );
     }
     Ok(shown)
 }
 
-/// The border of a mask by columns and rows of the DEM.
+/// Returns the border of a mask in columns and rows of the DEM.
 fn border_on_grid(cover: &Cover, mapping: &WorldMapping) -> Vec<DVec2> {
     let (low_m, high_m) = (DVec2::from_array(cover.low_m), DVec2::from_array(cover.high_m));
     let along = |i: u32| low_m + (high_m - low_m) * (f64::from(i) / f64::from(BORDER_PLACES));
@@ -179,11 +181,11 @@ fn border_on_grid(cover: &Cover, mapping: &WorldMapping) -> Vec<DVec2> {
     (0..=BORDER_PLACES).flat_map(sides).map(|at_m| mapping.grid_from_world(at_m.into())).collect()
 }
 
-/// The samples around places, within the DEM and a little beyond; none where there are none.
+/// Returns the bounds of places in samples, within the DEM and a little beyond, or `None` if there are none.
 fn bounds(places: impl Iterator<Item = DVec2>, samples: [u32; 2]) -> Option<[[i64; 2]; 2]> {
     let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (low, high) = places.filter(|at| at.is_finite()).fold(nothing, |(low, high), at| (low.min(at), high.max(at)));
-    // A world that only its margin would touch has no water.
+    // A world that is touched only within this margin has no water.
     let last = DVec2::from_array(samples.map(|count| f64::from(count) - 1.0));
     if !(low.cmple(last).all() && high.cmpge(DVec2::ZERO).all()) {
         return None;
@@ -193,7 +195,7 @@ fn bounds(places: impl Iterator<Item = DVec2>, samples: [u32; 2]) -> Option<[[i6
     Some([low, high].map(|at| [at.x as i64, at.y as i64]))
 }
 
-/// Cells of samples within bounds, all of them land, and the level that they are of.
+/// Returns the cells within bounds, all of them land, and their level.
 fn empty_level([low, high]: [[i64; 2]; 2]) -> (Level, u32) {
     let level_of = |level: u32| {
         let low = low.map(|low| low >> level);
@@ -206,10 +208,10 @@ fn empty_level([low, high]: [[i64; 2]; 2]) -> (Level, u32) {
     (Level { low, size, cells: vec![0; size[0] * size[1]] }, number)
 }
 
-/// Water where the middle of a cell lies within an odd number of rings.
+/// Marks cells as water whose centre is inside an odd number of rings.
 fn fill(level: &mut Level, polygon: &[Ring], stride: f64) {
     let [columns, rows] = level.size;
-    // Samples are counted from their middles.
+    // Sample coordinates count from sample centres.
     let cell_of = |[x, y]: [f64; 2]| {
         [(x + 0.5) / stride - 0.5 - level.low[0] as f64, (y + 0.5) / stride - 0.5 - level.low[1] as f64]
     };
@@ -218,7 +220,7 @@ fn fill(level: &mut Level, polygon: &[Ring], stride: f64) {
         for (number, begin) in ring.iter().enumerate() {
             let [a, b] = [*begin, ring[(number + 1) % ring.len()]].map(cell_of);
             let [above, below] = if a[1] < b[1] { [a, b] } else { [b, a] };
-            // From the row that lies on its upper end to the one before its lower end.
+            // From the row at its upper end to the one before its lower end.
             let first = above[1].ceil().clamp(0.0, rows as f64) as usize;
             let end = below[1].ceil().clamp(0.0, rows as f64) as usize;
             for (row, crossings) in crossings.iter_mut().enumerate().take(end).skip(first) {
@@ -236,7 +238,7 @@ fn fill(level: &mut Level, polygon: &[Ring], stride: f64) {
     }
 }
 
-/// The next coarser level: each cell is the mean of four.
+/// Computes the next coarser level: each cell is the mean of four.
 fn halved(finer: &Level) -> Level {
     let low = finer.low.map(|low| low >> 1);
     let size = [0, 1].map(|axis| {
@@ -277,11 +279,11 @@ mod tests {
             filled(&ring, [0, 0], [6, 6]),
             [".......", ".#####.", ".#..##.", ".#..##.", ".#####.", ".#####.", "......."]
         );
-        // A ring that crosses itself: its middle lies within an even number of turns.
+        // A ring that goes round twice: its inside is within an even number of turns.
         let twice =
             vec![[0.5, 0.5], [4.5, 0.5], [4.5, 4.5], [0.5, 4.5], [0.5, 0.5], [4.5, 0.5], [4.5, 4.5], [0.5, 4.5]];
         assert!(filled(&[twice], [0, 0], [5, 5]).iter().all(|row| !row.contains('#')));
-        // Beyond the cells nothing is written, and what reaches in from there is.
+        // Nothing is written beyond the cells, but parts that extend into them from outside are.
         assert_eq!(filled(&[square(-1e7, 1.5)], [0, 0], [3, 2]), ["##..", "##..", "...."]);
     }
 

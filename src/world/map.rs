@@ -1,4 +1,4 @@
-//! The map of an open world: where its pixels lie, and the eye that sees it.
+//! Maps of an open world: the positions of their pixels, and their eye.
 
 use std::sync::Arc;
 
@@ -11,16 +11,16 @@ use crate::scene::map::{Map, MapArea};
 use crate::scene::view::Pose;
 use crate::tiles::Terrain;
 
-/// Tiles along a side that are asked for their heights, at most.
+/// Largest number of tiles along a side whose heights are read.
 const ASKED_TILES: u32 = 3;
 
 impl OpenWorld {
-    /// The map of an area on so many pixels, and its eye.
+    /// Returns the map of an area with `size_px` pixels, and its eye.
     pub fn map(&self, area: MapArea, size_px: [u32; 2]) -> (Map, Pose) {
         self.map_above(area, size_px, 0)
     }
 
-    /// The same of a picture whose lowest `foot_px` rows are not of the area: they are bare paper.
+    /// Returns the map of a picture whose lowest `foot_px` rows are bare paper and not part of the area.
     pub fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
         let terrain = &self.surfaces.terrain;
         let foot_px = foot_px.min(height.saturating_sub(1));
@@ -30,9 +30,9 @@ impl OpenWorld {
     }
 }
 
-/// Bounds of the heights between two corners, from the statistics of the patches of a few tiles: the less relief there
-/// is, the nearer may the eye stand, and the finer are its f32. None where there is no land, or it cannot be read, which
-/// the picture will tell.
+/// Returns bounds of the heights between two corners, from the statistics of the patches of a few tiles: the smaller
+/// the range of heights, the nearer the eye may be, and the more precise its f32. Returns `None` if there is no land,
+/// or it cannot be read, which drawing will report.
 fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32; 2]> {
     let store = terrain.store();
     let middle_m = 0.5 * (low_m + high_m);
@@ -52,7 +52,7 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
         let scale = DVec2::new(f64::from(size.width), f64::from(size.height))
             / DVec2::new(f64::from(finest.width), f64::from(finest.height));
         let tile = |place: DVec2| (place * scale / f64::from(TILE_SAMPLES)).floor().max(DVec2::ZERO).as_uvec2();
-        // Parallels are bent on the grid, so that what lies between the places may lie a little beside them.
+        // Parallels are curved on the grid, so the area between the places may extend a little beyond them.
         let bent = 0.01 * (high - low) + 1.0;
         let most = glam::UVec2::new(size.tiles_x() - 1, size.tiles_y() - 1);
         let (first, last) = (tile(low - bent).min(most), tile(high + bent).min(most));
@@ -75,7 +75,7 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
                 let is_beside =
                     first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
                 if !is_beside && !patch.min_m.is_nan() {
-                    // Between its samples the land may be off by as much as the patch's triangles are.
+                    // Between its samples the land may deviate by as much as the patch's triangles do.
                     range_m[0] = range_m[0].min(patch.min_m - patch.mesh_error_m);
                     range_m[1] = range_m[1].max(patch.max_m + patch.mesh_error_m);
                 }
@@ -86,7 +86,7 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
     None
 }
 
-/// Samples of level 0 along the side of a patch that comes with a tile of a level.
+/// Returns the number of level-0 samples along the side of a patch that comes with a tile of a level.
 fn patch_samples(level: usize) -> f64 {
     f64::from(PATCH_QUADS) * (1_u64 << level) as f64
 }

@@ -1,7 +1,7 @@
-//! The models of a scene: each file is read once, and stands where the scene says it: at a place, at those of a list, or
-//! where a rule finds room ([`super::scattered`]).
+//! The models of a scene: each file is read once, and placed at one place, at those of a list, or where a rule finds
+//! room ([`super::scattered`]).
 //!
-//! This happens when the scene opens, for heights of the ground may have to be read. A frame knows places only.
+//! This happens when the scene is opened, because ground heights may have to be read. Frames only know positions.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -18,10 +18,10 @@ use crate::mesh::{Mesh, MeshError};
 use crate::scene::{Density, MeshPlace, MeshPlacement, Stands, mesh_list};
 use crate::source::Progress;
 
-/// Puts the meshes of a world's scene onto its land.
+/// Places the meshes of a world's scene on its land.
 ///
 /// # Errors
-/// A file that cannot be read, or more places than there may be.
+/// If a file cannot be read, or there are too many places.
 pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed, WorldError> {
     let mut placed = Placed::default();
     let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
@@ -49,7 +49,7 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
     Ok(placed)
 }
 
-/// The coarser levels of a mesh. Of a large one this takes some seconds.
+/// Computes the coarser levels of a mesh. For a large one this takes some seconds.
 fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
     let tell = |done: f32| {
         if mesh.triangles.len() > MANY_TRIANGLES {
@@ -62,7 +62,7 @@ fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
     levels
 }
 
-/// Where a model stands.
+/// Returns the placements of a model.
 fn stances(
     world: &OpenWorld,
     placement: &MeshPlacement,
@@ -97,7 +97,10 @@ fn stances(
                 && found.len() < count as usize
             {
                 let found = found.len();
-                tracing::warn!("{}: {found} of {count} stand: there is no more room for them", named(&placement.file));
+                tracing::warn!(
+                    "{}: placed {found} of {count}; the rule leaves no room for more",
+                    named(&placement.file)
+                );
             }
             let stance = |spot: &super::scattered::Spot| Stance {
                 origin_m: spot.at_m,

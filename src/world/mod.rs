@@ -1,6 +1,6 @@
-//! A world: the land and what stands on it, side by side.
+//! A world: the land and everything on it.
 //!
-//! A frame draws [`Surfaces`]. [`open`] makes them of what a user names: a scene file, a DEM, a pyramid, an address.
+//! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
 pub mod given_water;
 mod map;
@@ -21,9 +21,8 @@ use crate::mesh::placed::Placed;
 use crate::scene::{Forest, Wind};
 use crate::tiles::Terrain;
 
-/// The surfaces of a world, of every kind.
+/// The surfaces of a world, of all kinds.
 pub struct Surfaces {
-    /// The land.
     pub terrain: Terrain,
     meshes: Option<Arc<Placed>>,
     forest: Option<Forest>,
@@ -36,7 +35,7 @@ pub struct Surfaces {
 }
 
 impl From<Terrain> for Surfaces {
-    /// Bare land.
+    /// Creates the surfaces of bare land.
     fn from(terrain: Terrain) -> Self {
         Self {
             terrain,
@@ -53,42 +52,42 @@ impl From<Terrain> for Surfaces {
 }
 
 impl Surfaces {
-    /// Whether there is something that may have colours of its own.
+    /// Returns whether there are surfaces that may have colours of their own.
     pub fn has_local_colors(&self) -> bool {
         self.meshes.is_some() || self.forest.is_some()
     }
 
-    /// What stands on the land, if anything does.
+    /// Returns the models on the land, if there are any.
     pub fn meshes(&self) -> Option<&Arc<Placed>> {
         self.meshes.as_ref()
     }
 
-    /// Puts meshes onto the land, in place of those that stood there.
+    /// Replaces the models on the land.
     pub fn set_meshes(&mut self, placed: Placed) {
         self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
     }
 
-    /// Its trees, if it has any.
+    /// Returns the forest, if there is one.
     pub fn forest(&self) -> Option<&Forest> {
         self.forest.as_ref()
     }
 
-    /// Grows another forest, or none.
+    /// Replaces or removes the forest.
     pub fn set_forest(&mut self, forest: Option<Forest>) {
         self.forest = forest;
     }
 
-    /// What rasters say of where its trees stand, if any do.
+    /// Returns the rasters that define where the forest's trees are, if there are any.
     pub fn forest_cover(&self) -> Option<&Arc<Cover>> {
         self.forest_cover.as_ref()
     }
 
-    /// Lets trees stand where rasters say it, or none of them.
+    /// Replaces or removes the rasters that define where trees are.
     pub fn set_forest_cover(&mut self, cover: Option<Arc<Cover>>) {
         self.forest_cover = cover;
     }
 
-    /// The models of its trees, as the forest counts them ([`Forest::models`]).
+    /// Returns the models of the trees, in the order of the forest ([`Forest::models`]).
     pub fn tree_models(&self) -> &[Arc<TreeModel>] {
         &self.tree_models
     }
@@ -98,47 +97,47 @@ impl Surfaces {
         self.tree_models = models;
     }
 
-    /// What moves its trees, if anything does.
+    /// Returns the wind, if there is any.
     pub fn wind(&self) -> Option<Wind> {
         self.wind
     }
 
-    /// Land that is no higher is the sea, if there is one; in metres, exaggerated as heights are.
+    /// Returns the sea level in metres, exaggerated as heights are, if there is a sea: land that is not higher is sea.
     pub fn sea_level_m(&self) -> Option<f64> {
         self.sea_level_m
     }
 
-    /// Lets the sea stand at another height, or nowhere.
+    /// Changes the sea level, or removes the sea.
     pub fn set_sea_level(&mut self, sea_level_m: Option<f64>) {
         self.sea_level_m = sea_level_m;
     }
 
-    /// Water that is given beside what heights show, if any is.
+    /// Returns the water given in addition to that which heights show, if there is any.
     pub fn given_water(&self) -> Option<&Arc<GivenWater>> {
         self.given_water.as_ref()
     }
 
-    /// Gives it other water, or none; to be called before the first frame, since maps of tiles are kept.
+    /// Replaces or removes the given water. To be called before the first frame, because maps of tiles are cached.
     pub fn set_given_water(&mut self, water: Option<Arc<GivenWater>>) {
         self.given_water = water;
     }
 
-    /// Lets another wind blow, or none.
+    /// Replaces or removes the wind.
     pub fn set_wind(&mut self, wind: Option<Wind>) {
         self.wind = wind.filter(|wind| wind.speed_m_s > 0.0);
     }
 
-    /// Trees go over to something simpler where they are so many times smaller than is usual.
+    /// Returns the factor of tree detail: trees switch to simpler forms at a size that is smaller by this factor.
     pub fn tree_detail(&self) -> f64 {
         self.tree_detail
     }
 
-    /// Sets [`Surfaces::tree_detail`]; 1 until told.
+    /// Sets [`Surfaces::tree_detail`], within 0.01 to 100; the default is 1.
     pub fn set_tree_detail(&mut self, detail: f64) {
         self.tree_detail = detail.clamp(0.01, 100.0);
     }
 
-    /// No part of any surface is nearer to a camera than this.
+    /// Returns a lower bound of the distance of all surfaces from a camera, in metres.
     pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let mesh_m = self.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
         self.terrain.nearest_m(camera_m).min(mesh_m)

@@ -1,4 +1,4 @@
-//! An open world: a scene file, a DEM, a baked pyramid, or nothing for the embedded world, ready to be drawn.
+//! An open world, ready to be drawn: a scene file, a DEM, a baked pyramid, or by default the embedded world.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -27,65 +27,65 @@ use crate::tiles::terrain::{TerrainError, TerrainOptions};
 use crate::world::given_water::{GivenWater, GivenWaterError};
 use crate::world::{Surfaces, meshes, tree_models};
 
-/// A COG with no more samples is baked all the same: it takes two seconds, and its errors are measured then.
+/// A COG with at most this many samples is baked all the same: it takes two seconds, and then its errors are measured.
 const BAKED_SAMPLES: usize = 1 << 24;
 
-/// Why a world could not be opened. One line that names the file; the causes follow as sources.
+/// The reason why a world could not be opened. The message is one line that names the file; the causes follow as
+/// sources.
 #[derive(Debug, thiserror::Error)]
 pub enum WorldError {
-    /// The scene file does not hold.
+    /// The scene file is invalid.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// The DEM cannot be read, or the cache not written.
+    /// The DEM cannot be read, or the cache cannot be written.
     #[error(transparent)]
     Pyramid(#[from] PyramidError),
-    /// What a scene file names cannot be drawn.
+    /// A file that the scene names cannot be drawn.
     #[error("{}: {source}", named(scene))]
     InScene {
-        /// The scene file.
         scene: PathBuf,
-        /// What is wrong with what it names.
+        /// The error of the file that it names.
         source: Box<WorldError>,
     },
-    /// The DEM lies nowhere, or is too wide.
+    /// The DEM has no valid georeference, or is too wide.
     #[error("{}: {source}", named(name))]
     Terrain {
-        /// Of its pyramid.
+        /// Name of the pyramid.
         name: String,
-        /// Why.
+        /// The reason.
         source: TerrainError,
     },
-    /// The ground under a camera or a mesh, from which its height is counted.
-    #[error("the ground could not be read: {0}")]
+    /// The ground under a camera or a mesh, from which its height is counted, cannot be read.
+    #[error("cannot read ground heights: {0}")]
     Ground(#[source] Arc<PyramidError>),
     /// A mesh of the scene cannot be read, or there are too many.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A list of places of a mesh cannot be read.
+    /// A list of mesh places cannot be read.
     #[error(transparent)]
     MeshList(#[from] MeshListError),
-    /// A model of a tree cannot be read, or is none.
+    /// A tree model cannot be read, or is not a tree.
     #[error("forest.species.file: {0}")]
     TreeModel(#[source] MeshError),
-    /// A raster of the scene's forest cannot be read, or does not lie over the world.
+    /// A raster of the scene's forest cannot be read, or is outside the world.
     #[error(transparent)]
     Cover(#[from] CoverError),
-    /// A file that says where water is does not hold.
+    /// A water file of the scene is invalid.
     #[error(transparent)]
     Water(#[from] GivenWaterError),
-    /// There is no sun at the date that is named.
+    /// The sun cannot be computed for the scene's date.
     #[error(transparent)]
     SunTime(#[from] SunTimeError),
-    /// Voids are named for heights that are not baked here.
-    #[error("{}: --nodata is for DEM files of this machine: bake it with --nodata first", named(name))]
+    /// A no-data value is given for heights that are not baked here.
+    #[error("{}: --nodata works only for local DEM files; bake it with --nodata first", named(name))]
     NoData {
-        /// The world.
+        /// Name of the world.
         name: String,
     },
 }
 
 impl WorldError {
-    /// With the name of the scene file, where there is one: what is wrong may be far from it.
+    /// Adds the name of the scene file, if there is one, because the error may be about another file.
     fn of(self, scene: &Scene) -> Self {
         match &scene.file {
             Some(scene) => Self::InScene { scene: scene.clone(), source: Box::new(self) },
@@ -96,17 +96,17 @@ impl WorldError {
 
 /// An open world.
 pub struct OpenWorld {
-    /// Light, air and start.
+    /// Light, atmosphere and start.
     pub scene: Scene,
-    /// The land and what stands on it.
+    /// The land and everything on it.
     pub surfaces: Surfaces,
 }
 
-/// The scene of a world as it is named: by the path of a scene file, a DEM or a pyramid, by an address, by the name of
-/// a scene inside the program, or not at all.
+/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by an address, by the name of an
+/// embedded scene, or not at all.
 ///
 /// # Errors
-/// When the scene file does not hold, or names what is beyond its `reach`.
+/// If the scene file is invalid, or names files beyond its `reach`.
 pub fn scene_of(world: Option<&str>, reach: Reach) -> Result<Scene, WorldError> {
     let Some(world) = world else { return Ok(Scene::default()) };
     if world.contains("://") {
@@ -128,8 +128,8 @@ fn is_scene(path: &Path) -> bool {
     path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"))
 }
 
-/// All files of this machine that a world is read from: the scene file, DEMs and rasters with what lies beside them,
-/// meshes with their materials and textures.
+/// Returns all local files that a world is read from: the scene file, DEMs and rasters with their sidecar files, meshes
+/// with their materials and textures.
 pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     if let Some(path) = world.map(Path::new).filter(|path| is_scene(path)) {
@@ -158,10 +158,10 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     inputs
 }
 
-/// The tiles of a scene's world; a DEM that is no pyramid is baked into the cache.
+/// Opens the tiles of a scene's world. A DEM that is not a pyramid is baked into the cache.
 ///
 /// # Errors
-/// When the DEM cannot be read or the cache not written.
+/// If the DEM cannot be read or the cache cannot be written.
 pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     open_store_unnamed(scene, progress).map_err(|error| error.of(scene))
 }
@@ -185,7 +185,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
     Ok(Exaggerated::over(store, scene.vertical_exaggeration))
 }
 
-/// Files and what lies in folders.
+/// Replaces folders by the files in them.
 fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
     let mut files = Vec::new();
     for path in paths {
@@ -199,7 +199,7 @@ fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
     Ok(files)
 }
 
-/// A DEM, or several as one world.
+/// Opens a DEM, or several as one world.
 fn several(
     files: &[PathBuf],
     options: &OpenOptions,
@@ -211,7 +211,7 @@ fn several(
     Ok(if stores.len() == 1 { stores.remove(0) } else { Arc::new(MosaicStore::new(stores)?) })
 }
 
-/// A baked pyramid as it is; a large COG as it is; everything else from the cache, where it is baked.
+/// Opens a baked pyramid or a large COG directly, and everything else from the cache, into which it is baked.
 fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let is_own = pyramid::format::sidecar_path(path).exists() || !path.is_file();
     let as_it_is = if is_own || options.no_data.is_some() {
@@ -224,7 +224,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 let name = path.display();
-                tracing::warn!("{}. {name} is read as it is, and its errors are estimates", error.told());
+                tracing::warn!("{}. Reading {name} without baking, with estimated errors", error.told());
                 Ok(store)
             }
             opened => Ok(opened?),
@@ -234,20 +234,20 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
 }
 
 impl OpenWorld {
-    /// Opens `world` for drawing; a DEM that was not baked yet is baked into the cache, without a word.
+    /// Opens `world` for drawing. A DEM that has not been baked yet is baked into the cache, without progress.
     ///
     /// # Errors
-    /// When the scene or its DEM do not hold, or the scene names files outside of its folder.
+    /// If the scene or its DEM is invalid, or the scene names files outside of its folder.
     pub fn open(gpu: &Gpu, world: Option<&str>, options: TerrainOptions) -> Result<Self, WorldError> {
         let scene = scene_of(world, Reach::SceneFolder)?;
         let store = open_store(&scene, &Silent)?;
         Self::on_gpu(gpu, scene, store, options)
     }
 
-    /// Draws an open store of tiles.
+    /// Prepares an open store of tiles for drawing.
     ///
     /// # Errors
-    /// When the georeference leads nowhere, or a mesh of the scene does not hold.
+    /// If the georeference is invalid, or a file of the scene cannot be used.
     pub fn on_gpu(
         gpu: &Gpu,
         scene: Scene,
@@ -257,10 +257,10 @@ impl OpenWorld {
         Self::on_gpu_with(gpu, scene, store, options, &Silent)
     }
 
-    /// As [`OpenWorld::on_gpu`], with progress for meshes that take long to read.
+    /// Prepares a store like [`OpenWorld::on_gpu`], with progress for meshes that take long to read.
     ///
     /// # Errors
-    /// As [`OpenWorld::on_gpu`].
+    /// As for [`OpenWorld::on_gpu`].
     pub fn on_gpu_with(
         gpu: &Gpu,
         mut scene: Scene,
@@ -294,7 +294,7 @@ impl OpenWorld {
         Ok(world)
     }
 
-    /// Reads the files of the scene that say where water is, if it has any.
+    /// Reads the scene's water files, if it has any.
     fn given_water(&self) -> Result<Option<GivenWater>, GivenWaterError> {
         let store = self.surfaces.terrain.store();
         let size = store.levels()[0];
@@ -309,17 +309,17 @@ impl OpenWorld {
         Cover::load(&forest.cover, store.georeference(), [size.width, size.height])
     }
 
-    /// East and north extent in metres.
+    /// Returns the extent to the east and to the north, in metres.
     pub fn extent_m(&self) -> [f64; 2] {
         self.surfaces.terrain.extent_m()
     }
 
-    /// The light and air of the scene.
+    /// Returns the light and atmosphere of the scene.
     pub fn light(&self) -> Light {
         self.scene.light(self.extent_m())
     }
 
-    /// Height of the ground in metres; in holes and outside, the lowest height.
+    /// Returns the ground height in metres; in holes and outside, the lowest height.
     pub fn ground_m(&self, east_m: f64, north_m: f64) -> f64 {
         self.surfaces
             .terrain
@@ -327,15 +327,15 @@ impl OpenWorld {
             .unwrap_or_else(|| f64::from(self.surfaces.terrain.range_m()[0]))
     }
 
-    /// Whether [`OpenWorld::ground_m`] was right so far: where a tile could not be read, it was not.
+    /// Returns an error if [`OpenWorld::ground_m`] could not read a tile so far.
     ///
     /// # Errors
-    /// [`WorldError::Ground`].
+    /// [`WorldError::Ground`] with the reason.
     pub fn ground_was_read(&self) -> Result<(), WorldError> {
         self.surfaces.terrain.ground().failure().map_or(Ok(()), |failure| Err(WorldError::Ground(failure)))
     }
 
-    /// A camera as an eye: heights above ground become heights.
+    /// Converts a camera to a pose: heights above ground become absolute heights.
     pub fn pose(&self, camera: &Camera) -> Pose {
         let camera = camera.on_ground(|x, y| self.ground_m(x, y));
         Pose {
@@ -347,7 +347,7 @@ impl OpenWorld {
         }
     }
 
-    /// An eye as a camera.
+    /// Converts a pose to a camera.
     pub fn camera(&self, pose: &Pose) -> Camera {
         let forward = pose.forward;
         Camera {
@@ -359,14 +359,15 @@ impl OpenWorld {
         }
     }
 
-    /// Where to look from when nobody says: from the south, over the whole extent, a little above its summits.
+    /// Returns the scene's start, or by default a view from the south over the whole extent, from a little above its
+    /// summits.
     pub fn default_camera(&self) -> Camera {
         if let Some(start) = self.scene.start {
             return start;
         }
         let [_, north_m] = self.extent_m();
         let [low_m, high_m] = self.surfaces.terrain.range_m().map(f64::from);
-        // Over flat land from higher up: a panorama of it would be one line.
+        // Higher over flat land, whose panorama would otherwise be one line.
         let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
         let y_m = -0.42 * north_m;
         let ahead_m = 0.45 * north_m;

@@ -1,11 +1,12 @@
-//! Where a rule spreads models over the land ([`Scatter`]).
+//! The rule that scatters models over the land ([`Scatter`]).
 //!
-//! They stand at the points of forests ([`crate::forest::points`]), in tiles that are as large as the density asks for:
-//! at most all points of a tile and at least a quarter of them, so that each beginning of their order that is used is
-//! spread evenly. A number of models is found by asking more and more points, by rank, and keeping those of lowest rank.
+//! Models are placed at the points of forests ([`crate::forest::points`]), in tiles whose size follows from the
+//! density: at most all points of a tile and at least a quarter of them are tested, so that the tested part of their
+//! order is always evenly distributed. A given number of models is found by testing more and more points, in order of
+//! rank, and keeping those of lowest rank.
 //!
-//! Whether a point is taken follows from the rule, the model's name and the land alone, never from the other models of a
-//! scene or from their order. Points are asked tile by tile, since heights come in tiles, too.
+//! Whether a point is taken depends only on the rule, the model's name and the land, never on the other models of a
+//! scene or on their order. Points are tested tile by tile, because heights are read in tiles, too.
 
 use glam::{DVec2, DVec3};
 
@@ -13,25 +14,25 @@ use crate::forest::points::{Point, Points};
 use crate::forest::{POINTS, TILE_M};
 use crate::scene::{Density, Scatter};
 
-/// A number of models is looked for among so many times as many points, at least.
+/// For a given number of models, at least this many times as many points are tested.
 const POINTS_FOR_EACH: f64 = 16.0;
-/// A number of models is looked for in steps: first among one of so many points.
+/// For a given number of models, the first step tests this fraction of the points: 1 / 16.
 const FIRST_SHARE: u32 = 16;
 
-/// Where a model stands.
+/// The placement of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spot {
-    /// Of the model's origin, in the world, in metres.
+    /// Position of the model's origin in the world, in metres.
     pub at_m: DVec3,
-    /// Clockwise from above, in degrees.
+    /// Rotation clockwise as seen from above, in degrees.
     pub turn_deg: f64,
-    /// World metres for each of the model's.
+    /// World metres per unit of the model.
     pub scale: f64,
 }
 
-/// A point that the land let pass.
+/// A point where the land satisfies the rule.
 struct Found {
-    /// Place in the order of its tile, then a number of its own.
+    /// Number in the order of its tile, then a random number of its own.
     rank: (u32, u64),
     spot: Spot,
 }
@@ -39,16 +40,17 @@ struct Found {
 /// The points of a rule.
 struct Asked<'a> {
     scatter: &'a Scatter,
-    /// By number.
+    /// The points of a tile, in order of their numbers.
     points: &'a [Point],
     side_m: f64,
-    /// Where tile 0, 0 begins.
+    /// Corner of tile 0, 0, in metres.
     first_m: DVec2,
     seed: u64,
 }
 
-/// Where a rule puts models. `name` is the model's: two models of one rule do not stand in each other. `ground_m` has the
-/// height of a place, or none where there is no land; slopes are taken over `spacing_m` to both sides.
+/// Returns the placements of a rule's models. `name` is the model's name, which seeds the points, so that two models
+/// with one rule get different places. `ground_m` returns the height of a place in metres, or `None` where there is no
+/// land; slopes are measured over `spacing_m` to both sides.
 pub fn scattered(
     scatter: &Scatter,
     name: &str,
@@ -64,7 +66,7 @@ pub fn scattered(
         .fold(0xcbf2_9ce4_8422_2325_u64, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3));
     let seed = mixed(of_name ^ mixed(u64::from(scatter.seed)));
     let area_m2 = scatter.area_ha() * 1e4;
-    // Points on a square metre, where all of a tile are asked.
+    // Points per square metre, if all points of a tile are tested.
     let least = match scatter.density {
         Density::PerHa(per_ha) => per_ha * 1e-4,
         Density::Count(count) => POINTS_FOR_EACH * f64::from(count) / area_m2,
@@ -95,7 +97,7 @@ pub fn scattered(
     found.into_iter().map(|found| found.spot).collect()
 }
 
-/// Heights and slopes of the ground below a model.
+/// Returns whether the height and slope of the ground below a model satisfy the rule.
 fn is_allowed(scatter: &Scatter, at_m: DVec3, step_m: f64, ground_m: &impl Fn(DVec2) -> Option<f64>) -> bool {
     let height_m = at_m.z - scatter.up_m;
     if !(scatter.heights_m[0]..=scatter.heights_m[1]).contains(&height_m) {
@@ -106,13 +108,13 @@ fn is_allowed(scatter: &Scatter, at_m: DVec3, step_m: f64, ground_m: &impl Fn(DV
         let at = |side: f64| ground_m(at_m.truncate() + way * (side * step_m));
         Some((at(1.0)? - at(-1.0)?) / (2.0 * step_m))
     };
-    // Beside a hole nobody knows.
+    // Next to a hole the slope is unknown.
     let slope = rise(DVec2::X).zip(rise(DVec2::Y));
     slope.is_some_and(|(east, north)| east.hypot(north).atan().to_degrees() <= steepest_deg)
 }
 
 impl Asked<'_> {
-    /// The points of these numbers that the land lets pass.
+    /// Returns the points with these numbers where the land satisfies the rule.
     fn find(
         &self,
         numbers: std::ops::Range<u32>,
@@ -129,7 +131,7 @@ impl Asked<'_> {
             let corner_m = first_m + DVec2::new(column as f64, row as f64) * side_m;
             for point in &self.points[numbers.start as usize..numbers.end as usize] {
                 let at_m = corner_m + DVec2::from_array(point.at) * side_m;
-                // Neighbours share no border.
+                // Neighbouring tiles share no border.
                 if !((west..east).contains(&at_m.x) && (south..north).contains(&at_m.y)) {
                     continue;
                 }
@@ -150,7 +152,7 @@ impl Asked<'_> {
     }
 }
 
-/// A step of SplitMix64 (Steele, Lea, Flood 2014), as the points of forests are made by.
+/// A step of SplitMix64 (Steele, Lea, Flood 2014), which also generates the points of forests.
 fn mixed(value: u64) -> u64 {
     let mut z = value.wrapping_add(0x9e37_79b9_7f4a_7c15);
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -158,7 +160,7 @@ fn mixed(value: u64) -> u64 {
     z ^ (z >> 31)
 }
 
-/// From 0 to 1.
+/// Converts a random number to the range from 0 to 1.
 fn part(value: u64) -> f64 {
     (value >> 11) as f64 / (1_u64 << 53) as f64
 }
@@ -182,7 +184,7 @@ mod tests {
         }
     }
 
-    /// Rises to the east, more and more, and has a hole.
+    /// Returns the height of a land that rises to the east, more and more steeply, and has a hole.
     fn ground_m(at_m: DVec2) -> Option<f64> {
         let is_hole = at_m.distance(DVec2::new(-300.0, 200.0)) < 80.0;
         (!is_hole).then(|| (at_m.x + 700.0).powi(2) / 2400.0)
@@ -192,7 +194,7 @@ mod tests {
         ((at_m.x + 700.0) / 1200.0).atan().to_degrees()
     }
 
-    /// The least distance, by the greatest that so many on an area could have.
+    /// Returns the smallest distance, relative to the largest that this many points on the area could have.
     fn evenness(spots: &[Spot], area_m2: f64) -> f64 {
         let most_m = (2.0 * area_m2 / (3.0_f64.sqrt() * spots.len() as f64)).sqrt();
         let places: Vec<DVec2> = spots.iter().map(|spot| spot.at_m.truncate()).collect();
@@ -209,7 +211,7 @@ mod tests {
             let spots = scattered(&rule(Density::PerHa(density)), "hut.obj", &points, 10.0, &everywhere);
             let wanted = density * area_m2 * 1e-4;
             let off = (spots.len() as f64 - wanted).abs();
-            // A box has as many as its border lets in.
+            // The number in a box varies with its border.
             assert!(off <= 3.0 + 1.5 * wanted.sqrt(), "{density}: {} of {wanted}", spots.len());
             assert!(evenness(&spots, area_m2) > 0.6, "{density}: {}", evenness(&spots, area_m2));
         }
@@ -224,7 +226,7 @@ mod tests {
                 && (0.0..=360.0).contains(&spot.turn_deg)
                 && spot.at_m.z == 7.0));
         }
-        // Planted: places at random are not spread so.
+        // Planted error: random places are not as even.
         let at = |i: u64| DVec2::new(part(mixed(2 * i)), part(mixed(2 * i + 1))) * 1200.0;
         let random = (0..1000).map(|i| Spot { at_m: at(i).extend(0.0), turn_deg: 0.0, scale: 1.0 });
         assert!(evenness(&random.collect::<Vec<_>>(), area_m2) < 0.2);
@@ -237,13 +239,13 @@ mod tests {
         let some = Scatter { heights_m: [20.0, 500.0], steepest_deg: Some(30.0), ..all.clone() };
         let (all, some) = [&all, &some].map(|rule| scattered(rule, "rock.obj", &points, 0.01, &ground_m)).into();
         let may = |spot: &&Spot| (20.0..=500.0).contains(&(spot.at_m.z + 0.5)) && slope_deg(spot.at_m) <= 30.0;
-        // Those of the whole that may stand there: the rule moves nobody.
+        // The allowed ones of all: the rule moves none of them.
         let wanted: Vec<Spot> = all.iter().filter(may).copied().collect();
         assert!(some == wanted && some.len() > 200 && all.len() > some.len() + 500, "{} {}", all.len(), some.len());
         assert!(all.iter().all(|spot| ground_m(spot.at_m.truncate()).is_some_and(|z_m| z_m - 0.5 == spot.at_m.z)));
-        // Planted: without the rule there are some of both kinds.
+        // Planted error: without the rule there are some of both kinds.
         assert!(all.iter().any(|spot| slope_deg(spot.at_m) > 30.0) && all.iter().any(|spot| spot.at_m.z < 19.0));
-        // As many as there is room for, and no more.
+        // The given number is reached where there is room; nothing is placed where there is none.
         let count = Scatter { heights_m: [20.0, 500.0], steepest_deg: Some(30.0), ..rule(Density::Count(3000)) };
         let spots = scattered(&count, "rock.obj", &points, 1.0, &ground_m);
         assert!(spots.len() == 3000 && spots.iter().all(|spot| may(&spot) || (spot.at_m.z - 20.0).abs() < 0.5));
@@ -258,12 +260,12 @@ mod tests {
         let of = |rule: &Scatter, name: &str| scattered(rule, name, &points, 1.0, &ground_m);
         let spots = of(&whole, "hut.obj");
         assert_eq!(spots, of(&whole, "hut.obj"));
-        // Two halves asked by themselves, the second one first.
+        // The two halves tested separately, the second one first.
         let east = of(&Scatter { within_m: [10.0, -300.0, 500.0, 900.0], ..whole.clone() }, "hut.obj");
         let west = of(&Scatter { within_m: [-700.0, -300.0, 10.0, 900.0], ..whole.clone() }, "hut.obj");
         assert_eq!(east.len() + west.len(), spots.len());
         assert!(spots.iter().all(|spot| east.contains(spot) != west.contains(spot)));
-        // Planted: another seed, and another model.
+        // Planted errors: another seed, and another model.
         for other in [of(&Scatter { seed: 2, ..whole.clone() }, "hut.obj"), of(&whole, "rock.obj")] {
             assert!(other.iter().all(|spot| !spots.contains(spot)) && !other.is_empty());
         }

@@ -1,4 +1,4 @@
-//! The models of a forest's species, out of their files.
+//! The models of a forest's species, read from their files.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,10 +9,10 @@ use crate::mesh::{Mesh, MeshError};
 use crate::scene::Scene;
 use crate::source::Progress;
 
-/// The models of a scene's forest, each file read once.
+/// Reads the models of a scene's forest, each file once.
 ///
 /// # Errors
-/// The first that cannot be read, or is no tree.
+/// The first file that cannot be read, or is not a tree.
 pub fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>>, MeshError> {
     let mut models = Vec::new();
     let mut known: Vec<(&Path, Mesh)> = Vec::new();
@@ -21,7 +21,7 @@ pub fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>
         let number = match found {
             Some(number) => number,
             None => {
-                // Of a long file one mesh at a time.
+                // Long files: keep only one mesh at a time.
                 known.clear();
                 known.push((&model.file, scene.read_mesh_with(&model.file, progress)?));
                 0
@@ -29,7 +29,7 @@ pub fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>
         };
         let mesh = &known[number].1;
         let tell = |done: f32| {
-            // Others are there before a bar would be read.
+            // Smaller ones are finished before a bar could be noticed.
             if mesh.triangles.len() > MANY_TRIANGLES {
                 progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
             }
@@ -64,7 +64,7 @@ mod tests {
         let species =
             ["file = \"a.obj\"", "form = \"birch\"", "file = \"a.obj\"\nup = \"z\"", "file = \"a.obj\"\nup = \"y\""];
         let error = read(&scene(folder.path(), &species), &Silent).unwrap_err();
-        // It has no height along z.
+        // The model has no height along z.
         assert!(error.to_string().ends_with("a.obj: it has no height"), "{error}");
         std::fs::write(folder.path().join("a.obj"), TREE.replace("v 0 3 0", "v 0 3 1")).unwrap();
         let models = read(&scene(folder.path(), &species), &Silent).unwrap();
@@ -96,7 +96,7 @@ mod tests {
             let told = told(name, text).unwrap();
             assert!(told.contains(cause), "{told}");
         }
-        // Planted: one that holds.
+        // Planted error: a valid model.
         assert_eq!(told("tree.obj", Some(TREE)), None);
     }
 }

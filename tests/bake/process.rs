@@ -160,7 +160,7 @@ fn parts_of_another_bake_are_refused() {
     assert!(place.failed("other.tif", &[]).contains("another pyramid"));
     fs::create_dir(place.path("mine.tif.parts")).unwrap();
     fs::write(place.path("mine.tif.parts/letter.txt"), "dear").unwrap();
-    assert!(place.failed("mine.tif", &[]).contains("no work folder"));
+    assert!(place.failed("mine.tif", &[]).contains("not a work folder"));
     assert!(place.path("mine.tif.parts/letter.txt").exists());
     // A part under the name of another is none.
     fs::rename(place.path("other.tif.parts"), place.path("out.tif.parts")).unwrap();

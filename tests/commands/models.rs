@@ -20,8 +20,8 @@ fn materials_are_told_and_what_is_wrong_with_them_once() {
     let (told, warned) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(output.status.success() && told.matches(" m, 3 materials, at ").count() == 2, "{told}");
     for warning in [
-        "beside it there is no texture \"leaf.png\"",
-        "no library of it has these materials, which are plain: \"root\"",
+        "its texture \"leaf.png\" is not in its folder",
+        "these materials are not in its libraries and are drawn plain: \"root\"",
     ] {
         assert_eq!(warned.matches(warning).count(), 1, "{warned}");
     }

@@ -36,7 +36,7 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2, \"+0\"]\n"),
-            "f.toml: cannot read the mesh hut.obj: line 5: the face names vertex 9, and there are 3",
+            "f.toml: cannot read the mesh hut.obj: line 5: the face uses vertex 9, but there are 3",
         ),
         (format!("{WORLD}[sun\n"), "f.toml:3:5: unclosed table"),
         (

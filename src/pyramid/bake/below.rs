@@ -1,4 +1,4 @@
-//! What a chunk reads: a window of the heights, or the grids of the round before.
+//! The input of a chunk: a window of the heights, or the grids of the round before.
 
 use super::part::{Grids, Part};
 use super::plan::{Chunk, Plan, Round, Steps, own_vertices};
@@ -9,30 +9,30 @@ use crate::pyramid::surface::statistics::{PatchPage, PatchStatistics, TileStatis
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::source::HeightReader;
 
-/// Where a round gets its heights from.
+/// The input of a round.
 #[derive(Clone, Copy)]
 pub enum Below<'a> {
-    /// The first round reads the heights that are baked.
+    /// The heights that are baked, in the first round.
     Heights(&'a dyn HeightReader),
-    /// A later one: the round before and its parts, row by row.
+    /// The round before and its parts, row by row, in a later round.
     Parts(Round, &'a [Part]),
 }
 
-/// What a later round knows of its base besides the heights.
+/// The data of a later round's base level, besides its heights.
 pub struct Ground {
-    /// The base as it is stored; as it was averaged where none is here.
+    /// The heights of the base level as stored; `None` if they equal the averaged heights.
     pub stored: Option<Field>,
-    /// The base's tiles in `tiles_region`, row-major.
+    /// The statistics of the base level's tiles in `tiles_region`, row-major.
     pub tiles: Vec<TileStatistics>,
-    /// The region of `tiles`, in numbers of tiles and not of samples.
+    /// The region of `tiles`, in tiles, not samples.
     pub tiles_region: Region,
-    /// The vertices of the patches of the base's stride.
+    /// The vertices of the patches that have the base level's stride.
     pub vertices: Field,
-    /// These patches, over the chunk, row-major.
+    /// The patches of the base level's stride over the chunk, row-major.
     pub patches: Vec<PatchStatistics>,
 }
 
-/// Reads heights; infinite ones become voids.
+/// Reads heights. Infinite heights become no-data.
 pub fn read_heights(reader: &dyn HeightReader, region: Region) -> Result<Field, PyramidError> {
     let mut heights_m = reader.read(region).map_err(|error| PyramidError::Load(Box::new(error)))?;
     if heights_m.len() != region.samples() {
@@ -52,7 +52,7 @@ fn meet(a: Region, b: Region) -> Option<Region> {
     (x < right && y < bottom).then(|| Region { x, y, width: right - x, height: bottom - y })
 }
 
-/// A field that is put together from those of parts.
+/// A field that is assembled from the fields of parts.
 struct Mosaic(Field);
 
 impl Mosaic {
@@ -70,7 +70,7 @@ impl Mosaic {
     }
 }
 
-/// The base of a later round over a chunk: its heights in `raw` as they were averaged, and the rest.
+/// Reads the base level of a later round over a chunk. Returns its averaged heights in `raw`, and the other data.
 pub fn read_parts(
     plan: &Plan,
     round: Round,

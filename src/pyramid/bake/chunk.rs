@@ -1,7 +1,7 @@
-//! A chunk: from the heights of its base to encoded tiles with measured errors.
+//! Baking a chunk: from the heights of its base level to encoded tiles with measured errors.
 //!
-//! The levels are averaged, encoded, and decoded again: what is measured is what later readers get, with all that the
-//! codec did to it.
+//! The levels are averaged, encoded, and decoded again, so that the measured errors are those of the heights that
+//! readers will get, after all losses of the codec.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,27 +24,27 @@ use crate::pyramid::surface::levels::{LevelSize, Region};
 use crate::pyramid::surface::overview;
 use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchStatistics, Range, TileStatistics, patch_levels};
 
-/// Rows that are filled together.
+/// Number of rows whose no-data is filled together.
 const STRIP: u32 = 64;
 
-/// What all chunks of a bake share.
+/// The parameters that all chunks of a bake share.
 pub struct Job<'a> {
-    /// How the bake is cut into rounds and chunks.
+    /// The division of the bake into rounds and chunks.
     pub plan: Plan,
-    /// How heights are stored.
+    /// The compression of heights.
     pub codec: Codec,
-    /// The pyramid, for messages.
+    /// The path of the pyramid, for messages.
     pub out: &'a Path,
-    /// Names the bake: a hash of the heights, options and version.
+    /// The identity of the bake: a hash of the heights, options and version.
     pub bake: u64,
-    /// Set from another thread when the bake shall stop; looked at between the steps of a chunk.
+    /// Set from another thread to stop the bake; checked between the steps of a chunk.
     pub stop: &'a AtomicBool,
-    /// Hears what a chunk is doing.
+    /// Called with the name of each stage of a chunk.
     pub stage: &'a (dyn Fn(&str) + Sync),
 }
 
 impl Job<'_> {
-    /// An error once the bake shall stop.
+    /// Returns an error once the bake has been asked to stop.
     pub fn go_on(&self) -> Result<(), PyramidError> {
         if self.stop.load(Ordering::Relaxed) { Err(PyramidError::Stopped) } else { Ok(()) }
     }
@@ -62,7 +62,7 @@ struct Work<'a> {
     regions: Vec<Regions>,
 }
 
-/// Bakes a chunk. `lowest_m` is the lowest stored height of level 0, where it is known.
+/// Bakes a chunk and returns the bytes of its part. `lowest_m` is the lowest stored height of level 0, if it is known.
 pub fn bake_chunk(
     job: &Job<'_>,
     round: Round,
@@ -166,8 +166,8 @@ impl Work<'_> {
         LevelView { level, size: self.level_size(i), own: self.regions[i].own, served, doubt_m }
     }
 
-    /// How far heights that are not the chunk's own may be from the stored ones: the codec's bound and what rounding
-    /// adds.
+    /// Returns the largest possible difference, in metres, between heights outside the chunk and their stored values:
+    /// the codec's bound, plus rounding.
     fn doubt_m(&self, base: &Field) -> f64 {
         match self.job.codec {
             Codec::WithinMetres(bound_m) if !self.job.is_whole(self.round) => {
@@ -178,7 +178,7 @@ impl Work<'_> {
         }
     }
 
-    /// Encodes the own tiles of a level, row-major.
+    /// Encodes the chunk's own tiles of a level, row-major.
     fn encode(&self, i: usize, level: &Field) -> Result<Vec<Vec<u8>>, PyramidError> {
         let tiles = self.job.plan.own_tiles(self.round, self.chunk, self.round.base + i);
         let size = self.level_size(i);
@@ -193,8 +193,8 @@ impl Work<'_> {
             .collect()
     }
 
-    /// A level as a reader of its tiles gets it, and as it was around them; none if they are the same. A lossless codec
-    /// must give back every bit.
+    /// Decodes a level as a reader of its tiles would, with the heights around them as they were. Returns `None` if
+    /// nothing changed. With a lossless codec, any difference is an error.
     fn decode(&self, i: usize, level: &Field, tiles: &[Vec<u8>]) -> Result<Option<Field>, PyramidError> {
         self.job.go_on()?;
         let own = self.regions[i].own;
@@ -206,7 +206,7 @@ impl Work<'_> {
         };
         let rows = decoded.chunks_exact(own.width as usize);
         if !rows.zip(&mut row_of).all(|(row, y)| row.iter().zip(level.span(own.x, own.y + y, own.width)).all(same)) {
-            let cause = format!("level {} reads back other than it was written", self.round.base + i);
+            let cause = format!("level {} differs when it is read back", self.round.base + i);
             return Err(PyramidError::Mismatch { path: self.job.out.to_owned(), cause });
         }
         if self.job.codec == Codec::Lossless {
@@ -217,7 +217,7 @@ impl Work<'_> {
         Ok(Some(stored))
     }
 
-    /// A level as its tiles serve it, where it is needed.
+    /// Returns a level as its tiles serve it, with filled no-data, over the region where it is needed.
     fn fill(&self, i: usize, fields: &[&Field], fallback_m: f32) -> Result<Field, PyramidError> {
         self.job.go_on()?;
         let region = self.regions[i].served;
@@ -234,7 +234,8 @@ impl Work<'_> {
         Ok(Field { region, heights_m })
     }
 
-    /// The statistics of the tiles of each level that is made, row-major, raised to their children's.
+    /// Measures the tiles of each level that the round makes, row-major; errors and ranges include those of a tile's
+    /// children.
     fn tiles(
         &self,
         base: &Field,
@@ -282,8 +283,8 @@ impl Work<'_> {
         Ok((all, put_off))
     }
 
-    /// The patches of each stride that the round makes, by the levels of the round's base, base included, row-major;
-    /// in the last round all coarser ones too. Puts what the next round needs into `grids`.
+    /// Measures the patches of each stride that the round makes, by level from the round's base (included), row-major;
+    /// in the last round all coarser strides too. Stores in `grids` what the next round needs.
     fn patches(
         &self,
         base: &Field,
@@ -333,7 +334,7 @@ impl Work<'_> {
         all
     }
 
-    /// The pages of all tiles that are made, encoded as records hold them.
+    /// Encodes the pages of all tiles that are made, as records contain them.
     fn pages(&self, tiles: &[Vec<TileStatistics>], patches: &[Vec<PatchStatistics>]) -> Vec<Vec<u8>> {
         let (plan, round) = (&self.job.plan, self.round);
         let mut pages = Vec::new();
@@ -358,7 +359,7 @@ impl Work<'_> {
     }
 }
 
-/// Whether there may be data at a sample of full resolution: all corners of its quad of vertices are known.
+/// Returns whether a sample of full resolution may have data: all corners of its quad of vertices are known.
 fn has_data(vertices: &Field, finest: LevelSize, step: u32, x: u32, y: u32) -> bool {
     let quad = |at: u32, samples: u32| (at / step).min((samples - 1).div_ceil(step).saturating_sub(1));
     let (x, y) = (quad(x, finest.width), quad(y, finest.height));
@@ -367,7 +368,7 @@ fn has_data(vertices: &Field, finest: LevelSize, step: u32, x: u32, y: u32) -> b
         .all(|(i, k)| vertices.has(x + i, y + k) && !vertices.at(x + i, y + k).is_nan())
 }
 
-/// The lowest stored height of a region: see [`read_filled`].
+/// Returns the lowest stored height of a region; see [`read_filled`].
 fn lowest(field: &Field, region: Region) -> f32 {
     let rows = region.y..region.y + region.height;
     rows.flat_map(|y| field.span(region.x, y, region.width)).copied().fold(f32::NAN, f32::min)

@@ -1,4 +1,4 @@
-//! Tiles as a reader of the GeoTIFF gets them, before there is a GeoTIFF.
+//! Decoding of freshly encoded tiles before the GeoTIFF exists, as its readers will see them.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -13,8 +13,8 @@ use crate::pyramid::surface::levels::{LevelSize, Region};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::source::georeference::{Crs, Georeference};
 
-/// The heights of `own`, row-major, whose tiles were encoded to `tiles`, row-major: through the reader that opens
-/// pyramids, which wants a file; here one in memory.
+/// Decodes `tiles`, the encoded tiles of the region `own` (both row-major), with the reader that opens pyramids. That
+/// reader needs a file, so the tiles are first written to a GeoTIFF in memory.
 pub fn decode(codec: Codec, own: Region, tiles: &[Vec<u8>], out: &Path) -> Result<Vec<f32>, PyramidError> {
     let nowhere =
         Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0], crs: Crs::Local, geokeys: Default::default() };

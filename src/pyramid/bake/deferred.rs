@@ -1,10 +1,10 @@
-//! Errors that wait for coarser levels.
+//! Errors that can only be measured when coarser levels exist.
 //!
-//! A void far from all data takes its filling from coarser levels, up to the coarsest. Where a valid sample of full
-//! resolution is so alone that the surface of a level there depends on such a filling, a chunk cannot measure the
-//! error: it puts the sample off. When all levels are written they are read as any reader would, and the error is
-//! measured then. Such samples are few: an island has to be smaller than half a coarse sample, and farther than four
-//! from the next.
+//! A no-data area far from all data takes its filling from coarser levels, up to the coarsest. Where a valid sample of
+//! full resolution is so isolated that the surface of a level there depends on such a filling, a chunk cannot measure
+//! the error, and defers the sample. When all levels have been written, they are read as any reader would read them,
+//! and the error is measured then. Such samples are few: an island has to be smaller than half a coarse sample, and
+//! more than four samples away from the next.
 
 use super::plan::{Plan, Round};
 use crate::pyramid::error::PyramidError;
@@ -14,36 +14,37 @@ use crate::pyramid::surface::levels::{LevelSize, Region, coordinate};
 use crate::pyramid::surface::statistics::rounded_up;
 use crate::pyramid::tile::TILE_SAMPLES;
 
-/// A sample that was put off.
+/// A sample whose error is measured when all levels exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Deferred {
-    /// The level whose error it belongs to.
+    /// The level of the tile whose error depends on the sample.
     pub level: u32,
-    /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base.
+    /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base level.
     pub x: u32,
-    /// Its row, counted as `x` is.
+    /// Its row, counted like `x`.
     pub y: u32,
     /// In the first round, its height in metres; later NaN.
     pub height_m: f32,
 }
 
 impl Deferred {
-    /// What tells them apart, in the order of the levels.
+    /// Returns a unique sort key, in the order of the levels.
     pub fn key(&self) -> (u32, u32, u32) {
         (self.level, self.y, self.x)
     }
 }
 
-/// The levels as they are served when all are there.
+/// The finished levels, as they are served.
 pub struct Served<'a> {
     /// The levels of the finished GeoTIFF, read back.
     pub levels: &'a dyn HeightLevels,
-    /// For voids far from everything on the coarsest level, in metres.
+    /// The filling of no-data far from everything on the coarsest level, in metres.
     pub fallback_m: f32,
 }
 
 impl Served<'_> {
-    /// The surface of a level at a sample of full resolution, in metres, and the tile that it belongs to.
+    /// Returns the height of a level's surface at a sample of full resolution, in metres, and the tile that the sample
+    /// belongs to.
     fn surface_m(&self, level: usize, finest: LevelSize, x: u32, y: u32) -> Result<(f64, (u32, u32)), PyramidError> {
         let size = self.levels.sizes()[level];
         let axis = |f: u32, finest: u32, size: u32| {
@@ -66,8 +67,8 @@ impl Served<'_> {
         Ok((bicubic::height_and_gradient(&samples, fx, fy).0, (tile_x, tile_y)))
     }
 
-    /// Raises the errors of tiles (by level, row-major) by what was put off. What rests on an error that grows here is
-    /// measured again: the levels of the next round, over the same place.
+    /// Raises the errors of tiles (by level, row-major) to those at the deferred samples. The levels of the next round
+    /// rest on the errors of their base, so where one grows, they are measured again over the same place.
     pub fn raise(&self, plan: &Plan, deferred: &[Deferred], errors_m: &mut [Vec<f32>]) -> Result<(), PyramidError> {
         let rounds = plan.rounds();
         let mut by_level: Vec<Vec<Deferred>> = vec![Vec::new(); plan.sizes.len()];

@@ -1,8 +1,8 @@
-//! The work folder `OUT.tif.parts`: one file for each chunk that is done, so that a bake that stops goes on where it
-//! was, and several machines bake one pyramid.
+//! The work folder `OUT.tif.parts`: one file for each finished chunk, so that an interrupted bake can be resumed, and
+//! several machines can bake one pyramid.
 //!
-//! `bake.txt` says which bake the parts belong to; every part says it too. Names are unique by chunk and files appear
-//! by renaming, so nothing is locked.
+//! `bake.txt` identifies the bake that the parts belong to, and so does every part. Names are unique by chunk and files
+//! appear by renaming, so no locks are needed.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,12 +15,12 @@ use crate::pyramid::error::PyramidError;
 const ABOUT: &str = "bake.txt";
 const FIRST_LINE: &str = "hachure: parts of a bake; removed when it is done";
 
-/// A work folder that is there and belongs to this bake.
+/// An existing work folder of this bake.
 pub struct Folder {
     path: PathBuf,
 }
 
-/// `OUT.tif.parts` for `OUT.tif`.
+/// Returns `OUT.tif.parts` for `OUT.tif`.
 pub fn parts_path(out: &Path) -> PathBuf {
     let mut path = out.as_os_str().to_owned();
     path.push(".parts");
@@ -28,11 +28,11 @@ pub fn parts_path(out: &Path) -> PathBuf {
 }
 
 impl Folder {
-    /// Makes the folder, or goes on with the one that is there: where `keep`, with its parts, which then must be of
-    /// this bake; else without.
+    /// Creates the folder or opens an existing one. With `keep`, existing parts are kept and must belong to this bake;
+    /// otherwise they are removed.
     ///
     /// # Errors
-    /// If the folder is none of hachure's, or holds the parts of another output or, where they shall be kept, of
+    /// If the folder is not a work folder of hachure, holds the parts of another output, or, with `keep`, the parts of
     /// another bake.
     pub fn open(out: &Path, bake: u64, identity: &str, keep: bool) -> Result<Self, PyramidError> {
         let folder = Self { path: parts_path(out) };
@@ -46,13 +46,13 @@ impl Folder {
                 || fs::read_dir(&folder.path).is_ok_and(|mut entries| entries.all(|entry| entry.is_ok_and(begun)));
             let found = match fs::read_to_string(&about) {
                 Ok(found) => found,
-                // Another process may be about to describe it, and may have done so between the two looks.
+                // Another process may be about to write `bake.txt`, and may have done so between the two reads.
                 Err(_) if is_begun() => return folder.describe(&text),
-                Err(_) => fs::read_to_string(&about).map_err(|_| refused("is no work folder of a bake"))?,
+                Err(_) => fs::read_to_string(&about).map_err(|_| refused("is not a work folder; move it away"))?,
             };
             let lines: Vec<&str> = found.lines().collect();
             if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {
-                return Err(refused("holds the parts of another pyramid"));
+                return Err(refused("holds the parts of another pyramid; move it away"));
             }
             let same = lines.get(1) == Some(&&*format!("{bake:016x}"));
             match (keep, same) {
@@ -72,13 +72,13 @@ impl Folder {
         fs::create_dir_all(&self.path).map_err(PyramidError::io(&self.path, "creating"))?;
         let about = self.path.join(ABOUT);
         match atomic::write(&about, text.as_bytes()) {
-            // Another machine may have been faster.
+            // Another machine may have written it first.
             Err(_) if fs::read_to_string(&about).is_ok_and(|found| found == text) => Ok(self),
             written => written.map(|()| self).map_err(PyramidError::io(&about, "writing")),
         }
     }
 
-    /// Where the folder lies.
+    /// Returns the path of the folder.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -87,22 +87,22 @@ impl Folder {
         self.path.join(format!("round{}-y{y:04}-x{x:04}.part", round + 1))
     }
 
-    /// A part that is there and whole.
+    /// Opens a part, if it exists and is undamaged.
     pub fn part(&self, name: PartName) -> Option<Part> {
         let path = self.file(name.round, name.chunk);
         let part = Part::open(&path, name);
         if part.is_none() && path.exists() {
-            tracing::warn!("{}: is damaged; it is baked again", path.display());
+            tracing::warn!("{}: the part is damaged and is baked again", path.display());
         }
         part
     }
 
-    /// Writes a part to its file in the folder, whole or not at all.
+    /// Writes a part to its file in the folder, atomically.
     pub fn write(&self, name: PartName, bytes: &[u8]) -> Result<Part, PyramidError> {
         Part::write(bytes, &self.file(name.round, name.chunk))
     }
 
-    /// Removes all that a bake puts there, whole or partial.
+    /// Removes all files that a bake puts there, complete or partial.
     fn empty(&self) -> Result<(), PyramidError> {
         let entries = fs::read_dir(&self.path).map_err(PyramidError::io(&self.path, "emptying"))?;
         for entry in entries.flatten() {
@@ -114,14 +114,14 @@ impl Folder {
         Ok(())
     }
 
-    /// Removes the folder with all parts; what is not a bake's stays.
+    /// Removes the folder with all parts. Other files in it remain.
     pub fn remove(self) {
         if self
             .empty()
             .and_then(|()| fs::remove_dir(&self.path).map_err(PyramidError::io(&self.path, "removing")))
             .is_err()
         {
-            tracing::warn!("{}: could not be removed", self.path.display());
+            tracing::warn!("{}: cannot remove the work folder", self.path.display());
         }
     }
 }

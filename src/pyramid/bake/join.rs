@@ -1,4 +1,4 @@
-//! The parts of all rounds become one pyramid: the tiles in the order of a COG, and the sidecar.
+//! Joining the parts of all rounds into one pyramid: the tiles in the order of a COG, and the sidecar.
 
 use std::io::Write;
 use std::path::Path;
@@ -21,34 +21,34 @@ use crate::pyramid::surface::statistics::TileStatistics;
 use crate::source::Progress;
 use crate::source::georeference::Georeference;
 
-/// A round that is done.
+/// A finished round.
 pub struct Done {
-    /// The round whose parts these are.
+    /// The round that made the parts.
     pub round: Round,
-    /// Its parts, row by row.
+    /// The round's parts, row by row.
     pub parts: Vec<Part>,
 }
 
 impl Done {
-    /// Lowest and highest height of the first round; NaN if there is none.
+    /// Returns the lowest and highest height of the first round; NaN if there is none.
     pub fn range_m(&self) -> [f32; 2] {
         self.parts.iter().map(|part| part.contents.range_m).fold([f32::NAN; 2], |range, part| {
-            // f32::min and max take the other operand for NaN.
+            // f32::min and max ignore NaN.
             [range[0].min(part[0]), range[1].max(part[1])]
         })
     }
 }
 
-/// What was written.
+/// The joined pyramid.
 pub struct Joined {
-    /// The header of the sidecar, as it was written.
+    /// The header of the sidecar, as written.
     pub sidecar: Sidecar,
     /// Length of the GeoTIFF in bytes.
     pub tif_bytes: u64,
 }
 
-/// A row of tiles of a level in one part: the part, the tile's column, the place of the first among the part's tiles,
-/// and how many they are.
+/// A row of tiles of a level in one part: the part, the column of the first tile, its index among the part's tiles, and
+/// the number of tiles.
 struct Run<'a> {
     part: &'a Part,
     x: u32,
@@ -56,7 +56,7 @@ struct Run<'a> {
     count: usize,
 }
 
-/// The runs that make up row `y` of the tiles of a level.
+/// Returns the runs that make up row `y` of the tiles of a level.
 fn runs<'a>(job: &Job<'_>, done: &'a Done, level: usize, y: u32) -> impl Iterator<Item = Run<'a>> {
     let (plan, round) = (&job.plan, done.round);
     let (count_x, _) = plan.chunk_counts(round);
@@ -70,7 +70,7 @@ fn runs<'a>(job: &Job<'_>, done: &'a Done, level: usize, y: u32) -> impl Iterato
     })
 }
 
-/// Writes the pyramid under names beside `target`, then gives both files their names by the pyramid's path.
+/// Writes the pyramid to temporary files in the folder of `target`, then renames both to the pyramid's path.
 pub fn join(
     job: &Job<'_>,
     done: &[Done],
@@ -165,7 +165,7 @@ pub fn join(
     Ok(Joined { sidecar, tif_bytes })
 }
 
-/// The statistics of all tiles, by level, row-major.
+/// Collects the statistics of all tiles, by level, row-major.
 fn gather<'a>(job: &Job<'_>, made_by: impl Fn(usize) -> &'a Done) -> Vec<Vec<TileStatistics>> {
     let levels = job.plan.sizes.iter().enumerate();
     levels
@@ -179,7 +179,7 @@ fn gather<'a>(job: &Job<'_>, made_by: impl Fn(usize) -> &'a Done) -> Vec<Vec<Til
         .collect()
 }
 
-/// Raises the errors by what was put off, and then those of parents to their children's.
+/// Raises the errors to those at deferred samples, and then the errors of parents to those of their children.
 fn raise(
     served: &Served<'_>,
     job: &Job<'_>,
@@ -207,7 +207,7 @@ fn raise(
     Ok(())
 }
 
-/// At every corner, the largest error of the up to four tiles that meet there.
+/// Sets the error at every tile corner to the largest error of the up to four tiles that meet there.
 fn set_corners(statistics: &mut [Vec<TileStatistics>], sizes: &[LevelSize]) {
     for (tiles, size) in statistics.iter_mut().zip(sizes) {
         let (tiles_x, tiles_y) = (size.tiles_x(), size.tiles_y());

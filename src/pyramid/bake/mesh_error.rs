@@ -1,8 +1,8 @@
-//! The measured error of every mesh patch: how far its triangles are from the data.
+//! The measured error of every mesh patch: the largest distance of its triangles from the data.
 //!
-//! A patch of stride 1 is held against the surface between its own samples, at quarter steps in each valid cell; this
-//! is here. A patch of stride 2^j, j ≥ 1, is held against the full-resolution heights under it: that is in `vertices`.
-//! Each quad is split along the diagonal from its first sample to the one opposite.
+//! A patch of stride 1 is compared with the surface between its own samples, at quarter steps in each valid cell, in
+//! this module. A patch of stride 2^j, j ≥ 1, is compared with the full-resolution heights under it, in `vertices`.
+//! Each quad is split along the diagonal from its first sample to the opposite one.
 
 use rayon::prelude::*;
 
@@ -13,7 +13,7 @@ use crate::pyramid::surface::levels::Region;
 use crate::pyramid::surface::statistics::{PatchStatistics, rounded_up};
 use crate::pyramid::tile::{PATCH_QUADS, is_void};
 
-/// The patches of stride 1 in `patches` (in numbers of patches), row-major; `view` is level 0.
+/// Measures the patches of stride 1 in the region `patches` (in patches), row-major. `view` is level 0.
 pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatistics> {
     let steps = Steps::new();
     let (finest, served) = (view.size, view.served);
@@ -41,7 +41,7 @@ pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatist
                     }
                 }
             }
-            // Near its edges the patch takes heights that are not the chunk's own, and fillings.
+            // Near its edges the patch depends on heights outside the chunk, and on fillings.
             let doubt_m = if certain(view, x0, y0, x1, y1) { 0.0 } else { (LARGEST_WEIGHTS + 1.0) * view.doubt_m };
             let mesh_error_m = rounded_up(f64::from(worst) + doubt_m);
             PatchStatistics { min_m: range.min_m, max_m: range.max_m, mesh_error_m, voids: range.voids() }
@@ -49,7 +49,7 @@ pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatist
         .collect()
 }
 
-/// Whether all heights that the surface over a patch takes are stored ones of the chunk's own tiles.
+/// Returns whether the surface over a patch depends only on stored heights of the chunk's own tiles.
 fn certain(view: &LevelView<'_>, x0: u32, y0: u32, x1: u32, y1: u32) -> bool {
     if view.doubt_m == 0.0 {
         return true;

@@ -1,8 +1,8 @@
-//! Heights → a pyramid on disk, in memory that does not grow with the heights.
+//! Baking: from heights to a pyramid on disk, in memory that does not grow with the number of heights.
 //!
-//! `plan` cuts the work into rounds and chunks, `chunk` makes one, `part` is what it leaves, `folder` keeps the parts of
-//! a long bake, `join` makes the pyramid of them. What comes out does not depend on threads, on the order of chunks, on
-//! who baked them, or on how often the bake was stopped.
+//! `plan` divides the work into rounds and chunks, `chunk` bakes one, `part` is its result, `folder` stores the parts
+//! of a long bake, `join` assembles the pyramid from them. The result does not depend on threads, on the order of
+//! chunks, on which machine baked them, or on how often the bake was interrupted.
 //!
 //! Why: `docs/decisions/bake-in-chunks.md`.
 
@@ -37,25 +37,27 @@ use chunk::Job;
 use folder::Folder;
 use plan::Plan;
 
-/// What changes the bytes of a pyramid besides its heights.
+/// The options that change the bytes of a pyramid.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BakeOptions {
-    /// How far a stored height may be from the original one, in metres; 0 (the default here and of the cache) stores
-    /// every bit. The command `bake` asks for 0.01 m unless told otherwise.
+    /// Largest allowed difference between a stored height and the original, in metres; 0 (the default here and in the
+    /// cache) is lossless. The default of the command `bake` is 0.01 m.
     pub max_error_m: f64,
 }
 
-/// How the work of a bake is done. None of it changes the pyramid, but for `chunk_levels`, on which the bounds of the
-/// errors of coarse levels depend a little.
+/// How the work of a bake is organised. None of it changes the pyramid except `chunk_levels`, which slightly affects
+/// the error bounds of coarse levels.
 #[derive(Clone, Copy, Debug)]
 pub struct BakeWork<'a> {
-    /// A chunk is 2^k × 2^k tiles: 4 means 4096 × 4096 samples. 1 to 6; other than 4 is for tests.
+    /// The exponent k of the side of a chunk, 2^k × 2^k tiles: 4 means 4096 × 4096 samples. Range 1 to 6; values other
+    /// than 4 are for tests.
     pub chunk_levels: u32,
-    /// Whether parts are kept in a work folder beside the pyramid; else in memory. A bake of one chunk needs no parts.
+    /// Whether parts are stored in a work folder next to the pyramid; otherwise in memory. A bake of one chunk needs no
+    /// parts.
     pub in_folder: bool,
-    /// Go on with the parts that are there.
+    /// Whether to resume with existing parts.
     pub resume: bool,
-    /// Bake the chunks c of the first round with c mod N = I − 1 into the work folder and no more: (I, N).
+    /// (I, N): bake only the chunks c of the first round with c mod N = I − 1, into the work folder.
     pub shard: Option<(u32, u32)>,
     /// Set from another thread, it stops the bake with [`PyramidError::Stopped`].
     pub stop: &'a AtomicBool,
@@ -69,12 +71,12 @@ impl Default for BakeWork<'_> {
     }
 }
 
-/// What was baked.
+/// A summary of a finished bake.
 #[derive(Clone, Debug)]
 pub struct BakeReport {
-    /// Where the GeoTIFF lies; the sidecar lies beside it.
+    /// Path of the GeoTIFF; the sidecar is in the same folder.
     pub path: PathBuf,
-    /// The sizes of the levels, finest first.
+    /// Sizes of the levels, finest first.
     pub levels: Vec<LevelSize>,
     /// Length of the GeoTIFF in bytes.
     pub tif_bytes: u64,
@@ -84,34 +86,34 @@ pub struct BakeReport {
     pub min_m: f32,
     /// Highest height of level 0 in metres, as stored.
     pub max_m: f32,
-    /// Samples of level 0 without a height.
+    /// Number of no-data samples of level 0.
     pub void_samples: u64,
-    /// Chunks that a bake before this one had left in the work folder.
+    /// Number of chunks that were found finished in the work folder.
     pub resumed_chunks: u64,
-    /// How long it took.
+    /// The duration of the bake.
     pub duration: Duration,
 }
 
-/// What a call of [`bake_reader`] came to.
+/// The result of [`bake_reader`].
 #[derive(Clone, Debug)]
 pub enum Baked {
-    /// The pyramid is whole.
+    /// The pyramid is complete.
     Pyramid(BakeReport),
-    /// The chunks of a shard: how many they are, and how many of them were there already.
+    /// The chunks of a shard are complete.
     Shard {
-        /// All chunks of the shard.
+        /// Number of chunks in the shard.
         chunks: u64,
-        /// Those of them that were in the work folder already.
+        /// Number of these that were already in the work folder.
         resumed_chunks: u64,
     },
 }
 
-/// Bakes a grid into the COG `out` (Float32, overviews, NaN for voids) and its sidecar `out.tiles`. Heights that are
-/// not finite are voids. Both files appear whole or not at all; the sidecar comes last. Work is spread over the
-/// threads of rayon. One bake of the same `out` at a time.
+/// Bakes a grid into the COG `out` (Float32, overviews, NaN for no-data) and its sidecar `out.tiles`. Heights that are
+/// not finite are no-data. Both files appear complete or not at all; the sidecar comes last. Work is spread over the
+/// threads of rayon. Only one bake of the same `out` may run at a time.
 ///
 /// # Errors
-/// If the grid is inconsistent or has no height at all, or if the files cannot be written.
+/// If the grid is inconsistent or has no heights at all, or if the files cannot be written.
 pub fn bake(
     grid: &HeightGrid,
     out: &Path,
@@ -129,10 +131,11 @@ pub fn bake(
     }
 }
 
-/// The same from heights of any size, which are read by windows, each about once.
+/// Bakes heights of any size like [`bake()`]; they are read in windows, each about once.
 ///
 /// # Errors
-/// As [`bake()`], if the heights cannot be read, and [`PyramidError::Parts`] if the work folder is another's.
+/// As for [`bake()`], if the heights cannot be read, and [`PyramidError::Parts`] if the work folder belongs to another
+/// bake.
 pub fn bake_reader(
     reader: &dyn HeightReader,
     out: &Path,
@@ -176,7 +179,7 @@ pub fn bake_reader(
     if let Some(folder) = folder {
         folder.remove();
     } else if one_chunk && work.in_folder && keep {
-        // What shards of a small grid left.
+        // The parts that shards of a small grid left behind.
         if let Ok(folder) = Folder::open(out, bake, &identity, true) {
             folder.remove();
         }
@@ -195,7 +198,7 @@ pub fn bake_reader(
     }))
 }
 
-/// All that the bytes of the pyramid depend on.
+/// Returns a text of everything that the bytes of the pyramid depend on.
 fn identity(reader: &dyn HeightReader, plan: &Plan, options: &BakeOptions) -> String {
     let [width, height] = reader.size();
     format!(
@@ -212,13 +215,13 @@ fn check(reader: &dyn HeightReader, out: &Path, options: &BakeOptions) -> Result
     let bad = |cause: String| Err(PyramidError::BadGrid { path: out.to_owned(), cause });
     let [width, height] = reader.size();
     if width < 2 || height < 2 {
-        return bad(format!("{width} × {height} samples are not a surface"));
+        return bad(format!("{width} × {height} samples do not make a surface; at least 2 × 2 are needed"));
     }
     if reader.georeference().crs_from_grid.iter().any(|number| !number.is_finite()) {
-        return bad("its georeference is not finite".into());
+        return bad("its georeference has numbers that are not finite".into());
     }
     if !(options.max_error_m.is_finite() && options.max_error_m >= 0.0) {
-        return bad(format!("an error bound of {} metres", options.max_error_m));
+        return bad(format!("the error bound {} m is not a finite number from 0 up", options.max_error_m));
     }
     Ok(())
 }

@@ -1,16 +1,19 @@
-//! What a chunk makes: the encoded tiles with their statistics, and the small grids that the next round reads.
+//! The result of a chunk: the encoded tiles with their statistics, and the small grids that the next round reads.
 //!
-//! A part is bytes, in memory or in a file of the work folder; only its `Contents` stay in memory.
+//! A part is a sequence of bytes, in memory or in a file of the work folder; only its [`Contents`] always stay in
+//! memory.
 //!
 //! ```text
 //!  8 bytes  "HACHPART"
-//!  u32      CRC-32 of all that follows
+//!  u32      CRC-32 of all bytes that follow
 //!  u64      the bake that it belongs to
 //!  u32 …    round, chunk x, y
 //!  u32      bytes of the contents
-//!  contents f32 f32 u64 range of level 0, voids; u32 … and by tile: u32 bytes, u32 CRC-32, f32 min, max, error, u8 voids;
-//!           u32 … and what was put off: u32 level, x, y, f32; u32 … and the patches above the coarsest level
-//!  grids    f32: the top level as it was, and as it is stored; the vertices; by patch of the top's pages min, max, error, voids
+//!  contents f32 f32 u64 range of level 0, no-data samples;
+//!           u32 … and by tile: u32 bytes, u32 CRC-32, f32 min, max, error, u8 no-data;
+//!           u32 … and the deferred samples: u32 level, x, y, f32; u32 … and the patches above the coarsest level
+//!  grids    f32: the top level as averaged, and as stored; the vertices;
+//!           by patch of the top's pages min, max, error, no-data
 //!  pages    of each tile: see `record`
 //!  tiles
 //! ```
@@ -28,13 +31,13 @@ use crate::pyramid::surface::statistics::{PatchStatistics, TileStatistics};
 
 const MAGIC: &[u8; 8] = b"HACHPART";
 const HEAD_BYTES: usize = 8 + 4 + 8 + 12 + 4;
-/// Where the checksum of the rest begins.
+/// The offset from which the checksum covers the bytes.
 const SUMMED_AT: usize = 12;
 
-/// Which part of which bake.
+/// The identity of a part: its bake, round and chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartName {
-    /// Names the bake: a hash of its heights, options and version.
+    /// The identity of the bake: a hash of its heights, options and version.
     pub bake: u64,
     /// Number of the round, from 0.
     pub round: u32,
@@ -42,7 +45,7 @@ pub struct PartName {
     pub chunk: Chunk,
 }
 
-/// What a part says of one of its tiles.
+/// A part's entry of one of its tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TileEntry {
     /// Length of its encoded bytes.
@@ -53,42 +56,41 @@ pub struct TileEntry {
     pub statistics: TileStatistics,
 }
 
-/// What stays in memory of a part.
+/// The contents of a part that stay in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contents {
-    /// In the first round, lowest and highest height of level 0 as stored; NaN if there is none.
+    /// In the first round, lowest and highest height of level 0 as stored, in metres; NaN if there is none.
     pub range_m: [f32; 2],
-    /// In the first round, samples of level 0 without a height.
+    /// In the first round, the number of no-data samples of level 0.
     pub void_samples: u64,
-    /// By level from the finest that the round makes, row-major.
+    /// The tiles by level, from the finest that the round makes, row-major.
     pub tiles: Vec<TileEntry>,
-    /// Errors that wait for coarser levels.
+    /// The samples whose errors depend on coarser levels.
     pub deferred: Vec<Deferred>,
     /// In the last round, the patches of each stride above the coarsest level's.
     pub coarse_patches: Vec<Vec<PatchStatistics>>,
 }
 
-/// The grids of a part; all are empty in the last round.
+/// The grids of a part for the next round; all are empty in the last round.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Grids {
-    /// The top level as it was averaged, in metres, NaN for voids.
+    /// The top level as averaged, in metres, NaN for no-data.
     pub raw_m: Vec<f32>,
-    /// The top level as it is stored, in metres, NaN for voids; empty where that is the same.
+    /// The top level as stored, in metres, NaN for no-data; empty where that is the same.
     pub stored_m: Vec<f32>,
     /// Heights of the vertices of the next round in metres, NaN where there is nothing to draw.
     pub vertices_m: Vec<f32>,
-    /// The patches in the pages of the top's tiles.
+    /// The patches in the pages of the top level's tiles.
     pub patches: Vec<PatchStatistics>,
 }
 
-/// A part: where its bytes are and what they hold.
+/// A part: its contents, and the location of its bytes.
 pub struct Part {
-    /// What stays in memory of it.
     pub contents: Contents,
     bytes: Bytes,
     grids_at: u64,
     pages_at: u64,
-    /// Where each tile's bytes begin, from the start of the part.
+    /// The offset of each tile's bytes from the start of the part.
     tiles_at: Vec<u64>,
 }
 
@@ -107,7 +109,7 @@ fn take_patch(bytes: &mut Cursor<'_>) -> Option<PatchStatistics> {
     Some(PatchStatistics { min_m, max_m, mesh_error_m, voids: bytes.voids()? })
 }
 
-/// A part as it is kept in memory or in a file.
+/// Encodes a part for memory or a file.
 pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec<u8>], tiles: &[Vec<u8>]) -> Vec<u8> {
     let mut about = Vec::new();
     put_f32s(&mut about, &contents.range_m);
@@ -150,21 +152,21 @@ pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec
 }
 
 impl Part {
-    /// A part that stays in memory; none if the bytes are damaged.
+    /// Opens a part that stays in memory. Returns `None` if the bytes are damaged.
     pub fn in_memory(bytes: Vec<u8>) -> Option<Self> {
         let mut part = Self::parse(&bytes)?;
         part.bytes = Bytes::Memory(bytes);
         Some(part)
     }
 
-    /// Writes a part to a file, whole or not at all.
+    /// Writes a part to a file, atomically.
     pub fn write(bytes: &[u8], path: &Path) -> Result<Self, PyramidError> {
         atomic::write(path, bytes).map_err(PyramidError::io(path, "writing"))?;
         Self::parse(bytes).ok_or_else(|| damaged(path)).map(|part| Self { bytes: Bytes::File(path.to_owned()), ..part })
     }
 
-    /// Opens a part that is there, and verifies every byte; none if it is not there, damaged, or not the one of that
-    /// name.
+    /// Opens an existing part and verifies every byte. Returns `None` if the file is missing, damaged, or not the part
+    /// `name`.
     pub fn open(path: &Path, name: PartName) -> Option<Self> {
         let bytes = std::fs::read(path).ok()?;
         let mut head = Cursor { bytes: &bytes };
@@ -228,7 +230,7 @@ impl Part {
         }
     }
 
-    /// Its name, for messages.
+    /// Returns the file name, for messages.
     fn path(&self) -> &Path {
         match &self.bytes {
             Bytes::Memory(_) => Path::new("(memory)"),
@@ -236,18 +238,18 @@ impl Part {
         }
     }
 
-    /// Reads what the next round needs of this part.
+    /// Reads the grids, which the next round needs.
     pub fn grids(&self) -> Result<Grids, PyramidError> {
         let bytes = self.read(self.grids_at, self.pages_at - self.grids_at)?;
         take_grids(&mut Cursor { bytes: &bytes }).ok_or_else(|| damaged(self.path()))
     }
 
-    /// The pages of the tiles `first` … `first + count − 1`.
+    /// Reads the pages of the tiles `first` … `first + count − 1`.
     pub fn pages(&self, first: usize, count: usize) -> Result<Vec<u8>, PyramidError> {
         self.read(self.pages_at + (first * PAGE_BYTES) as u64, (count * PAGE_BYTES) as u64)
     }
 
-    /// The encoded bytes of the tiles `first` … `first + count − 1`, one after the other, verified.
+    /// Reads and verifies the encoded bytes of the tiles `first` … `first + count − 1`.
     pub fn tiles(&self, first: usize, count: usize) -> Result<Vec<Vec<u8>>, PyramidError> {
         let entries = &self.contents.tiles[first..first + count];
         let total: u64 = entries.iter().map(|entry| u64::from(entry.bytes)).sum();
@@ -267,7 +269,7 @@ impl Part {
 }
 
 fn damaged(path: &Path) -> PyramidError {
-    let cause = "a damaged part of a bake; bake again with --resume".into();
+    let cause = "this part of a bake is damaged; bake again with --resume".into();
     PyramidError::Mismatch { path: path.to_owned(), cause }
 }
 

@@ -1,15 +1,15 @@
-//! How a bake is cut into pieces that fit into memory.
+//! The division of a bake into pieces that fit into memory.
 //!
-//! A *round* makes some levels out of one: the first makes levels 0 to k of the heights, the next levels k + 1 to 2k of
-//! level k, and so on. The work of a round falls into *chunks* of 2^k × 2^k tiles of the level that it reads: a chunk
-//! makes all tiles of the round's levels that stand over these. Tiles have two by two children by their numbers, so no
-//! tile has two chunks.
+//! A *round* makes several levels out of one: the first makes levels 0 to k from the heights, the next levels k + 1 to
+//! 2k from level k, and so on. The work of a round is divided into *chunks* of 2^k × 2^k tiles of the level that it
+//! reads: a chunk makes all tiles of the round's levels above these. Tiles have two by two children by their numbers,
+//! so no tile belongs to two chunks.
 //!
-//! What a chunk makes depends on a border around its own samples: the surface reaches two samples beyond a tile, the
-//! filling of voids four more and whatever the coarser levels need for it, and a coarse sample needs the finer ones
-//! under it. For odd sizes (see `levels`) coarse tiles lie a little to the left of the fine ones with the same numbers,
-//! by less than a coarse sample. [`Plan::regions`] works all that out from the coarsest level to the finest, so that a
-//! chunk has the same heights as the whole grid would have, bit for bit.
+//! The result of a chunk depends on a border around its own samples: the surface reaches two samples beyond a tile, the
+//! filling of no-data four more and whatever the coarser levels need for it, and a coarse sample needs the finer ones
+//! under it. For odd sizes (see `levels`) coarse tiles are shifted a little to the left of the fine ones with the same
+//! numbers, by less than a coarse sample. [`Plan::regions`] computes all that from the coarsest level to the finest, so
+//! that a chunk has the same heights as the whole grid would have, bit for bit.
 
 use crate::pyramid::surface::fill::{RADIUS, parent_region};
 use crate::pyramid::surface::levels::{LevelSize, Region};
@@ -17,7 +17,7 @@ use crate::pyramid::surface::overview::cover_region;
 use crate::pyramid::surface::statistics::patch_counts;
 use crate::pyramid::tile::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES};
 
-/// Patches along the side of a page.
+/// Number of patches along the side of a page.
 const PAGE: u32 = TILE_SAMPLES / PATCH_QUADS;
 
 /// The rounds and chunks of a bake.
@@ -25,25 +25,25 @@ const PAGE: u32 = TILE_SAMPLES / PATCH_QUADS;
 pub struct Plan {
     /// The sizes of all levels, finest first.
     pub sizes: Vec<LevelSize>,
-    /// Levels that a round goes up: k.
+    /// Number of levels that a round goes up: k.
     pub chunk_levels: u32,
 }
 
-/// A round: the levels that are made out of one.
+/// A round, which makes several levels out of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Round {
-    /// The first has the number 0.
+    /// Number of the round, from 0.
     pub number: u32,
-    /// The level that it reads.
+    /// The level that the round reads.
     pub base: usize,
-    /// The coarsest that it makes.
+    /// The coarsest level that the round makes.
     pub top: usize,
-    /// Whether that is the coarsest of all.
+    /// Whether `top` is the coarsest level of the pyramid.
     pub last: bool,
 }
 
 impl Round {
-    /// The finest level that it makes.
+    /// Returns the finest level that the round makes.
     pub fn first_made(self) -> usize {
         if self.number == 0 { 0 } else { self.base + 1 }
     }
@@ -58,14 +58,14 @@ pub struct Chunk {
     pub y: u32,
 }
 
-/// Which parts of a level a chunk needs.
+/// The regions of a level that a chunk needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Regions {
-    /// The samples of its own tiles.
+    /// The samples of the chunk's own tiles.
     pub own: Region,
-    /// Where the level is needed as tiles serve it.
+    /// The region where the level is needed as tiles serve it.
     pub served: Region,
-    /// Where its heights are needed.
+    /// The region where the level's heights are needed.
     pub raw: Region,
 }
 
@@ -77,7 +77,7 @@ fn hull(a: Region, b: Region) -> Region {
 }
 
 impl Plan {
-    /// All rounds, in the order in which they are baked; at least one.
+    /// Returns all rounds in the order of baking; at least one.
     pub fn rounds(&self) -> Vec<Round> {
         let coarsest = self.sizes.len() - 1;
         let mut rounds: Vec<Round> = Vec::new();
@@ -92,26 +92,26 @@ impl Plan {
         }
     }
 
-    /// How many chunks a round has in x and y.
+    /// Returns the number of chunks of a round in x and y.
     pub fn chunk_counts(&self, round: Round) -> (u32, u32) {
         let size = self.sizes[round.base];
         let side = 1 << self.chunk_levels;
         (size.tiles_x().div_ceil(side), size.tiles_y().div_ceil(side))
     }
 
-    /// The chunks of a round, row by row.
+    /// Returns the chunks of a round, row by row.
     pub fn chunks(&self, round: Round) -> Vec<Chunk> {
         let (count_x, count_y) = self.chunk_counts(round);
         (0..count_y).flat_map(|y| (0..count_x).map(move |x| Chunk { x, y })).collect()
     }
 
-    /// The chunk of a round that makes a tile of one of its levels.
+    /// Returns the chunk of a round that makes the tile (`x`, `y`) of one of its levels.
     pub fn chunk_of(&self, round: Round, level: usize, x: u32, y: u32) -> Chunk {
         let shift = (round.base + self.chunk_levels as usize - level) as u32;
         Chunk { x: x >> shift, y: y >> shift }
     }
 
-    /// The tiles of a level over a chunk, in numbers of tiles: at least one.
+    /// Returns the tiles of a level over a chunk, in tiles; at least one.
     pub fn own_tiles(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let shift = (round.base + self.chunk_levels as usize - level) as u32;
         let size = self.sizes[level];
@@ -123,7 +123,7 @@ impl Plan {
         Region { x, y, width, height }
     }
 
-    /// The samples of the tiles of a level over a chunk, without borders.
+    /// Returns the samples of the tiles of a level over a chunk, without borders.
     pub fn own_samples(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let tiles = self.own_tiles(round, chunk, level);
         let size = self.sizes[level];
@@ -136,8 +136,8 @@ impl Plan {
         Region { x, y, width, height }
     }
 
-    /// The patches of stride 2^`level` in the pages of the tiles of a level over a chunk, in numbers of patches. They
-    /// may be none in a direction.
+    /// Returns the patches of stride 2^`level` in the pages of a level's tiles over a chunk, in patches. The width or
+    /// height may be 0.
     pub fn own_patches(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let (count_x, count_y) = patch_counts(self.sizes[0], level as u32);
         if level > round.top {
@@ -152,7 +152,7 @@ impl Plan {
         Region { x, y, width, height }
     }
 
-    /// For the levels from the round's base to its top, what a chunk needs of them.
+    /// Returns the regions that a chunk needs of each level from the round's base to its top.
     pub fn regions(&self, round: Round, chunk: Chunk) -> Vec<Regions> {
         let reach = 1 << self.chunk_levels;
         let levels = round.base..round.top + 1;
@@ -161,7 +161,7 @@ impl Plan {
         for level in levels.clone() {
             let size = self.sizes[level];
             let own = self.own_samples(round, chunk, level);
-            // Later rounds hold their levels against the surface of the base, under tiles that lie farther left.
+            // Later rounds compare their levels with the surface of the base, under tiles that are shifted to the left.
             let against = round.number > 0 && level == round.base;
             let served = own.grown(TILE_BORDER + if against { 1 + reach } else { 0 }, size);
             let under = filled.map(|finer| parent_region(finer, self.sizes[level - 1], size));
@@ -175,37 +175,38 @@ impl Plan {
                 regions[i].raw = hull(regions[i].raw, cover_region(coarser, fine, coarse));
             }
         }
-        // The areas of coarse tiles begin earlier than the tiles of the base; vertices in voids look around.
+        // The areas of coarse tiles begin earlier than the tiles of the base, and vertices without data take a mean
+        // over their surroundings.
         let base = &mut regions[0];
         base.raw = hull(base.raw, base.own.grown(reach + 1, self.sizes[round.base]));
         regions
     }
 }
 
-/// The places of full resolution that every `step`-th sample, and the last, are at along an axis.
+/// The vertices along an axis: every `step`-th sample of full resolution, and the last.
 #[derive(Clone, Copy, Debug)]
 pub struct Steps {
-    /// Samples of full resolution along the axis.
+    /// Number of samples of full resolution along the axis.
     pub samples: u32,
-    /// Samples of full resolution from one vertex to the next.
+    /// Distance between vertices, in samples of full resolution.
     pub step: u64,
 }
 
 impl Steps {
-    /// How many vertices there are.
+    /// Returns the number of vertices.
     pub fn count(self) -> u32 {
-        // Not more than there are samples.
+        // At most the number of samples, so it fits u32.
         u64::from(self.samples - 1).div_ceil(self.step) as u32 + 1
     }
 
-    /// The sample at vertex `i`.
+    /// Returns the sample at vertex `i`.
     pub fn position(self, i: u32) -> u32 {
         (u64::from(i) * self.step).min(u64::from(self.samples) - 1) as u32
     }
 }
 
-/// The vertices at every 2^`level`-th sample that belong to a chunk whose top is that level: those in its area, and the
-/// last where it is the last.
+/// Returns the vertices at every 2^`level`-th sample that belong to a chunk whose top is that level: those in its area,
+/// and the last vertex of the axis for the last chunk.
 pub fn own_vertices(plan: &Plan, round: Round, chunk: Chunk) -> Region {
     let counts = plan.chunk_counts(round);
     let finest = plan.sizes[0];

@@ -1,7 +1,7 @@
-//! The chunks of the rounds, several at a time.
+//! Baking the chunks of all rounds, several at a time.
 //!
-//! A chunk uses all cores by itself while it computes; while one reads or writes, another computes. So a few are under
-//! way at once, and their number, not that of the cores, bounds the memory: some 0.4 GB for each.
+//! A chunk uses all cores by itself while it computes; while one reads or writes, another computes. So a few are in
+//! progress at once, and their number, not that of the cores, bounds the memory: about 0.4 GB for each.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -15,10 +15,10 @@ use super::plan::{Chunk, Round};
 use crate::pyramid::error::PyramidError;
 use crate::source::{HeightReader, Progress};
 
-/// Threads that share a chunk, where there are many.
+/// Number of threads per chunk in progress, on machines with many.
 const THREADS_PER_CHUNK: usize = 4;
 
-/// Bakes all rounds. Returns them with the number of chunks that were there already.
+/// Bakes all rounds. Returns them with the number of chunks that existed already.
 pub fn bake_rounds(
     job: &Job<'_>,
     reader: &dyn HeightReader,
@@ -41,7 +41,7 @@ pub fn bake_rounds(
     Ok((all, resumed))
 }
 
-/// Bakes the chunks of a shard (I, N) into the folder. Returns how many there are, and how many were there already.
+/// Bakes the chunks of a shard (I, N) into the folder. Returns their number, and how many existed already.
 pub fn bake_shard(
     job: &Job<'_>,
     round: Round,
@@ -83,14 +83,14 @@ fn bake_chunks(
             Some(folder) => folder.write(name, &bytes),
             None => Part::in_memory(bytes).ok_or_else(|| PyramidError::Mismatch {
                 path: job.out.to_owned(),
-                cause: "a part of the bake is not what was made".into(),
+                cause: "a part of the bake reads back damaged".into(),
             }),
         }
     };
     let work = || {
         loop {
             let i = next.fetch_add(1, Ordering::Relaxed);
-            // Locks guard values that are whole between statements.
+            // The locked values are consistent between statements, so a poisoned lock is harmless.
             if i >= chunks.len() || failed.lock().unwrap_or_else(PoisonError::into_inner).is_some() {
                 return;
             }
@@ -111,7 +111,7 @@ fn bake_chunks(
     if at_once <= 1 {
         work();
     } else {
-        // Threads of their own: a worker of rayon that waits takes up other work, and would begin chunk after chunk.
+        // Separate threads: a waiting rayon worker takes up other work, and would begin chunk after chunk.
         std::thread::scope(|scope| {
             for _ in 0..at_once {
                 scope.spawn(work);

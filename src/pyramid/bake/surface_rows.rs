@@ -7,21 +7,21 @@ use crate::pyramid::surface::bicubic;
 use crate::pyramid::surface::field::Field;
 use crate::pyramid::surface::levels::{LevelSize, Region, coordinate};
 
-/// A full-resolution sample along an axis, on a level.
+/// A full-resolution sample along an axis, in relation to a level.
 #[derive(Clone, Copy, Debug)]
 pub struct AxisSample {
-    /// The cell of the level that holds it.
+    /// The cell of the level that contains it.
     pub cell: u32,
     /// The weights of the samples −1, 0, 1, 2 of that cell.
     pub weights: [f64; 4],
-    /// The sample of the level whose area covers the centre.
+    /// The sample of the level whose area covers its centre.
     pub sample: u32,
-    /// Whether all samples with a weight are inside the region that was asked for.
+    /// Whether all samples with a weight are inside the region `own` of [`Surface::new`].
     pub inside: bool,
 }
 
 impl AxisSample {
-    /// Of the sample `f` of `finest` on an axis of `size` samples, of which `own` are `inside`.
+    /// Locates the sample `f` of `finest` on an axis of `size` samples, of which `count` from `first` on are inside.
     fn new(f: u32, finest: u32, size: u32, (first, count): (u32, u32)) -> Self {
         let c = coordinate(f.into(), finest, size);
         let (cell, fraction) = bicubic::cell(c, size);
@@ -32,15 +32,15 @@ impl AxisSample {
     }
 }
 
-/// The full-resolution samples in the area of the samples `first` … `first + count − 1` of an axis of `size`: the first
-/// and the one after the last.
+/// Returns the full-resolution samples in the area of the samples `first` … `first + count − 1` of an axis of `size`:
+/// the first one, and the one after the last.
 pub fn area(first: u32, count: u32, finest: u32, size: u32) -> (u32, u32) {
     let sample = |f: u32| (coordinate(f.into(), finest, size) + 0.5) as u32;
     let begin = |at: u32| {
         if at >= size {
             return finest;
         }
-        // Near it, by real division; exactly, by the rule itself.
+        // Start near the sample, by division; then find it exactly, by the rule itself.
         let mut f = (u64::from(at) * u64::from(finest) / u64::from(size)).saturating_sub(2) as u32;
         while f < finest && sample(f) < at {
             f += 1;
@@ -61,8 +61,8 @@ pub struct Surface<'a> {
 }
 
 impl<'a> Surface<'a> {
-    /// Over the columns and rows of `over`. `served` is the level as tiles serve it, as far as the kernel reaches from
-    /// there; `own` says which of its samples count as inside.
+    /// Prepares the surface over the columns and rows of `over`. `served` is the level as tiles serve it, at least as
+    /// far as the kernel reaches from there; `own` says which of its samples count as inside.
     pub fn new(served: &'a Field, finest: LevelSize, size: LevelSize, over: Region, own: Region) -> Self {
         let column = |f| AxisSample::new(f, finest.width, size.width, (own.x, own.width));
         let row = |f| AxisSample::new(f, finest.height, size.height, (own.y, own.height));
@@ -71,7 +71,7 @@ impl<'a> Surface<'a> {
         Self { served, size, columns, rows }
     }
 
-    /// The surface along a row, at the columns of the level from one before the field's first on (clamped).
+    /// Evaluates the surface along a row, at the level's columns from one before the field's first on (clamped).
     pub fn across(&self, row: &AxisSample, across: &mut Vec<f64>) {
         let line = |k: u32| self.served.row(bicubic::neighbour(row.cell, k, self.size.height));
         let lines = [line(0), line(1), line(2), line(3)];
@@ -84,8 +84,8 @@ impl<'a> Surface<'a> {
         across.extend([last; 2]);
     }
 
-    /// The surface at a column, from [`Surface::across`] along the row; NaN where it depends on heights that are not
-    /// known.
+    /// Returns the height at a column, from the `across` of [`Surface::across`]; NaN where it depends on unknown
+    /// heights.
     pub fn height_m(&self, across: &[f64], column: &AxisSample) -> f64 {
         let first = (column.cell - self.served.region.x) as usize;
         across[first..first + 4].iter().zip(column.weights).map(|(across, weight)| across * weight).sum()

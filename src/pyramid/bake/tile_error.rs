@@ -1,17 +1,17 @@
 //! The measured error of every tile: how far its level's surface is from the full-resolution heights in its area.
 //!
-//! The first round has these heights and measures against them. A later one has the level that it reads, as tiles
-//! serve it, and what is known of that: at each full-resolution sample its surface is no farther from the data than
-//! the error of its tile there. The distance between the two surfaces, measured at the same samples, and that error
-//! together bound the error of the coarser tile. (Between the samples of the base the surfaces bend, so it would not
-//! do to compare them at those alone.)
+//! The first round has these heights and measures against them. A later one has the level that it reads, as tiles serve
+//! it, and the error of each of that level's tiles, which bounds the distance of its surface from the data at each
+//! full-resolution sample. The distance between the two surfaces, measured at the same samples, plus that error bounds
+//! the error of the coarser tile. (Between the samples of the base the surfaces bend, so comparing them at those
+//! samples alone would not do.)
 //!
-//! A chunk knows the heights around its own as they were, but not what the codec makes of them: they are within the
-//! codec's bound. Where the surface takes such a height, or the filling of a void, which depends on such heights, the
-//! error is made larger by what that can do. In lossless pyramids, and where one chunk holds all, nothing is added.
+//! A chunk knows the heights around its own as they were, but not after the codec: they are within the codec's bound.
+//! Where the surface depends on such a height, or on the filling of no-data, which depends on such heights, the error
+//! is raised by their largest influence. In lossless pyramids, and where one chunk covers the grid, nothing is added.
 //!
-//! Where the surface depends on the filling of a void that only coarser levels know, the sample is put off until they
-//! are there (`deferred`).
+//! Where the surface depends on a filling that only coarser levels know, the sample is deferred until they exist
+//! (`deferred`).
 //!
 //! Why: `docs/decisions/measured-errors.md`.
 
@@ -29,43 +29,43 @@ pub const LARGEST_WEIGHTS: f64 = 1.5625;
 
 /// A level over a chunk.
 pub struct LevelView<'a> {
-    /// Its number; 0 is the finest.
+    /// Number of the level; 0 is the finest.
     pub level: u32,
-    /// The size of the whole level.
+    /// Size of the whole level.
     pub size: LevelSize,
     /// The samples of the chunk's own tiles.
     pub own: Region,
-    /// As tiles serve it; NaN where a filling is not known yet.
+    /// The level as tiles serve it; NaN where a filling is not known yet.
     pub served: &'a Field,
-    /// How far a height that is not its own may be from what is stored, in metres.
+    /// Largest difference, in metres, between heights outside `own` and their stored values.
     pub doubt_m: f64,
 }
 
 impl LevelView<'_> {
-    /// Full-resolution samples in the area of its own tiles.
+    /// Returns the full-resolution samples in the area of its own tiles.
     pub fn area(&self, finest: LevelSize) -> Region {
         let (x, right) = area(self.own.x, self.own.width, finest.width, self.size.width);
         let (y, bottom) = area(self.own.y, self.own.height, finest.height, self.size.height);
         Region { x, y, width: right - x, height: bottom - y }
     }
 
-    /// The chunk's own tiles, in numbers of tiles and not of samples.
+    /// Returns the chunk's own tiles, in tiles, not samples.
     pub fn tiles(&self) -> Region {
         let Region { x, y, width, height } = self.own;
         let tile = TILE_SAMPLES;
         Region { x: x / tile, y: y / tile, width: width.div_ceil(tile), height: height.div_ceil(tile) }
     }
 
-    /// What is added to every error at full-resolution samples for fillings.
+    /// Returns what is added to every error at full-resolution samples because of fillings, in metres.
     fn doubt_of_voids_m(&self) -> f64 {
-        // At a valid sample of level 0 the surface is that sample.
+        // At a valid sample of level 0 the surface passes through that sample.
         let fillings =
             self.level > 0 && self.doubt_m > 0.0 && self.served.heights_m.iter().any(|height| is_void(*height));
         if fillings { LARGEST_WEIGHTS * self.doubt_m } else { 0.0 }
     }
 }
 
-/// The largest errors of tiles, as they gather.
+/// The largest errors of tiles, while they are accumulated.
 pub struct Errors {
     pub errors_m: Vec<f64>,
     pub deferred: Vec<Deferred>,
@@ -84,7 +84,7 @@ impl Errors {
         self
     }
 
-    /// Rounded up, and what was put off in an order that does not depend on threads.
+    /// Rounds the errors up, and sorts the deferred samples into an order that does not depend on threads.
     fn finish(self) -> (Vec<f32>, Vec<Deferred>) {
         let mut deferred = self.deferred;
         deferred.sort_by_key(Deferred::key);
@@ -93,9 +93,9 @@ impl Errors {
     }
 }
 
-/// For every own tile of the level, row-major, the largest |H(f) − h(f)| in metres over the valid samples f of
-/// `heights_m` (full resolution, NaN for voids) in its area. A sample f belongs to the tile that holds the level's
-/// sample whose area covers the centre of f.
+/// Returns, for every own tile of the level, row-major, the largest |H(f) − h(f)| in metres over the valid samples f of
+/// `heights` (full resolution, NaN for no-data) in its area. A sample f belongs to the tile of the level's sample whose
+/// area covers the centre of f.
 pub fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>) -> (Vec<f32>, Vec<Deferred>) {
     let over = view.area(finest);
     let surface = Surface::new(view.served, finest, view.size, over, view.own);
@@ -130,22 +130,22 @@ pub fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>)
     all.map(|(errors, _)| errors).reduce(|| Errors::none(tiles.samples()), Errors::or).finish()
 }
 
-/// What a later round knows of the full-resolution heights.
+/// The base level of a later round, used in place of the full-resolution heights.
 pub struct Base<'a> {
     /// The level that the round reads.
     pub view: LevelView<'a>,
-    /// The errors of its tiles, of those in `error_tiles`, row-major.
+    /// The errors of its tiles in `error_tiles`, row-major, in metres.
     pub errors_m: Vec<f32>,
-    /// The region of `errors_m`, in numbers of tiles and not of samples.
+    /// The region of `errors_m`, in tiles, not samples.
     pub error_tiles: Region,
-    /// Whether there may be data at full-resolution samples.
+    /// Returns whether there may be data at a full-resolution sample.
     pub data: &'a (dyn Fn(u32, u32) -> bool + Sync),
-    /// Full-resolution samples along the side of a square over which `data` does not change.
+    /// Side of the squares over which `data` is constant, in full-resolution samples.
     pub data_step: u32,
 }
 
-/// For each of some levels and every own tile, row-major, a bound in metres of the largest |H(f) − h(f)| over the valid
-/// full-resolution samples f in its area.
+/// Returns, for each of several levels and every own tile, row-major, an upper bound in metres of |H(f) − h(f)| over
+/// the valid full-resolution samples f in its area.
 pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>]) -> Vec<(Vec<f32>, Vec<Deferred>)> {
     let over = views.iter().map(|view| view.area(finest)).reduce(|a, b| {
         let (x, y) = (a.x.min(b.x), a.y.min(b.y));
@@ -169,7 +169,7 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
         let row = &under.rows[i];
         under.across(row, &mut across);
         let errors_m = &base.errors_m[tile_of(row, base.error_tiles.y) * base.error_tiles.width as usize..];
-        // The base's surface and how far it may be from the data; NaN twice where there is none.
+        // The base's surface and its error bound; both NaN where there is no data.
         line.clear();
         let mut has_data = (u32::MAX, false);
         for (x, column) in (over.x..).zip(&under.columns) {
@@ -218,7 +218,8 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
     all.reduce(none, or).into_iter().map(Errors::finish).collect()
 }
 
-/// The statistics of every own tile of a level, row-major; ranges and errors are not yet raised to the children's.
+/// Computes the statistics of every own tile of a level, row-major; ranges and errors are not yet raised to those of
+/// the children.
 pub fn tile_statistics(view: &LevelView<'_>, errors_m: &[f32]) -> Vec<TileStatistics> {
     let tiles = view.tiles();
     errors_m
@@ -239,7 +240,7 @@ pub fn tile_statistics(view: &LevelView<'_>, errors_m: &[f32]) -> Vec<TileStatis
         .collect()
 }
 
-/// The range of a region of a level; samples that are not its own count with their doubt.
+/// Returns the height range of a region of a level; heights outside the chunk's own tiles are widened by their doubt.
 pub fn range_of(view: &LevelView<'_>, region: Region) -> Range {
     let mut range = Range::EMPTY;
     let mut around = Range::EMPTY;

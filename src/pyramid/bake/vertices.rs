@@ -1,15 +1,15 @@
-//! The mesh patches of stride 2 and more against the full-resolution heights.
+//! The errors of the mesh patches of stride 2 and more against the full-resolution heights.
 //!
 //! The first round compares the triangles of a stride with every height. A later one has the heights at every 2^base-th
-//! sample and the last, where the patches of stride 2^base have their vertices, and the errors of these patches.
-//! Between the vertices both meshes are linear, and the diagonals of the finer are on those of the coarser: their
-//! distance is largest at a vertex of the finer. That distance and the error of the finer patch together bound the
+//! sample and the last, which are the vertices of the patches of stride 2^base, and the errors of these patches.
+//! Between the vertices both meshes are linear, and the diagonals of the finer mesh are on those of the coarser one:
+//! their distance is largest at a vertex of the finer mesh. That distance plus the error of the finer patch bounds the
 //! error of the coarser one. Where the last column or row of quads is cut by the end of the grid, diagonals cross; near
 //! the coarser one, the planes of both its triangles are compared with both sides.
 //!
-//! A vertex without data stands where its filling is, in the first round, if that is known. Else it stands at the mean
-//! of what is known around it, no farther than the sides of the round's largest quads; where nothing is, there is
-//! nothing to draw, and the vertex is NaN.
+//! In the first round, a vertex without data has the height of its filling, if that is known. Otherwise it has the mean
+//! of the known heights around it, no farther away than the sides of the round's largest quads; where nothing is known,
+//! there is nothing to draw, and the vertex is NaN.
 
 use rayon::prelude::*;
 
@@ -19,17 +19,17 @@ use crate::pyramid::surface::levels::{LevelSize, Region};
 use crate::pyramid::surface::statistics::{PatchPage, PatchStatistics, rounded_up};
 use crate::pyramid::tile::PATCH_QUADS;
 
-/// Vertices over a chunk.
+/// The vertices over a chunk.
 pub struct Vertices<'a> {
     /// The size of level 0.
     pub finest: LevelSize,
-    /// Samples of level 0 between two of them.
+    /// Distance between vertices, in samples of level 0.
     pub step: u64,
-    /// Their heights in metres, addressed by their numbers; NaN: not known, or void.
+    /// Their heights in metres, addressed by their numbers; NaN if unknown or no-data.
     pub field: &'a Field,
     /// In the first round, level 0 as tiles serve it.
     pub served: Option<&'a Field>,
-    /// How far a vertex that is not known looks around, in vertices.
+    /// Radius in vertices of the mean that an unknown vertex takes.
     pub reach: u32,
 }
 
@@ -50,7 +50,7 @@ impl Vertices<'_> {
         (Steps { samples: finest.width, step }, Steps { samples: finest.height, step })
     }
 
-    /// The height that a mesh has at a vertex; NaN where nothing is known around it.
+    /// Returns the height that a mesh has at a vertex; NaN where nothing is known around it.
     pub fn height_m(&self, x: u32, y: u32, reach: u32) -> f64 {
         let known = self.field.at(x, y);
         if !known.is_nan() {
@@ -60,7 +60,7 @@ impl Vertices<'_> {
         if filled.is_nan() { self.mean_m(x, y, reach) } else { filled.into() }
     }
 
-    /// The mean of what is known around a vertex.
+    /// Returns the mean of the known heights around a vertex.
     fn mean_m(&self, x: u32, y: u32, reach: u32) -> f64 {
         let (mut sum, mut count) = (0.0, 0.0);
         for row in self.around(x, y, reach) {
@@ -69,7 +69,7 @@ impl Vertices<'_> {
                 count += 1.0;
             }
         }
-        // As later rounds have it.
+        // Rounded to f32, as later rounds read it.
         f64::from((sum / count) as f32)
     }
 
@@ -80,8 +80,8 @@ impl Vertices<'_> {
         (top..bottom).map(move |row| self.field.span(left, row, right - left))
     }
 
-    /// The vertices of the next round in `own` (in its numbers), 2^`levels` times as far apart: known where there may
-    /// be data in a quad beside them.
+    /// Returns the vertices of the next round in `own` (in its numbers), 2^`levels` times as far apart. A vertex is
+    /// known where one of the quads around it may have data.
     pub fn decimated(&self, levels: u32, own: Region) -> Field {
         let (columns, rows) = self.steps();
         let at = |i: u32, count: u32| (u64::from(i) << levels).min(u64::from(count) - 1) as u32;
@@ -96,8 +96,9 @@ impl Vertices<'_> {
         Field { region: own, heights_m }
     }
 
-    /// The patches of a stride, 2^`d` vertices to a quad, in `patches` (in numbers of patches), row-major, over their
-    /// children. `under_m` is a bound of the error of the round's finest patches under each; 0 in the first round.
+    /// Measures the patches of the stride with 2^`d` vertices to a quad, in the region `patches` (in patches),
+    /// row-major; their errors are at least those of their children. `under_m` bounds the error of the round's finest
+    /// patches under each; it is 0 in the first round.
     pub fn patches(
         &self,
         d: u32,
@@ -126,7 +127,7 @@ impl Vertices<'_> {
             .collect()
     }
 
-    /// The largest distance in metres of what is known from the triangles of a patch.
+    /// Returns the largest distance in metres of known heights from the triangles of a patch.
     fn patch_error_m(&self, d: u32, x: u32, y: u32) -> f64 {
         let mut worst = 0.0_f64;
         for quad_y in y * PATCH_QUADS..(y + 1) * PATCH_QUADS {
@@ -188,7 +189,7 @@ impl Vertices<'_> {
     }
 }
 
-/// Calls for the place in `region`, row-major, of each child of (`x`, `y`) that is there.
+/// Calls `each` with the index in `region`, row-major, of each existing child of (`x`, `y`).
 pub fn for_children((x, y): (u32, u32), region: Region, mut each: impl FnMut(usize)) {
     for child_y in (2 * y).max(region.y)..(2 * y + 2).min(region.y + region.height) {
         for child_x in (2 * x).max(region.x)..(2 * x + 2).min(region.x + region.width) {
@@ -197,8 +198,8 @@ pub fn for_children((x, y): (u32, u32), region: Region, mut each: impl FnMut(usi
     }
 }
 
-/// The largest difference between the heights of a row across a quad (both ends included) and the quad's triangles,
-/// at the fraction `v` down the quad.
+/// Returns the largest difference between the heights of a row across a quad (both ends included) and the quad's
+/// triangles, at the fraction `v` down the quad.
 fn line_error_m(heights_m: &[f32], [first, right, down, opposite]: [f64; 4], v: f64) -> f64 {
     let last = (heights_m.len() - 1) as f64;
     let mut worst = 0.0_f64;
@@ -209,13 +210,14 @@ fn line_error_m(heights_m: &[f32], [first, right, down, opposite]: [f64; 4], v: 
         } else {
             first + v * (down - first) + u * (opposite - down)
         };
-        // A void's NaN is lost here: f64::max takes the other operand.
+        // f64::max ignores the NaN of no-data.
         worst = worst.max((f64::from(*height) - flat).abs());
     }
     worst
 }
 
-/// The difference between a height and a quad's triangle there, or both where the diagonal is not farther than `near`.
+/// Returns the difference between a height and the quad's triangle there, or the larger of both within `near` of the
+/// diagonal.
 fn planes_error_m(height: f64, [first, right, down, opposite]: [f64; 4], (u, v): (f64, f64), near: f64) -> f64 {
     let upper = (height - (first + u * (right - first) + v * (opposite - right))).abs();
     let lower = (height - (first + v * (down - first) + u * (opposite - down))).abs();

@@ -1,8 +1,8 @@
-//! Little-endian numbers out of bytes, for the files that hachure writes itself.
+//! Reading and writing of little-endian numbers, for hachure's own file formats.
 
 use crate::pyramid::surface::statistics::Voids;
 
-/// What is left of some bytes; every read is none beyond their end.
+/// The unread rest of a byte slice. Every read returns `None` beyond its end.
 pub struct Cursor<'a> {
     pub bytes: &'a [u8],
 }
@@ -38,7 +38,7 @@ impl<'a> Cursor<'a> {
         self.array().map(f64::from_le_bytes)
     }
 
-    /// `count` numbers; none before anything of that size is allocated where there are fewer.
+    /// Reads `count` numbers. Returns `None`, before allocating anything, if fewer are left.
     pub fn f32s(&mut self, count: usize) -> Option<Vec<f32>> {
         let bytes = self.take(count.checked_mul(4)?)?;
         Some(bytes.as_chunks::<4>().0.iter().map(|&number| f32::from_le_bytes(number)).collect())
@@ -55,7 +55,7 @@ pub fn put_f32s(bytes: &mut Vec<u8>, numbers: &[f32]) {
 }
 
 impl Voids {
-    /// As a number of two bits: 0 none, 1 some, 2 all.
+    /// Returns the two-bit code: 0 none, 1 some, 2 all.
     pub(in crate::pyramid) fn code(self) -> u8 {
         match self {
             Self::None => 0,
@@ -64,13 +64,13 @@ impl Voids {
         }
     }
 
-    /// The way back from [`Voids::code`]; none for any other number.
+    /// Inverts [`Voids::code`]; returns `None` for any other number.
     pub(in crate::pyramid) fn from_code(code: u8) -> Option<Self> {
         [Self::None, Self::Some, Self::All].get(usize::from(code)).copied()
     }
 }
 
-/// FNV-1a, 64 bits: it finds accidents, not malice.
+/// Returns the 64-bit FNV-1a hash, which detects accidental damage but not malice.
 pub fn fnv(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(*byte)).wrapping_mul(0x0100_0000_01b3))
 }

@@ -1,14 +1,14 @@
-//! The cloud-optimised GeoTIFF: one file whose directories stand before its data, so that a reader over HTTP knows
-//! the whole file after one request.
+//! The cloud-optimised GeoTIFF: a file whose directories precede its data, so that a reader over HTTP knows the layout
+//! of the whole file after one request.
 //!
 //! ```text
 //! header │ GDAL's structural note │ directory of level 0 … coarsest │ tiles of the coarsest level … level 0
 //! ```
 //!
-//! `geotiff-writer` makes COGs too, but only with overviews of its own (blocks of 2^l samples, whose registration
-//! differs from GDAL's for odd sizes). So the directories are written here, from the tags of `tiff-writer`, and the
-//! levels are ours. The sizes of the directories depend only on the number of tiles: their room is left free, the
-//! tiles stream out as they are compressed, and the directories follow when all offsets are known.
+//! `geotiff-writer` makes COGs too, but only with its own overviews (blocks of 2^l samples, whose registration differs
+//! from GDAL's for odd sizes). So the directories are written here, from the tags of `tiff-writer`, with our own
+//! levels. The sizes of the directories depend only on the number of tiles: space is reserved for them, the tiles are
+//! written as they are compressed, and the directories are filled in when all offsets are known.
 
 use std::io::{Seek, SeekFrom, Write};
 use std::path::Path;
@@ -28,14 +28,14 @@ const TILE_OFFSETS: u16 = 324;
 const TILE_BYTE_COUNTS: u16 = 325;
 const ENDIAN: ByteOrder = ByteOrder::LittleEndian;
 
-/// Where a tile's bytes lie in the file.
+/// The position and length of a tile's bytes in the file.
 #[derive(Clone, Copy)]
 struct Block {
     offset: u64,
     bytes: u64,
 }
 
-/// What the file tells GDAL about its layout; GDAL reads tiles with one request less when it finds it.
+/// Returns GDAL's note about the layout of the file; with it, GDAL needs one request less for each tile.
 fn structural_note() -> Vec<u8> {
     let note = concat!(
         "LAYOUT=IFDS_BEFORE_DATA\n",
@@ -47,7 +47,7 @@ fn structural_note() -> Vec<u8> {
     format!("GDAL_STRUCTURAL_METADATA_SIZE={:06} bytes\n{note}", note.len()).into_bytes()
 }
 
-/// A COG on its way: the room for the directories is left free, tiles are appended, the directories come last.
+/// An unfinished COG: space for the directories is reserved, tiles are appended, and the directories are written last.
 pub struct CogWriter<'a, W: Write + Seek> {
     sink: &'a mut W,
     path: &'a Path,
@@ -59,7 +59,7 @@ pub struct CogWriter<'a, W: Write + Seek> {
 }
 
 impl<'a, W: Write + Seek> CogWriter<'a, W> {
-    /// Begins a COG of levels of these sizes (finest first) in `sink`, which stands at its start. `path` is for
+    /// Begins a COG with levels of these sizes (finest first) in `sink`, whose position is its start. `path` is for
     /// messages.
     pub fn begin(
         sink: &'a mut W,
@@ -69,7 +69,7 @@ impl<'a, W: Write + Seek> CogWriter<'a, W> {
         codec: Codec,
     ) -> Result<Self, PyramidError> {
         let samples: u64 = sizes.iter().map(|size| u64::from(size.width) * u64::from(size.height)).sum();
-        // Even incompressible tiles stay below this.
+        // Even incompressible tiles stay below this limit.
         let is_bigtiff = samples * 5 > u64::from(u32::MAX) - (1 << 28);
         Self::begin_as(sink, path, sizes, georeference, codec, is_bigtiff)
     }
@@ -114,7 +114,7 @@ impl<'a, W: Write + Seek> CogWriter<'a, W> {
         Ok(())
     }
 
-    /// Writes the directories into their room, once all tiles are there.
+    /// Writes the directories into the reserved space, after all tiles have been written.
     pub fn finish(self) -> Result<(), PyramidError> {
         let Self { sink, path, images, blocks, is_bigtiff, first_directory, .. } = self;
         write_directories(sink, first_directory, &images, &blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
@@ -122,7 +122,7 @@ impl<'a, W: Write + Seek> CogWriter<'a, W> {
     }
 }
 
-/// Writes one tile between its size and the repetition of its last four bytes, which the structural note promises.
+/// Writes a tile between its size and the repetition of its last four bytes, as the structural note promises.
 fn write_block<W: Write>(sink: &mut W, offset: &mut u64, bytes: &[u8]) -> std::io::Result<Block> {
     let size = u32::try_from(bytes.len()).map_err(std::io::Error::other)?;
     sink.write_all(&size.to_le_bytes())?;
@@ -178,7 +178,7 @@ fn image(
     Ok(image)
 }
 
-/// The tags of an image, with the places of its tiles in them.
+/// Returns the tags of an image, with the offsets and lengths of its tiles.
 fn tags(image: &ImageBuilder, blocks: &[Block], is_bigtiff: bool) -> tiff_writer::Result<Vec<Tag>> {
     let values = |values: Vec<u64>| -> tiff_writer::Result<TagValue> {
         if is_bigtiff {

@@ -1,4 +1,4 @@
-//! One tile of heights ↔ the bytes of one TIFF block.
+//! Encoding of a tile of heights as the bytes of a TIFF block.
 //!
 //! Why: `docs/decisions/compression.md`.
 
@@ -13,19 +13,19 @@ use crate::pyramid::tile::TILE_SAMPLES;
 
 type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
-/// How heights are stored.
+/// The compression of heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Codec {
-    /// DEFLATE after the floating-point predictor: every bit comes back. (Level 3 is the knee: level 6 takes twice as
-    /// long for three per cent, and the Zstandard encoder in Rust packs a quarter less.)
+    /// DEFLATE after the floating-point predictor; bit-identical when decoded. (Level 3 is the best compromise: level 6
+    /// takes twice as long for three per cent, and the Zstandard encoder in Rust packs a quarter less.)
     Lossless,
-    /// LERC, then DEFLATE: no height moves by more than this, in metres.
+    /// LERC, then DEFLATE; no height changes by more than this many metres.
     WithinMetres(f64),
 }
 
 const DEFLATE_LEVEL: u32 = 3;
 
-/// What LERC leaves is short and hardly repeats: the best level costs little.
+/// The output of LERC is short and hardly repeats, so the best level costs little.
 const LERC_DEFLATE_LEVEL: u32 = 9;
 
 impl Codec {
@@ -38,7 +38,7 @@ impl Codec {
         }
     }
 
-    /// Encodes a tile of 256 × 256 heights, NaN for voids; `index` is its number in the image, for messages.
+    /// Encodes a tile of 256 × 256 heights, NaN for no-data. `index` is the tile's number in the image, for messages.
     pub fn encode(self, tile: &[f32], index: usize) -> Result<Vec<u8>, BoxError> {
         match self {
             Self::Lossless => {
@@ -55,7 +55,7 @@ impl Codec {
                 Ok(compress_block(tile, options, index)?)
             }
             Self::WithinMetres(max_z_error) => {
-                // The TIFF writer's own LERC path knows no masks, and LERC refuses NaN: so here, with a mask.
+                // The TIFF writer's LERC path has no masks, and LERC rejects NaN; so LERC is called here, with a mask.
                 let raster = RasterView::new(TILE_SAMPLES, TILE_SAMPLES, 1, tile)?;
                 let valid: Vec<u8> = tile.iter().map(|height| u8::from(!height.is_nan())).collect();
                 let mask = match valid.contains(&0) {
@@ -70,8 +70,9 @@ impl Codec {
     }
 }
 
-/// Cuts the tile of a level that holds the samples of `region` out of the heights of `all` (row-major): 256 × 256
-/// samples, the last ones repeated beyond the level's extent (which compresses better than a constant).
+/// Cuts the tile that holds the samples of `region` out of the heights `heights_m` of the region `all` (row-major).
+/// Returns 256 × 256 samples, the last ones repeated beyond the level's extent (which compresses better than a
+/// constant).
 pub fn padded_tile(heights_m: &[f32], all: Region, region: Region) -> Vec<f32> {
     let side = TILE_SAMPLES as usize;
     let mut tile = Vec::with_capacity(side * side);

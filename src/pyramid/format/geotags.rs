@@ -1,4 +1,4 @@
-//! The TIFF tags that say where a level lies on the earth, and what its heights mean.
+//! The TIFF tags that georeference a level and give the meaning of its heights.
 
 use geotiff_reader::geokeys;
 use geotiff_writer::{GeoKeyDirectory, GeoKeyValue, GeoTransform, RasterType};
@@ -27,7 +27,8 @@ const METRE: u16 = 9001;
 const FOOT: u16 = 9002;
 const US_SURVEY_FOOT: u16 = 9003;
 
-/// The tags of the full-resolution image: place, coordinate reference system, unit of height, no-data value.
+/// Returns the tags of the full-resolution image: transform, coordinate reference system, unit of height, no-data
+/// value.
 fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     let mut tags = place_tags(georeference)?;
     let metadata =
@@ -37,10 +38,10 @@ fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String>
     Ok(tags)
 }
 
-/// The tags of an image of anything: its place and its coordinate reference system.
+/// Returns the georeferencing tags of any image: its transform and its coordinate reference system.
 ///
 /// # Errors
-/// Keys that no directory holds, in words.
+/// Returns a message if the geokeys do not fit a key directory.
 pub fn place_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     let mut tags = transform_tags(georeference);
     let (directory, doubles, text) = directory(georeference).serialize().map_err(|error| error.to_string())?;
@@ -54,12 +55,13 @@ pub fn place_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     Ok(tags)
 }
 
-/// Voids are NaN.
+/// Returns the tag that declares NaN as the no-data value.
 fn no_data_tag() -> Tag {
     Tag::new(GDAL_NODATA, TagValue::Ascii("nan".into()))
 }
 
-/// `Georeference` counts sample centres; the file says PixelIsArea, whose origin is the first sample's outer corner.
+/// Returns the transform tags. `Georeference` counts sample centres; the file declares PixelIsArea, whose origin is the
+/// outer corner of the first sample.
 fn transform_tags(georeference: &Georeference) -> Vec<Tag> {
     let [x0, x_column, x_row, y0, y_column, y_row] = georeference.crs_from_grid;
     let transform = GeoTransform {
@@ -79,7 +81,7 @@ fn transform_tags(georeference: &Georeference) -> Vec<Tag> {
     }
 }
 
-/// The source file's own keys where there are any; else what the CRS says.
+/// Returns the source file's own geokeys if it has any, otherwise those of the CRS.
 fn directory(georeference: &Georeference) -> GeoKeyDirectory {
     let mut keys = GeoKeyDirectory::new();
     if georeference.geokeys.keys.is_empty() {
@@ -124,7 +126,7 @@ fn set_crs(keys: &mut GeoKeyDirectory, crs: &Crs) {
     }
 }
 
-/// The code of a name like `EPSG:32610`, where it fits a GeoTIFF key.
+/// Returns the code of a name like `EPSG:32610` if it fits a GeoTIFF key.
 fn epsg(name: &str) -> Option<u16> {
     let (authority, code) = name.split_once(':')?;
     (authority.trim().eq_ignore_ascii_case("epsg"))
@@ -143,7 +145,8 @@ fn linear_unit(metres_per_unit: f64) -> u16 {
     }
 }
 
-/// Overview images carry no place of their own (GDAL takes it from the full resolution), only what voids are.
+/// Returns the tags of a level. Overviews carry no georeference of their own (GDAL takes it from the full resolution),
+/// only the no-data value.
 pub fn tags_of_level(level: usize, georeference: &Georeference) -> Result<Vec<Tag>, String> {
     if level == 0 { full_resolution_tags(georeference) } else { Ok(vec![no_data_tag()]) }
 }

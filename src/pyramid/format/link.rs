@@ -1,5 +1,5 @@
-//! What ties a sidecar to its GeoTIFF: the length of that file and a hash of its two ends. A sidecar whose link does
-//! not fit is stale.
+//! The link between a sidecar and its GeoTIFF: the length of that file and a hash of its first and last bytes. A
+//! sidecar whose link does not match is outdated.
 
 use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};
@@ -7,20 +7,20 @@ use std::path::Path;
 
 use super::bytes::{Cursor, fnv};
 
-/// The bytes at each end of the .tif that the link covers: all directories of a COG of ordinary size.
+/// Number of bytes at each end of the .tif that the hash covers: all directories of a COG of ordinary size.
 pub const LINK_BYTES: u64 = 64 * 1024;
 
-/// Ties a sidecar to the bytes of its .tif.
+/// A fingerprint of a .tif, stored in its sidecar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Link {
     /// Length of the .tif in bytes.
     pub tif_bytes: u64,
-    /// FNV-1a of its first and last 64 KiB.
+    /// FNV-1a hash of its first and last 64 KiB.
     pub tif_hash: u64,
 }
 
 impl Link {
-    /// The link to the file at `path` as it is now.
+    /// Computes the link to the file at `path` as it is now.
     pub fn to(path: &Path) -> io::Result<Self> {
         let mut file = fs::File::open(path)?;
         let tif_bytes = file.metadata()?.len();

@@ -1,9 +1,9 @@
-//! What lies in the files of a pyramid: the cloud-optimised GeoTIFF of heights, and the sidecar with what it has no
-//! room for.
+//! The file formats of a pyramid: the cloud-optimised GeoTIFF of heights, and the sidecar with everything that a
+//! GeoTIFF has no tags for.
 //!
-//! The modules are listed in order: each uses only those above it. `encode`, `geotags` and `cog` write the GeoTIFF,
-//! `stored` reads its levels back; `record`, `link` and `sidecar` are the bytes of the sidecar, and `pair` finds both
-//! files and lets them change places together.
+//! The modules are listed in order of dependency: each uses only those above it. `encode`, `geotags` and `cog` write
+//! the GeoTIFF, `stored` reads its levels back; `record`, `link` and `sidecar` define the bytes of the sidecar, and
+//! `pair` finds both files and replaces them together.
 //!
 //! Why: `docs/decisions/cog-pyramid.md`, `docs/decisions/compression.md`.
 

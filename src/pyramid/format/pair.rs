@@ -1,8 +1,8 @@
-//! A GeoTIFF and its sidecar: how both are found and change places together.
+//! A GeoTIFF and its sidecar: finding both, and replacing both together.
 //!
-//! Two files cannot be renamed at once. So the new sidecar first takes a name of its own beside the old one, then the
-//! GeoTIFF takes its name, then the sidecar; a reader takes whichever of the two sidecars fits the GeoTIFF. Whenever
-//! the machine stops, the old pyramid is whole, or the new one.
+//! Two files cannot be renamed at once. So the new sidecar is first renamed to a temporary name in the same folder,
+//! then the GeoTIFF gets its final name, then the sidecar; a reader takes whichever of the two sidecars matches the
+//! GeoTIFF. Whenever the machine stops, either the old pyramid or the new one is complete.
 
 use std::fs;
 use std::io;
@@ -13,7 +13,7 @@ use super::sidecar::{HEAD_BYTES, HeaderFault, Sidecar, sidecar_path};
 use crate::file::random_access::RandomAccess;
 use crate::pyramid::error::PyramidError;
 
-/// The sidecar on its way to its name.
+/// Returns the temporary name of a new sidecar.
 fn next_path(tif: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(sidecar_path(tif).file_name().unwrap_or_default());
@@ -21,8 +21,7 @@ fn next_path(tif: &Path) -> PathBuf {
     tif.with_file_name(name)
 }
 
-/// The header of the sidecar of the GeoTIFF at `tif`, which belongs to that file as it is now, and the file with the
-/// records.
+/// Opens the sidecar that matches the GeoTIFF at `tif` as it is now. Returns its header, and the file with the records.
 pub fn open_sidecar(tif: &Path) -> Result<(Sidecar, RandomAccess), PyramidError> {
     let opened = open_fitting(tif, &sidecar_path(tif));
     if opened.is_err() && next_path(tif).exists() {
@@ -34,7 +33,7 @@ pub fn open_sidecar(tif: &Path) -> Result<(Sidecar, RandomAccess), PyramidError>
     opened
 }
 
-/// Whether there is a sidecar of the GeoTIFF, fitting or not.
+/// Returns whether the GeoTIFF has a sidecar, matching or not.
 pub fn has_sidecar(tif: &Path) -> bool {
     sidecar_path(tif).exists() || next_path(tif).exists()
 }
@@ -52,7 +51,7 @@ fn open_fitting(tif: &Path, path: &Path) -> Result<(Sidecar, RandomAccess), Pyra
     let file_bytes = file.len().map_err(unreadable())?;
     let read = |count: usize| match count as u64 <= file_bytes {
         true => file.read(0, count).map_err(unreadable()),
-        false => Err(corrupt("it is cut short")),
+        false => Err(corrupt("the file is truncated")),
     };
     let fault = |fault| match fault {
         HeaderFault::Stale(cause) => stale(cause),
@@ -61,23 +60,23 @@ fn open_fitting(tif: &Path, path: &Path) -> Result<(Sidecar, RandomAccess), Pyra
     let header_bytes = Sidecar::header_bytes(&read(HEAD_BYTES)?).map_err(fault)?;
     let sidecar = Sidecar::parse_header(&read(header_bytes)?).map_err(fault)?;
     if sidecar.file_bytes() != file_bytes {
-        return Err(corrupt("its length is wrong"));
+        return Err(corrupt("its length does not match its header"));
     }
     let link = Link::to(tif).map_err(PyramidError::io(tif, "opening"))?;
     if link != sidecar.link {
-        return Err(stale("the GeoTIFF has changed since"));
+        return Err(stale("the GeoTIFF has changed since it was baked"));
     }
     Ok((sidecar, file))
 }
 
-/// Gives both files, which are whole and on the disk under other names beside `out`, their names.
+/// Renames both files, which are completely written and synced under temporary names, to their final names.
 pub fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), PyramidError> {
     let next = next_path(out);
     let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(PyramidError::io(to, "writing"));
     rename(sidecar, &next)?;
     rename(tif, out)?;
     match rename(&next, &sidecar_path(out)) {
-        // Another process that bakes the same was faster with the last step.
+        // Another process baked the same pyramid and did the last step first.
         Err(PyramidError::Io { source, .. })
             if source.kind() == io::ErrorKind::NotFound && open_fitting(out, &sidecar_path(out)).is_ok() =>
         {
@@ -87,7 +86,7 @@ pub fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), PyramidError
     }
 }
 
-/// Removes what an interrupted commit left, where the pyramid is whole without it.
+/// Removes what an interrupted commit left behind, if the pyramid is complete without it.
 pub fn tidy(out: &Path) {
     if open_fitting(out, &sidecar_path(out)).is_ok() {
         let _ = fs::remove_file(next_path(out));

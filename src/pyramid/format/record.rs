@@ -1,29 +1,28 @@
-//! What the sidecar says of one tile: a record of fixed size, so that its place follows from the tile's number.
+//! The sidecar's record of a tile. It has a fixed size, so its offset follows from the tile's number.
 //!
 //! ```text
-//!    0  f32 f32   lowest and highest height of the tile and all under it, metres; NaN if all is void
+//!    0  f32 f32   lowest and highest height of the tile and its descendants, metres; NaN if all is no-data
 //!    8  f32       error of the tile, metres
 //!   12  4 × f32   errors at its corners
-//!   28  u8        voids: 0 none, 1 some, 2 all; three bytes 0
+//!   28  u8        no-data: 0 none, 1 some, 2 all; then three zero bytes
 //!   32  u32       CRC-32 of the tile's bytes in the GeoTIFF; 0 = not known
 //!   36  256 × u8  lowest height of each patch of its page, in 255ths of the tile's range
 //!  292  256 × u8  highest
 //!  548  256 × f16 mesh error of each patch, metres
-//! 1060  64 bytes  voids of each patch, two bits each, the first patch lowest; 3 = there is no such patch
-//! 1124  u32       CRC-32 of the tile's number (u64) and all before
+//! 1060  64 bytes  no-data of each patch, two bits each, the first patch lowest; 3 = no such patch
+//! 1124  u32       CRC-32 of the tile's number (u64) and of all bytes before
 //! ```
-//! All numbers are little-endian. What is quantised is rounded outward: a lowest height down, a highest height and an
-//! error up (an error beyond f16 becomes infinite), so that bounds stay bounds.
+//! All numbers are little-endian. Quantised values are rounded outward: a lowest height down, a highest height and an
+//! error up (an error beyond the range of f16 becomes infinite), so that bounds remain bounds.
 
 use half::f16;
 
 use super::bytes::{Cursor, put_f32s};
 use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchPage, PatchStatistics, TileStatistics, Voids};
 
-/// Length of a record in bytes.
 pub(crate) const RECORD_BYTES: usize = PAGE_AT + PAGE_BYTES + 4;
 
-/// Patches of a page.
+/// Number of patches in a page.
 const PATCHES: usize = (PAGE_PATCHES * PAGE_PATCHES) as usize;
 
 /// Length of a page in bytes.
@@ -34,23 +33,23 @@ const PAGE_AT: usize = 36;
 /// The code of a patch beyond the grid.
 const NO_PATCH: u8 = 3;
 
-/// What is known of a tile and its patches.
+/// A decoded record: the statistics of a tile and its patches.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Record {
-    /// The tile's range, errors and voids.
+    /// The tile's height range, errors and no-data.
     pub statistics: TileStatistics,
-    /// Range, mesh error and voids of the 256 patches that come with it.
+    /// Height range, mesh error and no-data of the 256 patches of the tile's page.
     pub patches: PatchPage,
-    /// CRC-32 of the tile's bytes in the GeoTIFF; none if it is not known.
+    /// CRC-32 of the tile's bytes in the GeoTIFF, if it is known.
     pub checksum: Option<u32>,
 }
 
-/// CRC-32 of the bytes of a tile, never 0.
+/// Returns the CRC-32 of a tile's bytes, never 0.
 pub fn checksum(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes).max(1)
 }
 
-/// A height at a step of 255 in a range; the ends are exact.
+/// Returns the height at step `step` of 255 in a range; the ends are exact.
 fn step_m(step: u8, [low_m, high_m]: [f32; 2]) -> f32 {
     match step {
         0 => low_m,
@@ -59,10 +58,11 @@ fn step_m(step: u8, [low_m, high_m]: [f32; 2]) -> f32 {
     }
 }
 
-/// The step at or below a height of the range, and the one at or above it.
+/// Returns the largest step at or below `min_m`, and the smallest one at or above `max_m`, of a range that contains
+/// both.
 fn steps_around(min_m: f32, max_m: f32, range_m: [f32; 2]) -> (u8, u8) {
     let scale = 255.0 / (f64::from(range_m[1]) - f64::from(range_m[0]));
-    // Casts saturate; an empty range gives NaN or infinity here, which the loops put right.
+    // Casts saturate; an empty range gives NaN or infinity here, which the loops correct.
     let mut low = ((f64::from(min_m) - f64::from(range_m[0])) * scale).floor() as u8;
     while low > 0 && step_m(low, range_m) > min_m {
         low -= 1;
@@ -74,15 +74,15 @@ fn steps_around(min_m: f32, max_m: f32, range_m: [f32; 2]) -> (u8, u8) {
     (low, high)
 }
 
-/// The f16 that is not below `error_m`; infinity above the largest.
+/// Returns the smallest f16 that is not below `error_m`: infinity above the largest.
 fn f16_up(error_m: f32) -> f16 {
     let near = f16::from_f32(error_m);
-    // The next pattern is the next number, for numbers of no sign.
+    // For non-negative numbers, the next bit pattern is the next number.
     if near.to_f32() < error_m { f16::from_bits(near.to_bits() + 1) } else { near }
 }
 
-/// A page as it is kept: `patches` are its 256, row by row, none beyond the grid; `range_m` is that of the tile, which
-/// holds those of the patches.
+/// Encodes a page: `patches` are its 256 patches, row by row, `None` beyond the grid; `range_m` is the height range of
+/// the tile, which contains those of the patches.
 pub fn page_bytes(patches: &[Option<PatchStatistics>], range_m: [f32; 2]) -> Vec<u8> {
     let mut bytes = vec![0; PAGE_BYTES];
     for (i, patch) in patches.iter().enumerate() {
@@ -98,7 +98,7 @@ pub fn page_bytes(patches: &[Option<PatchStatistics>], range_m: [f32; 2]) -> Vec
     bytes
 }
 
-/// The record of the tile with this number, as it is kept.
+/// Encodes the record of the tile with this number.
 pub fn record_bytes(number: u64, statistics: &TileStatistics, checksum: u32, page: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(RECORD_BYTES);
     put_f32s(&mut bytes, &[statistics.min_m, statistics.max_m, statistics.error_m]);
@@ -117,7 +117,7 @@ fn record_checksum(number: u64, bytes: &[u8]) -> u32 {
     hasher.finalize()
 }
 
-/// The record of the tile with this number; none if it is damaged.
+/// Decodes the record of the tile with this number; returns `None` if it is damaged.
 pub(crate) fn parse_record(number: u64, bytes: &[u8]) -> Option<Record> {
     if bytes.len() != RECORD_BYTES {
         return None;
@@ -195,7 +195,7 @@ mod tests {
                 assert!(kept.min_m > patch.min_m - 1.01 * step && kept.max_m < patch.max_m + 1.01 * step);
             }
         }
-        // Of another tile, or damaged anywhere, it is none.
+        // With another tile's number, or with any damaged byte, parsing gives `None`.
         assert!(parse_record(8, &bytes).is_none());
         for at in 0..bytes.len() {
             let mut damaged = bytes.clone();

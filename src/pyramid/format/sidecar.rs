@@ -1,5 +1,5 @@
-//! What a COG has no room for, in a file beside it (`NAME.tif.tiles`): the georeference as hachure reads it, and the
-//! statistics of every tile and patch.
+//! The sidecar file `NAME.tif.tiles` of a pyramid, for everything that a COG has no tags for: the georeference as
+//! hachure reads it, and the statistics of every tile and patch.
 //!
 //! ```text
 //! header
@@ -7,21 +7,20 @@
 //!   u32      version
 //!   u32      bytes of the header: the records begin there
 //!   u64      FNV-1a of the rest of the header
-//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link that shows a stale sidecar
-//!     u32 u32   width, height of level 0: they give all further sizes and counts
+//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link that identifies it
+//!     u32 u32   width, height of level 0: all further sizes and counts follow from them
 //!     f64       the error bound of the stored heights in metres; 0 = lossless
 //!     f32 f32   lowest and highest height in metres
-//!     u64       samples of level 0 without a height
+//!     u64       no-data samples of level 0
 //!     6 × f64   crs_from_grid, which JSON would round
 //!     u32 …     bytes of the georeference; the georeference as JSON
 //!     levels    finest first:         u64 bytes of its tiles in the .tif, f32 largest error of a tile
-//!     patches   of the strides above that of the coarsest level, by stride, row-major:
-//!                                     f32 min, f32 max, f32 mesh error, u8 voids
-//! records     one for each tile, by level (finest first), row-major, all of one size: see `record`
+//!     patches   of all strides above that of the coarsest level, by stride, row-major:
+//!                                     f32 min, f32 max, f32 mesh error, u8 no-data
+//! records     one per tile, by level (finest first), row-major, all of the same size: see `record`
 //! ```
-//! All numbers are little-endian. Opening reads the header; a record is read when its tile is, from where
-//! [`Sidecar::record_range`] says. Nothing here needs a file: header and records are parsed from bytes, wherever those
-//! come from.
+//! All numbers are little-endian. Opening a pyramid reads the header; a record is read together with its tile, from
+//! [`Sidecar::record_range`]. Nothing here needs a file: header and records are parsed from bytes of any origin.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -36,62 +35,63 @@ use crate::source::georeference::Georeference;
 
 pub(crate) const MAGIC: &[u8; 8] = b"HACHTILE";
 
-/// Raised whenever the bytes, the statistics' meaning or the levels change: older bakes are then made again.
+/// The format version, raised whenever the bytes, the meaning of the statistics or the levels change; older pyramids
+/// are then baked again.
 pub const VERSION: u32 = (2 << 8) | PATCH_QUADS;
 
-/// The first bytes of a sidecar, which say how long its header is.
+/// Number of bytes at the start of a sidecar that contain the length of its header.
 pub(crate) const HEAD_BYTES: usize = 8 + 4 + 4 + 8;
 
-/// No pyramid has more samples on a side: a guard for damaged files.
+/// Upper bound of the samples along a side, to detect damaged files.
 const MAX_SIDE: u32 = 1 << 24;
 
-/// No header is longer: a guard for damaged files.
+/// Upper bound of the length of a header, to detect damaged files.
 const MAX_HEADER_BYTES: u32 = 1 << 24;
 
-/// What is known of a level.
+/// A summary of a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevelSummary {
-    /// Length of its tiles in the GeoTIFF, in bytes.
+    /// Total length of the level's tiles in the GeoTIFF, in bytes.
     pub bytes: u64,
-    /// How far its worst tile is from the heights that were baked, in metres.
+    /// The largest error of the level's tiles against the heights that were baked, in metres.
     pub largest_error_m: f32,
 }
 
 /// The header of a sidecar.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sidecar {
-    /// The .tif that it belongs to.
+    /// The fingerprint of the .tif that the sidecar belongs to.
     pub link: Link,
     /// The sizes of the levels, finest first.
     pub sizes: Vec<LevelSize>,
-    /// How far stored heights are from the original ones at most, in metres; 0 for lossless.
+    /// The largest difference between stored and original heights, in metres; 0 for lossless.
     pub max_error_m: f64,
     /// Lowest height of level 0 in metres, as stored.
     pub min_m: f32,
     /// Highest height of level 0 in metres, as stored.
     pub max_m: f32,
-    /// Samples of level 0 without a height.
+    /// Number of no-data samples of level 0.
     pub void_samples: u64,
-    /// Where level 0 lies.
+    /// The georeference of level 0.
     pub georeference: Georeference,
-    /// What is known of each level, finest first.
+    /// A summary of each level, finest first.
     pub levels: Vec<LevelSummary>,
-    /// As `TileStore::coarse_patches` has them.
+    /// The patches of the strides above the coarsest level's; see `TileStore::coarse_patches`.
     pub coarse_patches: Vec<Vec<PatchStatistics>>,
-    /// Length of the header in bytes: the records begin there.
+    /// Length of the header in bytes; the records follow it.
     pub header_bytes: u64,
 }
 
-/// Why bytes are no header.
+/// The reason why bytes are not a valid header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum HeaderFault {
-    /// Another version wrote it.
+    /// Another version of hachure wrote the header.
     Stale(&'static str),
-    /// It is damaged.
+    /// The header is damaged.
     Corrupt(&'static str),
 }
 
-/// `NAME.tif.tiles` for `NAME.tif`.
+/// Returns `NAME.tif.tiles` for `NAME.tif`.
 pub fn sidecar_path(tif: &Path) -> PathBuf {
     let mut path = tif.as_os_str().to_owned();
     path.push(".tiles");
@@ -99,35 +99,34 @@ pub fn sidecar_path(tif: &Path) -> PathBuf {
 }
 
 impl Sidecar {
-    /// The size of level 0.
     pub fn finest(&self) -> LevelSize {
         self.sizes[0]
     }
 
-    /// The strides of the coarse patches, as exponents: those above the coarsest level's.
+    /// Returns the exponents of the strides of the coarse patches: those above the coarsest level's.
     fn coarse_strides(sizes: &[LevelSize]) -> Range<u32> {
         sizes.len() as u32..patch_levels(sizes[0]).max(sizes.len() as u32)
     }
 
-    /// How long the header is that begins with these bytes, [`HEAD_BYTES`] at least.
+    /// Returns the length of the header that begins with the bytes `first`, which are at least [`HEAD_BYTES`].
     pub(crate) fn header_bytes(first: &[u8]) -> Result<usize, HeaderFault> {
         let mut head = Cursor { bytes: first };
         if head.take(8) != Some(MAGIC) {
-            return Err(HeaderFault::Corrupt("it does not begin like one"));
+            return Err(HeaderFault::Corrupt("it does not start with HACHTILE"));
         }
         match (head.u32(), head.u32()) {
             (Some(VERSION), Some(bytes)) if (HEAD_BYTES as u32..=MAX_HEADER_BYTES).contains(&bytes) => {
                 Ok(bytes as usize)
             }
-            (Some(VERSION), _) => Err(HeaderFault::Corrupt("it is cut short")),
-            _ => Err(HeaderFault::Stale("another version of hachure wrote it")),
+            (Some(VERSION), _) => Err(HeaderFault::Corrupt("the length of its header is invalid")),
+            _ => Err(HeaderFault::Stale("it was written by another version of hachure")),
         }
     }
 
-    /// The header, from its bytes or more.
+    /// Parses the header at the start of `bytes`.
     pub(crate) fn parse_header(bytes: &[u8]) -> Result<Self, HeaderFault> {
         let header_bytes = Self::header_bytes(bytes)?;
-        let header = bytes.get(..header_bytes).ok_or(HeaderFault::Corrupt("it is cut short"))?;
+        let header = bytes.get(..header_bytes).ok_or(HeaderFault::Corrupt("the file is truncated"))?;
         let mut rest = Cursor { bytes: &header[HEAD_BYTES - 8..] };
         if rest.u64() != Some(fnv(rest.bytes)) {
             return Err(HeaderFault::Corrupt("its checksum is wrong"));
@@ -135,7 +134,7 @@ impl Sidecar {
         parse(rest, header_bytes as u64).ok_or(HeaderFault::Corrupt("its contents contradict one another"))
     }
 
-    /// The bytes of the header. `header_bytes` follows from the rest.
+    /// Encodes the header. Its length, `header_bytes`, is computed and not read from `self`.
     pub fn header_to_bytes(&self) -> Result<Vec<u8>, serde_json::Error> {
         let mut body = Vec::new();
         self.link.put(&mut body);
@@ -166,29 +165,30 @@ impl Sidecar {
         Ok(bytes)
     }
 
-    /// How many tiles there are in all levels.
+    /// Returns the number of tiles of all levels.
     pub fn tiles(&self) -> u64 {
         self.sizes.iter().map(|size| size.tiles()).sum()
     }
 
-    /// The number of a tile: its record is the one with this number. None if there is no such tile.
+    /// Returns the number of a tile, which is also the number of its record, or `None` if the pyramid has no such tile.
     pub(crate) fn tile_number(&self, address: TileAddress) -> Option<u64> {
         let index = tile_index(&self.sizes, address)? as u64;
         Some(self.sizes[..address.level as usize].iter().map(|size| size.tiles()).sum::<u64>() + index)
     }
 
-    /// Where the record of a tile lies in the file.
+    /// Returns the byte range of a tile's record in the file.
     pub(crate) fn record_range(&self, address: TileAddress) -> Option<Range<u64>> {
         let start = self.header_bytes + self.tile_number(address)? * RECORD_BYTES as u64;
         Some(start..start + RECORD_BYTES as u64)
     }
 
-    /// The record of a tile from the bytes of [`Sidecar::record_range`]; none if they are damaged, or another tile's.
+    /// Parses the record of a tile from the bytes of [`Sidecar::record_range`]. Returns `None` if they are damaged or
+    /// belong to another tile.
     pub(crate) fn parse_record(&self, address: TileAddress, bytes: &[u8]) -> Option<Record> {
         parse_record(self.tile_number(address)?, bytes)
     }
 
-    /// How long the whole file is.
+    /// Returns the length of the whole file in bytes.
     pub(crate) fn file_bytes(&self) -> u64 {
         self.header_bytes + self.tiles() * RECORD_BYTES as u64
     }

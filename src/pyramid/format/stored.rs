@@ -11,13 +11,13 @@ use crate::pyramid::surface::levels::{LevelSize, Region};
 use crate::pyramid::surface::statistics::tile_index;
 use crate::pyramid::tile::{TILE_SAMPLES, TileAddress};
 
-/// Decoded TIFF tiles kept, shared by all threads: 192 of 256 KiB.
+/// Bytes of decoded TIFF tiles in the cache, which all threads share: 192 tiles of 256 KiB.
 const CACHE_BYTES: usize = 48 * 1024 * 1024;
 
-/// No tile is longer, however it is packed.
+/// Upper bound of the length of a tile, however it is compressed.
 const LARGEST_TILE_BYTES: u64 = 1 << 20;
 
-/// An open GeoTIFF whose images are the levels.
+/// An open GeoTIFF whose images are the levels of a pyramid.
 pub struct StoredLevels {
     path: PathBuf,
     file: TiffFile,
@@ -29,14 +29,14 @@ const TILE_OFFSETS: u16 = 324;
 const TILE_BYTE_COUNTS: u16 = 325;
 
 impl StoredLevels {
-    /// Opens the GeoTIFF at `path` and checks that its images are `sizes`, in tiles of 256 × 256 f32. `name` stands in
-    /// messages.
+    /// Opens the GeoTIFF at `path` and checks that its images have the sizes `sizes` and consist of tiles of 256 × 256
+    /// f32. `name` is the file name in messages.
     pub fn open(path: &Path, name: &Path, sizes: Vec<LevelSize>) -> Result<Self, PyramidError> {
         let options = OpenOptions { block_cache_bytes: CACHE_BYTES, ..OpenOptions::default() };
         let file = TiffFile::open_with_options(path, options).map_err(PyramidError::decode(name))?;
         let mismatch = |cause: String| PyramidError::Mismatch { path: name.to_owned(), cause };
         if file.ifd_count() != sizes.len() {
-            return Err(mismatch(format!("{} levels expected, {} found", sizes.len(), file.ifd_count())));
+            return Err(mismatch(format!("expected {} levels, found {}", sizes.len(), file.ifd_count())));
         }
         for (level, (image, size)) in file.ifds().iter().zip(&sizes).enumerate() {
             let layout = image.raster_layout().map_err(PyramidError::decode(name))?;
@@ -45,7 +45,10 @@ impl StoredLevels {
                 || (image.tile_width(), image.tile_height()) != (tile, tile)
                 || (layout.samples_per_pixel, layout.bits_per_sample, layout.sample_format) != (1, 32, 3)
             {
-                return Err(mismatch(format!("level {level} is not {} × {} f32 in tiles", size.width, size.height)));
+                return Err(mismatch(format!(
+                    "level {level} is not {} × {} float32 in tiles of 256",
+                    size.width, size.height
+                )));
             }
         }
         let bytes = RandomAccess::open(path).map_err(PyramidError::io(name, "opening"))?;
@@ -64,7 +67,7 @@ impl StoredLevels {
         };
         let (offset, count) = number(TILE_OFFSETS).zip(number(TILE_BYTE_COUNTS)).ok_or_else(missing)?;
         if count > LARGEST_TILE_BYTES {
-            let cause = format!("a tile of {count} bytes: the file is damaged");
+            let cause = format!("a tile has {count} bytes: the file is damaged");
             return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
         }
         self.bytes.read(offset, count as usize).map_err(PyramidError::io(&self.path, "reading a tile"))
@@ -85,7 +88,7 @@ impl HeightLevels for StoredLevels {
             .map_err(PyramidError::decode(&self.path))?;
         let (heights_m, offset) = heights_m.into_raw_vec_and_offset();
         if heights_m.len() != region.samples() || offset.unwrap_or(0) != 0 {
-            let cause = format!("level {level}: {} samples expected, {} found", region.samples(), heights_m.len());
+            let cause = format!("level {level}: expected {} samples, found {}", region.samples(), heights_m.len());
             return Err(PyramidError::Mismatch { path: self.path.clone(), cause });
         }
         Ok(heights_m)

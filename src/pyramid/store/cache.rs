@@ -1,8 +1,9 @@
-//! Pyramids that hachure bakes for itself: kept in a folder of the system's cache, found again by what they were made
-//! from, and removed, the longest unused first, when they grow too many.
-//! What is damaged is made anew (`entry`, `healing`).
+//! The cache of baked pyramids: stored in a folder of the system's cache, found again by what they were baked from, and
+//! removed, the least recently used first, when they take too much space. Damaged files are rebuilt (`entry`,
+//! `healing`).
 //!
-//! The folder is the one that the caller names, else `HACHURE_CACHE`, else the system's cache folder for hachure.
+//! The folder is the one that the caller names, otherwise `HACHURE_CACHE`, otherwise the system's cache folder for
+//! hachure.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -20,15 +21,15 @@ use crate::pyramid::format::pair::has_sidecar;
 use crate::pyramid::format::sidecar;
 use crate::source::{self, HeightGrid, HeightReader, OpenOptions, Progress, Silent, SourceError};
 
-/// With more samples a DEM is read by windows: half a gigabyte.
+/// A DEM with more samples is read in windows: half a gigabyte.
 const IN_MEMORY_SAMPLES: u64 = 1 << 27;
 
-/// Opens `path` itself if it is a pyramid with a valid sidecar; else the pyramid that was baked from it before; else
-/// bakes one from the heights that `load` gives. A file counts as the same if its absolute path, size and time of
-/// change are.
+/// Opens `path` itself if it is a pyramid with a valid sidecar; otherwise the pyramid that was baked from it before;
+/// otherwise bakes one from the heights that `load` returns. A file counts as the same if its absolute path, size and
+/// modification time are unchanged.
 ///
 /// # Errors
-/// If `path` is not there, `load` fails ([`PyramidError::Load`]), or the cache cannot be written.
+/// If `path` does not exist, `load` fails ([`PyramidError::Load`]), or the cache cannot be written.
 pub fn open_or_bake<E>(
     path: &Path,
     load: impl FnOnce() -> Result<HeightGrid, E>,
@@ -40,7 +41,7 @@ where
 {
     if has_sidecar(path) {
         match Pyramid::open(path) {
-            Err(error) if error.wants_bake() => tracing::warn!("{error}; baking anew"),
+            Err(error) if error.wants_bake() => tracing::warn!("{error}; baking again"),
             opened => return opened,
         }
     }
@@ -51,19 +52,20 @@ where
     open_or_bake_key(&key, &path.display().to_string(), load, cache_dir, progress)
 }
 
-/// The same for a DEM of any format and size: a large one is read by windows, and a bake that was stopped goes on.
+/// Opens or bakes a DEM of any format and size, like [`open_or_bake`]. A large one is read in windows, and an
+/// interrupted bake is resumed.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid, PyramidError> {
     open_or_bake_file_with(path, &OpenOptions::default(), progress)
 }
 
-/// The same for a file that does not say all of itself. Other options are another pyramid; where they name a void,
-/// heights that were baked before are baked anew.
+/// Like [`open_or_bake_file`], with options for what the file does not declare itself. Other options make another
+/// pyramid. With a no-data value, even a baked pyramid is baked again.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_file_with(
     path: &Path,
     options: &OpenOptions,
@@ -76,10 +78,11 @@ pub fn open_or_bake_file_with(
     file_of_cache(path, options, progress).map(|(pyramid, _)| pyramid)
 }
 
-/// The same as a store of tiles: a pyramid of the cache that turns out to be damaged is made anew while it is read.
+/// Like [`open_or_bake_file_with`], as a store of tiles that rebuilds a cached pyramid if damage is found while it is
+/// read.
 ///
 /// # Errors
-/// As [`open_or_bake`].
+/// As for [`open_or_bake`].
 pub fn open_or_bake_store(
     path: &Path,
     options: &OpenOptions,
@@ -93,7 +96,7 @@ pub fn open_or_bake_store(
     let make = move |out: &Path| {
         let reader = source::open_reader_with(&path, &options).map_err(load_error)?;
         if reader.identity() != key {
-            let cause = "has changed since it was opened".to_owned();
+            let cause = "the file has changed since it was opened".to_owned();
             return Err(PyramidError::Mismatch { path: path.clone(), cause });
         }
         bake_file(&*reader, &path, out, &Silent)
@@ -101,7 +104,8 @@ pub fn open_or_bake_store(
     Ok(Arc::new(Healing::new(pyramid, entry, Box::new(make))))
 }
 
-/// Whether the file is read as the pyramid that it is: what its heights were averaged with cannot be a void any more.
+/// Returns whether the file is read as a pyramid. With a no-data value it is not, because the levels already include
+/// that value in their averages.
 fn is_pyramid(path: &Path, options: &OpenOptions) -> bool {
     has_sidecar(path) && options.no_data.is_none()
 }
@@ -133,8 +137,8 @@ fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn 
     Ok(())
 }
 
-/// The same for heights that no file holds: `key` says all that they depend on, `name` stands in messages and in the
-/// name of the cached file.
+/// Like [`open_or_bake`] for heights that are not in a file: `key` contains everything that they depend on, `name` is
+/// used in messages and in the name of the cached file.
 ///
 /// # Errors
 /// If `load` fails ([`PyramidError::Load`]) or the cache cannot be written.
@@ -156,8 +160,8 @@ where
     })
 }
 
-/// The same as a store of tiles, for heights that can be grown again: if the pyramid turns out to be damaged, it is
-/// made anew while it is read.
+/// Like [`open_or_bake_key`], as a store of tiles, for heights that can be generated again: if the pyramid turns out to
+/// be damaged, it is rebuilt while it is read.
 ///
 /// # Errors
 /// If the cache cannot be written.
@@ -180,7 +184,7 @@ fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, Py
     Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key))
 }
 
-/// The folder of cached pyramids, and of all else that hachure keeps.
+/// Returns the folder of cached pyramids, and of hachure's other caches.
 pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
     if let Some(folder) = named {
         return Ok(folder.to_owned());
@@ -192,7 +196,7 @@ pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError
     Ok(folders.cache_dir().to_owned())
 }
 
-/// A readable beginning, then what tells the keys apart, with the version of the format in it.
+/// Returns the file name: a readable prefix, then a hash of the key and the format version.
 fn file_name(key: &str, name: &str) -> String {
     let stem = Path::new(name).file_stem().map(|stem| stem.to_string_lossy()).unwrap_or_default();
     let stem: String =

@@ -1,8 +1,8 @@
-//! The levels of a pyramid, from the pictures of a COG that somebody else made.
+//! The levels of a pyramid, from the images of a COG that another program wrote.
 //!
-//! A level that the file has as an overview is read from it: GDAL's overviews have the sizes of our levels and lie as
-//! they do. Other levels are averaged: from an overview whose size is one sample off (some writers round down), else
-//! from the level before. Small ones are averaged once and kept, large ones by parts as they are asked for.
+//! A level that the file has as an overview is read from it: GDAL's overviews have the sizes and the registration of
+//! our levels. Other levels are averaged: from an overview whose size is one sample off (some writers round down),
+//! otherwise from the level before. Small ones are averaged once and cached, large ones region by region on demand.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -17,20 +17,21 @@ use crate::pyramid::tile::{TILE_SAMPLES, TileAddress};
 use crate::source::cog::{Pictures, is_unread};
 use crate::source::voids::{self, Limits, Way};
 
-/// Levels of no more samples than this are averaged once and kept: 16 MiB.
+/// Levels of at most this many samples are averaged once and cached: 16 MiB.
 const KEPT_SAMPLES: usize = 2048 * 2048;
 
-/// Levels in a row that may be averaged by parts: each asks for four times as much of the last one that is stored.
+/// Number of successive levels that may be averaged region by region; each needs four times as much of the last stored
+/// one.
 const MOST_AVERAGED: u32 = 2;
 
-/// A block of more samples is not decoded for a tile.
+/// Upper bound of the samples of a block that is decoded for a tile.
 const MOST_BLOCK_SAMPLES: u64 = 2048 * 2048;
 
-/// Where a level comes from.
+/// The origin of a level.
 enum Origin {
-    /// A picture of the same size.
+    /// An image of the same size.
     Picture(usize),
-    /// Averages of a picture or a level.
+    /// Averages of an image or of another level.
     Averaged { of: Finer, kept: OnceLock<Vec<f32>> },
 }
 
@@ -40,13 +41,13 @@ enum Finer {
     Level(usize),
 }
 
-/// The levels over the pictures of a file, read or averaged on demand.
+/// The levels over the images of a file, read or averaged on demand.
 pub struct CogLevels {
     name: PathBuf,
     pictures: Pictures,
     sizes: Vec<LevelSize>,
     origins: Vec<Origin>,
-    /// Metres between the finest samples, if small holes are filled.
+    /// Distance between the finest samples in metres, if small holes are filled.
     filled_m: Option<f64>,
 }
 
@@ -88,36 +89,36 @@ impl CogLevels {
             origins.iter().any(of_it)
         });
         for (_, picture) in used {
-            // A picture that is a single small block may be one strip.
+            // An image that is a single small block may be one strip.
             let [columns, rows] = [picture.block[0].min(picture.width), picture.block[1].min(picture.height)];
             if u64::from(columns) * u64::from(rows) > MOST_BLOCK_SAMPLES
                 || columns == picture.width && picture.width > 16 * TILE_SAMPLES
             {
-                return Err(too_much(format!("it is not stored in tiles but in blocks of {columns} × {rows} samples")));
+                return Err(too_much(format!("it is stored in blocks of {columns} × {rows} samples, not in tiles")));
             }
         }
         Ok(Self { name, pictures, sizes, origins, filled_m: None })
     }
 
-    /// From now on, small holes are filled in each level as it is read.
+    /// Enables the filling of small holes in each level as it is read.
     pub fn fill_voids(&mut self) {
         let LevelSize { width, height } = self.sizes[0];
         self.filled_m = Some(voids::spacing_m(self.pictures.georeference(), [width, height]));
     }
 
-    /// The pictures of the file, with its georeference.
+    /// Returns the images of the file, with its georeference.
     pub fn pictures(&self) -> &Pictures {
         &self.pictures
     }
 
-    /// Where the bytes of a tile lie, if the level is a picture in tiles of our size.
+    /// Returns the byte range of a tile, if the level is an image in tiles of our size.
     pub fn stored(&self, address: TileAddress) -> Option<Range<u64>> {
         let Origin::Picture(picture) = self.origins.get(address.level as usize)? else { return None };
         let is_ours = self.pictures.pictures()[*picture].block == [TILE_SAMPLES; 2];
         is_ours.then(|| self.pictures.stored(*picture, address.x * TILE_SAMPLES, address.y * TILE_SAMPLES))?
     }
 
-    /// The bytes from which a region of a level is made, as far as they are not known already.
+    /// Returns the byte ranges from which a region of a level is made, except what is cached already.
     pub fn ranges(&self, level: usize, region: Region) -> Vec<Range<u64>> {
         match &self.origins[level] {
             Origin::Picture(picture) => self.pictures.ranges(*picture, region),
@@ -134,7 +135,7 @@ impl CogLevels {
         }
     }
 
-    /// The same for all levels that fill the voids of a region: those above `level`.
+    /// Returns the same for all levels that fill the no-data of a region: those above `level`.
     pub fn ranges_above(&self, level: usize, mut region: Region) -> Vec<Range<u64>> {
         let mut ranges = Vec::new();
         for above in level + 1..self.sizes.len() {
@@ -180,7 +181,7 @@ impl CogLevels {
         })
     }
 
-    /// A whole level, by bands of rows.
+    /// Averages a whole level, in bands of rows.
     fn whole(&self, of: Finer, size: LevelSize) -> Result<Vec<f32>, PyramidError> {
         let mut heights_m = Vec::with_capacity(size.samples());
         for y in (0..size.height).step_by(TILE_SAMPLES as usize) {
@@ -196,8 +197,9 @@ impl HeightLevels for CogLevels {
         &self.sizes
     }
 
-    /// A level's holes are filled from its own samples, and are those of the finest level by the same rule. Spikes are
-    /// single samples of the finest one.
+    /// Reads a region of a level. Each level fills about the same holes, from its own samples, because the size limit
+    /// of holes halves with the level. Spikes are removed at the finest level only, since they are single samples of
+    /// it.
     fn read(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError> {
         let (Some(finest_m), Some(limits)) = (self.filled_m, Limits::of_level(level)) else {
             return self.read_bare(level, region);

@@ -1,13 +1,11 @@
-//! Tiles of a COG as it is: of one that somebody else made, on this machine or another, and of a baked pyramid on
-//! another.
+//! Tiles read directly from a COG: one that another program wrote, local or remote, or a remote baked pyramid.
 //!
-//! Where nothing was measured beforehand, the statistics of tiles are estimated from their samples (`derive`). What was
-//! fetched is decoded; where that fails, the bytes are thrown away, in memory and on disk, so that who asks again gets
-//! them anew.
+//! Without measured errors, the statistics of tiles are estimated from their samples (`derive`). Fetched bytes are
+//! decoded; if that fails, they are dropped from memory and disk, so that the next request fetches them again.
 //!
-//! A codec with a checksum (DEFLATE, LERC, Zstandard with its frame's) finds bytes that were changed on the way. Bytes
-//! of an uncompressed file, and of LZW and PackBits, may be changed unnoticed: over a network, a COG should be
-//! compressed, as GDAL's are by default, or come over HTTPS, which has checksums of its own.
+//! A codec with a checksum (DEFLATE, LERC, Zstandard frames) detects bytes that were corrupted on the way. Those of
+//! uncompressed files, LZW and PackBits may be corrupted unnoticed: over a network, a COG should be compressed, as
+//! GDAL's are by default, or come over HTTPS, which has checksums of its own.
 
 use std::ops::Range;
 use std::path::PathBuf;
@@ -34,7 +32,7 @@ use crate::source::cog::Pictures;
 use crate::source::georeference::Georeference;
 use crate::source::{SourceError, VoidMode};
 
-/// A remote file as the TIFF reader wants it. Its reads wait for the network; blocks that are held do not.
+/// A remote file as a source for the TIFF reader. Its reads wait for the network unless the blocks are cached.
 struct Bytes(Arc<RemoteFile>);
 
 impl TiffSource for Bytes {
@@ -53,7 +51,7 @@ impl TiffSource for Bytes {
     }
 }
 
-/// Where the bytes could not be had, what the network said rather than what the decoder makes of it.
+/// Returns the network's error, if there was one, instead of the decoder's error that it caused.
 fn of_network(error: PyramidError) -> PyramidError {
     match error {
         PyramidError::Source(SourceError::Damaged { source: TiffError::Io(error, _), .. })
@@ -67,26 +65,26 @@ fn of_network(error: PyramidError) -> PyramidError {
     }
 }
 
-/// A foreign COG as a store of tiles.
+/// A COG of another program as a store of tiles.
 pub struct CogStore {
     file: Arc<RemoteFile>,
     levels: CogLevels,
     range_m: [f32; 2],
-    /// Of voids that are far from everything: the lowest height of the coarsest level.
+    /// The filling of no-data far from everything: the lowest height of the coarsest level, in metres.
     fallback_m: f32,
     coarse: Vec<Vec<PatchStatistics>>,
-    /// Whether a tile with voids was met. From then on the levels that fill them are fetched with each tile.
+    /// Whether a tile with no-data was found. From then on the levels that fill it are fetched with each tile.
     has_voids: AtomicBool,
     measured: Option<Measured>,
 }
 
 impl CogStore {
-    /// Opens a file, with its sidecar if it has one. The header is read twice where it comes over a network, for it has
-    /// no checksum. About `decoded_bytes` of decoded blocks are kept. `voids` is for files without a sidecar: what was
-    /// measured is drawn as it was measured.
+    /// Opens a file, with its sidecar if it has one. A remote header is read twice, because it has no checksum. About
+    /// `decoded_bytes` of decoded blocks are cached. `voids` applies to files without a sidecar; a pyramid with
+    /// measured errors is drawn as it was baked.
     ///
     /// # Errors
-    /// If it is no GeoTIFF of heights, or [`PyramidError::NoOverviews`].
+    /// If the file is not a GeoTIFF of heights, or [`PyramidError::NoOverviews`].
     pub fn open(
         file: Arc<RemoteFile>,
         sidecar: Option<Arc<RemoteFile>>,
@@ -117,7 +115,7 @@ impl CogStore {
         if let Some(sidecar) = sidecar {
             match Measured::open(sidecar, file, levels.sizes()) {
                 Ok(measured) => return Ok(Self::of_measured(file.clone(), levels, measured)),
-                Err(error) if error.wants_bake() => tracing::warn!("{error}; errors are estimated"),
+                Err(error) if error.wants_bake() => tracing::warn!("{error}; using estimated errors"),
                 Err(error) => return Err(error),
             }
         }
@@ -153,12 +151,12 @@ impl CogStore {
         }
     }
 
-    /// What went over the wire so far.
+    /// Returns the network traffic so far.
     pub fn traffic(&self) -> Traffic {
         self.file.traffic()
     }
 
-    /// All bytes that a tile needs; `voids` with those that fill its voids.
+    /// Returns the byte ranges that a tile needs; with `voids`, including the levels that fill its no-data.
     fn ranges(&self, address: TileAddress, voids: bool) -> Vec<Range<u64>> {
         let level = address.level as usize;
         let size = self.levels.sizes()[level];
@@ -206,7 +204,7 @@ impl CogStore {
 }
 
 impl CogStore {
-    /// Holds the bytes of a tile against the checksum that was made when it was baked.
+    /// Compares the bytes of a tile with the checksum that was computed when it was baked.
     fn verify(&self, address: TileAddress, record: Option<&Record>) -> Result<(), PyramidError> {
         let Some(sum) = record.and_then(|record| record.checksum) else { return Ok(()) };
         let Some(stored) = self.levels.stored(address) else { return Ok(()) };

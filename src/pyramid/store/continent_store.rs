@@ -1,8 +1,8 @@
-//! The procedural continent as a pyramid of tiles: every tile is evaluated when it is asked for.
+//! The procedural continent as a pyramid of tiles, each computed on demand.
 //!
-//! A smaller world is a square cut from the middle of the land of the same seed, sample for sample; its side and its
-//! corner are multiples of the coarsest level's samples, so that its levels are the land's own. Levels coarser than the
-//! land's base are averages of the base. Statistics are those of [`derive()`](super::derive()).
+//! A smaller world is a square cut from the middle of the continent of the same seed, sample for sample; its side and
+//! its corner are multiples of the coarsest level's sample size, so that its levels are those of the continent. Levels
+//! coarser than the continent's base are averages of the base. Statistics are those of [`derive()`](super::derive()).
 
 use std::path::Path;
 use std::sync::Arc;
@@ -21,13 +21,13 @@ use crate::source::continent::{self, BASE_LEVEL, BASE_SAMPLES, Continent, Exempl
 use crate::source::georeference::Georeference;
 use crate::source::{HeightGrid, Progress, Window, procedural};
 
-/// The version of the land: part of the keys in the cache.
+/// The version of the continent, part of the keys in the cache.
 const VERSION: u32 = 1;
 
-/// The seed of the embedded world that serves as exemplar for all continents.
+/// The seed of the embedded world that is the exemplar of all continents.
 const EXEMPLAR_SEED: u32 = 1;
 
-/// The fewest samples along a side.
+/// The smallest number of samples along a side.
 pub const SMALLEST_SAMPLES: u32 = 64;
 
 /// A continent, or a square from its middle.
@@ -37,9 +37,9 @@ pub struct ContinentStore {
     levels: Vec<LevelSize>,
     /// First column and row of the cut, in samples of level 0.
     offset: u32,
-    /// What heights are multiplied by: the spacing in units of the land's own, and the exaggeration.
+    /// The factor of heights: the sample spacing relative to the continent's own, times the exaggeration.
     scale: f32,
-    /// The averages of the base, for the levels above [`BASE_LEVEL`].
+    /// The averages of the base, in metres, for the levels above [`BASE_LEVEL`].
     averages_m: Vec<Vec<f32>>,
     georeference: Georeference,
     range_m: [f32; 2],
@@ -47,9 +47,10 @@ pub struct ContinentStore {
 }
 
 impl ContinentStore {
-    /// The land of `seed`, grown into the cache at first use (seconds). `size_samples` along a side are cut from its
-    /// middle, a few more where levels ask for it, at most [`SIZE_SAMPLES`] and at least [`SMALLEST_SAMPLES`].
-    /// `spacing_m` other than 10 stretches the land, heights and all. `cache_dir` as for [`open_or_grow_store`].
+    /// Opens the continent of `seed`, which is grown into the cache at first use (seconds). A square of `size_samples`
+    /// along a side is cut from its middle, a few more if levels need it, at most [`SIZE_SAMPLES`] and at least
+    /// [`SMALLEST_SAMPLES`]. A `spacing_m` other than 10 scales the land, heights included. `cache_dir` is as for
+    /// [`open_or_grow_store`].
     ///
     /// # Errors
     /// If the cache cannot be read or written.
@@ -74,10 +75,10 @@ impl ContinentStore {
         Self::over(Continent::new(seed, level_0(&base)?, exemplar), seed, size_samples, spacing_m)
     }
 
-    /// The same over a land in memory.
+    /// Creates the store of a continent in memory; otherwise like [`ContinentStore::open`].
     ///
     /// # Errors
-    /// None but those of evaluating its coarsest tile, which is always there.
+    /// If the coarsest tile cannot be evaluated.
     pub fn over(land: Continent, seed: u32, size_samples: u32, spacing_m: f64) -> Result<Self, PyramidError> {
         let size = cut(size_samples);
         let levels = level_sizes(size, size);
@@ -109,7 +110,7 @@ impl ContinentStore {
         Ok(store)
     }
 
-    /// The heights in metres of a window of a level, row by row; the window lies inside the level.
+    /// Returns the heights in metres of a window of a level, row by row; the window is inside the level.
     pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         let first = self.offset >> level;
         let window = Window { x: window.x + first, y: window.y + first, ..window };
@@ -128,7 +129,7 @@ impl ContinentStore {
         heights_m
     }
 
-    /// A whole level as a grid: for worlds small enough to be held.
+    /// Returns a whole level as a grid, for worlds that fit in memory.
     pub fn grid(&self, level: u32) -> HeightGrid {
         let size = self.levels[level as usize];
         let spacing_m = self.georeference.crs_from_grid[1] * f64::from(1_u32 << level);
@@ -162,8 +163,8 @@ impl ContinentStore {
         Ok(self.with_relief(address, loaded))
     }
 
-    /// From the base's level on, the pieces of relief do not show in a tile at all, so no estimate from its samples
-    /// knows of them.
+    /// Adds the relief that a tile loses. From the base's level on, the pieces of relief do not show in a tile at all,
+    /// so no estimate from its samples includes them.
     fn with_relief(&self, address: TileAddress, loaded: LoadedTile) -> LoadedTile {
         let Some(above) = address.level.checked_sub(BASE_LEVEL) else { return loaded };
         let first = |tile: u32| (self.offset >> BASE_LEVEL) + ((tile * TILE_SAMPLES) << above);
@@ -216,14 +217,14 @@ impl TileStore for ContinentStore {
     }
 }
 
-/// The side of the cut for a wish: its coarsest level must lie on that of the whole land.
+/// Returns the side of the cut for the requested size: its coarsest level must align with that of the whole continent.
 fn cut(size_samples: u32) -> u32 {
     let wish = size_samples.clamp(SMALLEST_SAMPLES, SIZE_SAMPLES);
     let step = 1_u32 << level_sizes(wish, wish).len();
     (wish.div_ceil(step) * step).min(SIZE_SAMPLES)
 }
 
-/// Level 0 of a pyramid, whole.
+/// Reads all of level 0 of a pyramid.
 fn level_0(pyramid: &Arc<dyn TileStore>) -> Result<Vec<f32>, PyramidError> {
     let size = pyramid.levels()[0];
     let mut heights_m = vec![0.0; size.samples()];

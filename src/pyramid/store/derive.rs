@@ -1,23 +1,25 @@
-//! Statistics of a tile that nobody measured: a COG without a sidecar, a formula, several DEMs as one.
+//! Estimated statistics of a tile without measured errors: of a COG without a sidecar, of computed land, or of several
+//! DEMs as one.
 //!
-//! A tile cannot show what it has lost, but it shows what its parent would lose of it. Take its samples two by two,
-//! average them, and lay the bicubic surface through the averages: the largest distance r of the samples from that
-//! surface is the next step's loss. Land is self-affine over many scales (Mandelbrot 1982; Huang and Turcotte, "Fractal
-//! mapping of digitized images", J. Geophys. Res. 94, 1989): from level to level losses shrink by 2^−H, and with the
-//! H = ½ of rough land their squares halve. The largest losses of several steps seldom meet at one place, so squares
-//! add, from level L down to level 0:
+//! A tile does not show what it has lost, but it shows what its parent would lose of it. Average its samples two by
+//! two, and interpolate the averages by the bicubic surface: the largest distance r of the samples from that surface is
+//! the loss of the next step. Land is self-affine over many scales (Mandelbrot 1982; Huang and Turcotte, "Fractal
+//! mapping of digitized images", J. Geophys. Res. 94, 1989): from level to level losses shrink by 2^−H, and with the H
+//! = ½ of rough land their squares halve. The largest losses of several steps rarely coincide, so squares add, from
+//! level L down to level 0:
 //!
 //! ```text
 //! error = K · r · √(½ + ¼ + … + 2^−L) = K · r · √(1 − 2^−L)
 //! ```
 //!
-//! K is above 1, because the largest of 4^L times as many samples is wanted. Fitted to what a bake measures of four
-//! one-degree SRTM tiles with voids, a 25 m DEM and the procedural world (78 tiles, 13,000 patches above level 0): the
-//! estimate is not below the measured error for 96 % of tiles (the worst has 0.7 of it) and 98 % of patches; at the
-//! median it is 1.9 times the error of a tile and 1.9 times that of a patch. `tests/derive.rs` holds this. Most of what
-//! is too small lies beside voids; what is too large (3.5 times) in the procedural world, whose finest level is smooth.
+//! K is above 1, because the largest of 4^L times as many samples is wanted. It is fitted to what a bake measures of
+//! four one-degree SRTM tiles with no-data areas, a 25 m DEM and the procedural world (78 tiles, 13,000 patches above
+//! level 0): the estimate is not below the measured error for 96 % of tiles (the worst has 0.7 of it) and 98 % of
+//! patches; at the median it is 1.9 times the error of a tile and 1.9 times that of a patch. `tests/derive.rs` asserts
+//! this. Most underestimates are next to no-data; the largest overestimates (3.5 times) are in the procedural world,
+//! whose finest level is smooth.
 //!
-//! A mesh patch of stride 2^L is held against the bicubic surface of its own tile, as `bake::mesh_error` does for
+//! A mesh patch of stride 2^L is compared with the bicubic surface of its own tile, as `bake::mesh_error` does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything
 //! equals what a bake measures.
 //!
@@ -36,20 +38,20 @@ use crate::pyramid::tile::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, 
 /// The factor K for tiles.
 const TILE_FACTOR: f64 = 2.4;
 
-/// K of mesh patches: smaller than a tile, but their vertices lie on single heights and not on averages.
+/// K of mesh patches: they are smaller than a tile, but their vertices are single heights and not averages.
 const PATCH_FACTOR: f64 = 1.8;
 
-/// The part of the tile's largest step loss that a patch has at least.
+/// The smallest loss of a patch, as a fraction of the tile's largest step loss.
 const PATCH_FLOOR: f64 = 0.1;
 
-/// The tile with the statistics that its samples suggest.
+/// Returns the tile with statistics estimated from its samples.
 ///
 /// `levels` are the sizes of the whole pyramid, finest first. Errors are estimates in metres, 0 at level 0; the ranges
-/// of coarser levels are wider than the samples by the estimated error, since children pass them. Nothing makes the
-/// estimate of a parent larger than those of its children.
+/// of coarser levels are wider than the samples by the estimated error, because children exceed them. The estimate of a
+/// parent may be smaller than those of its children.
 ///
 /// # Panics
-/// If there is no such tile, or it has not 260 × 260 samples.
+/// If the tile does not exist, or does not have 260 × 260 samples.
 pub fn derive(levels: &[LevelSize], address: TileAddress, tile: Tile) -> LoadedTile {
     let size = levels[address.level as usize];
     assert_eq!(tile.samples.len(), (TILE_STRIDE * TILE_STRIDE) as usize);
@@ -75,12 +77,12 @@ pub fn derive(levels: &[LevelSize], address: TileAddress, tile: Tile) -> LoadedT
     LoadedTile::new(tile, statistics, patches)
 }
 
-/// What the steps from `level` to level 0 lose together, for a loss of 1 in the step above.
+/// Returns the combined loss of the steps from `level` to level 0, for a loss of 1 in the step above.
 fn factor(k: f64, level: u32) -> f64 {
     k * (1.0 - (-f64::from(level)).exp2()).sqrt()
 }
 
-/// A rectangle of a tile's samples, borders counted; the ends are exclusive.
+/// A rectangle of a tile's samples, counted from the first border sample; the ends are exclusive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Area {
     left: u32,
@@ -101,14 +103,14 @@ impl Area {
     }
 }
 
-/// What the next coarser level would lose.
+/// The loss of the step to the next coarser level, in metres.
 struct StepLosses {
     tile_m: f64,
-    /// By blocks of 16 × 16 of the tile's own samples.
+    /// The loss in blocks of 16 × 16 of the tile's own samples, row-major.
     blocks_m: Vec<f32>,
 }
 
-/// Averages in a row of a tile with its borders.
+/// Number of averages in a row of a tile with its borders.
 const HALF: usize = TILE_STRIDE as usize / 2;
 
 impl StepLosses {
@@ -149,7 +151,7 @@ impl StepLosses {
         Self { tile_m, blocks_m }
     }
 
-    /// The loss in the patch at (`x`, `y`).
+    /// Returns the loss in the patch at (`x`, `y`).
     fn patch_m(&self, x: u32, y: u32) -> f64 {
         if self.blocks_m.is_empty() {
             return 0.0;
@@ -158,8 +160,8 @@ impl StepLosses {
     }
 }
 
-/// The tile's samples averaged two by two, in metres less `origin_m`, as the next level would serve them: voids carry
-/// no weight, and an average is void where most of its samples are.
+/// Averages the tile's samples two by two, in metres relative to `origin_m`, as the next level would serve them:
+/// no-data carries no weight, and an average is no-data where most of its samples are.
 fn averages(tile: &Tile, origin_m: f32) -> Vec<f32> {
     let stride = TILE_STRIDE as usize;
     let mut averages_m = Vec::with_capacity(HALF * HALF);
@@ -167,7 +169,7 @@ fn averages(tile: &Tile, origin_m: f32) -> Vec<f32> {
     for rows in tile.samples.chunks_exact(2 * stride) {
         let (upper, lower) = rows.split_at(stride);
         for (upper, lower) in upper.chunks_exact(2).zip(lower.chunks_exact(2)) {
-            // Differences from one sample, so that f32 is enough.
+            // Differences from one sample, so that f32 is precise enough.
             let four = [upper[0], upper[1], lower[0], lower[1]];
             if four.iter().any(|&sample| is_void(sample)) {
                 voids = true;
@@ -189,12 +191,12 @@ fn averages(tile: &Tile, origin_m: f32) -> Vec<f32> {
     let lowest_m = averages_m.iter().copied().fold(f32::NAN, f32::min);
     let field = Field { region: sizes[0].region(), heights_m: averages_m };
     let levels = Fields { sizes: &sizes, fields: &[&field] };
-    // Levels in memory are always read.
+    // Reading levels in memory never fails.
     read_filled(&levels, 0, sizes[0].region(), lowest_m).unwrap_or_default()
 }
 
-/// The averages on which a sample of the tile depends along an axis, and their weights: the sample lies a quarter of
-/// an average's width before or after its own average.
+/// Returns the averages on which a sample of the tile depends along an axis, and their weights: the sample is a quarter
+/// of an average's width before or after its own average.
 fn phase(sample: usize) -> ([usize; 4], [f32; 4]) {
     const BEFORE: [f32; 4] = [-0.023_437_5, 0.226_562_5, 0.867_187_5, -0.070_312_5];
     let own = sample / 2;
@@ -205,7 +207,7 @@ fn phase(sample: usize) -> ([usize; 4], [f32; 4]) {
     }
 }
 
-/// The patches of stride 2^level over the tile.
+/// Returns the patches of stride 2^level over the tile.
 fn page(levels: &[LevelSize], address: TileAddress, tile: &Tile, losses: &StepLosses) -> PatchPage {
     let (finest, size) = (levels[0], levels[address.level as usize]);
     let (count_x, count_y) = patch_counts(finest, address.level);
@@ -238,8 +240,8 @@ fn page(levels: &[LevelSize], address: TileAddress, tile: &Tile, losses: &StepLo
     PatchPage::new(patches)
 }
 
-/// For the page's patches along an axis, the tile's samples (borders counted) at or outside their two ends; none for
-/// patches beyond the grid.
+/// For the page's patches along an axis, returns the tile's samples (counted from the first border sample) at or
+/// outside their two ends; `None` for patches beyond the grid.
 fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<Option<(u32, u32)>> {
     let begins = u64::from(tile) * u64::from(TILE_SAMPLES);
     (0..PAGE_PATCHES)
@@ -248,7 +250,7 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
             if patch >= patches {
                 return None;
             }
-            // Where a vertex lies among the level's samples, counted from the tile's first border sample.
+            // The position of a vertex among the level's samples, counted from the tile's first border sample.
             let place = |patch: u32| {
                 let vertex = ((u64::from(patch) * u64::from(PATCH_QUADS)) << level).min(u64::from(finest) - 1);
                 coordinate(vertex as f64, finest, samples) - begins as f64 + f64::from(TILE_BORDER)
@@ -262,14 +264,15 @@ fn spans(level: u32, tile: u32, patches: u32, finest: u32, samples: u32) -> Vec<
         .collect()
 }
 
-/// For every cell of the tile, by the place of its first sample, the distance of its two triangles from the surface.
+/// Returns, for every cell of the tile, at the index of its first sample, the distance of its two triangles from the
+/// surface.
 fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32> {
     let steps = if address.level == 0 { Steps::new() } else { Steps::few() };
     let stride = TILE_STRIDE as usize;
     let end = |index: u32, count: u32| (count - index * TILE_SAMPLES + TILE_BORDER).min(TILE_STRIDE - 1);
     let (right, bottom) = (end(address.x, size.width) as usize, end(address.y, size.height) as usize);
     let mut errors_m = vec![0.0; stride * stride];
-    // In the parts in which level 0 has its patches; the first makes do with what is before them.
+    // In runs aligned with the patches of level 0; the first run covers the samples before them.
     let firsts = [1].into_iter().chain((TILE_BORDER as usize..stride - ROW_CELLS - 1).step_by(ROW_CELLS));
     for first in firsts.filter(|first| *first < right) {
         for row in 1..bottom.min(stride - 2) {
@@ -290,9 +293,9 @@ fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32>
     errors_m
 }
 
-/// The patches whose stride is larger than that of the coarsest level, from its only tile: see
-/// [`TileStore::coarse_patches`]. Their triangles are held against the tile's samples; on top comes what these have
-/// lost by estimate.
+/// Measures the patches whose stride is larger than that of the coarsest level against its only tile; see
+/// [`TileStore::coarse_patches`]. The distance of their triangles from the tile's samples is added to the estimated
+/// loss of these samples.
 ///
 /// [`TileStore::coarse_patches`]: super::TileStore::coarse_patches
 pub fn coarse_patches(levels: &[LevelSize], top: &LoadedTile) -> Vec<Vec<PatchStatistics>> {
@@ -336,7 +339,8 @@ pub fn coarse_patches(levels: &[LevelSize], top: &LoadedTile) -> Vec<Vec<PatchSt
     all
 }
 
-/// The largest distance in metres of the coarsest level's samples from the triangles of a patch of stride 2^`j`.
+/// Returns the largest distance in metres of the coarsest level's samples from the triangles of a patch of stride
+/// 2^`j`.
 fn wide_error_m(top: &Tile, finest: LevelSize, size: LevelSize, j: u32, (x, y): (u32, u32)) -> f32 {
     let at = |column: u32, row: u32| {
         let place = (row.min(size.height - 1) + TILE_BORDER) * TILE_STRIDE + column.min(size.width - 1) + TILE_BORDER;

@@ -1,14 +1,14 @@
-//! A pyramid of the cache: opened if it is whole, made if it is not there, made anew if it is damaged.
+//! An entry of the cache of pyramids: opened if it is complete, baked if it is missing, baked again if it is damaged.
 //!
 //! ```text
 //! NAME.tif, NAME.tif.tiles   the pyramid
-//! NAME.tif.from              what it was made from, and which .tif that is: 8 bytes "HACHFROM", u64 hash of the key,
+//! NAME.tif.from              the origin of the pyramid: 8 bytes "HACHFROM", u64 hash of the key,
 //!                            u64 u64 the link to the .tif, u64 FNV-1a of the numbers
-//! .NAME.tif.lock             held by the process that makes it
+//! .NAME.tif.lock             locked by the process that bakes it
 //! ```
 //!
-//! Files may be damaged in any way, exchanged for others, or gone. What is made has its name only when it is whole, and
-//! a bake gives the same bytes whoever runs it: should two processes make an entry at once in spite of the lock (not
+//! Files may be damaged in any way, replaced by others, or missing. A pyramid gets its name only when it is complete,
+//! and a bake gives the same bytes whoever runs it: if two processes bake an entry at once in spite of the lock (not
 //! every file system has locks), they only do the same work twice.
 
 use std::fs;
@@ -26,10 +26,10 @@ use crate::pyramid::format::link::Link;
 
 const MAGIC: &[u8; 8] = b"HACHFROM";
 
-/// Two threads must not bake one pyramid at a time: their partial files would be the same.
+/// Prevents two threads from baking one pyramid at a time: their partial files would be the same.
 static BAKING: Mutex<()> = Mutex::new(());
 
-/// A place in the cache for one pyramid, and what that is made from.
+/// An entry of the cache: the files of one pyramid, and the key of its origin.
 pub struct Entry {
     folder: PathBuf,
     tif: PathBuf,
@@ -37,22 +37,22 @@ pub struct Entry {
 }
 
 impl Entry {
-    /// The pyramid `file_name` in `folder`, made from what `key` says.
+    /// Creates the entry for the pyramid `file_name` in `folder`, made from the input that `key` identifies.
     pub fn new(folder: PathBuf, file_name: &str, key: &str) -> Self {
         Self { tif: folder.join(file_name), folder, key: key.to_owned() }
     }
 
-    /// What the pyramid is made from.
+    /// Returns the key that identifies the input of the pyramid.
     pub fn key(&self) -> &str {
         &self.key
     }
 
-    /// Opens the pyramid, or makes it: anew if it is damaged, which is told in a line.
+    /// Opens the pyramid, or bakes it if it is missing or damaged. Damage is logged as a warning.
     ///
     /// # Errors
-    /// [`PyramidError::Cache`] if the folder cannot be written, and what `make` fails with.
+    /// [`PyramidError::Cache`] if the folder cannot be written, or the error of `make`.
     pub fn open_or_make(&self, make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
-        // The lock guards no data, so a panic elsewhere does not spoil it.
+        // The lock guards no data, so a panic elsewhere is harmless.
         let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let damage = match self.tif.symlink_metadata() {
             Ok(_) => match self.open() {
@@ -63,12 +63,12 @@ impl Entry {
         };
         let lock = self.lock().map_err(|error| match (error, &damage) {
             (PyramidError::Cache { source, .. }, Some(damage)) => {
-                self.unwritable(format!("{source}; and what is there is damaged: {}", damage.told()))
+                self.unwritable(format!("{source}; and the cached file is damaged: {}", damage.told()))
             }
             (error, _) => error,
         });
         let _lock = lock?;
-        // Another process may have made it meanwhile.
+        // Another process may have baked it meanwhile.
         if let Ok(pyramid) = self.open() {
             return Ok(pyramid);
         }
@@ -78,10 +78,10 @@ impl Entry {
         self.make(make)
     }
 
-    /// Makes the pyramid anew, unless another process did: `is_whole` looks at what was found damaged.
+    /// Bakes the pyramid again, unless another process did. `is_whole` checks the place where damage was found.
     ///
     /// # Errors
-    /// As [`Entry::open_or_make`].
+    /// As for [`Entry::open_or_make`].
     pub fn make_anew(
         &self,
         is_whole: impl FnOnce(&Pyramid) -> bool,
@@ -97,14 +97,14 @@ impl Entry {
 
     fn open(&self) -> Result<Pyramid, PyramidError> {
         let pyramid = Pyramid::open(&self.tif)?;
-        // An entry of an older version says nothing of its origin.
+        // An entry of an older version has no origin file.
         if let Ok(found) = fs::read(origin_path(&self.tif))
             && found != self.origin()?
         {
-            let cause = "it was made from something else".to_owned();
+            let cause = "it was baked from another input".to_owned();
             return Err(PyramidError::Mismatch { path: self.tif.clone(), cause });
         }
-        // The time of change is that of the last use. It is only a hint for `trim`.
+        // The modification time records the last use. It is only a hint for `trim`.
         let used = fs::File::options().append(true).open(&self.tif);
         if let Err(error) = used.and_then(|file| file.set_modified(SystemTime::now())) {
             tracing::debug!("{}: {error}", self.tif.display());
@@ -123,7 +123,7 @@ impl Entry {
     fn make(&self, mut make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
         let mut made = make(&self.tif);
         if matches!(made, Err(PyramidError::Parts { .. })) {
-            // Parts of another bake under our name.
+            // The work folder holds parts of another bake.
             let _ = fs::remove_dir_all(parts_path(&self.tif));
             made = make(&self.tif);
         }
@@ -134,14 +134,14 @@ impl Entry {
         Pyramid::open(&self.tif)
     }
 
-    /// Held until it is dropped, or until the process ends in whatever way.
+    /// Locks the entry until the returned file is dropped, or until the process ends in any way.
     fn lock(&self) -> Result<fs::File, PyramidError> {
         fs::create_dir_all(&self.folder).map_err(|error| self.unwritable(error))?;
         let path = lock_path(&self.tif);
         let file = fs::File::options().create(true).truncate(false).write(true).open(&path);
         let file = file.map_err(|error| self.unwritable(error))?;
         if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
-            tracing::info!("{}: waiting for another process that makes it", self.tif.display());
+            tracing::info!("{}: waiting for another process that bakes it", self.tif.display());
             // Where locks fail, the names of partial files keep processes apart.
             if let Err(error) = file.lock() {
                 tracing::debug!("{}: {error}", path.display());
@@ -154,7 +154,7 @@ impl Entry {
         PyramidError::Cache { folder: self.folder.clone(), source: source.into() }
     }
 
-    /// Whether it was the disk of the cache that a bake failed for.
+    /// Converts errors of the cache's disk during a bake into [`PyramidError::Cache`].
     fn of_cache(&self, error: PyramidError) -> PyramidError {
         match error {
             PyramidError::Io { path, source, .. } if path.starts_with(&self.folder) => self.unwritable(source),
@@ -164,9 +164,9 @@ impl Entry {
     }
 }
 
-/// That a file of the cache is damaged, and that it does not matter.
+/// Warns that a file of the cache is damaged and will be rebuilt.
 pub(super) fn warn(damage: &PyramidError) {
     let damage = damage.to_string();
     let damage = damage.trim_end_matches(": the file is damaged");
-    tracing::warn!("{}; this file of the cache is made anew", crate::file::one_line(damage));
+    tracing::warn!("{}; rebuilding this cached file", crate::file::one_line(damage));
 }

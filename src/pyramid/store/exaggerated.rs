@@ -1,4 +1,4 @@
-//! A store whose land is higher or lower than it is.
+//! A store of tiles with exaggerated heights.
 
 use std::sync::Arc;
 
@@ -10,7 +10,7 @@ use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::pyramid::tile::{TileAddress, flagged, is_void};
 use crate::source::georeference::Georeference;
 
-/// Another store with every height, and every error of a height, times a factor above 0.
+/// Another store with every height, and every error of a height, multiplied by a factor above 0.
 pub struct Exaggerated {
     inner: Arc<dyn TileStore>,
     factor: f32,
@@ -18,7 +18,7 @@ pub struct Exaggerated {
 }
 
 impl Exaggerated {
-    /// The store itself where `factor` is 1.
+    /// Wraps `inner`; returns `inner` itself if `factor` is 1.
     pub fn over(inner: Arc<dyn TileStore>, factor: f64) -> Arc<dyn TileStore> {
         if factor == 1.0 {
             return inner;

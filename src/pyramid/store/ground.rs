@@ -1,4 +1,4 @@
-//! The height of the ground at a place, from the finest tile that there is.
+//! Ground height at a place, from the finest existing tile.
 
 use std::collections::VecDeque;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -10,28 +10,28 @@ use crate::pyramid::surface::loaded_tile::LoadedTile;
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::tile::TileAddress;
 
-/// Tiles kept for the next question.
+/// Number of recently used tiles that are cached.
 const TILES: usize = 32;
-/// After a failure nothing is read for so long: a thousand questions must not wait a thousand times.
+/// Pause after a failed read, so that a thousand queries do not wait a thousand times.
 const REST: Duration = Duration::from_secs(30);
 
-/// Heights of the ground, read as they are asked for.
+/// Ground heights, read on demand.
 pub struct Ground {
     store: Arc<dyn TileStore>,
-    /// Most recently used first.
+    /// Cached tiles, most recently used first.
     tiles: Mutex<VecDeque<(TileAddress, Arc<LoadedTile>)>>,
     failed: Mutex<Option<(Instant, Arc<PyramidError>)>>,
 }
 
 impl Ground {
-    /// Nothing is read yet.
+    /// Creates a source that has read nothing yet.
     pub fn new(store: Arc<dyn TileStore>) -> Self {
         Self { store, tiles: Mutex::default(), failed: Mutex::default() }
     }
 
-    /// The height in metres of the finest surface at a place in grid coordinates (sample centres are whole numbers);
-    /// none outside the outermost samples, in cells with a void corner, and where the tile cannot be read. It may read
-    /// a tile, and wait for it.
+    /// Returns the height in metres of the finest surface at a place in grid coordinates (sample centres are whole
+    /// numbers). Returns `None` outside the outermost samples, in cells with a no-data corner, and where the tile
+    /// cannot be read. The call may read a tile, and wait for it.
     pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
         let levels = self.store.levels();
         let address = (0..levels.len() as u32)
@@ -41,14 +41,14 @@ impl Ground {
         height_in_tile(levels, address, &tile.tile, column, row)
     }
 
-    /// Why the last tile that could not be read could not: heights have been answered with none since.
+    /// Returns the error of the last read that failed, if any. For a while after it, heights were `None`.
     pub fn failure(&self) -> Option<Arc<PyramidError>> {
         let failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
         failed.as_ref().map(|(_, error)| Arc::clone(error))
     }
 
     fn tile(&self, address: TileAddress) -> Option<Arc<LoadedTile>> {
-        // A poisoned lock guards only a cache, which is whole between statements.
+        // The lock guards only a cache, which is consistent between statements, so poisoning is harmless.
         let mut tiles = self.tiles.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = tiles.iter().position(|(kept, _)| *kept == address) {
             if let Some(found) = tiles.remove(at) {

@@ -1,6 +1,6 @@
-//! A pyramid of the cache that heals while it is read: a tile or record whose checksum is wrong has the whole pyramid
-//! made anew, from what it was made from, in a thread of its own. Who waits for a file waits for that; a window goes on
-//! with coarser tiles until it is done. Pyramids that somebody baked for himself are never touched.
+//! A cached pyramid that repairs itself while it is read: if the checksum of a tile or record is wrong, a thread of its
+//! own bakes the whole pyramid again, from its input. Rendering to a file waits for that; a window goes on with coarser
+//! tiles meanwhile. Pyramids that a user baked are never touched.
 
 use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -16,17 +16,17 @@ use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::pyramid::tile::TileAddress;
 use crate::source::georeference::Georeference;
 
-/// Damage that comes back so often has another cause.
+/// The number of repairs after which damage is assumed to have another cause.
 const MOST_TIMES: u32 = 3;
-/// How often a tile that waits looks whether it is still wanted.
+/// The interval at which a waiting fetch checks whether it was cancelled.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Makes the pyramid at a path.
+/// A function that bakes the pyramid at a path.
 pub type Make = dyn Fn(&Path) -> Result<(), PyramidError> + Send + Sync;
 
-/// A store over a pyramid of the cache that makes it anew when it turns out to be damaged.
+/// A store over a cached pyramid that bakes it again when it turns out to be damaged.
 pub struct Healing {
-    /// As it was opened. What its header says was checked then, and is the same whenever it is made.
+    /// The pyramid as first opened. Its header was checked then, and is the same after every bake.
     first: Arc<Pyramid>,
     shared: Arc<Shared>,
 }
@@ -40,14 +40,14 @@ struct Shared {
 
 struct State {
     current: Arc<Pyramid>,
-    /// Whether a thread makes another one.
+    /// Whether a thread is baking the pyramid again.
     is_healing: bool,
     times: u32,
     failed: Option<String>,
 }
 
 impl Healing {
-    /// Over an open pyramid of the cache.
+    /// Wraps an open pyramid of the cache.
     pub fn new(pyramid: Pyramid, entry: Entry, make: Box<Make>) -> Self {
         let first = Arc::new(pyramid);
         let state = State { current: Arc::clone(&first), is_healing: false, times: 0, failed: None };
@@ -56,18 +56,18 @@ impl Healing {
     }
 }
 
-/// Whether the file on disk is to blame.
+/// Returns whether the error comes from the file on disk.
 fn is_damage(error: &PyramidError) -> bool {
     error.wants_bake() || matches!(error, PyramidError::Io { .. })
 }
 
 impl Shared {
     fn lock(&self) -> MutexGuard<'_, State> {
-        // Every statement leaves the state whole.
+        // The state is consistent between statements, so poisoning is harmless.
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// The tile from whatever pyramid is whole.
+    /// Loads the tile from the current pyramid, which is rebuilt if it is damaged.
     fn load(self: &Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<LoadedTile, PyramidError> {
         loop {
             let pyramid = Arc::clone(&self.lock().current);
@@ -78,7 +78,7 @@ impl Shared {
         }
     }
 
-    /// Waits until there is another pyramid than the damaged one.
+    /// Waits until the damaged pyramid has been replaced by another one.
     fn heal(
         self: &Arc<Self>,
         damaged: &Arc<Pyramid>,
@@ -108,7 +108,7 @@ impl Shared {
             return Ok(());
         }
         let Some(failed) = &state.failed else { return Err(error) };
-        let cause = format!("is damaged, and could not be made anew: {failed}");
+        let cause = format!("the file is damaged, and rebuilding it failed: {failed}");
         Err(PyramidError::Mismatch { path: damaged.path().to_owned(), cause })
     }
 

@@ -1,5 +1,4 @@
-//! The sidecar of a baked pyramid that lies on another machine: its header is read when it is opened, a record when its
-//! tile is.
+//! The sidecar of a remote baked pyramid: its header is read when it is opened, a record together with its tile.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -21,11 +20,11 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Opens the sidecar `file` of the GeoTIFF `tif`, whose levels have these sizes.
+    /// Opens the sidecar `file` of the GeoTIFF `tif`, whose levels have the sizes `sizes`.
     ///
     /// # Errors
-    /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if it does not fit or is damaged, or if
-    /// either file cannot be had.
+    /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if the sidecar does not match or is damaged,
+    /// or an error of the network.
     pub fn open(file: Arc<RemoteFile>, tif: &RemoteFile, sizes: &[LevelSize]) -> Result<Self, PyramidError> {
         let path = || PathBuf::from(file.name());
         let stale = |cause: &str| PyramidError::StaleSidecar { path: path(), cause: cause.into() };
@@ -37,29 +36,29 @@ impl Measured {
         let first = file.read(0, HEAD_BYTES.min(file.size() as usize), &never)?;
         let header_bytes = Sidecar::header_bytes(&first).map_err(fault)?;
         if header_bytes as u64 > file.size() {
-            return Err(corrupt("it is cut short"));
+            return Err(corrupt("the file is truncated"));
         }
         let sidecar = Sidecar::parse_header(&file.read(0, header_bytes, &never)?).map_err(fault)?;
         if sidecar.file_bytes() != file.size() {
-            return Err(corrupt("its length is wrong"));
+            return Err(corrupt("its length does not match its header"));
         }
         let size = tif.size();
         let end = size.min(LINK_BYTES);
         let mut ends = tif.read(0, end as usize, &never)?;
         ends.extend(tif.read(size - end, end as usize, &never)?);
         if (sidecar.link.tif_bytes, sidecar.link.tif_hash) != (size, fnv(&ends)) || sidecar.sizes != sizes {
-            return Err(stale("the GeoTIFF has changed since"));
+            return Err(stale("the GeoTIFF has changed since it was baked"));
         }
-        // What follows has checksums.
+        // The records have checksums.
         file.read_twice(false);
         Ok(Self { file, sidecar })
     }
 
-    /// What the sidecar says of a tile.
+    /// Reads the sidecar's record of a tile.
     ///
     /// # Errors
-    /// If there is no such tile or it cannot be had; [`PyramidError::CorruptSidecar`] if it came damaged: asked for
-    /// again it may come whole.
+    /// If there is no such tile or reading fails; [`PyramidError::CorruptSidecar`] if the record arrived damaged, in
+    /// which case another attempt may succeed.
     pub fn record(&self, address: TileAddress, cancelled: Cancelled<'_>) -> Result<Record, PyramidError> {
         let path = || PathBuf::from(self.file.name());
         let range = self.sidecar.record_range(address);
@@ -73,17 +72,17 @@ impl Measured {
         })
     }
 
-    /// Lowest and highest height of level 0 in metres.
+    /// Returns the lowest and highest height of level 0 in metres.
     pub fn range_m(&self) -> [f32; 2] {
         [self.sidecar.min_m, self.sidecar.max_m]
     }
 
-    /// Whether level 0 has voids.
+    /// Returns whether level 0 has no-data samples.
     pub fn has_voids(&self) -> bool {
         self.sidecar.void_samples > 0
     }
 
-    /// As `TileStore::coarse_patches`: the patches whose stride is larger than that of the coarsest level.
+    /// Returns the patches whose stride is larger than that of the coarsest level; see `TileStore::coarse_patches`.
     pub fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.sidecar.coarse_patches
     }

@@ -1,7 +1,7 @@
-//! Who gives tiles: a baked pyramid, a COG here or elsewhere, several DEMs as one, computed land, and the cache of
-//! pyramids that hachure bakes for itself.
+//! The sources of tiles: a baked pyramid, a local or remote COG, several DEMs as one, computed land, and the cache of
+//! pyramids that hachure bakes automatically.
 //!
-//! Whoever draws knows only a [`TileStore`]. The modules are listed in order: each uses only those above it.
+//! Rendering knows only [`TileStore`]. The modules are listed in order of dependency: each uses only those above it.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 

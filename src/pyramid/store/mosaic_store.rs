@@ -1,12 +1,12 @@
-//! Several pyramids as one, without baking them again: tiles are composed when they are asked for.
+//! Several pyramids as one, without baking them again: tiles are composed on demand.
 //!
 //! The grid is that of [`crate::source::mosaic`]. It is sparse: at levels finer than a member's own, tiles exist only
-//! where a finer member lies and next to it, and the coarser tile holds all that is known elsewhere. A tile is composed
-//! from the members' tiles of the matching level, the finer member over the coarser. Samples that lie on the lattice
-//! are taken bit for bit; others from the bicubic surface of the member's level, and its outermost polynomial half a
-//! sample beyond, which is where an abutting member begins. Toward its border a member fades into what lies under it,
-//! over one sample of its own level, or over two samples of a coarser member's: there is no step. A void fades at once.
-//! Statistics are those of [`derive()`](super::derive()).
+//! where a finer member is, and next to it; elsewhere the coarser tile is the finest. A tile is composed from the
+//! members' tiles of the matching level, the finer member over the coarser. Samples on the member's lattice are copied
+//! bit for bit; others are evaluated on the bicubic surface of the member's level, whose outermost polynomial is
+//! continued half a sample beyond, which is where an abutting member begins. Toward its border a member fades into the
+//! members under it, over one sample of its own level, or over two samples of a coarser member's, so that there is no
+//! step. No-data does not fade. Statistics are those of [`derive()`](super::derive()).
 //!
 //! Why: `docs/decisions/mosaics.md`.
 
@@ -25,10 +25,10 @@ use crate::source::Window;
 use crate::source::georeference::Georeference;
 use crate::source::mosaic::{MosaicGrid, Placed, precedence};
 
-/// Tiles of members kept, of 264 KiB each.
+/// Number of cached member tiles, of 264 KiB each.
 const KEPT_TILES: usize = 64;
 
-/// A tile of a member: which, and where.
+/// A tile of a member: the member's index, and the tile's address.
 type Key = (usize, TileAddress);
 
 /// Several pyramids as one; tiles are composed on demand.
@@ -37,19 +37,19 @@ pub struct MosaicStore {
     grid: MosaicGrid,
     levels: Vec<LevelSize>,
     members: Vec<Arc<dyn TileStore>>,
-    /// Indices of members: who lies over whom.
+    /// Indices of the members, the uppermost first.
     precedence: Vec<usize>,
     range_m: [f32; 2],
     coarse_patches: Vec<Vec<PatchStatistics>>,
-    /// Most recently used first.
+    /// Cached member tiles, most recently used first.
     kept: Mutex<VecDeque<(Key, Arc<Tile>)>>,
 }
 
 impl MosaicStore {
-    /// Over `members`; the earlier lies over the later of the same spacing.
+    /// Combines `members`; among those of the same spacing, the earlier covers the later.
     ///
     /// # Errors
-    /// If they are no single grid, or the coarsest tile cannot be read.
+    /// If the members do not fit a common grid, or the coarsest tile cannot be read.
     pub fn new(members: Vec<Arc<dyn TileStore>>) -> Result<Self, PyramidError> {
         let name = members.iter().map(|member| member.name()).collect::<Vec<_>>().join(", ");
         let places: Vec<_> = members
@@ -79,12 +79,12 @@ impl MosaicStore {
         Ok(store)
     }
 
-    /// The finest level of the mosaic at which a member has something of its own.
+    /// Returns the finest level of the mosaic at which a member has data of its own.
     fn first_level(placed: &Placed) -> u32 {
         placed.ratio.log2().round().max(0.0) as u32
     }
 
-    /// The window of level 0 under a tile's own samples and `around` tiles of its level on every side.
+    /// Returns the window of level 0 under a tile's own samples and `around` more tiles of its level on every side.
     fn area(&self, address: TileAddress, around: u32) -> Window {
         let size = self.levels[address.level as usize];
         let span = |tile: u32, finest: u32, count: u32| {
@@ -100,12 +100,12 @@ impl MosaicStore {
         Window { x, y, width, height }
     }
 
-    /// Whether a tile lies on a member that has something of its own at the tile's level, or near by.
+    /// Returns whether a tile is on or near a member that has data of its own at the tile's level.
     ///
-    /// A tile is drawn in full detail only where the tiles around it exist and their parents are free as well
-    /// (`tiles::residency_floor`); without any beyond its border a member would be coarse along it. At its finest level
-    /// a member has one tile more on every side. Above it has the parents of those and one tile around them: 3/2 tiles,
-    /// then 7/4, always less than two.
+    /// A tile is drawn in full detail only where the tiles around it exist and their parents are unblocked as well
+    /// (`tiles::residency_floor`); without tiles beyond its border a member would be coarse along it. At its finest
+    /// level a member has one more tile on every side. At coarser levels it has the parents of those and one tile
+    /// around them: 3/2 tiles, then 7/4, always less than two.
     fn is_near(&self, placed: &Placed, address: TileAddress) -> bool {
         let finest = Self::first_level(placed);
         let around = if address.level == finest { 1 } else { 2 };
@@ -129,7 +129,7 @@ impl MosaicStore {
         Ok(derive(&self.levels, address, Tile { samples: samples.collect() }))
     }
 
-    /// Lays a member over what is there.
+    /// Composes a member over the existing samples.
     fn lay(&self, index: usize, address: TileAddress, sheet: &mut Sheet, cancel: &Cancel) -> Result<(), PyramidError> {
         let (placed, store) = (&self.grid.members[index], &self.members[index]);
         let members = || self.grid.members.iter();
@@ -144,7 +144,7 @@ impl MosaicStore {
         let level = wanted.min(sizes.len() - 1);
         let (finest, size) = (sizes[0], sizes[level]);
         let places = placed.coordinates(sheet.first, sheet.step, [TILE_STRIDE, TILE_STRIDE]);
-        // In samples of the member's level: two of a coarser member's.
+        // The width of the fade in samples of the member's level: two samples of a coarser member's.
         let fade = 4.0_f64.max(8.0 / f64::from(1_u32 << level));
         let fade_finest = fade * placed.ratio * f64::from(1_u32 << level);
         let mut tiles = MemberTiles { store: self, index, level: level as u32, last: None };
@@ -173,9 +173,9 @@ impl MosaicStore {
         Ok(())
     }
 
-    /// A member's tile, from those kept or from its store.
+    /// Returns a member's tile, from the cache or from its store.
     fn tile(&self, key: Key) -> Result<Arc<Tile>, PyramidError> {
-        // A poisoned lock guards only a cache, which is whole between statements.
+        // The lock guards only a cache, which is consistent between statements, so poisoning is harmless.
         let mut kept = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = kept.iter().position(|(known, _)| *known == key)
             && let Some(found) = kept.remove(at)
@@ -194,12 +194,12 @@ impl MosaicStore {
     }
 }
 
-/// A tile in the making.
+/// A tile that is being composed.
 struct Sheet {
-    /// Where the first of its samples lies, in samples of level 0, and how far they are apart.
+    /// The position of the first sample, in samples of level 0.
     first: [f64; 2],
     step: [f64; 2],
-    /// NaN where nothing lies yet.
+    /// Heights in metres; NaN where no member has been composed yet.
     heights_m: Vec<f32>,
     voids: Vec<bool>,
 }
@@ -220,13 +220,13 @@ impl Sheet {
         }
     }
 
-    /// Where a sample lies, in samples of level 0.
+    /// Returns the position of a sample, in samples of level 0.
     fn place(&self, i: usize) -> [f64; 2] {
         let at = [i as u32 % TILE_STRIDE, i as u32 / TILE_STRIDE];
         [0, 1].map(|axis| self.first[axis] + self.step[axis] * f64::from(at[axis]))
     }
 
-    /// Puts a height over what is there.
+    /// Composes a height over the existing one.
     fn put(&mut self, i: usize, height_m: f32, void: bool, weight: f64) {
         let (there_m, there_void) = (&mut self.heights_m[i], &mut self.voids[i]);
         if there_m.is_nan() || *there_void && !void {
@@ -245,12 +245,12 @@ struct MemberTiles<'a> {
     store: &'a MosaicStore,
     index: usize,
     level: u32,
-    /// Neighbouring samples lie in one tile.
+    /// The last tile that was read; neighbouring samples are usually in the same tile.
     last: Option<(TileAddress, Arc<Tile>)>,
 }
 
 impl MemberTiles<'_> {
-    /// The height in metres at a place of the level, and whether it is void there.
+    /// Returns the height in metres at a place of the level, and whether it is no-data.
     fn sample(&mut self, size: LevelSize, x: f64, y: f64) -> Result<(f32, bool), PyramidError> {
         const WHOLE: f64 = 1e-3;
         let (column, row) = (x.round(), y.round());
@@ -316,7 +316,7 @@ impl TileStore for MosaicStore {
         if address.x >= size.tiles_x() || address.y >= size.tiles_y() {
             return false;
         }
-        // The coarsest is there in any case: something must be.
+        // The coarsest tile always exists: something has to be drawn.
         address.level + 1 == self.levels.len() as u32
             || self.grid.members.iter().any(|placed| self.is_near(placed, address))
     }

@@ -1,4 +1,4 @@
-//! From an address to a store of tiles: files that are flown over as they are.
+//! Opening COGs, local or remote, as stores of tiles without baking them.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -11,29 +11,30 @@ use crate::remote::{RemoteError, RemoteFile, Settings, beside};
 use crate::source::VoidMode;
 use crate::source::tiff_side_files::need_side_files;
 
-/// Decoded blocks kept, shared by all threads: 48 tiles of 512 × 512 f32.
+/// Bytes of cached decoded blocks, shared by all threads: 48 tiles of 512 × 512 f32.
 const DECODED_BYTES: usize = 48 << 20;
 
-/// The subfolder of the cache folder for blocks of files on other machines.
+/// The subfolder of the cache folder for blocks of remote files.
 const REMOTE_FOLDER: &str = "remote";
 
-/// Opens the COG at `url`: `http://`, `https://`, or `s3://bucket/key` with what the `AWS_*` variables say. Blocks of
-/// it are kept in the cache folder. If it is a baked pyramid with its sidecar beside it, its errors are the measured
-/// ones.
+/// Opens the COG at `url`: `http://`, `https://`, or `s3://bucket/key` with the credentials of the `AWS_*` environment
+/// variables. Blocks of it are stored in the cache folder. If it is a baked pyramid with its sidecar, its measured
+/// errors are used.
 ///
 /// # Errors
-/// [`PyramidError::Remote`] if it cannot be had, [`PyramidError::NoOverviews`] if it must be baked first, or why it is
-/// no height file.
+/// [`PyramidError::Remote`] if reading fails, [`PyramidError::NoOverviews`] if it must be baked first, or the reason
+/// why it cannot be read as heights.
 pub fn open_remote(url: &str, voids: VoidMode) -> Result<Arc<dyn TileStore>, PyramidError> {
-    // Without a folder there is no cache on disk, and flying goes on.
+    // Without a cache folder, nothing is cached on disk; everything else works.
     let cache = cache_folder(None).ok().map(|folder| folder.join(REMOTE_FOLDER));
     open_remote_as(url, Settings { cache, ..Settings::default() }, DECODED_BYTES, voids).map(|store| store as _)
 }
 
-/// The same with settings of one's own, where about `decoded_bytes` of decoded blocks are kept, and with the file's voids.
+/// Like [`open_remote`] with other settings: about `decoded_bytes` of decoded blocks are cached, and small holes are
+/// not filled.
 ///
 /// # Errors
-/// As [`open_remote`].
+/// As for [`open_remote`].
 pub fn open_remote_with(url: &str, settings: Settings, decoded_bytes: usize) -> Result<Arc<CogStore>, PyramidError> {
     open_remote_as(url, settings, decoded_bytes, VoidMode::Holes)
 }
@@ -53,20 +54,20 @@ fn open_remote_as(
     CogStore::open(file, sidecar, decoded_bytes, voids).map(Arc::new)
 }
 
-/// Opens the GeoTIFF at `path` to fly over it as it is, with estimated errors. None if it is not fit for that (no COG,
-/// no overviews, damaged, or no height file at all): whoever bakes it will say what is wrong. A baked pyramid is not
-/// looked at as such; see [`Pyramid::open`](super::pyramid::Pyramid::open).
+/// Opens the GeoTIFF at `path` directly, with estimated errors. Returns `None` if the file does not suit that (not a
+/// COG, no overviews, damaged, or not a height file at all); baking it will report the reason. The sidecar of a baked
+/// pyramid is ignored; see [`Pyramid::open`](super::pyramid::Pyramid::open).
 ///
 /// # Errors
-/// If the file is not there or cannot be read.
+/// If the file does not exist or cannot be read.
 pub fn open_local_cog(path: &Path) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
     open_local_cog_with(path, VoidMode::Holes)
 }
 
-/// The same, with small holes filled or not.
+/// Like [`open_local_cog`], with or without filling small holes.
 ///
 /// # Errors
-/// As [`open_local_cog`].
+/// As for [`open_local_cog`].
 pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
     let io = |source| PyramidError::Io { path: path.to_owned(), what: "opening", source };
     if !std::fs::metadata(path).map_err(io)?.is_file() {
@@ -75,7 +76,7 @@ pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dy
     if need_side_files(path) {
         return Ok(None);
     }
-    // A path that is no Unicode is rare, and such a file can still be baked.
+    // A path that is not Unicode is rare, and such a file can still be baked.
     let Some(location) = path.to_str().filter(|location| !location.contains("://")) else { return Ok(None) };
     let opened = RemoteFile::open(location, Settings::default())
         .map_err(PyramidError::from)
@@ -84,7 +85,7 @@ pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dy
         Ok(store) => Ok(Some(Arc::new(store))),
         Err(error @ (PyramidError::Remote(RemoteError::Io { .. }) | PyramidError::Unread { .. })) => Err(error),
         Err(error) => {
-            tracing::debug!("{error}: not flown over as it is");
+            tracing::debug!("{error}: this file has to be baked first");
             Ok(None)
         }
     }

@@ -1,4 +1,4 @@
-//! A pyramid on disk → tiles, statistics and ground heights.
+//! A baked pyramid on disk: its tiles, statistics and ground heights.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
 use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
 use crate::source::georeference::Georeference;
 
-/// Level-0 tiles kept for ground queries.
+/// Number of level-0 tiles that are cached for ground queries.
 const GROUND_TILES: usize = 32;
 
 /// An open pyramid. All methods may be called from several threads at once.
@@ -30,9 +30,9 @@ pub struct Pyramid {
     stored: StoredLevels,
     sidecar: Sidecar,
     records: RandomAccess,
-    /// Most recently used first.
+    /// Cached level-0 tiles, most recently used first.
     ground: Mutex<VecDeque<(TileAddress, Arc<Tile>)>>,
-    /// The statistics of all tiles, for tests and tools: read on first use.
+    /// The statistics of all tiles, for tests and tools; read on first use.
     all: OnceLock<Statistics>,
 }
 
@@ -40,55 +40,55 @@ impl Pyramid {
     /// Opens the GeoTIFF at `path`, which needs its sidecar.
     ///
     /// # Errors
-    /// [`PyramidError::NoSidecar`], [`PyramidError::StaleSidecar`] and [`PyramidError::CorruptSidecar`] ask for a new
-    /// bake ([`PyramidError::wants_bake`]).
+    /// [`PyramidError::NoSidecar`], [`PyramidError::StaleSidecar`] and [`PyramidError::CorruptSidecar`] if it has to be
+    /// baked again ([`PyramidError::wants_bake`]).
     pub fn open(path: &Path) -> Result<Self, PyramidError> {
         let (sidecar, records) = open_sidecar(path)?;
         let stored = StoredLevels::open(path, path, sidecar.sizes.clone())?;
         Ok(Self { path: path.to_owned(), stored, sidecar, records, ground: Mutex::default(), all: OnceLock::new() })
     }
 
-    /// Where its GeoTIFF lies.
+    /// Returns the path of the GeoTIFF.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// The sizes of the levels in samples, finest first; at least one.
+    /// Returns the sizes of the levels in samples, finest first; at least one.
     pub fn levels(&self) -> &[LevelSize] {
         self.stored.sizes()
     }
 
-    /// Where level 0 lies.
+    /// Returns the georeference of level 0.
     pub fn georeference(&self) -> &Georeference {
         &self.sidecar.georeference
     }
 
-    /// How far stored heights are from the original ones at most, in metres; 0 if every bit was kept.
+    /// Returns the largest difference between stored and original heights, in metres; 0 for lossless.
     pub fn max_error_m(&self) -> f64 {
         self.sidecar.max_error_m
     }
 
-    /// Lowest height of level 0, in metres.
+    /// Returns the lowest height of level 0, in metres.
     pub fn min_m(&self) -> f32 {
         self.sidecar.min_m
     }
 
-    /// Highest height of level 0, in metres.
+    /// Returns the highest height of level 0, in metres.
     pub fn max_m(&self) -> f32 {
         self.sidecar.max_m
     }
 
-    /// Samples of level 0 without a height.
+    /// Returns the number of no-data samples of level 0.
     pub fn void_samples(&self) -> u64 {
         self.sidecar.void_samples
     }
 
-    /// What is known of each level, finest first.
+    /// Returns a summary of each level, finest first.
     pub fn summaries(&self) -> &[LevelSummary] {
         &self.sidecar.levels
     }
 
-    /// Reads what the sidecar says of a tile.
+    /// Reads the sidecar's record of a tile.
     fn record(&self, address: TileAddress) -> Result<Record, PyramidError> {
         let range = self.sidecar.record_range(address);
         let range = range.ok_or_else(|| PyramidError::NoSuchTile { path: self.path.clone(), address })?;
@@ -101,8 +101,8 @@ impl Pyramid {
         record.ok_or_else(|| PyramidError::CorruptSidecar { path, cause: cause() })
     }
 
-    /// The statistics of all tiles and patches, for tests and tools: reads the whole sidecar on first use. What cannot
-    /// be read has no data.
+    /// Returns the statistics of all tiles and patches, for tests and tools; the first call reads the whole sidecar.
+    /// Unreadable records become no-data.
     fn all(&self) -> &Statistics {
         self.all.get_or_init(|| {
             let finest = self.sidecar.finest();
@@ -147,27 +147,27 @@ impl Pyramid {
         })
     }
 
-    /// What is known of a tile. For tests and tools: the first call reads the whole sidecar.
+    /// Returns the statistics of a tile, for tests and tools; the first call reads the whole sidecar.
     ///
     /// # Panics
-    /// If there is no such tile: see [`Pyramid::levels`] and [`LevelSize::tiles_x`].
+    /// If the pyramid has no such tile; see [`Pyramid::levels`] and [`LevelSize::tiles_x`].
     pub fn tile(&self, address: TileAddress) -> &TileStatistics {
         let index = tile_index(self.levels(), address).expect("the caller asks for tiles of this pyramid only");
         &self.all().tiles[address.level as usize][index]
     }
 
-    /// How many strides of mesh patches there are: patches of stride 2^j exist for j below this.
+    /// Returns the number of strides of mesh patches: patches of stride 2^j exist for j below it.
     pub fn patch_levels(&self) -> u32 {
         patch_levels(self.sidecar.finest())
     }
 
-    /// How many patches of stride 2^`j` there are in x and y.
+    /// Returns the number of patches of stride 2^`j` in x and y.
     pub fn patch_counts(&self, j: u32) -> (u32, u32) {
         patch_counts(self.sidecar.finest(), j)
     }
 
-    /// What is known of the patch (`x`, `y`) of stride 2^`j`; none if it does not exist. For tests and tools: the first
-    /// call reads the whole sidecar.
+    /// Returns the statistics of the patch (`x`, `y`) of stride 2^`j`, or `None` if it does not exist. For tests and
+    /// tools: the first call reads the whole sidecar.
     pub fn patch(&self, j: u32, x: u32, y: u32) -> Option<&PatchStatistics> {
         let patches = self.all().patches.get(j as usize)?;
         let (count_x, count_y) = self.patch_counts(j);
@@ -177,7 +177,7 @@ impl Pyramid {
     /// Reads a tile with its borders.
     ///
     /// # Errors
-    /// If there is no such tile, or the file is damaged or gone.
+    /// If there is no such tile, or the file is damaged or missing.
     pub fn read_tile(&self, address: TileAddress) -> Result<Tile, PyramidError> {
         if tile_index(self.levels(), address).is_none() {
             return Err(PyramidError::NoSuchTile { path: self.path.clone(), address });
@@ -197,10 +197,10 @@ impl Pyramid {
         Ok(Tile { samples })
     }
 
-    /// Reads a tile with all that is known of it, and holds its bytes against their checksum.
+    /// Reads a tile with its statistics, and verifies the checksum of its bytes.
     ///
     /// # Errors
-    /// As [`Pyramid::read_tile`].
+    /// As for [`Pyramid::read_tile`].
     pub(super) fn read_verified(&self, address: TileAddress) -> Result<LoadedTile, PyramidError> {
         let Record { statistics, patches, checksum } = self.record(address)?;
         self.verify(address, checksum)?;
@@ -217,15 +217,16 @@ impl Pyramid {
         Ok(())
     }
 
-    /// The height in metres of the level-0 surface at a place in grid coordinates (sample centres are whole numbers);
-    /// none outside the outermost samples, in cells with a void corner, and where the file cannot be read.
+    /// Returns the height in metres of the level-0 surface at a place in grid coordinates (sample centres are whole
+    /// numbers), or `None` outside the outermost samples, in cells with a no-data corner, and where the file cannot be
+    /// read.
     pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
         let address = tile_at(self.levels(), 0, column, row)?;
         height_in_tile(self.levels(), address, &*self.ground_tile(address)?, column, row)
     }
 
     fn ground_tile(&self, address: TileAddress) -> Option<Arc<Tile>> {
-        // A poisoned lock guards only a cache, which is whole between statements.
+        // The lock guards only a cache, which is consistent between statements, so poisoning is harmless.
         let mut ground = self.ground.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(at) = ground.iter().position(|(kept, _)| *kept == address) {
             if let Some(found) = ground.remove(at) {
@@ -278,7 +279,7 @@ impl TileStore for Pyramid {
         if cancel.is_cancelled() {
             return Err(PyramidError::Cancelled);
         }
-        // The bytes are read again when they are decoded, from memory then; here they are waited for and verified.
+        // Decoding reads the bytes again, from the system's cache; here they are read from disk and verified.
         self.verify(address, record.checksum)?;
         Ok(Box::new(move || {
             let Record { statistics, patches, .. } = record;
@@ -287,7 +288,8 @@ impl TileStore for Pyramid {
     }
 }
 
-/// The sample at offset `offset` of a tile's row or column, borders included, replicated beyond the level.
+/// Returns the sample of the level at offset `offset` of a tile's row or column, borders included, replicated beyond
+/// the level.
 fn inside(tile: u32, offset: u32, count: u32) -> u32 {
     (tile * TILE_SAMPLES + offset).saturating_sub(TILE_BORDER).min(count - 1)
 }

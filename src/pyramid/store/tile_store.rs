@@ -1,7 +1,8 @@
-//! Where tiles come from: a baked pyramid, a COG on this machine or another, several DEMs as one, a formula.
+//! The interface of all sources of tiles: a baked pyramid, a local or remote COG, several DEMs as one, computed land.
 //!
-//! A store is asked for a tile in two steps, because they wait for different things: [`TileStore::fetch`] waits for a
-//! disk or a network, what it returns decodes and needs a processor. Each has threads of its own (`tiles::loader`).
+//! A tile is requested in two steps, because they wait for different things: [`TileStore::fetch`] waits for a disk or a
+//! network, and the function that it returns decodes and needs a processor. Each step has threads of its own
+//! (`tiles::loader`).
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -13,70 +14,72 @@ use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::pyramid::tile::TileAddress;
 use crate::source::georeference::Georeference;
 
-/// Tells a fetch that nobody wants its tile any more.
+/// A flag that cancels a fetch.
 #[derive(Clone, Debug, Default)]
 pub struct Cancel(Arc<AtomicBool>);
 
 impl Cancel {
-    /// From now on the fetch may give up with [`PyramidError::Cancelled`].
+    /// Cancels the fetch, which may then return [`PyramidError::Cancelled`].
     pub fn cancel(&self) {
         self.0.store(true, Ordering::Relaxed);
     }
 
-    /// Whether the fetch may give up.
+    /// Returns whether the fetch has been cancelled.
     pub fn is_cancelled(&self) -> bool {
         self.0.load(Ordering::Relaxed)
     }
 }
 
-/// The second step: from what was fetched to a tile.
+/// The second step of a request: decodes the fetched bytes to a tile.
 pub type Decode = Box<dyn FnOnce() -> Result<LoadedTile, PyramidError> + Send>;
 
 /// A pyramid of tiles. All methods may be called from several threads at once; only [`TileStore::fetch`] may wait.
 pub trait TileStore: Send + Sync {
-    /// The file or address, for messages.
+    /// Returns the file name or address, for messages.
     fn name(&self) -> String;
 
-    /// The sizes of the levels in samples, finest first, as
-    /// [`level_sizes`](crate::pyramid::surface::levels::level_sizes) gives them; the last is a single tile.
+    /// Returns the sizes of the levels in samples, finest first, as by
+    /// [`level_sizes`](crate::pyramid::surface::levels::level_sizes); the last is a single tile.
     fn levels(&self) -> &[LevelSize];
 
-    /// Where level 0 lies.
+    /// Returns the georeference of level 0.
     fn georeference(&self) -> &Georeference;
 
-    /// Lowest and highest height in metres, or bounds of them.
+    /// Returns the lowest and highest height in metres, or bounds of them.
     fn range_m(&self) -> [f32; 2];
 
-    /// Whether the errors of tiles and patches were measured against the full resolution; otherwise they are estimates.
+    /// Returns whether the errors of tiles and patches were measured against the full resolution; otherwise they are
+    /// estimates.
     fn is_measured(&self) -> bool;
 
-    /// The patches whose stride is larger than that of the coarsest level: element k has those of stride
-    /// 2^(levels + k), row by row, as many as [`patch_counts`](crate::pyramid::surface::statistics::patch_counts) says;
-    /// the last has a single patch. Empty if the page of the coarsest tile has a single patch already.
+    /// Returns the patches whose stride is larger than that of the coarsest level: element k has those of stride
+    /// 2^(levels + k), row by row, in the number of
+    /// [`patch_counts`](crate::pyramid::surface::statistics::patch_counts); the last has a single patch. Empty if the
+    /// page of the coarsest tile already has a single patch.
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>];
 
-    /// Whether there is such a tile. Where a pyramid is sparse, the coarser tile holds all that is known.
+    /// Returns whether a tile exists. Where a pyramid is sparse, the coarser tile has all the detail.
     fn has_tile(&self, address: TileAddress) -> bool {
         self.levels()
             .get(address.level as usize)
             .is_some_and(|size| address.x < size.tiles_x() && address.y < size.tiles_y())
     }
 
-    /// How many threads may fetch at a time: a disk is kept busy by two.
+    /// Returns the number of threads that may fetch at a time: two keep a disk busy.
     fn parallel_fetches(&self) -> usize {
         2
     }
 
-    /// Reads what a tile is made of; what is returned makes it.
+    /// Reads the bytes of a tile and returns the function that decodes them.
     ///
     /// # Errors
-    /// If there is no such tile, or it cannot be read; [`PyramidError::Cancelled`] after `cancel`.
+    /// If the tile does not exist or cannot be read; [`PyramidError::Cancelled`] after `cancel`.
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError>;
 
-    /// Both steps.
+    /// Fetches and decodes a tile.
     ///
     /// # Errors
-    /// As [`TileStore::fetch`].
+    /// As for [`TileStore::fetch`].
     fn load(self: Arc<Self>, address: TileAddress) -> Result<LoadedTile, PyramidError> {
         self.fetch(address, &Cancel::default())?()
     }

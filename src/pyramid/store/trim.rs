@@ -1,4 +1,4 @@
-//! The files of an entry of the cache, and how they go when the cache holds too much.
+//! The files of a cache entry, and their removal when the cache is too large.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -6,20 +6,20 @@ use std::time::{Duration, UNIX_EPOCH};
 
 use crate::pyramid::format::sidecar::sidecar_path;
 
-/// How much the cache may hold: 8 GiB.
+/// The largest size of the cache: 8 GiB.
 pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
 
-/// A partial file this old belongs to no running bake.
+/// The age from which a partial file counts as abandoned by its bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// What lies beside the pyramid and says what it was made from.
+/// Returns the path of the file that identifies the origin of the pyramid.
 pub(super) fn origin_path(tif: &Path) -> PathBuf {
     let mut path = tif.as_os_str().to_owned();
     path.push(".from");
     path.into()
 }
 
-/// The file that is locked while the pyramid is made.
+/// Returns the path of the lock file.
 pub(super) fn lock_path(tif: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(tif.file_name().unwrap_or_default());
@@ -27,17 +27,17 @@ pub(super) fn lock_path(tif: &Path) -> PathBuf {
     tif.with_file_name(name)
 }
 
-/// Removes the pyramid with all that lies beside it. What cannot be removed stays.
+/// Removes the pyramid with its other files, as far as possible. Returns whether the GeoTIFF was removed.
 pub(super) fn remove(tif: &Path) -> bool {
-    // The sidecar first: a GeoTIFF without one is no pyramid.
+    // The sidecar first: a GeoTIFF without one does not count as a pyramid.
     let _ = fs::remove_file(sidecar_path(tif));
     let _ = fs::remove_file(origin_path(tif));
     let _ = fs::remove_file(lock_path(tif));
     fs::remove_file(tif).is_ok()
 }
 
-/// Removes the pyramids that were not used for the longest time until the folder holds no more than `limit_bytes`, and
-/// partial files that were left behind. `keep` stays in any case. What cannot be removed stays.
+/// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files.
+/// `keep` is never removed. Files that cannot be removed are left.
 pub fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut pyramids = Vec::new();

@@ -1,15 +1,15 @@
 //! The one surface between samples: bicubic convolution with a = −0.5 (Catmull-Rom, GDAL's `cubic`).
 //!
-//! A coordinate `c` along an axis of `n` samples lies in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction
-//! `c − cell`. The fraction is not clamped: coarse levels have coordinates up to half a sample beyond their outermost
-//! sample centres, and there the polynomial of the outermost cell goes on (so the surface stays C1). The four samples
+//! A coordinate `c` along an axis of `n` samples is in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction `c
+//! − cell`. The fraction is not clamped: coarse levels have coordinates up to half a sample beyond their outermost
+//! sample centres, where the polynomial of the outermost cell is continued (so the surface stays C1). The four samples
 //! of a cell are `cell − 1 ..= cell + 2`, with indices clamped to the level. In f64 the surface passes through the
-//! samples exactly; away from the borders it reproduces planes (and quadratics) to rounding.
+//! samples exactly; away from the borders it reproduces planes (and quadratics) up to rounding.
 //!
-//! Everything is evaluated relative to one of the samples, so that a large height above the sea costs no precision;
-//! the same holds for the f32 twin in the shaders.
+//! Everything is evaluated relative to one of the samples, so that a large height above the sea costs no precision; the
+//! f32 twin in the shaders does the same.
 
-/// The weights of the samples −1, 0, 1, 2 at the fraction `t` of the cell between samples 0 and 1.
+/// Returns the weights of the samples −1, 0, 1, 2 at the fraction `t` of the cell between samples 0 and 1.
 pub fn weights(t: f64) -> [f64; 4] {
     [
         ((-0.5 * t + 1.0) * t - 0.5) * t,
@@ -19,12 +19,12 @@ pub fn weights(t: f64) -> [f64; 4] {
     ]
 }
 
-/// The derivatives of [`weights`] with respect to `t`, per sample spacing.
+/// Returns the derivatives of [`weights`] with respect to `t`, per sample spacing.
 pub fn derivative_weights(t: f64) -> [f64; 4] {
     [(-1.5 * t + 2.0) * t - 0.5, (4.5 * t - 5.0) * t, (-4.5 * t + 4.0) * t + 0.5, (1.5 * t - 1.0) * t]
 }
 
-/// The cell and the fraction in it of the coordinate `c` along an axis of `count` samples (at least 1).
+/// Returns the cell, and the fraction in it, of the coordinate `c` along an axis of `count` samples (at least 1).
 pub fn cell(c: f64, count: u32) -> (u32, f64) {
     let last_cell = count.saturating_sub(2);
     // The cast saturates: negative and NaN coordinates land in cell 0.
@@ -32,18 +32,18 @@ pub fn cell(c: f64, count: u32) -> (u32, f64) {
     (cell, c - f64::from(cell))
 }
 
-/// The surface between samples passes them by this part of their relief at most.
+/// Upper bound of how far the surface between samples exceeds them, as a fraction of their height range.
 pub const OVERSHOOT: f32 = 0.15;
 
-/// The index of neighbour `k` (0..4, standing for −1, 0, 1, 2) of `cell` along an axis of `count` samples, clamped.
+/// Returns the index of neighbour `k` (0..4, meaning −1, 0, 1, 2) of `cell` along an axis of `count` samples, clamped.
 pub fn neighbour(cell: u32, k: u32, count: u32) -> u32 {
     (cell + k).saturating_sub(1).min(count - 1)
 }
 
-/// The height and its gradient at the fraction (`fx`, `fy`) of a cell.
+/// Returns the height and its gradient at the fraction (`fx`, `fy`) of a cell.
 ///
-/// `samples[row][column]` are the heights in metres of the samples −1, 0, 1, 2 around the cell, voids filled. Returns
-/// `(h, dh/dx, dh/dy)`: metres, and metres per sample spacing along the columns and down the rows.
+/// `samples[row][column]` are the heights in metres of the samples −1, 0, 1, 2 around the cell, with no-data filled.
+/// The result is `(h, dh/dx, dh/dy)`: metres, and metres per sample spacing along the columns and down the rows.
 pub fn height_and_gradient(samples: &[[f32; 4]; 4], fx: f64, fy: f64) -> (f64, f64, f64) {
     let origin = f64::from(samples[1][1]);
     let (wx, wy) = (weights(fx), weights(fy));

@@ -1,35 +1,35 @@
-//! How far the two triangles of a quad are from the bicubic surface between its corners.
+//! The distance between the two triangles of a quad and the bicubic surface between its corners.
 //!
-//! A mesh of stride 1 has a quad on every cell of four samples. Baking measures its patches with this, and stores that
-//! know no measured errors estimate theirs with it. Each quad is split along the diagonal from its first sample to the
-//! one opposite.
+//! A mesh of stride 1 has a quad on every cell of four samples. Baking measures its patches with this, and stores
+//! without measured errors estimate theirs with it. Each quad is split along the diagonal from its first sample to the
+//! opposite one.
 
 use super::bicubic;
 use crate::pyramid::tile::PATCH_QUADS;
 
-/// The steps per sample at which a cell is compared with its two triangles.
+/// Number of steps per sample at which a cell is compared with its two triangles.
 const STEPS: usize = 4;
 
-/// Cells that are worked on together.
+/// Number of cells that are processed together.
 pub const ROW_CELLS: usize = PATCH_QUADS as usize;
-/// The samples that they take of a row: one before, two after.
+/// Number of samples of a row that these cells depend on: one before, two after.
 pub const ROW_SAMPLES: usize = ROW_CELLS + 3;
 
-/// The weights of the four samples along an axis at the steps; their f32 values are exact.
+/// The weights of the four samples along an axis at the steps; exact in f32.
 pub struct Steps {
     down: Vec<(f32, [f32; 4])>,
     across: Vec<(f32, [f32; 4])>,
 }
 
 impl Steps {
-    /// All quarters of a cell, both ways: for measuring.
+    /// Returns all quarters of a cell, both ways: for measuring.
     pub fn new() -> Self {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
         let steps: Vec<_> = (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect();
         Self { down: steps.clone(), across: steps }
     }
 
-    /// Only along the upper side and the middle: for estimates.
+    /// Returns only the steps along the upper side and the middle of a cell: for estimates.
     pub fn few() -> Self {
         let mut steps = Self::new();
         steps.down.retain(|(v, _)| *v == 0.0 || *v == 0.5);
@@ -37,11 +37,11 @@ impl Steps {
     }
 }
 
-/// For the cells of a row, the largest difference in metres between the bicubic surface in the cell and the cell's two
-/// triangles. `rows` are the samples of the row before the cells, of the cells' upper and lower corners, and of the row
-/// after; each begins one sample before the first cell.
+/// For the cells of a row, returns the largest difference in metres between the bicubic surface in the cell and the
+/// cell's two triangles. `rows` are the samples of the row before the cells, of the cells' upper and lower corners, and
+/// of the row after; each begins one sample before the first cell.
 pub fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_CELLS] {
-    // Differences from the first corner, so that f32 is enough.
+    // Differences from the first corner, so that f32 is precise enough.
     let origin = rows[1][1];
     let rows = rows.map(|row| row.map(|sample| sample - origin));
     let mut worst = [0.0_f32; ROW_CELLS];

@@ -1,4 +1,4 @@
-//! Heights of a rectangle of a level.
+//! The heights of a rectangle of a level.
 
 use super::fill::HeightLevels;
 use super::levels::{LevelSize, Region};
@@ -7,37 +7,37 @@ use crate::pyramid::error::PyramidError;
 /// The heights of a region, row-major, addressed by the columns and rows of the level.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
-    /// Where they lie in the level.
+    /// The region of the level.
     pub region: Region,
-    /// The heights in metres, row by row of the region; NaN for voids.
+    /// The heights in metres, row by row of the region; NaN for no-data.
     pub heights_m: Vec<f32>,
 }
 
 impl Field {
-    /// Whether a sample lies in it.
+    /// Returns whether a sample is inside the region.
     pub fn has(&self, x: u32, y: u32) -> bool {
         let Region { x: left, y: top, width, height } = self.region;
         (left..left + width).contains(&x) && (top..top + height).contains(&y)
     }
 
-    /// A row of the level, as far as the region goes.
+    /// Returns a row of the region, by the row's number in the level.
     pub fn row(&self, y: u32) -> &[f32] {
         let start = (y - self.region.y) as usize * self.region.width as usize;
         &self.heights_m[start..start + self.region.width as usize]
     }
 
-    /// A part of a row: the columns from `x` on.
+    /// Returns `count` heights of a row, from column `x` on.
     pub fn span(&self, x: u32, y: u32, count: u32) -> &[f32] {
         let first = (x - self.region.x) as usize;
         &self.row(y)[first..first + count as usize]
     }
 
-    /// The height of a sample, which lies in the region.
+    /// Returns the height of a sample inside the region.
     pub fn at(&self, x: u32, y: u32) -> f32 {
         self.row(y)[(x - self.region.x) as usize]
     }
 
-    /// The heights of a region inside this one.
+    /// Copies the heights of a region inside this one.
     pub fn cut(&self, region: Region) -> Vec<f32> {
         let mut heights_m = Vec::with_capacity(region.samples());
         for y in region.y..region.y + region.height {
@@ -46,7 +46,7 @@ impl Field {
         heights_m
     }
 
-    /// Puts heights in the place of those of a region inside this one.
+    /// Replaces the heights of a region inside this one.
     pub fn paste(&mut self, region: Region, heights_m: &[f32]) {
         let (left, top, width) = (self.region.x, self.region.y, self.region.width as usize);
         for (y, row) in (region.y..).zip(heights_m.chunks_exact(region.width as usize)) {
@@ -56,11 +56,11 @@ impl Field {
     }
 }
 
-/// Some neighbouring levels, each as far as its field goes.
+/// Several consecutive levels, each as far as its field reaches.
 pub struct Fields<'a> {
     /// The sizes of the levels, finest first.
     pub sizes: &'a [LevelSize],
-    /// The heights of each, NaN for voids.
+    /// The heights of each level, NaN for no-data.
     pub fields: &'a [&'a Field],
 }
 

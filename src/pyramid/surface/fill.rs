@@ -1,10 +1,10 @@
-//! Heights for voids, so that surfaces can be evaluated next to them; the samples stay flagged as void.
+//! The filling of no-data, so that surfaces can be evaluated next to it; the samples stay flagged as no-data.
 //!
-//! A void with valid samples within [`RADIUS`] (in rows and columns) takes their mean, weighted by 1/distance⁴. That
-//! covers every void that bears on a valid cell. The others, inside larger voids, take the filled height of the
-//! coarser level at their place, bilinearly; on the coarsest level they take a constant. Every filled height is thus a
-//! function of its place alone and not of the region that was asked for: two tiles that share a sample agree on its
-//! bits.
+//! A no-data sample with valid samples within [`RADIUS`] (in rows and columns) takes their mean, weighted by
+//! 1/distance⁴. That covers all no-data that affects a valid cell. The others, inside larger areas, take the filled
+//! height of the coarser level at their place, bilinearly; on the coarsest level they take a constant. Every filled
+//! height is thus a function of its place alone and not of the requested region: two tiles that share a sample agree on
+//! its bits.
 //!
 //! Why: `docs/decisions/voids.md`.
 
@@ -13,21 +13,20 @@ use super::levels::{LevelSize, Region, coordinate};
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::tile::flagged;
 
-/// How far a void looks for valid samples of its own level, in samples.
+/// Search radius of a no-data sample for valid samples of its own level, in samples.
 pub const RADIUS: u32 = 4;
 
 /// Heights of several levels, on disk or in memory.
 pub trait HeightLevels: Sync {
-    /// The sizes of the levels, finest first.
+    /// Returns the sizes of the levels, finest first.
     fn sizes(&self) -> &[LevelSize];
 
-    /// The heights in metres of a region inside the level, row-major, NaN for voids.
+    /// Reads the heights in metres of a region inside the level, row-major, NaN for no-data.
     fn read(&self, level: usize, region: Region) -> Result<Vec<f32>, PyramidError>;
 }
 
-/// The heights of a region inside a level as tiles serve them: row-major, voids filled, the lowest mantissa bit 1 for
-/// voids and 0 for valid samples. `fallback_m` is the height of voids on the coarsest level that are far from
-/// everything.
+/// Reads a region inside a level as tiles serve it: row-major, no-data filled, the lowest mantissa bit 1 for no-data
+/// and 0 for valid samples. `fallback_m` is the filling of no-data on the coarsest level that is far from everything.
 pub fn read_filled<L: HeightLevels + ?Sized>(
     levels: &L,
     level: usize,
@@ -64,7 +63,7 @@ pub fn read_filled<L: HeightLevels + ?Sized>(
     Ok(served)
 }
 
-/// The raw heights around a region, and how many of them are valid up to each column of a row.
+/// The raw heights around a region, with the number of valid ones up to each column of a row.
 struct Neighbours {
     heights_m: Vec<f32>,
     region: Region,
@@ -85,7 +84,8 @@ impl Neighbours {
         Self { heights_m, region, valid_before }
     }
 
-    /// The weighted mean of the valid samples within the radius of (`column`, `row`), or none if there are none.
+    /// Returns the weighted mean of the valid samples within the radius of (`column`, `row`), or `None` if there are
+    /// none.
     fn mean(&self, column: u32, row: u32) -> Option<f64> {
         let width = self.region.width as usize;
         let (column, row) = (column - self.region.x, row - self.region.y);
@@ -149,7 +149,7 @@ impl Parent {
     }
 }
 
-/// The samples of the coarser level that the filling of a region may take.
+/// Returns the samples of the coarser level on which the filling of a region may depend.
 pub(in crate::pyramid) fn parent_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
     let (left, _) = coarse_cell(region.x, fine.width, coarse.width);
     let (right, _) = coarse_cell(region.x + region.width - 1, fine.width, coarse.width);
@@ -163,7 +163,7 @@ pub(in crate::pyramid) fn parent_region(region: Region, fine: LevelSize, coarse:
     }
 }
 
-/// The coarse cell under a fine sample, and the fraction in it, clamped to the outermost sample centres.
+/// Returns the coarse cell under a fine sample, and the fraction in it, clamped to the outermost sample centres.
 fn coarse_cell(sample: u32, fine: u32, coarse: u32) -> (u32, f64) {
     let (cell, fraction) = bicubic::cell(coordinate(sample.into(), fine, coarse), coarse);
     (cell, fraction.clamp(0.0, 1.0))

@@ -1,4 +1,4 @@
-//! A tile as a store gives it away: its heights with all that is known of them.
+//! A tile as a store returns it: its heights and statistics.
 
 use std::sync::Arc;
 
@@ -6,21 +6,21 @@ use super::occluder_minima::OccluderMinima;
 use super::statistics::{PatchPage, TileStatistics};
 use crate::pyramid::tile::Tile;
 
-/// A tile with all that is known of it.
+/// A decoded tile with its statistics.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LoadedTile {
-    /// The heights, voids filled and flagged.
+    /// The heights, with no-data filled and flagged.
     pub tile: Tile,
-    /// Range, errors and voids of the tile.
+    /// Height range, errors and no-data of the tile.
     pub statistics: TileStatistics,
-    /// Range, mesh error and voids of the mesh patches that come with it.
+    /// Height range, mesh error and no-data of the mesh patches of the tile's page.
     pub patches: PatchPage,
-    /// How low its land can be, by blocks: what it surely hides.
+    /// Lower bounds of the tile's land, by blocks, for occlusion culling.
     pub occluder_minima: Arc<OccluderMinima>,
 }
 
 impl LoadedTile {
-    /// From the heights and their statistics; the occluder minima follow from these.
+    /// Combines heights and statistics, from which it computes the occluder minima.
     pub fn new(tile: Tile, statistics: TileStatistics, patches: PatchPage) -> Self {
         let occluder_minima = Arc::new(OccluderMinima::of(&tile, &statistics));
         Self { tile, statistics, patches, occluder_minima }

@@ -1,8 +1,8 @@
-//! Levels of heights as surfaces: how their samples lie over one another, what stands where a void is, the one bicubic
-//! surface between samples, and what is known of tiles and mesh patches without looking at them again.
+//! Levels of heights as surfaces: the registration of their samples, the filling of no-data, the bicubic surface
+//! between samples, and the statistics of tiles and mesh patches.
 //!
-//! Everything here works on heights in memory, or on whatever is a `fill::HeightLevels`, and knows no file. The modules
-//! are listed in order: each uses only those above it.
+//! Everything here works on heights in memory, or on any `fill::HeightLevels`, and knows nothing of files. The modules
+//! are listed in order of dependency: each uses only those above it.
 //!
 //! Why: `docs/decisions/one-surface.md`, `docs/decisions/voids.md`.
 

@@ -1,29 +1,30 @@
-//! How low the land of a tile can be, by blocks of 4 × 4 samples: what hides the land behind it.
+//! Occluder minima: lower bounds of a tile's land, by blocks of 4 × 4 samples, for occlusion culling.
 //!
-//! A ridge across a mesh patch of 16 × 16 quads hides little when the patch counts as high as its lowest place only;
-//! by blocks it closes the view nearly up to its crest.
+//! A ridge across a mesh patch of 16 × 16 quads hides little if the patch counts only as high as its lowest place; by
+//! blocks it hides the view nearly up to its crest.
 //!
-//! These are the occluder minima. Why: `docs/decisions/terrain-occlusion.md`.
+//! Why: `docs/decisions/terrain-occlusion.md`.
 
 use super::bicubic::OVERSHOOT;
 use super::statistics::TileStatistics;
 use crate::pyramid::tile::{TILE_SAMPLES, TILE_STRIDE, Tile, is_void};
 
-/// Samples along a block's side.
+/// Number of samples along the side of a block.
 pub const BLOCK_SAMPLES: u32 = 4;
-/// Blocks along a tile's side.
+/// Number of blocks along the side of a tile.
 pub const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
 
-/// A height for each block that the surface of full resolution does not go below.
+/// For each block, a height in metres that the surface of full resolution never goes below.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OccluderMinima(Box<[f32]>);
 
 impl OccluderMinima {
-    /// Of a tile: its samples less what they may have lost. −∞ where a sample is void.
+    /// Computes the minima of a tile: its samples minus their possible error. −∞ where a sample is no-data.
     pub fn of(tile: &Tile, statistics: &TileStatistics) -> Self {
         const STRIDE: usize = TILE_STRIDE as usize;
         const BLOCKS: usize = TILE_BLOCKS as usize;
-        // A level's samples lie up to half a sample beside those of the mesh: a block looks at two samples around it.
+        // A level's samples are up to half a sample away from those of the mesh, so a block includes two more samples
+        // on each side.
         const SIDE: usize = BLOCK_SAMPLES as usize + 4;
         let mut minima_m = Vec::with_capacity(BLOCKS * BLOCKS);
         let mut columns = [(0.0_f32, 0.0_f32); STRIDE];
@@ -46,7 +47,7 @@ impl OccluderMinima {
         Self(minima_m.into())
     }
 
-    /// The minimum of the block in column `x` and row `y` of the tile, in metres; −∞ beside a void.
+    /// Returns the minimum of the block in column `x` and row `y` of the tile, in metres; −∞ next to no-data.
     pub fn get(&self, x: u32, y: u32) -> f32 {
         self.0[(y * TILE_BLOCKS + x) as usize]
     }
@@ -63,7 +64,7 @@ mod tests {
         let statistics =
             TileStatistics { min_m: 0.0, max_m: 1.0, error_m: 0.5, corner_errors_m: [0.5; 4], voids: Voids::Some };
         let mut samples = vec![flagged(100.0, false); (TILE_STRIDE * TILE_STRIDE) as usize];
-        // Sample (40, 80) of the tile, and a void at (200, 200).
+        // Sample (40, 80) of the tile, and a no-data sample at (200, 200).
         samples[(82 * TILE_STRIDE + 42) as usize] = flagged(90.0, false);
         samples[(202 * TILE_STRIDE + 202) as usize] = flagged(100.0, true);
         let minima = OccluderMinima::of(&Tile { samples }, &statistics);

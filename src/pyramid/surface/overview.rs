@@ -1,27 +1,27 @@
-//! The next coarser level: the average over the area that each coarse sample covers.
+//! The next coarser level: averages over the area of each coarse sample.
 //!
 //! A coarse sample covers `n/m` fine samples along an axis (2, or a little less for odd `n`), so up to three of them,
-//! the outer ones in part; their shares are the weights. Voids carry no weight, and a coarse sample is valid where at
-//! least half of the area under it is.
+//! the outer ones partly; these shares are the weights. No-data carries no weight, and a coarse sample is valid where
+//! at least half of the area under it is.
 
 use rayon::prelude::*;
 
 use super::field::Field;
 use super::levels::{LevelSize, Region};
 
-/// The fine samples under one coarse sample along an axis: the first of them, how many, and their shares of the
-/// coarse sample's width (sum 1).
+/// The fine samples under a coarse sample along an axis: the first of them, how many, and their shares of the coarse
+/// sample's width (sum 1).
 struct Cover {
     first: usize,
     count: usize,
     shares: [f64; 3],
 }
 
-/// Rounding may leave a sliver of a sample at the end of a footprint; shares below this are none.
+/// Rounding may leave a sliver of a sample at the end of a footprint; smaller shares count as 0.
 const SLIVER: f64 = 1e-9;
 
 impl Cover {
-    /// Under the sample `c` of `coarse`, of `fine`.
+    /// Returns the samples of an axis of `fine` samples under the sample `c` of `coarse` samples.
     fn new(c: u32, fine: u32, coarse: u32) -> Self {
         let ratio = f64::from(fine) / f64::from(coarse);
         // One multiplication and one division each: exact where the ratio is 1 or 2.
@@ -38,7 +38,7 @@ impl Cover {
     }
 }
 
-/// The fine samples under a region of the coarse level.
+/// Returns the fine samples under a region of the coarse level.
 pub fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
     let span = |first: u32, count: u32, fine: u32, coarse: u32| {
         let (a, b) = (Cover::new(first, fine, coarse), Cover::new(first + count - 1, fine, coarse));
@@ -49,8 +49,8 @@ pub fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Regio
     Region { x, y, width, height }
 }
 
-/// Averages a level into a region of the next coarser one. `field` holds at least [`cover_region`] of it; NaN is void,
-/// there and in the result.
+/// Averages a level into a region of the next coarser one. `field` contains at least [`cover_region`] of it; NaN is
+/// no-data, there and in the result.
 pub fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
     let covers = |first: u32, count: u32, fine: u32, coarse: u32| -> Vec<Cover> {
         (first..first + count).map(|c| Cover::new(c, fine, coarse)).collect()

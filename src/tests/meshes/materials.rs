@@ -104,21 +104,21 @@ fn a_model_reads_nothing_outside_of_its_folder() {
 #[test]
 fn what_is_wrong_with_materials_is_told_and_plain() {
     for (library, told, color) in [
-        ("newmtl bark\nKd a b c\n", "line 2 is passed over: Kd needs", Material::PLAIN_COLOR),
+        ("newmtl bark\nKd a b c\n", "line 2 is ignored: Kd needs", Material::PLAIN_COLOR),
         (
             "newmtl bark\nKd 1 0 0\nd 0.5\n",
-            "these materials are transparent, and drawn opaque: \"bark\"",
+            "these materials are transparent, but drawn opaque: \"bark\"",
             [1.0, 0.0, 0.0],
         ),
         ("newmtl bark\nKd 1 0 0\nTr 0.5\n", "transparent", [1.0, 0.0, 0.0]),
-        ("newmtl bark\nKd 1 0 0\nmap_Kd -clamp on no such.png\n", "no texture \"no such.png\"", [1.0, 0.0, 0.0]),
+        ("newmtl bark\nKd 1 0 0\nmap_Kd -clamp on no such.png\n", "texture \"no such.png\" is not", [1.0, 0.0, 0.0]),
         ("newmtl bark\nKd 1 0 0\nmap_Kd broken.png\n", "broken.png", [1.0, 0.0, 0.0]),
         (
             "newmtl leaf\nKd 1 0 0\n",
-            "no library of it has these materials, which are plain: \"bark\"",
+            "these materials are not in its libraries and are drawn plain: \"bark\"",
             Material::PLAIN_COLOR,
         ),
-        ("\0\u{1}PK", "no library of it has", Material::PLAIN_COLOR),
+        ("\0\u{1}PK", "not in its libraries", Material::PLAIN_COLOR),
     ] {
         let folder = Folder::new();
         folder.file("a.mtl", library);
@@ -191,7 +191,7 @@ const ODD: &[(&str, Outcome)] = &[
     ("assimp/empty.obj", Err("it has no faces")),
     ("assimp/empty_mat.obj", Ok((1, 0))),
     ("assimp/multiple_spaces.obj", Ok((0, 0))),
-    ("assimp/number_formats.obj", Err("line 11: \"3.1+e2\" is no number")),
+    ("assimp/number_formats.obj", Err("line 11: \"3.1+e2\" is not a number")),
     ("assimp/point_cloud.obj", Err("it has no faces")),
     ("assimp/testline.obj", Err("it has no faces")),
     ("assimp/testmixed.obj", Ok((1, 1))),
@@ -200,10 +200,10 @@ const ODD: &[(&str, Outcome)] = &[
     ("tinyobjloader/cube-vertex-w-component.obj", Ok((3, 0))),
     ("tinyobjloader/cube-vertexcol.obj", Ok((3, 0))),
     ("tinyobjloader/cube.obj", Ok((3, 0))),
-    ("tinyobjloader/invalid-face-definition.obj", Err("line 15: a face needs 3 corners, and this one has 1")),
-    ("tinyobjloader/invalid-relative-texture-index.obj", Err("line 2: the face names vertex 1, and there are 0")),
-    ("tinyobjloader/invalid-relative-vertex-index.obj", Err("line 1: the face names vertex -4, and there are 0")),
-    ("tinyobjloader/issue-140-zero-face-idx.obj", Err("line 16: the face names vertex 0, and there are 4")),
+    ("tinyobjloader/invalid-face-definition.obj", Err("line 15: a face needs 3 corners, but this one has 1")),
+    ("tinyobjloader/invalid-relative-texture-index.obj", Err("line 2: the face uses vertex 1, but there are 0")),
+    ("tinyobjloader/invalid-relative-vertex-index.obj", Err("line 1: the face uses vertex -4, but there are 0")),
+    ("tinyobjloader/issue-140-zero-face-idx.obj", Err("line 16: the face uses vertex 0, but there are 4")),
     ("tinyobjloader/issue-161-inconsistent-f.obj", Ok((1, 1))),
     ("tinyobjloader/issue-162-smoothing-group.obj", Ok((2, 0))),
     ("tinyobjloader/issue-244-mtl-searchpaths.obj", Ok((2, 0))),

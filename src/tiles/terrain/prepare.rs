@@ -1,7 +1,8 @@
-//! Preparing a frame: the tiles that a view needs, the patches that are drawn, and what the shaders are told of both.
+//! Preparing a frame: loading the tiles that a view needs, selecting the patches to draw, and writing the shaders'
+//! buffers.
 //!
-//! A frame for a file goes round until a look at all tiles finds nothing more to load, so that the order in which they
-//! arrive decides nothing. A frame of a window takes what there is.
+//! A frame for a file repeats this until a pass over all tiles requests nothing more, so that the order of their
+//! arrival has no effect. A frame of a window uses the tiles that are there.
 //!
 //! Why: `docs/decisions/same-picture.md`, `docs/decisions/work-budget.md`.
 
@@ -23,58 +24,58 @@ use crate::tiles::selection::{Selection, Viewpoint};
 use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
-/// Of the allowed error, the part that the choice of the level may use: positions are on the level's surface exactly,
-/// so the rest is for what happens between the samples where errors were measured.
+/// The fraction of the allowed error that the choice of the level may use: positions are exactly on the level's
+/// surface, so the rest is for deviations between the samples where errors were measured.
 const LEVEL_SHARE: f64 = 0.5;
 
-/// Tiles for the mesh come level by level; a frame that asks for tiles more often than this takes what there is.
+/// Tiles for the mesh are loaded level by level; a frame that requests tiles more often than this uses the existing
+/// ones.
 const MOST_ROUNDS: u32 = 1000;
 
-/// Heights as fine as this, in pixels, are all that a picture shows: with a smaller allowed error tiles are as they are
-/// with this one.
+/// The smallest allowed error, in pixels, that affects the choice of tiles: finer heights are not visible in a picture.
 const FINEST_LEVEL_ERROR_PX: f64 = 1.0 / 64.0;
 
 /// A view as the terrain sees it.
 #[derive(Clone, Debug)]
 pub struct TerrainView {
-    /// The camera's place in the world, in metres.
+    /// Position of the camera in the world, in metres.
     pub camera_m: DVec3,
-    /// What is in view; empty frusta see nothing.
+    /// The view frusta; empty frusta see nothing.
     pub frusta: Vec<Frustum>,
     /// Pixels per radian in the middle of the picture.
     pub focal_px: f64,
-    /// Pixels to be drawn, of all frusta.
+    /// Number of pixels to be drawn, in all frusta.
     pub pixels: f64,
-    /// How far below level the horizon lies; 0 is as the earth has it.
+    /// How far below level the horizon is, in radians; 0 for the earth's own curvature.
     pub horizon_rad: f64,
 }
 
-/// What was prepared for a frame.
+/// The result of preparing a frame.
 #[derive(Clone, Debug, Default)]
 pub struct Prepared {
     /// The patches to draw, and their levels.
     pub selection: Selection,
-    /// How many tiles came, and how many are still missing.
+    /// How many tiles were loaded, and how many are still missing.
     pub tiles: Loaded,
-    /// What the frame thread spent on tiles and patches, in milliseconds.
+    /// Time that the frame thread spent on tiles and patches, in milliseconds.
     pub prepare_ms: f64,
-    /// Whether the camera has jumped: detail is on its way.
+    /// Whether the camera has jumped, so that detail is still being loaded.
     pub jumped: bool,
-    /// The error that the patches promise.
+    /// The error that the patches guarantee.
     pub detail: Detail,
 }
 
-/// How fine a frame's mesh is, where its tiles are there.
+/// The accuracy of a frame's mesh, where its tiles are loaded.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Detail {
-    /// The height error that the mesh was allowed, in pixels:
+    /// The allowed height error of the mesh, in pixels:
     /// [`TerrainOptions::lod_error_px`](super::TerrainOptions::lod_error_px), or more.
     pub error_px: f64,
-    /// Whether it is more: the error that was asked for takes more patches than a frame has.
+    /// Whether it is more, because the requested error needs more patches than the budget of a frame.
     pub is_over_budget: bool,
 }
 
-/// What a frame draws and promises, before the GPU is told.
+/// The selection of a frame and its accuracy, before the buffers are written.
 struct Fitted {
     rule: LevelRule,
     selection: Selection,
@@ -86,20 +87,20 @@ struct Fitted {
 }
 
 impl Terrain {
-    /// From the next frame on the mesh is allowed at least this error, in pixels, whatever the options say: all parts
-    /// of a picture have that of the part with the largest. 0 holds nothing.
+    /// Sets the smallest allowed error of the mesh from the next frame on, in pixels, whatever the options say, so that
+    /// all parts of a picture have the error of the part with the largest. 0 removes it.
     pub fn hold_error_px(&mut self, error_px: f64) {
-        // What was found with a factor must be found with it again, however the quotient is rounded.
+        // The same factor must be found again, however the quotient is rounded.
         self.least_error_px = error_px * (1.0 + 1e-12);
     }
 
-    /// How fine the mesh of a view is, as [`Terrain::prepare`] finds it: nothing is drawn.
+    /// Returns the accuracy of a view's mesh, as [`Terrain::prepare`] finds it, without drawing.
     pub fn detail_of(&mut self, gpu: &Gpu, view: &TerrainView) -> Detail {
         self.fit(gpu, view, false).detail
     }
 
-    /// Sees to the tiles that a view needs, chooses its patches, and tells the shaders. Waits for the tiles only where
-    /// the options say so.
+    /// Loads the tiles that a view needs, selects its patches, and writes the shaders' buffers. Waits for the tiles
+    /// only if the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
         let fitted = self.fit(gpu, view, self.asks_for_horizons || self.asks_for_water);
@@ -117,7 +118,7 @@ impl Terrain {
         Prepared { selection, tiles, prepare_ms: begun.elapsed().as_secs_f64() * 1000.0, jumped, detail }
     }
 
-    /// Brings tiles and chooses patches.
+    /// Loads tiles and selects patches.
     fn fit(&mut self, gpu: &Gpu, view: &TerrainView, looks_beside: bool) -> Fitted {
         self.frame += 1;
         self.horizon_rad = view.horizon_rad;
@@ -132,7 +133,7 @@ impl Terrain {
         let streams = self.options.loading == Loading::Stream;
         let step = self.motion.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
-        // While nothing fades, what has come stands at once.
+        // While nothing fades, new tiles appear at once.
         let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
         let mut tiles = Loaded::default();
         let mut idle = 0;
@@ -144,9 +145,9 @@ impl Terrain {
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
-            // Without the tile that cannot be read there is no picture, so nothing more is waited for.
+            // With an unreadable tile there will be no picture, so there is no reason to wait.
             let waits = !streams && tiles.failed == 0;
-            // What came last may want more: only a look at all of it decides.
+            // The last tiles may request more: only a pass without new tiles is final.
             if waits && (tiles.pending > 0 || update.loaded > 0) {
                 self.asked = movement.asked;
                 now_s = self.start.elapsed().as_secs_f64();
@@ -156,7 +157,7 @@ impl Terrain {
                     gpu.wait();
                     continue;
                 }
-                // Everything that is not wanted has gone, and still there is no room.
+                // All unwanted tiles have been evicted, and there are still too few slots.
                 tiles.without_room += std::mem::take(&mut tiles.pending);
             }
             let goes_on = streams && !step.has_jumped();
@@ -164,7 +165,7 @@ impl Terrain {
             let searches = match (streams, goes_on) {
                 (true, true) => &[Search::GoOn { step_s: step.step_s }][..],
                 (true, false) => &[Search::Exactly],
-                // What the least factor needs is not there before what a larger one needs is.
+                // The tiles for the smallest factor are loaded after those for a larger one.
                 (false, _) => &[Search::Roughly, Search::Exactly],
             };
             let mut asks = false;
@@ -189,11 +190,11 @@ impl Terrain {
         }
     }
 
-    /// Chooses the patches within the frame's budget; what they miss is asked for in the next frame.
+    /// Selects the patches within the frame's budget; tiles that they miss are requested in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
         let camera_m = view.camera_m;
         let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
-        // Beside the land one looks under it.
+        // From beside the land one can look under it.
         let highest_m = f64::from(self.store.range_m()[1]);
         let lod_error_px = self.options.lod_error_px;
         let mut viewpoint = Viewpoint {
@@ -215,7 +216,7 @@ impl Terrain {
         let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
         let ((selection, asked), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
-            // What a choice asked for that was over the budget is not wanted.
+            // The requests of a selection that exceeded the budget are dropped.
             let patches = ResidentPatches { store, atlas, frame, now_s, asked: RefCell::default() };
             let selection = select_within(&patches, grid_projection, anchor, &viewpoint, most)?;
             Some((selection, patches.asked.into_inner()))
@@ -225,7 +226,7 @@ impl Terrain {
         selection
     }
 
-    /// Writes what the shaders read.
+    /// Writes the buffers that the shaders read.
     fn write_buffers(&mut self, gpu: &Gpu, rule: &LevelRule) {
         let anchor = self.grid_projection.anchor(rule.camera_m.truncate());
         let horizon_maps = self.horizon_maps.as_ref().map(|horizons| &horizons.maps);
