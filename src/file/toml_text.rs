@@ -1,8 +1,8 @@
-//! TOML that people write: scenes, styles, recipes of marks and stroke textures, side files.
+//! TOML that people write: scenes, styles, recipes of marks and stroke textures, sidecar files.
 //!
-//! All of them are read by [`read`], so that a mistake is told in one way: the file, the line and the column, the key,
-//! and what would be right, in the words of the file format rather than of the program's types. `toml` parses the text;
-//! `values` hands its values to serde and knows where each of them stands.
+//! All of these are read by [`read`], so that every mistake is reported in the same form: the file, the line and the
+//! column, the key, and what would be right, in the terms of the file format rather than of the program's types. `toml`
+//! parses the text; `values` passes its values to serde and knows the position of each of them.
 
 mod mistake;
 mod values;
@@ -17,48 +17,47 @@ use toml::de::{DeTable, DeValue};
 use self::mistake::Mistake;
 use super::message::{named, printable};
 
-/// Why a text is no TOML, or not the one that is wanted. One line.
+/// The reason why a text is not TOML, or not of the expected form. One line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{}: {cause}", named(name), at.map_or(String::new(), |[line, column]| format!(":{line}:{column}")))]
 pub struct TomlError {
-    /// Of the file.
     pub name: String,
-    /// Line and column, counted from 1, where they are known; a column is a character.
+    /// Line and column in characters, counted from 1, if they are known.
     pub at: Option<[usize; 2]>,
     /// The key, what is wrong with it, and what would be right.
     pub cause: String,
 }
 
-/// Reads a text; `name` stands for the file in errors.
+/// Reads a text; `name` is the name of the file in errors.
 ///
 /// # Errors
-/// A text that is no TOML; a key that is unknown or missing; a value of another kind.
+/// Fails if the text is not TOML, if a key is unknown or missing, or if a value has the wrong type.
 pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let table = parse(name, text)?;
     T::deserialize(values::Root(&table)).map_err(|mistake| told(name, text, &mistake))
 }
 
-/// Whether a text is TOML, and if so, the keys at its top.
+/// Returns the top-level keys of a TOML text.
 ///
 /// # Errors
-/// A text that is no TOML.
+/// Fails if the text is not TOML.
 pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
     Ok(parse(name, text)?.get_ref().keys().map(|key| key.get_ref().to_string()).collect())
 }
 
-/// A value that is of the right kind and makes no sense. Scenes, styles and recipes are checked as values, and all of
-/// them become errors by [`Wrong::in_text`].
+/// A value of the right type that is not acceptable. Scenes, styles and recipes are checked as values, and
+/// [`Wrong::in_text`] turns the findings into errors with a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wrong {
-    /// The key with its sections; `[2]` behind that of a list means its third entry: `hatching.layers[2].from`.
+    /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.layers[2].from`.
     pub key: String,
-    /// What is told of it.
+    /// The message.
     pub told: String,
 }
 
 impl Wrong {
-    /// `words` follow the key: ` is 3, not between 0 and 1`. Which entry of a list it is follows from its place, and is
-    /// not told.
+    /// Builds the message from the key, without indices, and `words`, which follow it: ` is 3, not between 0 and 1`.
+    /// The position in the text shows which entry of a list is meant.
     pub fn new(key: impl Into<String>, words: impl Display) -> Self {
         let key = key.into();
         let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
@@ -66,13 +65,13 @@ impl Wrong {
         Self { key, told }
     }
 
-    /// The same in other words, which need not begin with the key.
+    /// Builds a message that need not begin with the key.
     pub fn told(key: impl Into<String>, told: impl Into<String>) -> Self {
         Self { key: key.into(), told: told.into() }
     }
 
-    /// The error, with the place of the value in the text. That of a key which is not there is the place of its
-    /// section, if that is there. `name` stands for the file.
+    /// Returns the error with the position of the value in the text. For a key that is missing this is the position of
+    /// its section, if that exists. `name` is the name of the file.
     pub fn in_text(&self, name: &str, text: &str) -> TomlError {
         let table = parse(name, text).ok();
         let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));
@@ -92,14 +91,14 @@ fn told(name: &str, text: &str, mistake: &Mistake) -> TomlError {
     TomlError { name: name.to_owned(), at: Some(position(text, at)), cause: mistake.cause() }
 }
 
-/// Line and column of a byte, counted from 1.
+/// Returns the line and column of a byte offset, counted from 1.
 fn position(text: &str, byte: usize) -> [usize; 2] {
     let before = &text[..text.floor_char_boundary(byte)];
     let line = before.rsplit('\n').next().unwrap_or(before);
     [before.matches('\n').count() + 1, line.trim_start_matches('\u{feff}').chars().count() + 1]
 }
 
-/// Where the value of a key stands.
+/// Returns the byte range of a key's value.
 fn place_of(table: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
     let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
     let (first, index) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
