@@ -176,7 +176,7 @@ mod tests {
     impl<'de> Deserialize<'de> for Tint {
         fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
             let text = String::deserialize(deserializer)?;
-            let cause = || serde::de::Error::custom(format!("{} is no tint", super::super::message::quoted(&text)));
+            let cause = || serde::de::Error::custom(format!("{} is not a tint", super::super::message::quoted(&text)));
             (text == "red").then_some(Self).ok_or_else(cause)
         }
     }
@@ -197,45 +197,45 @@ mod tests {
     #[test]
     fn mistakes_have_a_place_and_what_would_be_right() {
         for (text, expected) in [
-            ("titel = \"a\"", "sheet.toml:1:1: there is no key \"titel\"; did you mean \"title\"?"),
+            ("titel = \"a\"", "sheet.toml:1:1: unknown key \"titel\"; did you mean \"title\"?"),
             ("", "sheet.toml:1:1: the key \"title\" is missing"),
             ("title = \"a\"\n[frame]\n", "sheet.toml:2:1: the key \"frame.width_px\" is missing"),
-            ("title = 3", "sheet.toml:1:9: title must be a text, and 3 is a number"),
+            ("title = 3", "sheet.toml:1:9: title must be text, but 3 is a number"),
             (
                 "title = \"a\"\n\n[frame]\n  width_px = \"thin\"",
-                "sheet.toml:4:14: frame.width_px must be a number, and \"thin\" is a text",
+                "sheet.toml:4:14: frame.width_px must be a number, but \"thin\" is text",
             ),
             (
                 "title = \"a\"\n[frame]\nwidth_px = 1\nrounded = 1",
-                "sheet.toml:4:11: frame.rounded must be true or false, and 1 is a number",
+                "sheet.toml:4:11: frame.rounded must be true or false, but 1 is a number",
             ),
-            ("title = \"ä\"\nframe = 3", "sheet.toml:2:9: frame must be a table, and 3 is a number"),
+            ("title = \"ä\"\nframe = 3", "sheet.toml:2:9: frame must be a table, but 3 is a number"),
             (
                 "title = \"\"\ncopies = -1",
-                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is -1",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, but it is -1",
             ),
             (
                 "title = \"\"\ncopies = 1.5",
-                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is 1.5",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, but it is 1.5",
             ),
-            ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, and 3 is a number"),
-            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, and it has 1"),
-            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, and it is true"),
+            ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, but 3 is a number"),
+            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, but it has 1"),
+            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, but it is true"),
             ("title = \"\"\nfold = \"leter\"", "sheet.toml:2:8: fold cannot be \"leter\"; did you mean \"letter\"?"),
-            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; there is half, letter"),
-            ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, and 2 is a number"),
-            // Of a table that is one of several kinds, serde keeps no places; they are found again.
+            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; available: half, letter"),
+            ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, but 2 is a number"),
+            // serde loses the positions in a table that is one of several kinds; they are searched for again.
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\npart = 3",
-                "sheet.toml:4:1: there is no key \"ink.part\"; did you mean \"parts\"?",
+                "sheet.toml:4:1: unknown key \"ink.part\"; did you mean \"parts\"?",
             ),
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = \"all\"",
-                "sheet.toml:4:9: ink.parts must be a number, and \"all\" is a text",
+                "sheet.toml:4:9: ink.parts must be a number, but \"all\" is text",
             ),
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = 1\ntints = [\"red\", \"loud\"]",
-                "sheet.toml:5:17: ink.tints: \"loud\" is no tint",
+                "sheet.toml:5:17: ink.tints: \"loud\" is not a tint",
             ),
             ("title = \"a\"\ntitle = \"b\"", "sheet.toml:2:1: duplicate key"),
             ("title = \"a\"\n[frame\n", "sheet.toml:2:"),
