@@ -24,10 +24,7 @@ pub enum PolygonsError {
     },
     /// The file is not GeoJSON, or has no polygons.
     #[error("{}: {cause}", named(path))]
-    Content {
-        path: PathBuf,
-        cause: String,
-    },
+    Content { path: PathBuf, cause: String },
 }
 
 /// The vertices of an outline or of a hole.

@@ -71,7 +71,9 @@ pub fn read(path: &Path) -> Result<String, FileError> {
     } else {
         return Err(FileError::read(path, "it is not a PNG, EXR, SVG or MP4"));
     };
-    imprint.ok_or_else(|| FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one"))
+    imprint.ok_or_else(|| {
+        FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one")
+    })
 }
 
 /// Returns the text of `<metadata id="hachure">`. SVG editors move attributes and break lines, but keep both.
@@ -89,7 +91,9 @@ fn of_svg(path: &Path) -> Result<Option<String>, FileError> {
             continue;
         }
         let inside = inside.split_once("</metadata>").map(|(inside, _)| inside);
-        return inside.map(|inside| Some(unescaped(inside))).ok_or_else(|| FileError::read(path, "its metadata is truncated"));
+        return inside
+            .map(|inside| Some(unescaped(inside)))
+            .ok_or_else(|| FileError::read(path, "its metadata is truncated"));
     }
     Ok(None)
 }

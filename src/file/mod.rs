@@ -74,9 +74,7 @@ pub enum FileError {
          frames can be written as PNG with a pattern like dir/%05d.png",
         named(path)
     )]
-    NoFfmpeg {
-        path: PathBuf,
-    },
+    NoFfmpeg { path: PathBuf },
 }
 
 impl FileError {

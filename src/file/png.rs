@@ -244,7 +244,8 @@ pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
         return Err(FileError::read(path, format!("its pixels do not fit in {file_bytes} bytes")));
     }
     let mut rgba = Vec::new();
-    rgba.try_reserve_exact(bytes).map_err(|_| FileError::read(path, format!("not enough memory: it needs {bytes} bytes")))?;
+    rgba.try_reserve_exact(bytes)
+        .map_err(|_| FileError::read(path, format!("not enough memory: it needs {bytes} bytes")))?;
     rgba.resize(bytes, 0);
     let frame = reader.next_frame(&mut rgba).map_err(|error| FileError::read(path, error))?;
     rgba.truncate(frame.buffer_size());

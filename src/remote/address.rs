@@ -17,10 +17,7 @@ pub enum Location {
         login: Option<String>,
     },
     /// An object in an S3 bucket.
-    S3 {
-        bucket: String,
-        key: String,
-    },
+    S3 { bucket: String, key: String },
 }
 
 /// A parsed address.

@@ -14,15 +14,10 @@ const LONGEST_CAUSE: usize = 180;
 pub enum RemoteError {
     /// The address cannot be parsed.
     #[error("{}: {}", named(name), printable(cause, LONGEST_CAUSE))]
-    BadAddress {
-        name: String,
-        cause: String,
-    },
+    BadAddress { name: String, cause: String },
     /// The server or the file system has no such file.
     #[error("{}: there is no such file", named(name))]
-    NotFound {
-        name: String,
-    },
+    NotFound { name: String },
     /// The server requires authentication, or refuses access.
     #[error("{}: access is denied ({})", named(name), printable(cause, LONGEST_CAUSE))]
     Denied {
@@ -32,15 +27,10 @@ pub enum RemoteError {
     },
     /// The server does not support byte ranges, or cannot be used for another reason.
     #[error("{}: {}", named(name), printable(cause, LONGEST_CAUSE))]
-    Unusable {
-        name: String,
-        cause: String,
-    },
+    Unusable { name: String, cause: String },
     /// The file has changed since it was opened.
     #[error("{}: has changed since it was opened", named(name))]
-    Changed {
-        name: String,
-    },
+    Changed { name: String },
     /// All tries failed.
     #[error("{}: no answer after {}: {}", named(name), times(*tries), printable(cause, LONGEST_CAUSE))]
     Failed {
@@ -66,10 +56,7 @@ pub enum RemoteError {
     },
     /// Reading a local file failed.
     #[error("{}: {source}", named(name))]
-    Io {
-        name: String,
-        source: io::Error,
-    },
+    Io { name: String, source: io::Error },
     /// The requested range extends beyond the end of the file.
     #[error("{}: read past the end of the file ({length} bytes at {offset}; the file has {size})", named(name))]
     OutOfRange {

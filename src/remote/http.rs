@@ -93,7 +93,9 @@ impl Client {
             && range.start == 0
             && [&[0x1f, 0x8b][..], &[0x28, 0xb5, 0x2f, 0xfd]].iter().any(|magic| bytes.starts_with(magic));
         if is_packed {
-            return Err(self.unusable("the server sends the file compressed, so that parts of it cannot be read".into()));
+            return Err(
+                self.unusable("the server sends the file compressed, so that parts of it cannot be read".into())
+            );
         }
         // The modification time is for servers without ETag; it may be any text.
         let version = text(&headers, header::ETAG).or_else(|| text(&headers, header::LAST_MODIFIED));

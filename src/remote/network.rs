@@ -43,7 +43,8 @@ impl Server {
         match self {
             Self::Http { client, request } => {
                 // A request without a body can always be cloned.
-                let request = request.try_clone().ok_or_else(|| NoAnswer::Again("the request could not be created".into()))?;
+                let request =
+                    request.try_clone().ok_or_else(|| NoAnswer::Again("the request could not be created".into()))?;
                 wait_for(client.range(request, range), address, cancelled)
             }
             Self::Bucket(object) => wait_for(object.range(range, address), address, cancelled),

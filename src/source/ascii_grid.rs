@@ -57,8 +57,9 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     for index in 0..samples {
         let value = match words.next()? {
             Some("*") => f64::NAN,
-            Some(word) => super::text::number(word)
-                .ok_or_else(|| inconsistent(path, format!("sample {} is {word:?}, which is not a number", index + 1)))?,
+            Some(word) => super::text::number(word).ok_or_else(|| {
+                inconsistent(path, format!("sample {} is {word:?}, which is not a number", index + 1))
+            })?,
             None => return Err(inconsistent(path, format!("it is truncated: it has {index} of {samples} samples"))),
         };
         heights_m.push(meaning.height_m(value, &mut tally));

@@ -23,14 +23,10 @@ pub enum SourceError {
     },
     /// The path is a folder, a pipe or a device.
     #[error("{}: is not a regular file", named(path))]
-    NotAFile {
-        path: PathBuf,
-    },
+    NotAFile { path: PathBuf },
     /// The file has zero bytes.
     #[error("{}: is empty", named(path))]
-    Empty {
-        path: PathBuf,
-    },
+    Empty { path: PathBuf },
     /// The file has none of the formats that hachure reads.
     #[error(
         "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, \
@@ -82,28 +78,18 @@ pub enum SourceError {
     },
     /// The folder contains no height file.
     #[error("{}: the folder holds no height files", named(path))]
-    NoMembers {
-        path: PathBuf,
-    },
+    NoMembers { path: PathBuf },
     /// The grid has a single row or column.
     #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", named(path))]
-    TooSmall {
-        path: PathBuf,
-        width: u32,
-        height: u32,
-    },
+    TooSmall { path: PathBuf, width: u32, height: u32 },
     /// The grid has more samples than a format that must be decoded whole may have.
     #[error(
         "{}: {width}×{height} samples are more than can be decoded at once; convert it to a tiled GeoTIFF",
         named(path)
     )]
-    TooLarge {
-        path: PathBuf,
-        width: u32,
-        height: u32,
-    },
+    TooLarge { path: PathBuf, width: u32, height: u32 },
     /// The system has not enough memory.
-  #[error(
+    #[error(
     "{}: not enough memory: reading {width}×{height} samples at once needs {} MB",
     named(path),
     needed_bytes.div_ceil(1_000_000)
@@ -119,9 +105,7 @@ pub enum SourceError {
     },
     /// The file contains no height at all.
     #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", named(path))]
-    AllNoData {
-        path: PathBuf,
-    },
+    AllNoData { path: PathBuf },
     /// The files do not form a single grid.
     #[error("{}: {cause}", named(path))]
     Mosaic {
@@ -135,8 +119,5 @@ pub enum SourceError {
     SideFile(#[from] TomlError),
     /// The position on the earth is unknown or impossible.
     #[error("{}: {source}", named(path))]
-    Georeference {
-        path: PathBuf,
-        source: GeoreferenceError,
-    },
+    Georeference { path: PathBuf, source: GeoreferenceError },
 }

@@ -55,9 +55,7 @@ fn degrees(degrees: f64) -> String {
 pub enum GeoreferenceError {
     /// The code is not in the catalogue, and the file does not give its units.
     #[error("its coordinate reference system EPSG:{epsg} is unknown")]
-    UnknownCrs {
-        epsg: u32,
-    },
+    UnknownCrs { epsg: u32 },
     /// The CRS is geocentric (earth-centred coordinates).
     #[error("its coordinates are geocentric, which cannot be used for a height grid")]
     Geocentric,
@@ -66,10 +64,7 @@ pub enum GeoreferenceError {
     PixelSize,
     /// A unit or an axis has an impossible value.
     #[error("its {what} is {value:?}")]
-    Impossible {
-        what: &'static str,
-        value: f64,
-    },
+    Impossible { what: &'static str, value: f64 },
     /// The grid reaches beyond a pole.
     #[error("its latitudes run from {}° to {}°, beyond ±90°", degrees(*south_degrees), degrees(*north_degrees))]
     BeyondPole {

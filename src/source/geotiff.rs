@@ -205,9 +205,8 @@ impl HeightReader for GeoTiffReader {
 /// make them panic, which must not end the program. Only the decoder's cache outlives the call, and its entries are
 /// complete or absent, so unwinding is safe.
 pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceError>) -> Result<T, SourceError> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        Err(inconsistent(path, format!("its decoder failed ({})", panic_text(panic.as_ref()))))
-    })
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|panic| Err(inconsistent(path, format!("its decoder failed ({})", panic_text(panic.as_ref())))))
 }
 
 pub(super) fn geo_tags(ifd: &Ifd) -> GeoTags {

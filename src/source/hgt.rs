@@ -72,7 +72,10 @@ pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
 
 fn read(path: &Path, name: &str, bytes: u64, unpacked: Option<Vec<u8>>) -> Result<FlatReader, SourceError> {
     let size = size_by_length(bytes).ok_or_else(|| {
-        inconsistent(path, format!("an .hgt has 1201×1201, 1801×3601 or 3601×3601 samples, but this file has {bytes} bytes"))
+        inconsistent(
+            path,
+            format!("an .hgt has 1201×1201, 1801×3601 or 3601×3601 samples, but this file has {bytes} bytes"),
+        )
     })?;
     let corner = corner_by_name(name).ok_or_else(|| {
         unclear(path, format!("the name of an SRTM tile must give its position, as in N46E008.hgt; {name:?} does not"))

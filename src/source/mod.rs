@@ -157,10 +157,10 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
     // Options that apply to every format are left out of the comparison.
     let special = OpenOptions { no_data: None, voids: VoidMode::default(), ..*options };
     if special != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
-    tracing::warn!(
-      "{}: the file declares its own size, spacing and heights; the options for them are ignored",
-      path.display()
-    );
+        tracing::warn!(
+            "{}: the file declares its own size, spacing and heights; the options for them are ignored",
+            path.display()
+        );
     }
     let said = || side_file::Said::of(path, options);
     Ok(match format {

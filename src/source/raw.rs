@@ -50,7 +50,9 @@ fn square(path: &Path, bytes: u64) -> Result<[u32; 2], SourceError> {
         }
         _ => {
             let name = path.display();
-            let why = format!("its size is unknown, and {bytes} bytes are not a square of samples; set width and height in {name}.toml");
+            let why = format!(
+                "its size is unknown, and {bytes} bytes are not a square of samples; set width and height in {name}.toml"
+            );
             Err(SourceError::Unclear { path: path.into(), why })
         }
     }

@@ -193,8 +193,8 @@ impl Said {
         }
         let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
         let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
-        let (code, definition) =
-            definition.ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
+        let (code, definition) = definition
+            .ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
         match definition.kind {
             catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
             catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),

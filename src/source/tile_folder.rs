@@ -135,7 +135,10 @@ fn decode(path: &Path, tile_px: u32) -> Result<Picture, SourceError> {
     let header = picture::header(path)?;
     if header.size != [tile_px; 2] {
         let [width, height] = header.size;
-        return Err(inconsistent(path, format!("it has {width}×{height} pixels, but other tiles have {tile_px}×{tile_px}")));
+        return Err(inconsistent(
+            path,
+            format!("it has {width}×{height} pixels, but other tiles have {tile_px}×{tile_px}"),
+        ));
     }
     let picture = picture::decode(path)?;
     if picture.channels < 3 || picture.channel_bytes != 1 {

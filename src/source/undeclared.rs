@@ -74,8 +74,11 @@ impl Found {
         let line = |(mark, count): (&f32, u64)| {
             let share = count as f64 / self.samples as f64;
             let (count, name) = ((share * samples as f64).round(), path.display());
-            let (are, makes) =
-                if count == 1.0 { ("sample is", "treats it as no-data") } else { ("samples are", "treats them as no-data") };
+            let (are, makes) = if count == 1.0 {
+                ("sample is", "treats it as no-data")
+            } else {
+                ("samples are", "treats them as no-data")
+            };
             let percent = share * 100.0;
             let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
             format!("{name}: {count} {are} {mark} m ({percent}), which usually means no-data; --nodata {mark} {makes}")
@@ -176,7 +179,9 @@ mod tests {
         };
         assert_eq!(
             lines(&with(-9999.0, 100)),
-            ["a.tif: 100 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data"]
+            [
+                "a.tif: 100 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data"
+            ]
         );
         for mark in MARKS_M {
             assert_eq!(lines(&with(mark, 5000)).len(), 1, "{mark}");

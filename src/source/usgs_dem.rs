@@ -212,7 +212,8 @@ fn read_profiles(path: &Path, bytes: &[u8], header: &Header, heights_m: &mut [f3
     let mut tally = Tally::default();
     let mut scan = Scan { bytes, at: header.data };
     for column in 0..width {
-        let truncated = || inconsistent(path, format!("it is truncated or not text in profile {} of {width}", column + 1));
+        let truncated =
+            || inconsistent(path, format!("it is truncated or not text in profile {} of {width}", column + 1));
         let start = scan.at;
         let mut next = || scan.whole().ok_or_else(truncated);
         let [_, _, count, _] = [next()?, next()?, next()?, next()?];

@@ -97,7 +97,8 @@ fn grow(path: &Path, heights_m: &mut Vec<f32>) -> Result<(), SourceError> {
 
 /// Reads a grid.
 pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
-    let irregular = || unclear(path, "its points are not a complete regular grid by rows; convert it to GeoTIFF (gdal_grid)");
+    let irregular =
+        || unclear(path, "its points are not a complete regular grid by rows; convert it to GeoTIFF (gdal_grid)");
     let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(cannot_open(path))?);
     let (mut grid, mut heights_m, mut tally) = (Grid::default(), Vec::new(), Tally::default());
     let meaning = Meaning::metres(SampleType::F64, None);

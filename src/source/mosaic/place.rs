@@ -214,7 +214,8 @@ impl Side {
             Crs::Projected { metres_per_unit, name } => {
                 let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
                 let known = code.and_then(crs_definitions::from_code);
-                let known = known.ok_or_else(|| format!("no transformation is known from {name} to other reference systems"))?;
+                let known = known
+                    .ok_or_else(|| format!("no transformation is known from {name} to other reference systems"))?;
                 // All lengths are in metres: the file's own unit takes precedence over that of the code.
                 let words = known
                     .proj4
@@ -246,7 +247,11 @@ fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
     let middle = size.map(|count| f64::from(count - 1) / 2.0);
     let at = |x: f64, y: f64| mapping.world_from_grid(middle[0] + x, middle[1] + y);
     let spacing_m = (at(0.5, 0.0).distance(at(-0.5, 0.0)) * at(0.0, 0.5).distance(at(0.0, -0.5))).sqrt();
-    if spacing_m > 0.0 && spacing_m.is_finite() { Ok(spacing_m) } else { Err("a member's sample spacing is zero or not finite".into()) }
+    if spacing_m > 0.0 && spacing_m.is_finite() {
+        Ok(spacing_m)
+    } else {
+        Err("a member's sample spacing is zero or not finite".into())
+    }
 }
 
 fn apply([x0, a, b, y0, c, d]: [f64; 6], x: f64, y: f64) -> [f64; 2] {
