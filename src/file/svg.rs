@@ -33,7 +33,7 @@ impl Unit {
     }
 }
 
-/// A drawing.
+/// A drawing that consists of layers of strokes.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     /// Title for readers.

@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! 8 bytes  "HACHBLK1"
-//! u64      which file and version
-//! u64      which block
-//! u32      how many bytes
+//! u64      key of the file and its version
+//! u64      index of the block
+//! u32      number of bytes
 //! u64      FNV-1a of the three numbers and the bytes
 //! …        the bytes
 //! ```

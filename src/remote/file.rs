@@ -310,7 +310,7 @@ impl RemoteFile {
         };
         let fetched = persistently(&self.address.name, &self.settings, &self.patience, cancelled, request, failed);
         if matches!(fetched, Err(RemoteError::Failed { .. } | RemoteError::GivenUp { .. })) {
-            // `failed` counts a retry for each failed try, but the last one is not followed by a retry.
+            // The read as a whole has failed: no further try follows.
             self.counters.failures.add(1);
         }
         fetched

@@ -10,7 +10,7 @@ use super::wkt;
 const WELL_KNOWN_TEXT: &str = "ESRI PE String = ";
 const PROJECTED_NAME: &str = "PCS Name = ";
 
-/// The keys that are copied from the file: those of heights.
+/// The keys of heights, which are copied from the file, as is the raster type.
 const KEPT: std::ops::RangeInclusive<u16> = key::VERTICAL_CRS..=key::VERTICAL_UNITS;
 
 /// Replaces the keys by those that a citation describes. Keys that give their CRS by a code stay unchanged.

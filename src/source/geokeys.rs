@@ -49,7 +49,7 @@ pub struct GeoKeys {
     pub keys: Vec<GeoKey>,
 }
 
-/// A GeoKey.
+/// A GeoKey: an entry of the GeoKeyDirectory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GeoKey {
     /// Key number of the GeoTIFF standard.
@@ -60,7 +60,6 @@ pub struct GeoKey {
 /// The value of a key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GeoKeyValue {
-    /// A code.
     Short(u16),
     /// Numbers, usually one.
     Double(Vec<f64>),

@@ -107,7 +107,7 @@ impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
 
-/// Version of the readers. It changes when files yield other heights, or another position, than before; pyramids baked
+/// Version of the readers' results. It changes when files yield other heights, or another position, than before; pyramids baked
 /// with an older version are then baked again.
 pub const VERSION: u32 = 2;
 

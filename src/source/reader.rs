@@ -6,16 +6,12 @@ use super::georeference::Georeference;
 use super::voids::Filled;
 use super::{HeightGrid, SourceError};
 
-/// A rectangle of samples inside a grid.
+/// A rectangle of samples inside a grid: its first column `x` and first row `y`, and its size in columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Window {
-    /// First column.
     pub x: u32,
-    /// First row.
     pub y: u32,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
 }
 

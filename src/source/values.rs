@@ -36,9 +36,9 @@ impl fmt::Display for Holds {
     }
 }
 
-/// An open raster.
+/// An open raster of shades or classes.
 pub struct Values {
-    /// Reads the numbers; NaN where there is no data.
+    /// Reader of the numbers; NaN where there is no data.
     pub reader: Box<dyn HeightReader>,
     /// The sample that means "everything"; smaller ones are fractions of it.
     pub full: f64,

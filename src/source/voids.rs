@@ -43,8 +43,8 @@ impl Limits {
     /// The limits for the file's own samples.
     pub const FINEST: Self = Self { extent: MOST_EXTENT, width: MOST_WIDTH };
 
-    /// Returns the limits for an overview whose samples are 2^`level` as far apart: the same holes, as long as they are
-    /// not smaller than a sample.
+    /// Returns the limits that select the same holes in an overview whose samples are 2^`level` as far apart; `None` if
+    /// the widest of these holes is smaller than a sample.
     pub fn of_level(level: usize) -> Option<Self> {
         let level = u32::try_from(level).ok().filter(|level| MOST_WIDTH >> level.min(&31) > 0)?;
         Some(Self { extent: MOST_EXTENT >> level, width: MOST_WIDTH >> level })
