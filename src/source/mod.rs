@@ -107,8 +107,8 @@ impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
 
-/// Version of the readers' results. It changes when files yield other heights, or another position, than before; pyramids baked
-/// with an older version are then baked again.
+/// Version of the readers' results. It changes when files yield other heights, or another position, than before;
+/// pyramids baked with an older version are then baked again.
 pub const VERSION: u32 = 2;
 
 /// Largest number of samples that are read into memory at once: 8 GiB of heights.

@@ -20,7 +20,8 @@ const STEPS: [usize; 3] = [70, 24, 9];
 /// Uplift at strength 1, in metres per duration of 1.
 const UPLIFT_M: f32 = 520.0;
 
-/// Height of the highest ground of the base in metres, before valleys are deepened and the relief of the pieces is added.
+/// Height of the highest ground of the base in metres, before valleys are deepened and the relief of the pieces is
+/// added.
 const HIGHEST_M: f32 = 3_900.0;
 
 /// Height of the lowest ground of the base in metres.
