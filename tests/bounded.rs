@@ -229,7 +229,8 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
     let name = path.to_str().unwrap();
     let (status, out, told) = hachure(&["info", name, "--json"]);
     assert!(status == Some(0) && out.contains("\"void_samples\": 0"), "{out}{told}");
-    let line = "marked.asc: 9 samples are -9999 m (1.0 %), which is usually no data; --nodata -9999 makes them voids";
+    let line =
+        "marked.asc: 9 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data";
     assert_eq!(told.matches(line).count(), 1, "{told}");
     let (status, out, told) = hachure(&["info", name, "--json", "--nodata", "-9999"]);
     assert!(status == Some(0) && out.contains("\"void_samples\": 9") && !told.contains("usually"), "{out}{told}");

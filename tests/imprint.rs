@@ -202,25 +202,25 @@ fn what_says_nothing_is_refused_in_a_line() {
     place.write("cut.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><metadata id=\"hachure\">version = 1\n");
     place.write("bare.svg", "<svg xmlns=\"http://www.w3.org/2000/svg\"><metadata>x</metadata></svg>");
     for (name, cause) in [
-        ("bare.png", "does not say how it was drawn"),
+        ("bare.png", "it has no imprint that says how it was drawn"),
         ("cut.png", "unexpected end"),
         ("broken.png", ""),
         ("newer.png", "its imprint has version 4, and this hachure knows 3"),
         ("other.png", "camera"),
-        ("key.png", "no key \"glow\""),
+        ("key.png", "unknown key \"glow\""),
         ("style.png", "light.wrap"),
         ("gone.png", "its world: gone.asc: there is no such file"),
         ("net.png", "--trust-scene allows it"),
-        ("words.png", "it is no PNG, EXR, SVG or MP4"),
+        ("words.png", "it is not a PNG, EXR, SVG or MP4"),
         ("none.png", ""),
-        ("cut.svg", "it is cut"),
-        ("bare.svg", "does not say how it was drawn"),
+        ("cut.svg", "its metadata is truncated"),
+        ("bare.svg", "it has no imprint that says how it was drawn"),
     ] {
         let said = place.refused(&format!("--like {name} -o x.png"));
         assert!(said.contains(name) && said.contains(cause), "{name}: {said}");
         assert!(!place.path("x.png").exists());
     }
-    assert!(place.refused("--like a.png -o a.png").contains("does not overwrite what it reads"));
+    assert!(place.refused("--like a.png -o a.png").contains("does not overwrite its inputs"));
 }
 
 #[test]

@@ -1,13 +1,13 @@
-//! Files that appear whole or not at all: write beside the final name, then rename.
+//! Atomic file writes: data goes to a temporary file in the same folder, which is then renamed to its final name.
 //!
-//! Why: `docs/decisions/errors-and-outputs.md`.
+//! The reasons are in `docs/decisions/errors-and-outputs.md`.
 
 use std::fs;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// A file under construction. It takes its final name with [`AtomicFile::commit`]; dropped before that, it is removed.
+/// A file that is being written. [`AtomicFile::commit`] gives it its final name; dropping it before removes it.
 pub struct AtomicFile {
     final_path: PathBuf,
     partial_path: PathBuf,
@@ -15,7 +15,7 @@ pub struct AtomicFile {
 }
 
 impl AtomicFile {
-    /// Opens a partial file beside `path`.
+    /// Opens a temporary file in the folder of `path`.
     pub fn create(path: &Path) -> io::Result<Self> {
         let partial_path = partial_path(path);
         #[expect(clippy::disallowed_methods, reason = "this is the one place that may: the file is renamed when whole")]
@@ -23,17 +23,17 @@ impl AtomicFile {
         Ok(Self { final_path: path.to_owned(), partial_path, writer: Some(BufWriter::new(file)) })
     }
 
-    /// Where the bytes lie until [`AtomicFile::commit`]: for libraries that want a path of their own.
+    /// Returns the path of the temporary file, for libraries that open a path themselves.
     pub fn partial_path(&self) -> &Path {
         &self.partial_path
     }
 
-    /// The writer of the partial file.
+    /// Returns the writer of the temporary file.
     pub fn writer(&mut self) -> &mut BufWriter<fs::File> {
         self.writer.as_mut().expect("the writer is there until commit, which takes self")
     }
 
-    /// Flushes the bytes to the disk, where they stay under the partial name: for files that get their names together.
+    /// Flushes the bytes to the disk under the temporary name, for groups of files that are renamed together.
     pub fn sync(&mut self) -> io::Result<()> {
         self.writer().flush()?;
         self.writer().get_ref().sync_all()
@@ -51,12 +51,12 @@ impl AtomicFile {
 
 impl Drop for AtomicFile {
     fn drop(&mut self) {
-        // After a commit the partial name is gone and this does nothing.
+        // After a commit the temporary file is gone and this does nothing.
         let _ = fs::remove_file(&self.partial_path);
     }
 }
 
-/// The same for encoders that want to own their writer: the file outlives them, to be renamed.
+/// An [`AtomicFile`] for encoders that own their writer: clones share the file, and one of them commits it.
 #[derive(Clone)]
 pub(super) struct SharedFile(Arc<Mutex<AtomicFile>>);
 
@@ -65,7 +65,7 @@ impl SharedFile {
         Ok(Self(Arc::new(Mutex::new(AtomicFile::create(path)?))))
     }
 
-    /// As [`AtomicFile::commit`], once the encoder is gone.
+    /// Commits as [`AtomicFile::commit`] does, after the encoder has been dropped.
     pub(super) fn commit(self) -> io::Result<()> {
         let file = Arc::into_inner(self.0).ok_or_else(|| io::Error::other("the encoder still holds the file"))?;
         file.into_inner().unwrap_or_else(PoisonError::into_inner).commit()
@@ -93,14 +93,15 @@ impl Seek for SharedFile {
     }
 }
 
-/// Writes `bytes` to `path`, whole or not at all.
+/// Writes `bytes` to `path`, completely or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let mut file = AtomicFile::create(path)?;
     file.writer().write_all(bytes)?;
     file.commit()
 }
 
-/// The name of the partial file: the same folder (so that the rename stays on one disk), with the process in it.
+/// Returns the name of the temporary file. It is in the same folder, so that the rename stays on one file system, and
+/// contains the process id.
 pub fn partial_path(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());

@@ -1,7 +1,8 @@
 //! OpenEXR: named channels of 32-bit floats and unsigned integers, one part, lossless ZIP.
 //!
-//! [`ExrWriter`] takes bands of rows from top to bottom and compresses them on all cores while the caller makes the
-//! next, so that a picture of any size needs the memory of a few bands. [`write_exr`] writes what is whole already.
+//! [`ExrWriter`] takes bands of rows from top to bottom and compresses them on all cores while the caller produces the
+//! next band, so that a picture of any size needs the memory of a few bands. [`write_exr`] writes a picture that is
+//! already complete.
 
 mod read;
 
@@ -21,25 +22,25 @@ use super::atomic::AtomicFile;
 use super::imprint::{KEY, Notes};
 use super::{FileError, sample_count};
 
-/// Rows that ZIP compresses together; the format fixes them.
+/// Number of rows that ZIP compresses together; the format prescribes it.
 const BLOCK_ROWS: usize = 16;
 
-/// Blocks that wait for a core. The compressor holds a few more.
+/// Number of blocks that may wait for a core. The compressor holds a few more.
 const WAITING_BLOCKS: usize = 4;
 
-/// Hachure's own attributes carry this before their names, so that they never meet a standard one.
+/// Prefix of the names of hachure's own attributes, so that they never collide with standard ones.
 const ATTRIBUTE_PREFIX: &str = "hachure.";
 
-/// A named channel of a whole picture.
+/// A named channel of a complete picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
-    /// Written exactly: `R`, `depth.V`, `surface.id`.
+    /// Name of the channel, written verbatim: `R`, `depth.V`, `surface.id`.
     pub name: String,
-    /// width × height samples, row by row from the top.
+    /// Width × height samples, row by row from the top.
     pub samples: Samples,
 }
 
-/// The samples of a channel. Every bit pattern survives, +inf and NaN among them.
+/// The samples of a channel. Every bit pattern is preserved, including +inf and NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Samples {
     /// 32-bit floats.
@@ -48,7 +49,7 @@ pub enum Samples {
     U32(Vec<u32>),
 }
 
-/// Samples that lie elsewhere: a band of a channel.
+/// Borrowed samples: a band of a channel.
 #[derive(Clone, Copy, Debug)]
 pub enum SamplesRef<'a> {
     /// 32-bit floats.
@@ -57,7 +58,7 @@ pub enum SamplesRef<'a> {
     U32(&'a [u32]),
 }
 
-/// What a channel holds.
+/// The type of a channel's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SampleKind {
     /// 32-bit floats.
@@ -67,7 +68,7 @@ pub enum SampleKind {
 }
 
 impl Samples {
-    /// A view of them.
+    /// Borrows the samples.
     pub fn as_ref(&self) -> SamplesRef<'_> {
         match self {
             Self::F32(samples) => SamplesRef::F32(samples),
@@ -77,7 +78,7 @@ impl Samples {
 }
 
 impl<'a> SamplesRef<'a> {
-    /// What they are.
+    /// Returns the type of the samples.
     pub fn kind(self) -> SampleKind {
         match self {
             Self::F32(_) => SampleKind::F32,
@@ -85,12 +86,12 @@ impl<'a> SamplesRef<'a> {
         }
     }
 
-    /// How many there are.
+    /// Returns the number of samples.
     pub fn len(self) -> usize {
         self.bytes().len() / 4
     }
 
-    /// Whether there are none.
+    /// Returns whether there are no samples.
     pub fn is_empty(self) -> bool {
         self.bytes().is_empty()
     }
@@ -103,13 +104,13 @@ impl<'a> SamplesRef<'a> {
     }
 }
 
-/// An EXR under construction. Without [`ExrWriter::finish`] nothing appears under its name.
+/// An EXR that is being written. Without [`ExrWriter::finish`] no file appears under its name.
 pub struct ExrWriter {
     path: PathBuf,
     width: usize,
     rows_left: usize,
     kinds: Vec<SampleKind>,
-    /// For each place in the file's order of channels, the index of that channel in the caller's.
+    /// For each position in the file's order of channels, the index of that channel in the caller's order.
     file_order: Vec<usize>,
     block: Vec<u8>,
     blocks: Option<SyncSender<Vec<u8>>>,
@@ -118,11 +119,11 @@ pub struct ExrWriter {
 
 impl ExrWriter {
     /// Starts a picture of `width` × `height` pixels with these channels, in any order. The attributes are text; they
-    /// stand in the file as `hachure.NAME`, beside the standard attribute `software`.
+    /// are stored as `hachure.NAME`, in addition to the standard attribute `software`.
     ///
     /// # Errors
-    /// An empty picture; no channel, one without a name or two of the same; a folder that is not there or not
-    /// writable.
+    /// Fails if the picture is empty, if there is no channel, if a channel has no name, if two have the same name, or
+    /// if the folder does not exist or is not writable.
     pub fn create(
         path: &Path,
         width: u32,
@@ -133,10 +134,10 @@ impl ExrWriter {
         Self::create_noted(path, width, height, channels, attributes, &Notes::default())
     }
 
-    /// As [`ExrWriter::create`], with what it says of itself.
+    /// Does the same as [`ExrWriter::create`], and also writes `notes` into the header.
     ///
     /// # Errors
-    /// As [`ExrWriter::create`].
+    /// The same as [`ExrWriter::create`].
     pub fn create_noted(
         path: &Path,
         width: u32,
@@ -146,7 +147,7 @@ impl ExrWriter {
         notes: &Notes<'_>,
     ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
-        // The format wants channels sorted by the bytes of their names.
+        // The format requires channels sorted by the bytes of their names.
         let mut file_order: Vec<usize> = (0..channels.len()).collect();
         file_order.sort_by_key(|&channel| channels[channel].0.as_bytes());
         let mut header = header(path, width, height, file_order.iter().map(|&channel| channels[channel]), attributes)?;
@@ -173,18 +174,19 @@ impl ExrWriter {
         })
     }
 
-    /// Appends whole rows of all channels, below those already written: for each channel, in the order given to
-    /// [`ExrWriter::create`], rows × width samples.
+    /// Appends complete rows of all channels below those already written. For each channel, in the order given to
+    /// [`ExrWriter::create`], the band holds rows × width samples.
     ///
     /// # Errors
-    /// Channels of another number, type or length; more rows than the picture has; a full disk.
+    /// Fails if the channels have another number, type or length, if there are more rows than the picture has, or if
+    /// the disk is full.
     pub fn write_rows(&mut self, band: &[SamplesRef<'_>]) -> Result<(), FileError> {
         let rows = band.first().map_or(0, |samples| samples.len() / self.width);
         let fits = |(samples, kind): (&SamplesRef<'_>, &SampleKind)| {
             samples.kind() == *kind && samples.len() == rows * self.width
         };
         if band.len() != self.kinds.len() || !band.iter().zip(&self.kinds).all(fits) || rows > self.rows_left {
-            let cause = "a band of rows does not fit the picture's channels, width or height";
+            let cause = "a band of rows does not match the picture's channels, width or height";
             return Err(FileError::write(&self.path, cause));
         }
         let row_bytes = self.width * 4;
@@ -197,7 +199,7 @@ impl ExrWriter {
                 let next = Vec::with_capacity(self.block.len());
                 let block = std::mem::replace(&mut self.block, next);
                 if self.blocks.as_ref().is_none_or(|blocks| blocks.send(block).is_err()) {
-                    // The encoder has stopped before its time, and knows why.
+                    // The encoder has stopped early and returns the cause.
                     return Err(self.stop().err().unwrap_or_else(|| FileError::write(&self.path, "already stopped")));
                 }
             }
@@ -205,10 +207,10 @@ impl ExrWriter {
         Ok(())
     }
 
-    /// Ends the picture and gives it its name.
+    /// Finishes the picture and gives it its final name.
     ///
     /// # Errors
-    /// Rows are missing; a full disk.
+    /// Fails if rows are missing or the disk is full.
     pub fn finish(mut self) -> Result<(), FileError> {
         if self.rows_left > 0 {
             return Err(FileError::write(&self.path, format!("{} rows are missing", self.rows_left)));
@@ -217,7 +219,7 @@ impl ExrWriter {
         file.commit().map_err(|error| FileError::write(&self.path, error))
     }
 
-    /// Ends the encoder and waits for what it made.
+    /// Stops the encoder and waits for its result.
     fn stop(&mut self) -> Result<AtomicFile, FileError> {
         self.blocks = None;
         let result = match self.encoder.take().map(JoinHandle::join) {
@@ -230,13 +232,13 @@ impl ExrWriter {
 }
 
 impl Drop for ExrWriter {
-    /// Waits until the partial file is gone.
+    /// Waits until the temporary file is removed.
     fn drop(&mut self) {
         let _ = self.stop();
     }
 }
 
-/// Compresses and writes the blocks that come, until all are there.
+/// Compresses and writes blocks as they arrive, until all are written.
 fn encode(mut file: AtomicFile, header: Header, blocks: &Receiver<Vec<u8>>) -> Result<AtomicFile, String> {
     let (size, headers) = (header.layer_size, SmallVec::from_iter([header]));
     let write = |meta: MetaData, chunks: &mut exr::block::writer::ChunkWriter<_>| {
@@ -250,7 +252,7 @@ fn encode(mut file: AtomicFile, header: Header, blocks: &Receiver<Vec<u8>>) -> R
             Ok(UncompressedBlock { index, data })
         };
         let count = chunks.total_chunks_count();
-        // None means that there is nothing to gain from threads, or that none could be had.
+        // `None` means that threads bring no gain or cannot be started.
         if let Some(mut compressor) = chunks.parallel_blocks_compressor(&meta) {
             for index in 0..count {
                 compressor.add_block_to_compression_queue(index, block_at(index)?)?;
@@ -279,7 +281,7 @@ fn header<'a>(
         };
         let channel = ChannelDescription::named(text(name), sample_type);
         if name.is_empty() || list.last().is_some_and(|last| last.name == channel.name) {
-            return Err(FileError::write(path, format!("the channel name `{name}` is empty or stands twice")));
+            return Err(FileError::write(path, format!("the channel name `{name}` is empty or used twice")));
         }
         list.push(channel);
     }
@@ -292,7 +294,7 @@ fn header<'a>(
         BlockDescription::ScanLines,
         LineOrder::Increasing,
     );
-    // A name of the only part means a multi-part file to some readers.
+    // Some readers take a file whose only part has a name for a multi-part file.
     header.own_attributes.layer_name = None;
     header.own_attributes.software_name = Some(text(concat!("hachure ", env!("CARGO_PKG_VERSION"))));
     for (name, value) in attributes {
@@ -302,17 +304,18 @@ fn header<'a>(
     Ok(header)
 }
 
-/// The UTF-8 bytes of a text, as OpenEXR wants them; the crate's own conversion knows Latin-1 alone and may panic.
+/// Returns a text as UTF-8 bytes, which OpenEXR requires; the crate's own conversion only supports Latin-1 and may
+/// panic.
 fn text(text: &str) -> Text {
     let bytes_as_chars: String = text.bytes().map(char::from).collect();
-    // Every char is a byte here, so that this is never None; an empty text is the harmless way out.
+    // Every char is a byte here, so that this is never `None`; an empty text is a harmless fallback.
     Text::new_or_none(bytes_as_chars).unwrap_or_default()
 }
 
-/// Writes a whole picture: each channel holds width × height samples. See [`ExrWriter::create`].
+/// Writes a complete picture: each channel holds width × height samples. See [`ExrWriter::create`].
 ///
 /// # Errors
-/// As [`ExrWriter`]'s methods.
+/// The same as the methods of [`ExrWriter`].
 pub fn write_exr(
     path: &Path,
     width: u32,
@@ -323,10 +326,10 @@ pub fn write_exr(
     write_exr_noted(path, width, height, channels, attributes, &Notes::default())
 }
 
-/// As [`write_exr`], with what it says of itself.
+/// Does the same as [`write_exr`], and also writes `notes` into the header.
 ///
 /// # Errors
-/// As [`ExrWriter`]'s methods.
+/// The same as the methods of [`ExrWriter`].
 pub fn write_exr_noted(
     path: &Path,
     width: u32,

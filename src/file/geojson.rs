@@ -1,8 +1,8 @@
-//! GeoJSON: lines on the earth with what they are, one feature to a line of the file (RFC 7946).
+//! GeoJSON (RFC 7946): lines on the earth with their properties, one feature per line of the file.
 //!
-//! Coordinates are longitudes and latitudes in degrees (WGS 84). In any other reference system the collection has the
-//! member `crs` with the system's code, as the edition of 2008 had it and GDAL writes and reads it; east comes before
-//! north, and longitude before latitude, whatever the system's own order is.
+//! Coordinates are longitudes and latitudes in degrees (WGS 84). For any other reference system the collection has the
+//! member `crs` with the system's code, as in the 2008 edition, which GDAL reads and writes; east comes before north,
+//! and longitude before latitude, whatever the axis order of the system.
 
 use std::io::Write;
 use std::path::Path;
@@ -10,45 +10,46 @@ use std::path::Path;
 use super::FileError;
 use super::atomic::AtomicFile;
 
-/// The system of a file that names none.
+/// EPSG code of the reference system of a file without `crs`.
 const WGS84: u16 = 4326;
 
-/// Lines of one file.
+/// The lines of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collection {
-    /// For people.
+    /// Display name.
     pub name: String,
-    /// The EPSG code of the reference system of the coordinates.
+    /// EPSG code of the reference system of the coordinates.
     pub epsg: u16,
-    /// Digits of coordinates behind the point.
+    /// Number of decimals of the coordinates.
     pub digits: usize,
-    /// In drawing order.
+    /// Features in drawing order.
     pub features: Vec<Feature>,
 }
 
-/// A line, or a dot.
+/// A line or a dot.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Feature {
-    /// What it follows or is.
+    /// The kind of line, for example a contour or a hatching mark.
     pub kind: &'static str,
-    /// The name of its layer.
+    /// Name of the layer.
     pub layer: String,
-    /// On the land, in metres.
+    /// Width on the ground in metres.
     pub width_m: f64,
-    /// `#14120f`.
+    /// Colour as `#14120f`.
     pub ink: String,
-    /// 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f64,
-    /// The number of its pen, from 1, where pens draw.
+    /// Number of the pen, from 1, if pens draw.
     pub pen: Option<usize>,
-    /// East and north, or longitude and latitude. One place is a dot. Several parts are one line that is cut.
+    /// Coordinates as east and north, or longitude and latitude. A single position is a dot. Several parts are one line
+    /// with gaps.
     pub parts: Vec<Vec<[f64; 2]>>,
 }
 
-/// Writes a collection, whole or not at all.
+/// Writes a collection, completely or not at all.
 ///
 /// # Errors
-/// A number that is not finite; a folder that is not there or not writable; a full disk.
+/// Fails if a number is not finite, the folder does not exist or is not writable, or the disk is full.
 pub fn write_geojson(path: &Path, collection: &Collection) -> Result<(), FileError> {
     let is_finite = |feature: &Feature| {
         let mut numbers = feature.parts.iter().flatten().flatten();
@@ -101,7 +102,7 @@ fn line(feature: &Feature, digits: usize) -> String {
     )
 }
 
-/// Four digits that say something.
+/// Rounds to four significant digits.
 fn rounded(value: f64) -> f64 {
     format!("{value:.3e}").parse().unwrap_or(value)
 }

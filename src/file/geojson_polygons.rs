@@ -1,4 +1,4 @@
-//! Polygons of GeoJSON files (RFC 7946, and `crs` of its draft of 2008, which GDAL and QGIS write).
+//! Reads the polygons of GeoJSON files (RFC 7946, and `crs` of its draft of 2008, which GDAL and QGIS write).
 
 use std::path::{Path, PathBuf};
 
@@ -7,43 +7,36 @@ use serde_json::Value;
 use super::input::read_text;
 use super::message::{named, printable};
 
-/// Larger files are no outlines of water.
+/// Largest file that is read, in bytes; outlines of water are smaller.
 pub const LARGEST_BYTES: u64 = 256 << 20;
-/// Geometries lie so deep in collections.
+/// Largest nesting depth of collections.
 const DEEPEST: usize = 8;
 
-/// Why a file has no polygons. One line that names it.
+/// The reason why a file has no usable polygons. One line that names the file.
 #[derive(Debug, thiserror::Error)]
 pub enum PolygonsError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error("cannot read {}: {cause}", named(path))]
     Read {
-        /// The file.
         path: PathBuf,
-        /// What the system said.
         #[source]
         cause: std::io::Error,
     },
-    /// It is no GeoJSON, or one without polygons.
+    /// The file is not GeoJSON, or has no polygons.
     #[error("{}: {cause}", named(path))]
-    Content {
-        /// The file.
-        path: PathBuf,
-        /// What is wrong.
-        cause: String,
-    },
+    Content { path: PathBuf, cause: String },
 }
 
-/// The corners of an outline, or of a hole.
+/// The vertices of an outline or of a hole.
 pub type Ring = Vec<[f64; 2]>;
 
-/// Polygons, and the reference system of their coordinates.
+/// Polygons and the reference system of their coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Polygons {
-    /// Its EPSG code; none is longitude and latitude on WGS 84.
+    /// EPSG code of the reference system; `None` is longitude and latitude on WGS 84.
     pub epsg: Option<u16>,
-    /// The rings of each, in that system, without the last place, which repeats the first. A place within an odd number
-    /// of a polygon's rings is inside of it: holes are rings as others are, and rings may cross themselves.
+    /// The rings of each polygon, in that system, without the last vertex, which repeats the first. A point within an
+    /// odd number of a polygon's rings is inside the polygon: holes are ordinary rings, and rings may cross themselves.
     pub polygons: Vec<Vec<Ring>>,
 }
 
@@ -51,20 +44,21 @@ impl Polygons {
     /// Reads a file.
     ///
     /// # Errors
-    /// [`PolygonsError`]: no JSON, no polygon, a coordinate that is no finite number, an unknown reference system.
+    /// Returns [`PolygonsError`] if the file is not JSON, has no polygon, has a coordinate that is not a finite number,
+    /// or has an unknown reference system.
     pub fn read(path: &Path) -> Result<Self, PolygonsError> {
         let text =
             read_text(path, LARGEST_BYTES).map_err(|cause| PolygonsError::Read { path: path.to_owned(), cause })?;
         Self::parse(&text).map_err(|cause| PolygonsError::Content { path: path.to_owned(), cause })
     }
 
-    /// Reads a text.
+    /// Parses GeoJSON text.
     ///
     /// # Errors
-    /// What is wrong, in a line.
+    /// Returns the cause in one line.
     pub fn parse(text: &str) -> Result<Self, String> {
         let value: Value = serde_json::from_str(text)
-            .map_err(|error| format!("it is no GeoJSON: {}", printable(&error.to_string(), 120)))?;
+            .map_err(|error| format!("it is not GeoJSON: {}", printable(&error.to_string(), 120)))?;
         let mut polygons = Self { epsg: epsg_of(&value)?, polygons: Vec::new() };
         polygons.add(&value, 0)?;
         if polygons.polygons.is_empty() {
@@ -73,10 +67,10 @@ impl Polygons {
         Ok(polygons)
     }
 
-    /// Adds those of an object.
+    /// Adds the polygons of a GeoJSON object.
     fn add(&mut self, value: &Value, depth: usize) -> Result<(), String> {
         if depth > DEEPEST {
-            return Err(format!("its collections lie more than {DEEPEST} deep in each other"));
+            return Err(format!("its collections are nested more than {DEEPEST} deep"));
         }
         let list = |key: &str| value.get(key).and_then(Value::as_array).map(Vec::as_slice);
         match value.get("type").and_then(Value::as_str) {
@@ -97,9 +91,9 @@ impl Polygons {
                 let polygons = list("coordinates").ok_or("a MultiPolygon has no coordinates")?;
                 polygons.iter().try_for_each(|polygon| self.polygon(Some(polygon)))
             }
-            // Lines and points have no inside.
+            // Lines and points have no interior.
             Some("Point" | "MultiPoint" | "LineString" | "MultiLineString") => Ok(()),
-            _ => Err("it is no GeoJSON: an object has no known type".to_owned()),
+            _ => Err("it is not GeoJSON: an object has no known type".to_owned()),
         }
     }
 
@@ -109,17 +103,17 @@ impl Polygons {
         let wrong = |cause: &str| format!("polygon {number}: {cause}");
         let rings = rings.and_then(Value::as_array).ok_or_else(|| wrong("it has no list of rings"))?;
         for ring in rings {
-            let places = ring.as_array().ok_or_else(|| wrong("a ring is no list of places"))?;
+            let places = ring.as_array().ok_or_else(|| wrong("a ring is not a list of positions"))?;
             let place = |place: &Value| {
                 let [x, y] = [0, 1].map(|axis| place.get(axis).and_then(Value::as_f64).filter(|c| c.is_finite()));
-                x.zip(y).map(|(x, y)| [x, y]).ok_or_else(|| wrong("a place is no pair of finite numbers"))
+                x.zip(y).map(|(x, y)| [x, y]).ok_or_else(|| wrong("a position is not a pair of finite numbers"))
             };
             let mut places = places.iter().map(place).collect::<Result<Vec<_>, _>>()?;
             if places.len() > 1 && places.first() == places.last() {
                 places.pop();
             }
             if places.len() < 3 {
-                return Err(wrong("a ring has fewer than three places"));
+                return Err(wrong("a ring has fewer than three positions"));
             }
             polygon.push(places);
         }
@@ -128,7 +122,7 @@ impl Polygons {
     }
 }
 
-/// The code of `crs`; none is WGS 84.
+/// Returns the EPSG code of the member `crs`; `None` is WGS 84.
 fn epsg_of(value: &Value) -> Result<Option<u16>, String> {
     let Some(crs) = value.get("crs").filter(|crs| !crs.is_null()) else { return Ok(None) };
     let name = crs.pointer("/properties/name").and_then(Value::as_str).ok_or("its crs has no name")?;
@@ -140,7 +134,7 @@ fn epsg_of(value: &Value) -> Result<Option<u16>, String> {
         // GeoJSON has longitudes first, also under this code.
         Some(4326) => Ok(None),
         Some(code) => Ok(Some(code)),
-        None => Err(format!("its crs {} is none that is known", printable(name, 60))),
+        None => Err(format!("its crs {} is not known", printable(name, 60))),
     }
 }
 
@@ -178,15 +172,15 @@ mod tests {
             )
         };
         for (text, expected) in [
-            ("".to_owned(), "it is no GeoJSON"),
+            ("".to_owned(), "it is not GeoJSON"),
             ("[1]".to_owned(), "no known type"),
             ("{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(), "it has no polygons"),
             ("{\"type\":\"FeatureCollection\"}".to_owned(), "no features"),
-            (ring("[0,0],[1,0]"), "polygon 1: a ring has fewer than three places"),
-            (ring("[0,0],[1,null],[1,1]"), "polygon 1: a place is no pair of finite numbers"),
-            (ring("[0,0],[1,NaN],[1,1]"), "it is no GeoJSON"),
-            (ring("[0,0],[1e999,1],[1,1]"), "it is no GeoJSON"),
-            (crs("local"), "its crs local is none that is known"),
+            (ring("[0,0],[1,0]"), "polygon 1: a ring has fewer than three positions"),
+            (ring("[0,0],[1,null],[1,1]"), "polygon 1: a position is not a pair of finite numbers"),
+            (ring("[0,0],[1,NaN],[1,1]"), "it is not GeoJSON"),
+            (ring("[0,0],[1e999,1],[1,1]"), "it is not GeoJSON"),
+            (crs("local"), "its crs local is not known"),
         ] {
             let error = Polygons::parse(&text).unwrap_err();
             assert!(error.contains(expected) && !error.contains('\n') && error.len() < 200, "{error}");

@@ -1,5 +1,5 @@
-//! GeoTIFF of a picture: 8 bits per channel, sRGB without alpha, in strips of rows from top to bottom, so that a picture
-//! of any size needs the memory of one strip. Files of more than 4 GiB are BigTIFF.
+//! Writes pictures as GeoTIFF: 8 bits per channel, sRGB without alpha, in strips of rows from top to bottom, so that a
+//! picture of any size needs the memory of one strip. Files of more than 4 GiB are BigTIFF.
 
 use std::path::{Path, PathBuf};
 
@@ -16,18 +16,18 @@ const Y_RESOLUTION: u16 = 283;
 const RESOLUTION_UNIT: u16 = 296;
 const INCH: u16 = 2;
 
-/// Bytes of a strip before it is packed, at most, but for a row that is longer.
+/// Largest uncompressed size of a strip in bytes, unless a single row is larger.
 const STRIP_BYTES: usize = 1 << 20;
-/// Of a pixel.
+/// Channels per pixel.
 const CHANNELS: usize = 3;
 
-/// A picture under construction. Without [`GeoTiffWriter::finish`] nothing appears under its name.
+/// A picture that is being written. Without [`GeoTiffWriter::finish`] no file appears under its name.
 pub struct GeoTiffWriter {
     path: PathBuf,
     file: SharedFile,
     writer: TiffWriter<SharedFile>,
     image: ImageHandle,
-    /// Rows that fill no strip yet.
+    /// Rows that do not fill a strip yet.
     rows: Vec<u8>,
     row_bytes: usize,
     strip_rows: usize,
@@ -36,10 +36,11 @@ pub struct GeoTiffWriter {
 }
 
 impl GeoTiffWriter {
-    /// Starts a picture of `width` × `height` pixels with the tags of its place, at so many dots to an inch of paper.
+    /// Starts a picture of `width` × `height` pixels with the tags of its georeference and a resolution in dots per
+    /// inch.
     ///
     /// # Errors
-    /// An empty picture; a folder that is not there or not writable; tags that do not hold.
+    /// Fails if the picture is empty, the folder does not exist or is not writable, or the tags are invalid.
     pub fn create(path: &Path, width: u32, height: u32, tags: Vec<Tag>, dpi: Option<f64>) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         let file = SharedFile::create(path).map_err(|error| FileError::write(path, error))?;
@@ -56,7 +57,7 @@ impl GeoTiffWriter {
             .strips(strip_rows as u32)
             .tag(Tag::new(SOFTWARE, TagValue::Ascii(software)));
         if let Some(dpi) = dpi {
-            // A thousandth of a dot is near enough.
+            // A thousandth of a dot is precise enough.
             let dots = || TagValue::Rational(vec![[(dpi * 1000.0).round() as u32, 1000]]);
             image = image.tag(Tag::new(X_RESOLUTION, dots())).tag(Tag::new(Y_RESOLUTION, dots()));
             image = image.tag(Tag::new(RESOLUTION_UNIT, TagValue::Short(vec![INCH])));
@@ -68,10 +69,10 @@ impl GeoTiffWriter {
         Ok(Self { path, file, writer, image, rows: Vec::new(), row_bytes, strip_rows, strips: 0, rows_left })
     }
 
-    /// Appends whole rows of red, green, blue and alpha, which is left out, below those already written.
+    /// Appends complete RGBA rows below those already written. Alpha is dropped.
     ///
     /// # Errors
-    /// Bytes that are no whole rows, or more rows than the picture has; a full disk.
+    /// Fails if the bytes are not complete rows, if there are more rows than the picture has, or if the disk is full.
     pub fn write_rows(&mut self, rgba: &[u8]) -> Result<(), FileError> {
         let row_bytes = self.row_bytes / CHANNELS * 4;
         let count = rgba.len() / row_bytes;
@@ -88,10 +89,10 @@ impl GeoTiffWriter {
         strips.chunks_exact(strip_bytes).try_for_each(|strip| self.write_strip(strip))
     }
 
-    /// Ends the picture and gives it its name.
+    /// Finishes the picture and gives it its final name.
     ///
     /// # Errors
-    /// Rows are missing; a full disk.
+    /// Fails if rows are missing or the disk is full.
     pub fn finish(mut self) -> Result<(), FileError> {
         if self.rows_left > 0 {
             return Err(FileError::write(&self.path, format!("{} rows are missing", self.rows_left)));

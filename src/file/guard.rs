@@ -1,8 +1,8 @@
-//! What a command reads, known before it writes anything: an input is never an output.
+//! Keeps a command from overwriting its inputs: its inputs are collected before it writes anything.
 //!
-//! Two names mean one file if they lead to the same place, links included, or to the same device and inode (hard links,
-//! names that differ in case only where the file system does not care). On systems without inodes the place alone
-//! counts. Folders that are read whole are on the list too, because a new file in them would be read the next time.
+//! Two names denote one file if they resolve to the same path, links included, or to the same device and inode (hard
+//! links, names that differ only in case where the file system ignores case). On systems without inodes only the path
+//! counts. Folders that are read as a whole are inputs too, because the next run would read a new file in them.
 
 use std::collections::HashMap;
 use std::fs::Metadata;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use super::FileError;
 
-/// Says of a path whether it is read.
+/// Returns whether a path is read.
 pub type IsRead = fn(&Path) -> bool;
 
 /// All files that a command reads.
@@ -20,10 +20,10 @@ pub struct Inputs {
     folders: Vec<Folder>,
 }
 
-/// A way to tell a file from all others. A file may have both.
+/// An identity of a file. A file may have both kinds.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Identity {
-    /// Without links and dots.
+    /// Path without links and dots.
     Place(PathBuf),
     /// Device and inode.
     #[cfg(unix)]
@@ -50,30 +50,30 @@ struct Folder {
 }
 
 impl Inputs {
-    /// Adds a file. A missing one cannot be lost, and opening it fails soon enough.
+    /// Adds a file. A missing file cannot be overwritten, and opening it fails soon enough.
     pub fn add(&mut self, path: &Path) {
         self.add_if(path, |_| true);
     }
 
-    /// Adds a file that is read if `is_read` says so, which is asked only when somebody wants to write there.
+    /// Adds a file that is read if `is_read` returns true, which is only called if an output has this path.
     pub fn add_if(&mut self, path: &Path, is_read: IsRead) {
         for identity in identities(path) {
             self.files.entry(identity).or_default().push(Input { path: path.to_owned(), is_read });
         }
     }
 
-    /// Adds a folder that is read whole: `would_be_read` says of a path relative to it whether a file there would be
-    /// read the next time.
+    /// Adds a folder that is read as a whole. `would_be_read` takes a path relative to the folder and returns whether
+    /// the next run would read a file there.
     pub fn add_folder(&mut self, folder: &Path, would_be_read: IsRead) {
         if let Ok(place) = folder.canonicalize() {
             self.folders.push(Folder { path: folder.to_owned(), place, would_be_read });
         }
     }
 
-    /// Whether a file may be written.
+    /// Checks that a file may be written.
     ///
     /// # Errors
-    /// [`FileError::IsInput`], [`FileError::WouldBeInput`].
+    /// Returns [`FileError::IsInput`] or [`FileError::WouldBeInput`].
     pub fn check(&self, output: &Path) -> Result<(), FileError> {
         let mut found = identities(output).filter_map(|identity| self.files.get(&identity)).flatten();
         if let Some(input) = found.find(|input| input.is_read()) {
@@ -90,10 +90,10 @@ impl Inputs {
         }
     }
 
-    /// Whether a folder may be emptied and removed: whether nothing in it is read.
+    /// Checks that a folder may be emptied and removed, because no input is inside.
     ///
     /// # Errors
-    /// [`FileError::IsInput`].
+    /// Returns [`FileError::IsInput`].
     pub fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
         let Ok(inside) = folder.canonicalize() else { return Ok(()) };
         let is_inside = |identity: &Identity| matches!(identity, Identity::Place(place) if place.starts_with(&inside));
@@ -105,7 +105,7 @@ impl Inputs {
     }
 }
 
-/// All that tells what lies at `path`; nothing where nothing does.
+/// Returns all identities of the file at `path`; none if there is no file.
 fn identities(path: &Path) -> impl Iterator<Item = Identity> {
     let metadata = std::fs::metadata(path).ok();
     let place = metadata.as_ref().and_then(|_| path.canonicalize().ok());
@@ -123,7 +123,7 @@ fn inode(_: &Metadata) -> Option<Identity> {
     None
 }
 
-/// Where a file lies or would lie, without links and dots as far as there is something.
+/// Returns the path of an existing or future file, without links and dots in the part that exists.
 fn place(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     let mut rest = Vec::new();
@@ -155,7 +155,7 @@ mod tests {
         atomic::write(&at("b.tif"), b"heights").unwrap();
         std::fs::create_dir(at("sub")).unwrap();
         let mut inputs = Inputs::default();
-        // One way of reading a file does not read it, another does.
+        // The same file can be added by two readers, of which one does not read it.
         inputs.add_if(&at("a.tif"), |_| false);
         assert_eq!(inputs.check(&at("a.tif")), Ok(()));
         inputs.add(&at("a.tif"));

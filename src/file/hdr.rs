@@ -1,4 +1,4 @@
-//! Radiance pictures of what surrounds a scene: `.hdr`, equirectangular.
+//! Environment pictures in the Radiance format: `.hdr`, equirectangular.
 
 use std::io::{BufReader, Cursor};
 use std::path::Path;
@@ -11,14 +11,14 @@ use super::input::read_bytes;
 use super::message::named;
 use super::one_line;
 
-/// Of a file, at most: 8192 × 4096 pixels as they are.
+/// Largest file in bytes: 8192 × 4096 uncompressed pixels.
 const LARGEST_BYTES: u64 = 160 << 20;
-/// Sides of a picture, at most.
+/// Largest width and height of a picture in pixels.
 const LARGEST_SIDE_PX: u32 = 16_384;
-/// Columns and rows that are kept: light is taken apart into few parts.
+/// Columns and rows that are retained; lighting needs only a coarse picture.
 const KEPT: [usize; 2] = [128, 64];
 
-/// A picture of the surroundings that does not hold.
+/// The error of an environment picture that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[error("{}: cannot read the environment: {cause}", named(path))]
 pub struct HdrError {
@@ -26,11 +26,11 @@ pub struct HdrError {
     cause: String,
 }
 
-/// Radiance by direction: the means of the cells of an equirectangular picture, whose middle is north and whose first row
-/// is the zenith.
+/// Radiance by direction, averaged over the cells of an equirectangular picture. The middle of the picture is north,
+/// and its first row the zenith.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SkyPicture {
-    /// Linear red, green and blue, by rows.
+    /// Linear red, green and blue, row by row.
     cells: Vec<[f32; 3]>,
 }
 
@@ -38,22 +38,22 @@ impl SkyPicture {
     /// Reads a Radiance picture.
     ///
     /// # Errors
-    /// [`HdrError`] when it is not there, is too large, or is no such picture.
+    /// Returns [`HdrError`] if the file does not exist, is too large, or is not such a picture.
     pub fn load(path: &Path) -> Result<Self, HdrError> {
         let wrong = |cause: String| HdrError { path: path.display().to_string(), cause: one_line(&cause) };
         let bytes = read_bytes(path, LARGEST_BYTES).map_err(|error| wrong(error.to_string()))?;
         Self::parse(&bytes).map_err(wrong)
     }
 
-    /// From the bytes of a file, or what is wrong with them.
+    /// Decodes the bytes of a file, or returns the cause of the failure.
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let decoder = HdrDecoder::new(BufReader::new(Cursor::new(bytes))).map_err(|error| error.to_string())?;
         let (width, height) = decoder.dimensions();
-        // The header comes first: a damaged one may claim a size that no memory holds.
+        // The size is checked first: a damaged header may claim a size that exceeds the memory.
         if width != 2 * height || width > LARGEST_SIDE_PX || height == 0 {
             return Err(format!(
-                "it is {width} × {height} px, and a picture of the whole sphere is twice as wide as high, and no wider \
-                 than {LARGEST_SIDE_PX}"
+                "it is {width} × {height} px, but a picture of the whole sphere must be twice as wide as high and no \
+                 wider than {LARGEST_SIDE_PX} px"
             ));
         }
         let picture = DynamicImage::from_decoder(decoder).map_err(|error| error.to_string())?.into_rgb32f();
@@ -70,7 +70,7 @@ impl SkyPicture {
         }
         let mut cells: Vec<[f32; 3]> =
             sums.iter().map(|(sum, count)| sum.map(|channel| (channel / count.max(1.0)) as f32)).collect();
-        // A picture that is smaller has cells between its pixels.
+        // A picture that is smaller than the grid leaves some cells without a pixel; they take the nearest one.
         for index in 0..cells.len() {
             if sums[index].1 == 0.0 {
                 let (column, row) = (index % columns, index / columns);
@@ -82,7 +82,7 @@ impl SkyPicture {
         Ok(Self { cells })
     }
 
-    /// Radiance from a direction of the world, which need not be a unit vector: linear red, green and blue.
+    /// Returns the radiance from a direction in the world, which need not be a unit vector: linear red, green and blue.
     pub fn radiance(&self, direction: DVec3) -> [f64; 3] {
         let [columns, rows] = KEPT;
         let unit = direction.normalize_or(DVec3::Z);
@@ -100,7 +100,7 @@ mod tests {
 
     use super::*;
 
-    /// A flat RGBE picture whose left half is red and whose upper half is ten times as bright.
+    /// Builds a flat RGBE picture whose left half is red and whose upper half is eight times as bright.
     fn picture(width: usize, height: usize) -> Vec<u8> {
         let mut bytes = format!("#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y {height} +X {width}\n").into_bytes();
         for y in 0..height {
@@ -116,7 +116,7 @@ mod tests {
     fn directions_find_their_pixels() {
         for [width, height] in [[256, 128], [4, 2]] {
             let sky = SkyPicture::parse(&picture(width, height)).unwrap();
-            // The middle is north; west of it lies on the left.
+            // The middle is north; west of it is on the left.
             let west_up = sky.radiance(DVec3::new(-1.0, 0.1, 0.5));
             let east_down = sky.radiance(DVec3::new(1.0, 0.1, -0.5));
             assert!(west_up[0] > 0.0 && west_up[2] == 0.0 && east_down[0] == 0.0 && east_down[2] > 0.0);

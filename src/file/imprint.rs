@@ -1,8 +1,8 @@
-//! The imprint of an output: a text that says how it was drawn, under the key `hachure` of its format. What it says is
-//! [`crate::picture::imprint`]'s matter.
+//! The imprint of an output: a text that says how it was drawn, stored under the key `hachure` of its format.
+//! [`crate::picture::imprint`] defines the text.
 //!
-//! - PNG: the chunk `iTXt` of that keyword. The resolution also stands in `pHYs`.
-//! - EXR: the attribute of that name, a string. The resolution is `xDensity`, and the camera `worldToCamera` and
+//! - PNG: an `iTXt` chunk with that keyword. The resolution is also stored in `pHYs`.
+//! - EXR: a string attribute of that name. The resolution is `xDensity`; the camera is `worldToCamera` and
 //!   `worldToNDC`.
 //! - SVG: the text of `<metadata id="hachure">`.
 //! - MP4: the tag of that name, which ffmpeg writes and reads.
@@ -14,40 +14,40 @@ use std::process::{Command, Stdio};
 use super::input::open_regular;
 use super::{FileError, exr, png, video};
 
-/// Under which an output has its imprint.
+/// Key under which an output stores its imprint.
 pub const KEY: &str = "hachure";
 
-/// An imprint has no more bytes: a style file may have as many, and so may its recipes.
+/// Largest imprint in bytes: a style file may have as many, and so may its recipes.
 const LARGEST_BYTES: u64 = 4 << 20;
 
-/// What an output says beside its pixels.
+/// Metadata of an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Notes<'a> {
-    /// How it was drawn.
+    /// The imprint: how the output was drawn.
     pub imprint: Option<&'a str>,
-    /// Dots in an inch of paper.
+    /// Resolution on paper in dots per inch.
     pub dpi: Option<f64>,
-    /// The eye, where there is one.
+    /// Matrices of the camera, for outputs that have one.
     pub matrices: Option<Matrices>,
 }
 
-/// Where the eye of a picture is, as the standard attributes of EXR have it.
+/// The camera of a picture, in the convention of EXR's standard attributes.
 ///
-/// Both are to be multiplied with a row vector from the left, and stand row by row. The world is east, north, up in
-/// metres.
+/// Both matrices multiply a row vector from the right and are stored row by row. World coordinates are east, north, up
+/// in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Matrices {
-    /// To the camera: x right, y up, and it looks along −z.
+    /// To camera space: x right, y up, looking along −z.
     pub camera_from_world: [f32; 16],
-    /// To the picture after the division by w: x from −1 at its left side to 1, y from −1 at its lower side to 1; z is
-    /// 1 at the near plane and 0 at infinity.
+    /// To the picture after the division by w: x from −1 at the left to 1, y from −1 at the bottom to 1; z is 1 at the
+    /// near plane and 0 at infinity.
     pub ndc_from_world: [f32; 16],
 }
 
-/// The imprint of a PNG, EXR, SVG or MP4, which is known by its content.
+/// Reads the imprint of a PNG, EXR, SVG or MP4, which is recognised by its content.
 ///
 /// # Errors
-/// A file that cannot be read, is damaged where its imprint stands, or has none.
+/// Fails if the file cannot be read, is damaged where its imprint is stored, or has no imprint.
 pub fn read(path: &Path) -> Result<String, FileError> {
     let failed = |error: std::io::Error| FileError::read(path, error);
     let mut head = [0; 512];
@@ -69,12 +69,14 @@ pub fn read(path: &Path) -> Result<String, FileError> {
     } else if String::from_utf8_lossy(head).contains("<svg") {
         of_svg(path)?
     } else {
-        return Err(FileError::read(path, "it is no PNG, EXR, SVG or MP4"));
+        return Err(FileError::read(path, "it is not a PNG, EXR, SVG or MP4"));
     };
-    imprint.ok_or_else(|| FileError::read(path, "it does not say how it was drawn; what hachure render writes does"))
+    imprint.ok_or_else(|| {
+        FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one")
+    })
 }
 
-/// The text of `<metadata id="hachure">`. Editors of SVG move attributes and break lines, but keep both.
+/// Returns the text of `<metadata id="hachure">`. SVG editors move attributes and break lines, but keep both.
 fn of_svg(path: &Path) -> Result<Option<String>, FileError> {
     let failed = |error: std::io::Error| FileError::read(path, error);
     let mut bytes = Vec::new();
@@ -89,12 +91,14 @@ fn of_svg(path: &Path) -> Result<Option<String>, FileError> {
             continue;
         }
         let inside = inside.split_once("</metadata>").map(|(inside, _)| inside);
-        return inside.map(|inside| Some(unescaped(inside))).ok_or_else(|| FileError::read(path, "it is cut"));
+        return inside
+            .map(|inside| Some(unescaped(inside)))
+            .ok_or_else(|| FileError::read(path, "its metadata is truncated"));
     }
     Ok(None)
 }
 
-/// A text of XML, of which [`escaped`] wrote the entities; numbers are for what editors make of it.
+/// Resolves the entities of XML text. [`escaped`] writes the named ones; editors may also write numeric ones.
 fn unescaped(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;
@@ -118,7 +122,8 @@ fn unescaped(text: &str) -> String {
     plain + rest
 }
 
-/// A text between tags, with its line breaks. What XML cannot hold becomes a question mark.
+/// Escapes text for use between tags; keeps its line breaks. Characters that XML cannot represent become question
+/// marks.
 pub(super) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
@@ -134,8 +139,8 @@ pub(super) fn escaped(text: &str) -> String {
     safe
 }
 
-/// What `ffmpeg -f ffmetadata` says of a film: lines `key=value`, in which a backslash stands before each `=`, `;`, `#`,
-/// backslash and line break of a value.
+/// Extracts the imprint from the output of `ffmpeg -f ffmetadata`: lines `key=value`, with a backslash before each `=`,
+/// `;`, `#`, backslash and line break of a value.
 pub(super) fn of_ffmetadata(text: &str) -> Option<String> {
     let mut lines: Vec<String> = vec![String::new()];
     let mut is_escaped = false;
@@ -152,13 +157,13 @@ pub(super) fn of_ffmetadata(text: &str) -> Option<String> {
     lines.into_iter().find_map(|line| Some(line.strip_prefix(KEY)?.strip_prefix('=')?.to_owned()))
 }
 
-/// What a program says of a film.
+/// Runs a program (ffmpeg) on a film and returns its standard output.
 pub(super) fn said(program: &mut Command, path: &Path) -> Result<String, FileError> {
     let output = program.stdin(Stdio::null()).output().map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => {
             FileError::read(path, "hachure reads films through ffmpeg, which is not installed")
         }
-        _ => FileError::read(path, format!("ffmpeg does not start: {error}")),
+        _ => FileError::read(path, format!("ffmpeg cannot be started: {error}")),
     })?;
     if !output.status.success() {
         return Err(FileError::read(path, format!("ffmpeg: {}", String::from_utf8_lossy(&output.stderr))));

@@ -1,26 +1,27 @@
-//! Inputs that are read whole into memory: styles, scenes, recipes, camera paths, models.
+//! Inputs that are read completely into memory: styles, scenes, recipes, camera paths, models.
 //!
-//! Only regular files are opened, because opening a named pipe may block for ever and a device may have no end. A pipe
+//! Only regular files are opened, because opening a named pipe may block forever and a device may never end. A pipe
 //! that the shell has already opened for the program (`/dev/stdin`, or `/dev/fd/63` from `--path <(…)`) is read as
-//! well, because it ends when its writer does. Every kind of input has a largest size, at which reading stops.
+//! well, because it ends when its writer does. Every kind of input has a size limit at which reading stops.
 
 use std::fs::{File, FileType, Metadata};
 use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
-/// A style, or a recipe of marks or strokes: the presets have 2 KiB.
+/// Size limit in bytes of a style, or a recipe of marks or strokes: the presets have 2 KiB.
 pub const LARGEST_STYLE_BYTES: u64 = 1 << 20;
-/// A scene: 65,536 meshes of some 150 bytes each.
+/// Size limit in bytes of a scene: 65,536 meshes of about 150 bytes each.
 pub const LARGEST_SCENE_BYTES: u64 = 16 << 20;
-/// A camera path: about two hours with a row for every frame. Its rows take some 10 times as much memory.
+/// Size limit in bytes of a camera path: about two hours with a row for every frame. Parsed rows take about 10 times as
+/// much memory.
 pub const LARGEST_PATH_BYTES: u64 = 16 << 20;
 
 /// Opens a regular file for reading.
 ///
 /// # Errors
-/// The system's; a folder, named pipe, device or socket, which is told by that name.
+/// Passes on the system's errors; rejects a folder, named pipe, device or socket and names its kind.
 pub fn open_regular(path: &Path) -> Result<File> {
-    // This comes before opening, which blocks on a named pipe until somebody writes to it.
+    // This check comes before opening, which blocks on a named pipe until another process writes to it.
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, format!("it is {}, not a file", kind(metadata.file_type()))));
@@ -28,7 +29,7 @@ pub fn open_regular(path: &Path) -> Result<File> {
     File::open(path)
 }
 
-/// A file that ends with an error where it is longer than it may be.
+/// A file that returns an error when more bytes are read than its limit.
 pub struct Bounded {
     file: File,
     bytes: u64,
@@ -40,18 +41,18 @@ impl Bounded {
     /// Opens a regular file, or a pipe that the shell has opened.
     ///
     /// # Errors
-    /// As [`open_regular`]; more bytes than that.
+    /// The same as [`open_regular`]; also fails if the file is larger than `most_bytes`.
     pub fn open(path: &Path, most_bytes: u64) -> Result<Self> {
         let metadata = std::fs::metadata(path)?;
         let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
         if metadata.len() > most_bytes {
-            let cause = format!("it has {}, and at most {} can be read", told(metadata.len()), told(most_bytes));
+            let cause = format!("it has {}, but at most {} can be read", told(metadata.len()), told(most_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
         Ok(Self { file, bytes: metadata.len(), read_bytes: 0, most_bytes })
     }
 
-    /// How long the system says that it is: 0 for a pipe, and for some files of the system.
+    /// Returns the length in bytes that the system reports: 0 for a pipe, and for some virtual files.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -61,19 +62,19 @@ impl Read for Bounded {
     fn read(&mut self, buffer: &mut [u8]) -> Result<usize> {
         let read = self.file.read(buffer)?;
         self.read_bytes += read as u64;
-        // It may grow while it is read, and some files of the system do not say how long they are.
+        // The file may grow while it is read, and some virtual files report no length.
         if self.read_bytes > self.most_bytes {
-            let cause = format!("it has more than {}, which is the most that can be read", told(self.most_bytes));
+            let cause = format!("it has more than the limit of {}", told(self.most_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
         Ok(read)
     }
 }
 
-/// The bytes of a regular file, or of a pipe that the shell has opened, if there are no more than `most_bytes`.
+/// Returns the bytes of a regular file, or of a pipe that the shell has opened, if there are at most `most_bytes`.
 ///
 /// # Errors
-/// As [`Bounded`].
+/// The same as [`Bounded`].
 pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
     let mut file = Bounded::open(path, most_bytes)?;
     let mut bytes = Vec::new();
@@ -82,10 +83,10 @@ pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The same as a text.
+/// Reads a file as [`read_bytes`] does, and returns it as text.
 ///
 /// # Errors
-/// As [`read_bytes`]; bytes that are no UTF-8.
+/// The same as [`read_bytes`]; also fails if the bytes are not UTF-8.
 pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, most_bytes)?).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
@@ -94,7 +95,7 @@ pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
     })
 }
 
-/// What a path is that is no regular file, with its article.
+/// Returns the kind of a path that is not a regular file, with its article.
 fn kind(file_type: FileType) -> &'static str {
     #[cfg(unix)]
     {
@@ -112,7 +113,7 @@ fn kind(file_type: FileType) -> &'static str {
     if file_type.is_dir() { "a folder" } else { "something else" }
 }
 
-/// Whether this is one of the program's own open files, and a pipe.
+/// Returns whether a path is one of the program's own open files, and a pipe.
 #[cfg(unix)]
 fn is_open_pipe(path: &Path, metadata: &Metadata) -> bool {
     use std::os::unix::fs::FileTypeExt;
@@ -125,7 +126,7 @@ fn is_open_pipe(_: &Path, _: &Metadata) -> bool {
     false
 }
 
-/// A size for people.
+/// Formats a size for messages.
 fn told(bytes: u64) -> String {
     match bytes {
         0..1024 => format!("{bytes} bytes"),
@@ -146,7 +147,7 @@ mod tests {
         assert_eq!(read_bytes(&path, 14).unwrap().len(), 14);
         assert_eq!(read_text(&path, 14).unwrap_err().to_string(), "it is not UTF-8 text (line 2)");
         let error = read_bytes(&path, 13).unwrap_err();
-        assert_eq!(error.to_string(), "it has 14 bytes, and at most 13 bytes can be read");
+        assert_eq!(error.to_string(), "it has 14 bytes, but at most 13 bytes can be read");
         let error = read_bytes(folder.path(), 13).unwrap_err();
         assert_eq!(error.to_string(), "it is a folder, not a file");
         assert_eq!(read_text(&folder.path().join("y"), 1).unwrap_err().kind(), ErrorKind::NotFound);
@@ -156,10 +157,10 @@ mod tests {
     #[cfg(target_os = "linux")]
     #[test]
     fn files_without_a_length_end_at_the_limit() {
-        // The kernel's own files say that they have 0 bytes.
+        // Virtual files of the kernel report a length of 0 bytes.
         let path = Path::new("/proc/self/maps");
         let error = read_bytes(path, 100).unwrap_err();
-        assert_eq!(error.to_string(), "it has more than 100 bytes, which is the most that can be read");
+        assert_eq!(error.to_string(), "it has more than the limit of 100 bytes");
         assert!(read_bytes(path, 1 << 24).unwrap().len() > 100);
     }
 }

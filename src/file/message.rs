@@ -1,61 +1,61 @@
-//! The words of messages: texts that come from elsewhere, names of files, causes, and the nearest known name.
+//! Formatting of messages: foreign text, file names, causes, and the nearest known name.
 //!
-//! Arguments, the contents of files and the answers of servers may hold anything: megabytes, line breaks, or escape
-//! sequences that a terminal obeys. Whatever of them enters a message goes through [`shown`], [`quoted`] or [`named`].
+//! Arguments, file contents and server answers may contain anything: megabytes, line breaks, or escape sequences that a
+//! terminal executes. Such text only enters a message through [`shown`], [`quoted`] or [`named`].
 //!
-//! The rule for errors of this crate: `Display` tells the whole story in one line, causes included, and `source()`
-//! gives the causes as values. [`chain`] is for errors of which that is not known; it adds the causes that are not told
-//! yet.
+//! The rule for errors of this crate: `Display` gives the whole message in one line, causes included, and `source()`
+//! returns the causes as values. [`chain`] is for errors that may not follow this rule; it adds the causes that the
+//! message does not contain yet.
 
 use std::error::Error;
 use std::path::Path;
 
-/// Characters of a foreign text, at most.
+/// Largest number of characters of a foreign text.
 const LONGEST_TEXT: usize = 80;
-/// Characters of a file's name with its folders, at most: more, for it is needed to find the file.
+/// Largest number of characters of a path. It is longer, because the user needs the path to find the file.
 const LONGEST_NAME: usize = 120;
-/// How similar two names must be for one to be suggested for the other, 0 to 1.
+/// Smallest similarity (0 to 1) at which one name is suggested for another.
 const SIMILAR: f64 = 0.84;
 
-/// A foreign text as a message shows it: control characters are escaped, and of a long text the beginning and the end
-/// are left, 80 characters in all at most.
+/// Formats a foreign text for a message: control characters are escaped, and a long text is shortened to its beginning
+/// and end, at most 80 characters in all.
 pub fn shown(text: &str) -> String {
     cut(text, LONGEST_TEXT)
 }
 
-/// [`shown`], between quotation marks.
+/// Formats a text as [`shown`] does, in quotation marks.
 pub fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(text))
 }
 
-/// The name of a file as a message shows it: as [`shown`], but longer, with its end whole, where the file's own name
-/// is.
+/// Formats a path for a message as [`shown`] does, but allows more characters and keeps its end, which is the file's
+/// own name.
 pub fn named(path: impl AsRef<Path>) -> String {
     cut(&path.as_ref().to_string_lossy(), LONGEST_NAME)
 }
 
-/// A whole message as a terminal may show it: in one line, control characters escaped, of `longest` characters at most.
+/// Formats a complete message for a terminal: one line, control characters escaped, at most `longest` characters.
 pub fn printable(message: &str, longest: usize) -> String {
     cut(&super::one_line(message), longest)
 }
 
-/// A text of several lines as a terminal may show it: control characters other than line breaks and tabs are escaped.
+/// Formats a text of several lines for a terminal: control characters other than line breaks and tabs are escaped.
 pub fn harmless(text: &str) -> String {
     text.chars().map(|it| if matches!(it, '\n' | '\t') { it.to_string() } else { seen(it) }).collect()
 }
 
-/// Whether a character would act on a terminal or on the order of the text instead of being seen.
+/// Returns whether a character would control the terminal or the text direction instead of being visible.
 fn acts(character: char) -> bool {
     let directions = matches!(character, '\u{200e}' | '\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
     character.is_control() || directions || character == '\u{feff}'
 }
 
-/// A character that acts as an escape, another one as it is.
+/// Escapes a control character; returns other characters unchanged.
 fn seen(character: char) -> String {
     if acts(character) { character.escape_default().to_string() } else { character.to_string() }
 }
 
-/// A text in `most` characters: what is too long loses its middle, and keeps more of its end than of its beginning.
+/// Shortens a text to `most` characters by removing its middle; more of the end is kept than of the beginning.
 fn cut(text: &str, most: usize) -> String {
     let within = |pieces: &mut dyn Iterator<Item = String>, most: usize| {
         let mut length = 0;
@@ -79,7 +79,7 @@ fn cut(text: &str, most: usize) -> String {
     format!("{}…{}", start.concat(), end.concat())
 }
 
-/// An error and its causes: its own words, then those of each cause that they do not hold already.
+/// Returns an error's message, followed by that of each cause that it does not contain already.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -93,9 +93,9 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
     text
 }
 
-/// Of the known names the one that `name` was probably meant to be.
+/// Returns the known name that `name` probably stands for.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // Longer ones are no slip of a hand, and their comparison would take long.
+    // Longer names are not typing mistakes, and comparing them would be slow.
     if name.chars().count() > LONGEST_TEXT {
         return None;
     }
@@ -109,7 +109,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     known.max_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, known)| known)
 }
 
-/// `; did you mean "ink"?` where a known name is near, else nothing.
+/// Returns `; did you mean "ink"?` if a known name is similar, else an empty string.
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(name, known).map_or(String::new(), |known| format!("; did you mean \"{known}\"?"))
 }
@@ -124,7 +124,7 @@ mod tests {
         assert_eq!(shown("a\u{1b}[31m\nb\u{202e}\u{7f}"), "a\\u{1b}[31m\\nb\\u{202e}\\u{7f}");
         let long = shown(&format!("begin{}end", "\u{1b}".repeat(1 << 20)));
         assert!(long.chars().count() <= LONGEST_TEXT && long.starts_with("begin") && long.ends_with("end"), "{long}");
-        // No escape is cut in two.
+        // No escape sequence is cut in two.
         assert_eq!(long.matches('{').count(), long.matches('}').count());
         assert_eq!(shown(&"x".repeat(80)), "x".repeat(80));
         let file = format!("/{}/ridge.tif", "deep/".repeat(99));

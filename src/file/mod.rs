@@ -1,6 +1,6 @@
-//! What hachure writes: pictures, channels, lines, films. Every output is written beside its name and then renamed, so
-//! that a stopped run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads what
-//! is small enough to be held in memory.
+//! File outputs: pictures, channels, lines, films. Every output is written to a temporary file and then renamed, so
+//! that an interrupted run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads
+//! files that are small enough to be held in memory.
 
 pub mod atomic;
 pub mod exr;
@@ -24,62 +24,57 @@ use std::path::{Path, PathBuf};
 
 use message::named;
 
-/// Why an output was not written, or a picture not read. One line that names the file and the cause.
+/// The reason why an output was not written, or a picture not read. One line that names the file and the cause.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum FileError {
-    /// An output was not written; what stood there before still does.
+    /// An output was not written; an existing file was left unchanged.
     #[error("cannot write {}: {cause}", named(path))]
     Write {
-        /// The output.
         path: PathBuf,
-        /// What the system or the encoder said.
+        /// The message of the system or the encoder.
         cause: String,
     },
     /// A picture was not read.
     #[error("cannot read {}: {cause}", named(path))]
     Read {
-        /// The picture.
         path: PathBuf,
-        /// What the system or the decoder said.
+        /// The message of the system or the decoder.
         cause: String,
     },
-    /// An output name that hachure does not know how to write.
+    /// The name of an output has no format that hachure writes.
     #[error("{}: {cause}", named(path))]
     Name {
         /// The name as given.
         path: PathBuf,
-        /// What is wrong with it, and what would be right.
+        /// What is wrong with the name, and what would be right.
         cause: String,
     },
-    /// An output that is read by the same command.
-    #[error("{}: is the input {}; hachure does not overwrite what it reads", path.display(), input.display())]
+    /// The output is also an input of the same command.
+    #[error("{}: is the input {}; hachure does not overwrite its inputs", path.display(), input.display())]
     IsInput {
         /// The output as given.
         path: PathBuf,
         /// The input, which may have another name.
         input: PathBuf,
     },
-    /// An output that the same command would take for one of its inputs the next time.
+    /// The same command would read the output as one of its inputs in the next run.
     #[error(
-        "{}: lies in {}, all of which is read, and would be an input the next time; name a place outside of it",
+        "{}: is in the input folder {} and would be an input of the next run; choose a path outside that folder",
         path.display(), folder.display()
     )]
     WouldBeInput {
         /// The output as given.
         path: PathBuf,
-        /// Whose files are read.
+        /// The folder whose files are read.
         folder: PathBuf,
     },
-    /// There is no ffmpeg on this machine.
+    /// ffmpeg is not installed.
     #[error(
         "cannot write {}: hachure writes .mp4 through ffmpeg, which is not installed; \
          frames can be written as PNG with a pattern like dir/%05d.png",
         named(path)
     )]
-    NoFfmpeg {
-        /// The film.
-        path: PathBuf,
-    },
+    NoFfmpeg { path: PathBuf },
 }
 
 impl FileError {
@@ -96,14 +91,14 @@ impl FileError {
     }
 }
 
-/// A text without line breaks and rows of spaces: what an error may take of foreign words.
+/// Replaces line breaks and runs of spaces by single spaces, for foreign text in error messages.
 pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
-/// The number of samples of a picture that is neither empty nor too large to count.
+/// Returns the number of samples of a picture; fails if it is empty or too large to count.
 fn sample_count(path: &Path, width: u32, height: u32) -> Result<usize, FileError> {
-    // Both formats keep sizes as signed 32-bit numbers.
+    // Both formats store sizes as signed 32-bit numbers.
     let fits = |size: u32| (1..=i32::MAX as u32).contains(&size);
     if !fits(width) || !fits(height) {
         return Err(FileError::write(path, format!("a picture of {width}x{height} pixels cannot be written")));

@@ -1,4 +1,4 @@
-//! What the name of an output says: its format, and whether it is one file or many.
+//! Interprets the name of an output: its format, and whether it is one file or many.
 
 use std::path::{Path, PathBuf};
 
@@ -11,31 +11,31 @@ pub enum PictureFormat {
     Png,
     /// Named channels of 32 bits.
     Exr,
-    /// Strokes as paths.
+    /// Strokes as SVG paths.
     Svg,
-    /// 8 bits per channel, sRGB, with its place on the earth.
+    /// 8 bits per channel, sRGB, with a georeference.
     GeoTiff,
-    /// Strokes as lines on the earth.
+    /// Strokes as lines with earth coordinates.
     GeoJson,
 }
 
-/// What an output is, by its name.
+/// The kind of output that a name denotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum OutputKind {
-    /// One picture.
+    /// A single picture.
     Picture(PictureFormat),
-    /// One picture per frame.
+    /// A picture per frame.
     Frames(FramePattern, PictureFormat),
-    /// A film.
+    /// A film in one file.
     Mp4,
 }
 
 impl OutputKind {
-    /// Reads the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, `.tif` or `.geojson`, or a pattern of pictures such
-    /// as `dir/%05d.exr`.
+    /// Parses the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, `.tif` or `.geojson`, or a pattern of pictures
+    /// such as `dir/%05d.exr`.
     ///
     /// # Errors
-    /// Another ending; a wrong pattern.
+    /// Fails for another extension or an invalid pattern.
     pub fn of(path: &Path) -> Result<Self, FileError> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         let format = match ending.as_deref() {
@@ -46,7 +46,7 @@ impl OutputKind {
             Some("tif" | "tiff") => PictureFormat::GeoTiff,
             Some("geojson") => PictureFormat::GeoJson,
             _ => {
-                let cause = "an output ends in .png, .exr, .svg or .mp4, with --map also .tif or .geojson, or is a pattern of \
+                let cause = "an output must end in .png, .exr, .svg or .mp4 (with --map also .tif or .geojson), or be a pattern of \
                              frames like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
@@ -58,7 +58,7 @@ impl OutputKind {
     }
 }
 
-/// A name with a number in it: exactly one `%d` or `%0Nd` (N digits with leading zeros); `%%` stands for a percent
+/// A name that contains a number: exactly one `%d` or `%0Nd` (N digits with leading zeros); `%%` stands for a percent
 /// sign.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct FramePattern {
@@ -71,10 +71,10 @@ impl FramePattern {
     /// Parses a pattern.
     ///
     /// # Errors
-    /// No number, several, or a percent sign with something else behind it.
+    /// Fails if there is no number, more than one, or a percent sign followed by anything else.
     pub fn parse(pattern: &Path) -> Result<Self, FileError> {
         let wrong = |cause: &str| {
-            let cause = format!("{cause}; a pattern of frames has one %d or %05d, and %% for a percent sign");
+            let cause = format!("{cause}; a frame pattern has exactly one %d or %05d, and %% for a percent sign");
             FileError::name(pattern, cause)
         };
         let mut rest = pattern.to_str().ok_or_else(|| wrong("the name is not UTF-8"))?;
@@ -90,13 +90,13 @@ impl FramePattern {
             let (width, after) = after.split_once('d').ok_or_else(|| wrong("a percent sign without d"))?;
             let digits = match width {
                 "" => 1,
-                // 20 digits hold every number that there is.
+                // 20 digits hold every u64.
                 _ => width
                     .strip_prefix('0')
                     .filter(|width| width.bytes().all(|byte| byte.is_ascii_digit()))
                     .and_then(|width| width.parse().ok())
                     .filter(|digits| (1..=20).contains(digits))
-                    .ok_or_else(|| wrong("something stands between the percent sign and its d"))?,
+                    .ok_or_else(|| wrong("only 0 and a number of digits (up to 20) may come between % and d"))?,
             };
             if number.is_some() {
                 return Err(wrong("it has more than one number"));
@@ -109,15 +109,15 @@ impl FramePattern {
         Ok(Self { before, after: text, digits })
     }
 
-    /// The path of a frame.
+    /// Returns the path of a frame.
     pub fn path(&self, frame: u64) -> PathBuf {
         PathBuf::from(format!("{}{frame:0digits$}{}", self.before, self.after, digits = self.digits))
     }
 
-    /// The path of a frame, whose folder is there after this.
+    /// Creates the folder of a frame and returns the frame's path.
     ///
     /// # Errors
-    /// A folder that cannot be made.
+    /// Fails if the folder cannot be created.
     pub fn prepare(&self, frame: u64) -> Result<PathBuf, FileError> {
         let path = self.path(frame);
         if let Some(folder) = path.parent() {

@@ -1,5 +1,5 @@
-//! PNG, 8 bits per channel, sRGB: written in bands of rows from top to bottom, so that a picture of any size needs
-//! the memory of one band.
+//! PNG, 8 bits per channel, sRGB. Pictures are written in bands of rows from top to bottom, so that a picture of any
+//! size needs the memory of one band.
 
 use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
@@ -9,12 +9,12 @@ use super::imprint::{KEY, Notes};
 use super::input::open_regular;
 use super::{FileError, sample_count};
 
-/// Who wrote a picture, as its chunk `Software` says it: a drawing in a folder of heights is none of them.
+/// Value of the text chunk `Software`. It marks hachure's drawings, which a folder of height files ignores.
 const SOFTWARE: &str = "hachure";
 
 const METRES_PER_INCH: f64 = 0.0254;
 
-/// What a pixel holds.
+/// The channels of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PngPixels {
     /// 3 bytes: red, green, blue.
@@ -24,7 +24,7 @@ pub enum PngPixels {
 }
 
 impl PngPixels {
-    /// Bytes of one pixel.
+    /// Returns the bytes of one pixel.
     pub fn bytes(self) -> usize {
         match self {
             Self::Rgb8 => 3,
@@ -33,7 +33,7 @@ impl PngPixels {
     }
 }
 
-/// A PNG under construction. Without [`PngWriter::finish`] nothing appears under its name.
+/// A PNG that is being written. Without [`PngWriter::finish`] no file appears under its name.
 pub struct PngWriter {
     path: PathBuf,
     file: SharedFile,
@@ -46,23 +46,23 @@ impl PngWriter {
     /// Starts a picture of `width` × `height` RGBA pixels.
     ///
     /// # Errors
-    /// An empty picture; a folder that is not there or not writable.
+    /// Fails if the picture is empty, or if the folder does not exist or is not writable.
     pub fn create(path: &Path, width: u32, height: u32) -> Result<Self, FileError> {
         Self::create_with(path, width, height, PngPixels::Rgba8)
     }
 
-    /// As [`PngWriter::create`], for other pixels than RGBA.
+    /// Does the same as [`PngWriter::create`] for the given kind of pixels.
     ///
     /// # Errors
-    /// As [`PngWriter::create`].
+    /// The same as [`PngWriter::create`].
     pub fn create_with(path: &Path, width: u32, height: u32, pixels: PngPixels) -> Result<Self, FileError> {
         Self::create_noted(path, width, height, pixels, &Notes::default())
     }
 
-    /// As [`PngWriter::create_with`], with what it says of itself.
+    /// Does the same as [`PngWriter::create_with`], and also writes `notes` into the header.
     ///
     /// # Errors
-    /// As [`PngWriter::create`].
+    /// The same as [`PngWriter::create`].
     pub fn create_noted(
         path: &Path,
         width: u32,
@@ -89,8 +89,9 @@ impl PngWriter {
             let dots_per_m = (dpi / METRES_PER_INCH).round() as u32;
             png::PixelDimensions { xppu: dots_per_m, yppu: dots_per_m, unit: png::Unit::Meter }
         }));
-        // On drawings, Balanced makes half to a third of what Fast makes, and 9 million pixels take 0.1 to 0.7 s. The
-        // up filter keeps smooth washes small, and pure lines no larger than any other filter does.
+        // On drawings, Balanced gives files a half to a third the size of those that Fast gives, and 9 million pixels
+        // take 0.1 to 0.7 s. The up filter keeps smooth washes small, and pure lines no larger than any other filter
+        // does.
         encoder.set_compression(png::Compression::Balanced);
         encoder.set_filter(png::Filter::Up);
         let stream = encoder
@@ -101,10 +102,10 @@ impl PngWriter {
         Ok(Self { path: path.to_owned(), file, stream, row_bytes, rows_left: height as usize })
     }
 
-    /// Appends whole rows, below those already written. Their length is a multiple of width × bytes per pixel.
+    /// Appends complete rows below those already written. Their length is a multiple of width × bytes per pixel.
     ///
     /// # Errors
-    /// Bytes that are no whole rows, or more rows than the picture has; a full disk.
+    /// Fails if the bytes are not complete rows, if there are more rows than the picture has, or if the disk is full.
     pub fn write_rows(&mut self, rows: &[u8]) -> Result<(), FileError> {
         let count = rows.len() / self.row_bytes;
         if count * self.row_bytes != rows.len() || count > self.rows_left {
@@ -117,29 +118,29 @@ impl PngWriter {
         Ok(())
     }
 
-    /// Ends the picture and gives it its name.
+    /// Finishes the picture and gives it its final name.
     ///
     /// # Errors
-    /// Rows are missing; a full disk.
+    /// Fails if rows are missing or the disk is full.
     pub fn finish(self) -> Result<(), FileError> {
         self.finish_after(|| Ok(()))
     }
 
-    /// As [`PngWriter::finish`], and what has to have its name before the picture has one gets it between: when all that
-    /// may still fail is the picture's own name.
+    /// Finishes the picture as [`PngWriter::finish`] does, but calls `before` just before the rename. This is for files
+    /// that must get their final names first: by then only the rename of the picture itself can still fail.
     ///
     /// # Errors
-    /// As [`PngWriter::finish`], and those of `before`.
+    /// The same as [`PngWriter::finish`], and the errors of `before`.
     pub fn finish_after(self, before: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
         let ended = self.end()?;
         before()?;
         ended.commit()
     }
 
-    /// Ends the picture, which has no name yet: for files that get their names together.
+    /// Finishes the picture without giving it its final name, for groups of files that are renamed together.
     ///
     /// # Errors
-    /// As [`PngWriter::finish`].
+    /// The same as [`PngWriter::finish`].
     pub fn end(self) -> Result<EndedPng, FileError> {
         let Self { path, file, stream, rows_left, .. } = self;
         if rows_left > 0 {
@@ -149,32 +150,32 @@ impl PngWriter {
         Ok(EndedPng { path, file })
     }
 
-    /// Rows that are still to be written.
+    /// Returns the number of rows that are still to be written.
     pub fn rows_left(&self) -> usize {
         self.rows_left
     }
 }
 
-/// A PNG that is whole, and has no name yet. Without [`EndedPng::commit`] it goes.
+/// A complete PNG without its final name. Dropping it without [`EndedPng::commit`] removes it.
 pub struct EndedPng {
     path: PathBuf,
     file: SharedFile,
 }
 
 impl EndedPng {
-    /// Gives it its name.
+    /// Gives the picture its final name.
     ///
     /// # Errors
-    /// A full disk, a folder that is gone.
+    /// Fails if the disk is full or the folder no longer exists.
     pub fn commit(self) -> Result<(), FileError> {
         self.file.commit().map_err(|error| FileError::write(&self.path, error))
     }
 }
 
-/// Writes a whole RGBA picture: `rgba` holds width × height × 4 bytes, row by row from the top.
+/// Writes a complete RGBA picture: `rgba` holds width × height × 4 bytes, row by row from the top.
 ///
 /// # Errors
-/// As [`PngWriter`]'s methods.
+/// The same as the methods of [`PngWriter`].
 pub fn write_rgba8(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<(), FileError> {
     let mut writer = PngWriter::create(path, width, height)?;
     writer.write_rows(rgba)?;
@@ -188,18 +189,19 @@ pub struct Picture {
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// width × height × 4 bytes: red, green, blue, alpha, row by row from the top.
+    /// Width × height × 4 bytes: red, green, blue, alpha, row by row from the top.
     pub rgba: Vec<u8>,
 }
 
 impl std::fmt::Debug for Picture {
-    /// The size only: a failed comparison must not print a million numbers.
+    /// Prints the size only: a failed comparison must not print a million numbers.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "Picture({}x{})", self.width, self.height)
     }
 }
 
-/// Whether hachure wrote a picture, by what stands before its pixels. What is no PNG it did not write.
+/// Returns whether hachure wrote a picture, judged by the text chunks before its pixels. Files other than PNG return
+/// `false`.
 #[must_use]
 pub fn is_drawing(path: &Path) -> bool {
     let Ok(file) = open_regular(path) else { return false };
@@ -208,7 +210,7 @@ pub fn is_drawing(path: &Path) -> bool {
     texts.iter().any(|text| text.keyword == "Software" && text.text.starts_with(SOFTWARE))
 }
 
-/// The imprint that stands before the pixels.
+/// Reads the imprint from the chunks before the pixels.
 pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
     let reader = png::Decoder::new(BufReader::new(file)).read_info();
@@ -217,17 +219,18 @@ pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     text.map(png::text_metadata::ITXtChunk::get_text).transpose().map_err(|error| FileError::read(path, error))
 }
 
-/// A picture with more bytes is not read: 8192 × 16384 pixels.
+/// Largest picture that is read, in decoded bytes: 8192 × 16384 pixels.
 const LARGEST_BYTES: usize = 1 << 29;
-/// Deflate packs 1032 bytes into one at best; so many more are free for the header.
+/// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
 
-/// Reads any PNG as RGBA with 8 bits per channel: 16 bits are cut to their upper 8, grey is spread, palettes are
+/// Reads any PNG as RGBA with 8 bits per channel: 16 bits are cut to their upper 8, grey is replicated, palettes are
 /// looked up, and pictures without alpha are opaque.
 ///
 /// # Errors
-/// A file that cannot be opened or is no PNG, or whose header claims more pixels than it can hold or memory has.
+/// Fails if the file cannot be opened or is not a PNG, or if its header claims more pixels than the file can hold or
+/// fit in memory.
 pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
     let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
     let file_bytes = file.metadata().map_err(|error| FileError::read(path, error))?.len();
@@ -238,10 +241,11 @@ pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
     let bytes = reader.output_buffer_size().filter(|&bytes| bytes <= LARGEST_BYTES).ok_or_else(too_large)?;
     let packed = (reader.info().raw_bytes() as u64).min(bytes as u64);
     if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
-        return Err(FileError::read(path, format!("its pixels cannot lie in {file_bytes} bytes")));
+        return Err(FileError::read(path, format!("its pixels do not fit in {file_bytes} bytes")));
     }
     let mut rgba = Vec::new();
-    rgba.try_reserve_exact(bytes).map_err(|_| FileError::read(path, format!("it needs {bytes} bytes of memory")))?;
+    rgba.try_reserve_exact(bytes)
+        .map_err(|_| FileError::read(path, format!("not enough memory: it needs {bytes} bytes")))?;
     rgba.resize(bytes, 0);
     let frame = reader.next_frame(&mut rgba).map_err(|error| FileError::read(path, error))?;
     rgba.truncate(frame.buffer_size());

@@ -1,15 +1,15 @@
-//! Standard output and standard error, written without `println!` and `eprintln!`: those panic when nobody reads any
-//! more or the disk behind them is full.
+//! Writes to standard output and standard error without `println!` and `eprintln!`, which panic when the reader has
+//! closed the pipe or the disk is full.
 
 use std::io::{self, ErrorKind, Write};
 use std::path::Path;
 
 use super::FileError;
 
-/// Writes `text` and a line's end to standard output. A reader that has heard enough (`… | head`) is no failure.
+/// Writes `text` and a line break to standard output. A reader that closes the pipe early (`… | head`) is not an error.
 ///
 /// # Errors
-/// Standard output cannot be written for another reason, such as a full disk.
+/// Fails if standard output cannot be written for another reason, such as a full disk.
 pub fn print(text: &str) -> Result<(), FileError> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
@@ -20,7 +20,7 @@ pub fn print(text: &str) -> Result<(), FileError> {
     }
 }
 
-/// Writes `text` and a line's end to standard error. If that fails, there is nowhere left to report it.
+/// Writes `text` and a line break to standard error. If that fails, there is nowhere left to report it.
 pub fn complain(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

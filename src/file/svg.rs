@@ -1,9 +1,9 @@
 //! SVG: paths in layers, for browsers, Inkscape and the programs of pen plotters.
 //!
-//! One `<path>` for each stroke, with its width and, where it is faint, its opacity; what all have in common stands at
-//! their layer. A layer is a `<g>` with an `id`, and the attributes by which Inkscape knows it as a layer; programs for
-//! plotters read these too. Coordinates are absolute and no path is transformed, so that a unit of the file is a unit
-//! of the sheet for everyone. There is no background: the sheet is the paper.
+//! Each stroke is one `<path>` with its width and, where it is faint, its opacity; common attributes are on the layer.
+//! A layer is a `<g>` with an `id` and the attributes by which Inkscape recognises layers; plotter programs read these
+//! too. Coordinates are absolute and no path is transformed, so that a unit of the file is a unit of the page in every
+//! program. There is no background: the page is the paper.
 
 use std::io::Write;
 use std::path::Path;
@@ -14,17 +14,17 @@ use super::FileError;
 use super::atomic::AtomicFile;
 use super::imprint::{self, KEY};
 
-/// What a number of the file means.
+/// The unit of the file's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// A pixel of the picture.
+    /// Pixels of the picture.
     Px,
-    /// A millimetre of paper.
+    /// Millimetres of paper.
     Mm,
 }
 
 impl Unit {
-    /// As files have it.
+    /// Returns the unit's name in SVG.
     pub fn name(self) -> &'static str {
         match self {
             Self::Px => "px",
@@ -33,68 +33,67 @@ impl Unit {
     }
 }
 
-/// A drawing.
+/// A drawing that consists of layers of strokes.
 #[derive(Clone, Debug)]
 pub struct Drawing {
-    /// For people.
+    /// Title for readers.
     pub title: String,
-    /// For people, in a line or two.
+    /// Description for readers, in a line or two.
     pub description: String,
-    /// Width and height.
+    /// Width and height in `unit`.
     pub size: [f64; 2],
-    /// Of everything.
+    /// Unit of all lengths and coordinates.
     pub unit: Unit,
-    /// Digits behind the point.
+    /// Number of decimals.
     pub digits: usize,
-    /// Of every path: `#14120f`.
+    /// Colour of every path unless its layer or stroke has another: `#14120f`.
     pub ink: String,
-    /// From the lowest up.
+    /// Layers, the lowest first.
     pub layers: Vec<Layer>,
 }
 
-/// A layer.
 #[derive(Clone, Debug)]
 pub struct Layer {
-    /// An XML name.
+    /// Identifier, which must be a valid XML name.
     pub id: String,
-    /// For people.
+    /// Display name.
     pub label: String,
-    /// Its colour, where it is not the drawing's.
+    /// Colour of the layer, if it differs from the drawing's.
     pub ink: Option<String>,
-    /// What its strokes follow or are: `contour`, `border`, `crease`, `suggestive contour`, `ridge`, `valley`, `mark`, or `stroke` for
-    /// all of an eye. An SVG does not say it.
+    /// The kind of its strokes: `contour`, `border`, `crease`, `suggestive contour`, `ridge`, `valley`, `mark`, or
+    /// `stroke` for all strokes of an eye. It is not written to the SVG.
     pub kind: &'static str,
-    /// The number of the pen that draws it, from 1, where pens do.
+    /// Number of the pen that draws the layer, from 1, if pens are used.
     pub pen: Option<usize>,
-    /// In drawing order.
+    /// Strokes in drawing order.
     pub strokes: Vec<Stroke>,
 }
 
 /// A path with a width.
 #[derive(Clone, Debug)]
 pub struct Stroke {
-    /// Its middle.
+    /// Centre line of the stroke.
     pub path: BezPath,
-    /// In the drawing's unit.
+    /// Width in the drawing's unit.
     pub width: f64,
-    /// 0 to 1.
+    /// Opacity, 0 to 1.
     pub opacity: f64,
-    /// Its colour, where it is not its layer's.
+    /// Colour of the stroke, if it differs from its layer's.
     pub ink: Option<String>,
 }
 
-/// Writes a drawing, whole or not at all.
+/// Writes a drawing, completely or not at all.
 ///
 /// # Errors
-/// A number that is not finite; a folder that is not there or not writable; a full disk.
+/// Fails if a number is not finite, the folder does not exist or is not writable, or the disk is full.
 pub fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
     write_svg_noted(path, drawing, None)
 }
 
-/// As [`write_svg`], with a text that says how it was drawn ([`super::imprint`]).
+/// Does the same as [`write_svg`], and also writes an imprint that says how the drawing was made ([`super::imprint`]).
 ///
 /// # Errors
-/// As [`write_svg`].
+/// The same as [`write_svg`].
 pub fn write_svg_noted(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
@@ -148,7 +147,7 @@ fn write(out: &mut impl Write, drawing: &Drawing, imprint: Option<&str>) -> std:
     writeln!(out, "</svg>")
 }
 
-/// A path as the attribute `d`.
+/// Formats a path as the attribute `d`.
 fn path_data(path: &BezPath, digits: usize) -> String {
     let mut text = String::new();
     let place = |point: Point| format!("{},{}", number(point.x, digits), number(point.y, digits));
@@ -168,14 +167,14 @@ fn path_data(path: &BezPath, digits: usize) -> String {
     text
 }
 
-/// Rounded, without what says nothing: `1.5` for 1.500, `0` for -0.0.
+/// Rounds a number and removes trailing zeros: `1.5` for 1.500, `0` for -0.0.
 fn number(value: f64, digits: usize) -> String {
     let text = format!("{value:.digits$}");
     let short = if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.') } else { &text };
     if short == "-0" { "0".to_owned() } else { short.to_owned() }
 }
 
-/// A text between tags or quotes. What XML cannot hold becomes a question mark.
+/// Escapes text for use between tags or quotes. Characters that XML cannot represent become question marks.
 fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {

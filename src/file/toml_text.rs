@@ -1,8 +1,8 @@
-//! TOML that people write: scenes, styles, recipes of marks and stroke textures, side files.
+//! TOML that people write: scenes, styles, recipes of marks and stroke textures, sidecar files.
 //!
-//! All of them are read by [`read`], so that a mistake is told in one way: the file, the line and the column, the key,
-//! and what would be right, in the words of the file format rather than of the program's types. `toml` parses the text;
-//! `values` hands its values to serde and knows where each of them stands.
+//! All of these are read by [`read`], so that every mistake is reported in the same form: the file, the line and the
+//! column, the key, and what would be right, in the terms of the file format rather than of the program's types. `toml`
+//! parses the text; `values` passes its values to serde and knows the position of each of them.
 
 mod mistake;
 mod values;
@@ -17,48 +17,47 @@ use toml::de::{DeTable, DeValue};
 use self::mistake::Mistake;
 use super::message::{named, printable};
 
-/// Why a text is no TOML, or not the one that is wanted. One line.
+/// The reason why a text is not TOML, or not of the expected form. One line.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{}{}: {cause}", named(name), at.map_or(String::new(), |[line, column]| format!(":{line}:{column}")))]
 pub struct TomlError {
-    /// Of the file.
     pub name: String,
-    /// Line and column, counted from 1, where they are known; a column is a character.
+    /// Line and column in characters, counted from 1, if they are known.
     pub at: Option<[usize; 2]>,
     /// The key, what is wrong with it, and what would be right.
     pub cause: String,
 }
 
-/// Reads a text; `name` stands for the file in errors.
+/// Reads a text; `name` is the name of the file in errors.
 ///
 /// # Errors
-/// A text that is no TOML; a key that is unknown or missing; a value of another kind.
+/// Fails if the text is not TOML, if a key is unknown or missing, or if a value has the wrong type.
 pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let table = parse(name, text)?;
     T::deserialize(values::Root(&table)).map_err(|mistake| told(name, text, &mistake))
 }
 
-/// Whether a text is TOML, and if so, the keys at its top.
+/// Returns the top-level keys of a TOML text.
 ///
 /// # Errors
-/// A text that is no TOML.
+/// Fails if the text is not TOML.
 pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
     Ok(parse(name, text)?.get_ref().keys().map(|key| key.get_ref().to_string()).collect())
 }
 
-/// A value that is of the right kind and makes no sense. Scenes, styles and recipes are checked as values, and all of
-/// them become errors by [`Wrong::in_text`].
+/// A value of the right type that is not acceptable. Scenes, styles and recipes are checked as values, and
+/// [`Wrong::in_text`] turns the findings into errors with a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wrong {
-    /// The key with its sections; `[2]` behind that of a list means its third entry: `hatching.layers[2].from`.
+    /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.layers[2].from`.
     pub key: String,
-    /// What is told of it.
+    /// The message.
     pub told: String,
 }
 
 impl Wrong {
-    /// `words` follow the key: ` is 3, not between 0 and 1`. Which entry of a list it is follows from its place, and is
-    /// not told.
+    /// Builds the message from the key, without indices, and `words`, which follow it: ` is 3, not between 0 and 1`.
+    /// The position in the text shows which entry of a list is meant.
     pub fn new(key: impl Into<String>, words: impl Display) -> Self {
         let key = key.into();
         let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
@@ -66,13 +65,13 @@ impl Wrong {
         Self { key, told }
     }
 
-    /// The same in other words, which need not begin with the key.
+    /// Builds a message that need not begin with the key.
     pub fn told(key: impl Into<String>, told: impl Into<String>) -> Self {
         Self { key: key.into(), told: told.into() }
     }
 
-    /// The error, with the place of the value in the text. That of a key which is not there is the place of its
-    /// section, if that is there. `name` stands for the file.
+    /// Returns the error with the position of the value in the text. For a key that is missing this is the position of
+    /// its section, if that exists. `name` is the name of the file.
     pub fn in_text(&self, name: &str, text: &str) -> TomlError {
         let table = parse(name, text).ok();
         let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));
@@ -92,14 +91,14 @@ fn told(name: &str, text: &str, mistake: &Mistake) -> TomlError {
     TomlError { name: name.to_owned(), at: Some(position(text, at)), cause: mistake.cause() }
 }
 
-/// Line and column of a byte, counted from 1.
+/// Returns the line and column of a byte offset, counted from 1.
 fn position(text: &str, byte: usize) -> [usize; 2] {
     let before = &text[..text.floor_char_boundary(byte)];
     let line = before.rsplit('\n').next().unwrap_or(before);
     [before.matches('\n').count() + 1, line.trim_start_matches('\u{feff}').chars().count() + 1]
 }
 
-/// Where the value of a key stands.
+/// Returns the byte range of a key's value.
 fn place_of(table: &DeTable<'_>, key: &str) -> Option<Range<usize>> {
     let (first, rest) = key.split_once('.').map_or((key, None), |(first, rest)| (first, Some(rest)));
     let (first, index) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
@@ -177,7 +176,7 @@ mod tests {
     impl<'de> Deserialize<'de> for Tint {
         fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
             let text = String::deserialize(deserializer)?;
-            let cause = || serde::de::Error::custom(format!("{} is no tint", super::super::message::quoted(&text)));
+            let cause = || serde::de::Error::custom(format!("{} is not a tint", super::super::message::quoted(&text)));
             (text == "red").then_some(Self).ok_or_else(cause)
         }
     }
@@ -198,45 +197,45 @@ mod tests {
     #[test]
     fn mistakes_have_a_place_and_what_would_be_right() {
         for (text, expected) in [
-            ("titel = \"a\"", "sheet.toml:1:1: there is no key \"titel\"; did you mean \"title\"?"),
+            ("titel = \"a\"", "sheet.toml:1:1: unknown key \"titel\"; did you mean \"title\"?"),
             ("", "sheet.toml:1:1: the key \"title\" is missing"),
             ("title = \"a\"\n[frame]\n", "sheet.toml:2:1: the key \"frame.width_px\" is missing"),
-            ("title = 3", "sheet.toml:1:9: title must be a text, and 3 is a number"),
+            ("title = 3", "sheet.toml:1:9: title must be text, but 3 is a number"),
             (
                 "title = \"a\"\n\n[frame]\n  width_px = \"thin\"",
-                "sheet.toml:4:14: frame.width_px must be a number, and \"thin\" is a text",
+                "sheet.toml:4:14: frame.width_px must be a number, but \"thin\" is text",
             ),
             (
                 "title = \"a\"\n[frame]\nwidth_px = 1\nrounded = 1",
-                "sheet.toml:4:11: frame.rounded must be true or false, and 1 is a number",
+                "sheet.toml:4:11: frame.rounded must be true or false, but 1 is a number",
             ),
-            ("title = \"ä\"\nframe = 3", "sheet.toml:2:9: frame must be a table, and 3 is a number"),
+            ("title = \"ä\"\nframe = 3", "sheet.toml:2:9: frame must be a table, but 3 is a number"),
             (
                 "title = \"\"\ncopies = -1",
-                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is -1",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, but it is -1",
             ),
             (
                 "title = \"\"\ncopies = 1.5",
-                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, and it is 1.5",
+                "sheet.toml:2:10: copies must be a whole number from 0 to 4294967295, but it is 1.5",
             ),
-            ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, and 3 is a number"),
-            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, and it has 1"),
-            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, and it is true"),
+            ("title = \"\"\ndots = 3", "sheet.toml:2:8: dots must be a list, but 3 is a number"),
+            ("title = \"\"\ndots = [{ at = [1] }]", "sheet.toml:2:16: dots.at must be a list of 2, but it has 1"),
+            ("title = \"\"\n[[dots]]\nat = [1, true]", "sheet.toml:3:10: dots.at must be a number, but it is true"),
             ("title = \"\"\nfold = \"leter\"", "sheet.toml:2:8: fold cannot be \"leter\"; did you mean \"letter\"?"),
-            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; there is half, letter"),
-            ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, and 2 is a number"),
-            // Of a table that is one of several kinds, serde keeps no places; they are found again.
+            ("title = \"\"\nfold = \"thrice\"", "sheet.toml:2:8: fold cannot be \"thrice\"; available: half, letter"),
+            ("title = \"\"\nfold = 2", "sheet.toml:2:8: fold must be one of half, letter, but 2 is a number"),
+            // serde loses the positions in a table that is one of several kinds; they are searched for again.
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\npart = 3",
-                "sheet.toml:4:1: there is no key \"ink.part\"; did you mean \"parts\"?",
+                "sheet.toml:4:1: unknown key \"ink.part\"; did you mean \"parts\"?",
             ),
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = \"all\"",
-                "sheet.toml:4:9: ink.parts must be a number, and \"all\" is a text",
+                "sheet.toml:4:9: ink.parts must be a number, but \"all\" is text",
             ),
             (
                 "title = \"\"\n[ink]\nkind = \"mixed\"\nparts = 1\ntints = [\"red\", \"loud\"]",
-                "sheet.toml:5:17: ink.tints: \"loud\" is no tint",
+                "sheet.toml:5:17: ink.tints: \"loud\" is not a tint",
             ),
             ("title = \"a\"\ntitle = \"b\"", "sheet.toml:2:1: duplicate key"),
             ("title = \"a\"\n[frame\n", "sheet.toml:2:"),

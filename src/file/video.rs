@@ -1,4 +1,4 @@
-//! Films: `.mp4` (H.264, 4:2:0) through an `ffmpeg` process, which takes the frames through its standard input.
+//! Films: writes `.mp4` (H.264, 4:2:0) through an `ffmpeg` process, which reads the frames from its standard input.
 
 use std::ffi::OsStr;
 use std::io::{ErrorKind, Read, Write};
@@ -10,7 +10,7 @@ use super::atomic::AtomicFile;
 use super::imprint::{self, KEY, Notes};
 use super::{FileError, one_line, sample_count};
 
-/// A film under construction. Without [`VideoWriter::finish`] nothing appears under its name.
+/// A film that is being written. Without [`VideoWriter::finish`] no file appears under its name.
 pub struct VideoWriter {
     path: PathBuf,
     width: usize,
@@ -24,27 +24,28 @@ pub struct VideoWriter {
 }
 
 impl VideoWriter {
-    /// Starts a film of `width` × `height` pixels with `fps` frames per second. An odd width or height gets a copy of
-    /// its last column or row, since the format wants even ones.
+    /// Starts a film of `width` × `height` pixels with `fps` frames per second. An odd width or height is padded with a
+    /// copy of the last column or row, since the format requires even ones.
     ///
     /// # Errors
-    /// No ffmpeg; an empty picture; a rate that is not above 0; a folder that is not there or not writable.
+    /// Fails if ffmpeg is missing, the picture is empty, the frame rate is not above 0, or the folder does not exist or
+    /// is not writable.
     pub fn create(path: &Path, width: u32, height: u32, fps: f64) -> Result<Self, FileError> {
         Self::create_with(OsStr::new("ffmpeg"), path, width, height, fps)
     }
 
-    /// As [`VideoWriter::create`], with another ffmpeg than the one on the search path.
+    /// Does the same as [`VideoWriter::create`], with a given ffmpeg instead of the one on the search path.
     ///
     /// # Errors
-    /// As [`VideoWriter::create`].
+    /// The same as [`VideoWriter::create`].
     pub fn create_with(ffmpeg: &OsStr, path: &Path, width: u32, height: u32, fps: f64) -> Result<Self, FileError> {
         Self::create_noted(ffmpeg, path, [width, height], fps, &Notes::default())
     }
 
-    /// As [`VideoWriter::create_with`], with what it says of itself.
+    /// Does the same as [`VideoWriter::create_with`], and also writes `notes` as a tag.
     ///
     /// # Errors
-    /// As [`VideoWriter::create`].
+    /// The same as [`VideoWriter::create`].
     pub fn create_noted(
         ffmpeg: &OsStr,
         path: &Path,
@@ -54,11 +55,11 @@ impl VideoWriter {
     ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         if !(fps.is_finite() && fps > 0.0) {
-            return Err(FileError::write(path, format!("{fps} frames per second")));
+            return Err(FileError::write(path, format!("{fps} frames per second is not a valid frame rate")));
         }
         let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
         let size = format!("{}x{}", width.next_multiple_of(2), height.next_multiple_of(2));
-        // Other tags than those that every film may have are kept only if that is asked for.
+        // ffmpeg drops custom tags unless `use_metadata_tags` is set.
         let tag = notes.imprint.map(|imprint| format!("{KEY}={imprint}"));
         let tag = tag.iter().flat_map(|tag| ["-metadata", tag.as_str()]);
         let flags = if notes.imprint.is_some() { "+faststart+use_metadata_tags" } else { "+faststart" };
@@ -66,13 +67,13 @@ impl VideoWriter {
             .args(["-hide_banner", "-nostdin", "-loglevel", "error", "-y"])
             .args(["-f", "rawvideo", "-pixel_format", "rgba", "-video_size", &size, "-framerate", &fps.to_string()])
             .args(["-i", "pipe:0", "-an"])
-            // Without these, the colours are converted by one standard and shown by another.
+            // Without these options players would decode the colours by another standard than they were encoded by.
             .args(["-vf", "scale=out_color_matrix=bt709:out_range=tv,format=yuv420p"])
             .args(["-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "iec61966-2-1"])
             .args(["-color_range", "tv", "-c:v", "libx264", "-crf", "16", "-movflags", flags])
             .args(tag)
             .args(["-f", "mp4"])
-            // The protocol, so that a name with a colon or a leading dash stays a name.
+            // The prefix `file:` keeps a name with a colon or a leading dash a file name.
             .arg(file_url(file.partial_path()))
             .stdin(Stdio::piped())
             .stdout(Stdio::null())
@@ -80,14 +81,14 @@ impl VideoWriter {
             .spawn()
             .map_err(|error| match error.kind() {
                 ErrorKind::NotFound => FileError::NoFfmpeg { path: path.to_owned() },
-                _ => FileError::write(path, format!("ffmpeg does not start: {error}")),
+                _ => FileError::write(path, format!("ffmpeg cannot be started: {error}")),
             })?;
         let frames = process.stdin.take();
-        // Read beside the writing: a full pipe would stop both.
+        // stderr is read in the background, because a full pipe would block ffmpeg.
         let complaints = process.stderr.take().map(|mut stderr| {
             std::thread::spawn(move || {
                 let mut bytes = Vec::new();
-                // What was read before an error is still worth telling.
+                // The output that was read before an error is still useful.
                 let _ = stderr.read_to_end(&mut bytes);
                 one_line(&String::from_utf8_lossy(&bytes))
             })
@@ -105,15 +106,15 @@ impl VideoWriter {
         })
     }
 
-    /// Appends a frame: width × height × 4 bytes of red, green, blue, alpha, from the top. Films have no alpha, and it
-    /// is not looked at.
+    /// Appends a frame: width × height × 4 bytes of red, green, blue, alpha, from the top. Films have no alpha, so it
+    /// is ignored.
     ///
     /// # Errors
-    /// Another number of bytes; ffmpeg has stopped, with what it said.
+    /// Fails if the number of bytes is wrong, or if ffmpeg has stopped; the error then contains ffmpeg's message.
     pub fn write_frame(&mut self, rgba: &[u8]) -> Result<(), FileError> {
         let expected = self.width * self.height * 4;
         if rgba.len() != expected {
-            let cause = format!("a frame of {} bytes, and it must have {expected}", rgba.len());
+            let cause = format!("a frame has {} bytes instead of {expected}", rgba.len());
             return Err(FileError::write(&self.path, cause));
         }
         let frame = if self.width.is_multiple_of(2) && self.height.is_multiple_of(2) {
@@ -128,19 +129,19 @@ impl VideoWriter {
                 self.frame_count += 1;
                 Ok(())
             }
-            // ffmpeg has closed its end: what it said tells more than a broken pipe.
+            // ffmpeg has closed its end; its message says more than a broken pipe.
             Some(Err(error)) => Err(self.stop().err().unwrap_or_else(|| FileError::write(&self.path, error))),
             None => Err(FileError::write(&self.path, "ffmpeg has stopped")),
         }
     }
 
-    /// Ends the film and gives it its name.
+    /// Finishes the film and gives it its final name.
     ///
     /// # Errors
-    /// No frame was written; ffmpeg failed, with what it said; a full disk.
+    /// Fails if no frame was written, if ffmpeg failed (with its message), or if the disk is full.
     pub fn finish(mut self) -> Result<(), FileError> {
         if self.frame_count == 0 {
-            return Err(FileError::write(&self.path, "a film without frames"));
+            return Err(FileError::write(&self.path, "the film has no frames"));
         }
         self.stop()?;
         match self.file.take() {
@@ -149,7 +150,7 @@ impl VideoWriter {
         }
     }
 
-    /// Closes ffmpeg's input, waits for its end and reports how it ended.
+    /// Closes ffmpeg's input, waits for ffmpeg to exit and reports its failure.
     fn stop(&mut self) -> Result<(), FileError> {
         self.frames = None;
         let status = self.process.wait().map_err(|error| FileError::write(&self.path, error))?;
@@ -163,7 +164,7 @@ impl VideoWriter {
 }
 
 impl Drop for VideoWriter {
-    /// Leaves no process behind when a film is given up; after its end this does nothing.
+    /// Stops ffmpeg when a film is abandoned; does nothing after [`VideoWriter::finish`].
     fn drop(&mut self) {
         if self.file.is_some() {
             let _ = self.process.kill();
@@ -178,7 +179,7 @@ fn file_url(path: &Path) -> std::ffi::OsString {
     url
 }
 
-/// The imprint among a film's tags, as ffmpeg reads them.
+/// Reads the imprint from a film's tags with ffmpeg.
 pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-hide_banner", "-nostdin", "-loglevel", "error", "-i"]).arg(file_url(path));

@@ -1,52 +1,47 @@
-//! What an address means, and how it is told without its secrets.
+//! Parses addresses, and formats them for messages without their secrets.
 
 use std::path::PathBuf;
 
 use super::RemoteError;
 
-/// Where a file lies.
+/// The location of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Location {
-    /// On this machine.
+    /// A local path.
     File(PathBuf),
-    /// Behind HTTP or HTTPS.
+    /// A file on an HTTP or HTTPS server.
     Http {
-        /// Without name, password and fragment.
+        /// URL without user name, password and fragment.
         url: String,
-        /// `name:password`, where the address had them.
+        /// `name:password`, if the address contains them.
         login: Option<String>,
     },
-    /// In a bucket.
-    S3 {
-        /// Its name.
-        bucket: String,
-        /// Of the object.
-        key: String,
-    },
+    /// An object in an S3 bucket.
+    S3 { bucket: String, key: String },
 }
 
-/// An address, understood.
+/// A parsed address.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Address {
     pub location: Location,
-    /// For messages: without name, password and query, which may be a signature.
+    /// Name for messages: without user name, password and query, which may contain a signature.
     pub name: String,
-    /// What no message may hold.
+    /// Parts that no message may contain.
     secrets: Vec<String>,
 }
 
-/// Whether the text is the address of a file on another machine: `http://`, `https://` or `s3://`.
+/// Returns whether the text is the address of a remote file: `http://`, `https://` or `s3://`.
 pub fn is_remote(location: &str) -> bool {
     scheme(location).is_some_and(|scheme| matches!(scheme.as_str(), "http" | "https" | "s3"))
 }
 
-/// The address of the file beside: `suffix` goes behind the path, before a query.
+/// Returns the address of a sidecar file: `suffix` is appended to the path, before any query.
 pub fn beside(location: &str, suffix: &str) -> String {
     let end = if is_remote(location) { location.find(['?', '#']).unwrap_or(location.len()) } else { location.len() };
     format!("{}{suffix}{}", &location[..end], &location[end..])
 }
 
-/// An address for messages: without what may be secret in it.
+/// Returns an address for messages, without parts that may be secret.
 pub fn name_of(location: &str) -> String {
     let without_query = location.split(['?', '#']).next().unwrap_or_default();
     let Some((scheme, rest)) = without_query.split_once("://") else { return without_query.to_owned() };
@@ -78,7 +73,7 @@ impl Address {
         let name = format!("{scheme}://{host}{path}");
         let bad = |cause: String| RemoteError::BadAddress { name: name.clone(), cause };
         if host.is_empty() {
-            return Err(bad("the address names no server".into()));
+            return Err(bad("the address has no server name".into()));
         }
         let mut secrets = Vec::new();
         let location = match scheme.as_str() {
@@ -93,16 +88,16 @@ impl Address {
             "s3" => {
                 let key = path.trim_start_matches('/').to_owned();
                 if key.is_empty() {
-                    return Err(bad("the address names a bucket and nothing in it".into()));
+                    return Err(bad("the address has a bucket but no object key".into()));
                 }
                 Location::S3 { bucket: host.to_owned(), key }
             }
-            _ => return Err(bad(format!("{scheme}:// is not read; http, https and s3 are"))),
+            _ => return Err(bad(format!("{scheme}:// is not supported; use http, https or s3"))),
         };
         Ok(Self { location, name, secrets })
     }
 
-    /// What a library says of a failure, in one line of bounded length and without secrets.
+    /// Formats a library's error message: one line of bounded length, without secrets.
     pub fn told(&self, said: &str) -> String {
         let mut line = said.split_whitespace().collect::<Vec<_>>().join(" ");
         for secret in &self.secrets {
@@ -134,7 +129,7 @@ fn percent_decoded(text: &str) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
-/// For the header of basic authentication.
+/// Encodes bytes for the header of basic authentication.
 pub fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);

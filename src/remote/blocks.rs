@@ -1,30 +1,29 @@
-//! The blocks of a file that lie in memory, and those that are on their way.
+//! The blocks of a file that are in memory, and claims on those that are being fetched.
 
 use std::ops::Range;
 use std::sync::{Arc, Weak};
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Bytes of a block; the last one of a file is shorter.
+/// Bytes of a block; the last block of a file is shorter.
 pub const BLOCK_BYTES: u64 = 64 * 1024;
 
 /// A block of a file.
 #[derive(Debug, PartialEq, Eq)]
 pub struct Block {
-    /// Its first byte is this times [`BLOCK_BYTES`].
+    /// Its first byte is at this times [`BLOCK_BYTES`].
     pub index: u64,
-    /// What it holds.
     pub bytes: Vec<u8>,
 }
 
 struct Slot {
-    /// Somebody may hold a block longer than we keep it.
+    /// A caller may hold a block longer than the cache retains it.
     block: Weak<Block>,
     kept: Option<Arc<Block>>,
     used: u64,
 }
 
-/// What lies in memory. A block is brought by one thread at a time: the one that has a claim on it.
+/// The blocks in memory. A block is fetched by one thread at a time: the one that has claimed it.
 #[derive(Default)]
 pub struct Blocks {
     slots: FxHashMap<u64, Slot>,
@@ -33,17 +32,17 @@ pub struct Blocks {
     limit: usize,
     clock: u64,
     careful: FxHashSet<u64>,
-    /// Raised by each [`Blocks::forget`]: what was read from disk before that may be what was meant.
+    /// Increased by each [`Blocks::forget`]: a block that was read from disk before that may be the invalid one.
     generation: u64,
 }
 
 impl Blocks {
-    /// Keeps about `bytes`; at least one block.
+    /// Creates a cache of about `bytes`; it holds at least one block.
     pub fn new(bytes: usize) -> Self {
         Self { limit: (bytes / BLOCK_BYTES as usize).max(1), ..Self::default() }
     }
 
-    /// The block, if it is in memory.
+    /// Returns the block, if it is in memory.
     pub fn get(&mut self, index: u64) -> Option<Arc<Block>> {
         let slot = self.slots.get_mut(&index)?;
         let block = slot.block.upgrade()?;
@@ -57,7 +56,7 @@ impl Blocks {
         Some(block)
     }
 
-    /// Keeps a block.
+    /// Caches a block.
     pub fn insert(&mut self, block: &Arc<Block>) {
         self.clock += 1;
         let slot = Slot { block: Arc::downgrade(block), kept: Some(block.clone()), used: self.clock };
@@ -79,7 +78,7 @@ impl Blocks {
         }
     }
 
-    /// Drops a block; who holds it keeps it.
+    /// Drops a block from the cache; callers that hold it keep it.
     pub fn forget(&mut self, index: u64) {
         self.generation += 1;
         if self.slots.remove(&index).is_some_and(|slot| slot.kept.is_some()) {
@@ -87,33 +86,33 @@ impl Blocks {
         }
     }
 
-    /// Drops everything that nobody holds.
+    /// Drops all cached blocks.
     pub fn clear(&mut self) {
         self.slots.clear();
         self.kept = 0;
     }
 
-    /// From now on the block is asked for twice whenever it comes over the network.
+    /// From now on, requests the block twice whenever it is fetched over the network.
     pub fn be_careful(&mut self, index: u64) {
         self.careful.insert(index);
     }
 
-    /// Whether one of the blocks is asked for twice.
+    /// Returns whether one of the blocks is requested twice.
     pub fn is_careful(&self, indices: Range<u64>) -> bool {
         !self.careful.is_empty() && indices.into_iter().any(|index| self.careful.contains(&index))
     }
 
-    /// See the field.
+    /// Returns the number of [`Blocks::forget`] calls so far.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// Whether the caller is the one to bring the block.
+    /// Claims a block; returns `true` if the caller is the one that must fetch it.
     pub fn claim(&mut self, index: u64) -> bool {
         self.claims.insert(index)
     }
 
-    /// The caller brought it, or gives up.
+    /// Releases a claim, after the block was fetched or the fetch was abandoned.
     pub fn release(&mut self, index: u64) {
         self.claims.remove(&index);
     }

@@ -1,5 +1,5 @@
-//! Files in S3 buckets: `object_store` finds the address and signs, [`Client`] speaks to the server, so that the same
-//! deadlines and checks hold as for any other server.
+//! Files in S3 buckets: `object_store` builds the URL and signs the request, and [`Client`] talks to the server, so
+//! that the same deadlines and checks apply as for any other server.
 
 use std::ops::Range;
 use std::pin::Pin;
@@ -18,7 +18,7 @@ use super::http::Client;
 use super::transport::{Answer, NoAnswer};
 use super::{RemoteError, Settings};
 
-/// Variables that bring credentials.
+/// Environment variables that provide credentials.
 const CREDENTIALS: [&str; 4] = [
     "AWS_ACCESS_KEY_ID",
     "AWS_WEB_IDENTITY_TOKEN_FILE",
@@ -40,7 +40,7 @@ impl Object {
         };
         let mut builder = AmazonS3Builder::new();
         for (key, value) in &settings.s3 {
-            // Most variables that begin so are for others.
+            // Most variables with this prefix are for other programs.
             if let Ok(key) = key.to_ascii_lowercase().parse() {
                 builder = builder.with_config(key, value);
             }
@@ -49,7 +49,7 @@ impl Object {
         if !CREDENTIALS.into_iter().any(knows) && !knows("AWS_SKIP_SIGNATURE") {
             builder = builder.with_skip_signature(true);
         }
-        // Trying again is our own business: it must stop when the bytes are no longer wanted.
+        // Retries are up to the caller: they must stop when the bytes are no longer needed.
         let once = RetryConfig { max_retries: 0, ..RetryConfig::default() };
         let connector = Connector(Arc::new(Client::new(address, settings)?));
         let store = builder.with_bucket_name(bucket).with_retry(once).with_http_connector(connector).build();
@@ -72,7 +72,7 @@ impl Object {
     }
 }
 
-/// Why there is no answer, on its way through the library.
+/// A failed request, as it passes through the library's error type.
 #[derive(Debug, thiserror::Error)]
 #[error("the request failed")]
 struct Fault(Mutex<Option<NoAnswer>>);
@@ -88,7 +88,7 @@ fn fault(error: &object_store::Error) -> Option<NoAnswer> {
     None
 }
 
-/// Hands the library our own client.
+/// Makes the library use hachure's own client.
 #[derive(Clone, Debug)]
 struct Connector(Arc<Client>);
 
@@ -132,7 +132,7 @@ impl Connector {
         };
         let start = range.start;
         let Answer { bytes, size, version } = self.0.range(request, range).await?;
-        // The library looks at these, and finds what was checked.
+        // The library checks these headers, and gets the values that were verified.
         let mut headers = HeaderMap::new();
         let last = start + bytes.len() as u64 - 1;
         headers.insert(header::CONTENT_LENGTH, HeaderValue::from(bytes.len()));

@@ -1,19 +1,19 @@
-//! The folder of blocks that came over a network.
+//! The disk cache: a folder of blocks that were fetched over a network.
 //!
-//! One file for each block, in a folder for each version of each file (address, ETag, time of change, size):
+//! Each block is one file, in a folder for each version of each remote file (address, ETag, modification time, size):
 //!
 //! ```text
 //! 8 bytes  "HACHBLK1"
-//! u64      which file and version
-//! u64      which block
-//! u32      how many bytes
+//! u64      key of the file and its version
+//! u64      index of the block
+//! u32      number of bytes
 //! u64      FNV-1a of the three numbers and the bytes
 //! …        the bytes
 //! ```
 //!
-//! A file is written beside its name and then renamed, but nothing waits for the disk: a machine that stops may leave
-//! a short file, or one with holes. Length and checksum find that when it is read; it is removed and fetched again.
-//! A disk that is full or not writable is told once, and the reader goes on without.
+//! A file is written under a temporary name and then renamed, but it is not synced to the disk: a crash of the machine
+//! may leave a short file, or one with holes. Length and checksum reveal that when the file is read; it is then removed
+//! and fetched again. A disk that is full or not writable is reported once, and reading continues without it.
 
 use std::fs;
 use std::io::{self, Write};
@@ -27,19 +27,19 @@ use super::{Block, Fnv};
 const MAGIC: &[u8; 8] = b"HACHBLK1";
 const HEAD_BYTES: usize = 8 + 8 + 8 + 4 + 8;
 
-/// After a failed write the disk is left alone for so long.
+/// Time for which the disk is not written to after a failed write.
 const REST: Duration = Duration::from_secs(60);
-/// The time of use of a block is noted no more often.
+/// Smallest interval between two updates of a block's time of use.
 const TOUCH_AFTER: Duration = Duration::from_secs(60 * 60);
-/// A partial file this old belongs to no running program.
+/// Age at which a temporary file belongs to no running program.
 const ABANDONED_AFTER: Duration = Duration::from_secs(60 * 60);
 
-/// Distinguishes partial files of threads.
+/// Makes the temporary file names of threads unique.
 static PARTIAL: AtomicU64 = AtomicU64::new(0);
-/// One object for each folder, so that its size is counted once.
+/// The open caches, one for each folder, so that the size of a folder is counted once.
 static FOLDERS: Mutex<Vec<Arc<DiskCache>>> = Mutex::new(Vec::new());
 
-/// A folder of blocks.
+/// A cache folder of blocks.
 pub struct DiskCache {
     folder: PathBuf,
     limit: u64,
@@ -50,13 +50,13 @@ pub struct DiskCache {
 
 #[derive(Default)]
 struct State {
-    /// Bytes of all blocks; none until the folder was looked at.
+    /// Bytes of all blocks; `None` until the folder has been scanned.
     bytes: Option<u64>,
     rests_until: Option<Instant>,
 }
 
 impl DiskCache {
-    /// The cache in `folder` of at most `limit` bytes.
+    /// Opens the cache in `folder` with a size limit of `limit` bytes.
     pub fn open(folder: &Path, limit: u64) -> Arc<Self> {
         let mut folders = FOLDERS.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = folders.iter().find(|open| open.folder == folder && open.limit == limit) {
@@ -77,7 +77,7 @@ impl DiskCache {
         self.folder.join(format!("{key:016x}")).join(format!("{index:08x}.block"))
     }
 
-    /// The block of `length` bytes, if it is there and whole. With `verify` off its checksum is passed over.
+    /// Returns the block of `length` bytes, if it is cached and complete. Without `verify` its checksum is not checked.
     pub fn get(&self, key: u64, index: u64, length: usize, verify: bool) -> Option<Vec<u8>> {
         let path = self.path(key, index);
         let file = fs::read(&path).ok()?;
@@ -87,11 +87,11 @@ impl DiskCache {
                 Some(bytes.to_vec())
             }
             _ => {
-                // One line for all of them: a bad disk damages many.
+                // Only the first damaged block is a warning: a bad disk damages many.
                 if self.met_damage.swap(true, Ordering::Relaxed) {
-                    tracing::debug!("{}: a damaged block is fetched again", path.display());
+                    tracing::debug!("{}: this cached block is damaged and is fetched again", path.display());
                 } else {
-                    tracing::warn!("{}: a damaged block of the cache is fetched again", path.display());
+                    tracing::warn!("{}: this cached block is damaged and is fetched again", path.display());
                 }
                 self.remove(key, index);
                 None
@@ -99,7 +99,7 @@ impl DiskCache {
         }
     }
 
-    /// Keeps a block, if the disk lets us.
+    /// Caches a block, if the disk can be written.
     pub fn put(&self, key: u64, block: &Block) {
         let bytes = {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
@@ -119,7 +119,7 @@ impl DiskCache {
             if !self.warned.swap(true, Ordering::Relaxed) {
                 let folder = self.folder.display();
                 tracing::warn!(
-                    "{folder}: the cache cannot be written, so nothing is kept ({error}); HACHURE_CACHE names another folder"
+                    "{folder}: the cache cannot be written, so nothing is cached ({error}); HACHURE_CACHE sets another folder"
                 );
             }
             return;
@@ -140,9 +140,9 @@ impl DiskCache {
         }
     }
 
-    /// Removes the longest unused blocks until nine tenths of the limit are left.
+    /// Removes the least recently used blocks until nine tenths of the limit are left.
     fn trim(&self) {
-        // Whoever else writes meanwhile trims, if need be, next time.
+        // Blocks that other processes write meanwhile are trimmed the next time.
         let mut files = survey(&self.folder);
         files.sort_by_key(|file| file.used);
         let mut total: u64 = files.iter().map(|file| file.bytes).sum();
@@ -153,7 +153,7 @@ impl DiskCache {
             if fs::remove_file(&file.path).is_ok() {
                 total -= file.bytes;
                 if let Some(folder) = file.path.parent() {
-                    // Only an empty one goes.
+                    // This removes the folder only if it is empty.
                     let _ = fs::remove_dir(folder);
                 }
             }
@@ -168,7 +168,7 @@ struct File {
     used: SystemTime,
 }
 
-/// All blocks in the folder. Partial files that were left behind are removed on the way.
+/// Lists all blocks in the folder. Removes abandoned temporary files.
 fn survey(folder: &Path) -> Vec<File> {
     let mut files = Vec::new();
     let folders = fs::read_dir(folder).into_iter().flatten().flatten();
@@ -219,7 +219,7 @@ fn head(key: u64, block: &Block) -> Vec<u8> {
     head
 }
 
-/// Which file and block it is, and the bytes; none if anything is wrong.
+/// Returns the key, the block index and the bytes of a block file; `None` if anything is wrong.
 fn parse(file: &[u8], verify: bool) -> Option<(u64, u64, &[u8])> {
     let (head, bytes) = file.split_at_checked(HEAD_BYTES)?;
     let number = |at: usize| Some(u64::from_le_bytes(head.get(at..at + 8)?.try_into().ok()?));
@@ -229,7 +229,7 @@ fn parse(file: &[u8], verify: bool) -> Option<(u64, u64, &[u8])> {
     (whole && (!verify || sum == checksum(key, index, bytes))).then_some((key, index, bytes))
 }
 
-/// The time of change of a block is that of its last use, roughly. It is only a hint for [`DiskCache::trim`].
+/// Sets the modification time of a block to its last use, roughly. It is only a hint for [`DiskCache::trim`].
 fn touch(path: &Path) {
     let Ok(metadata) = fs::metadata(path) else { return };
     if metadata.modified().is_ok_and(|used| used.elapsed().is_ok_and(|age| age > TOUCH_AFTER)) {
@@ -240,13 +240,12 @@ fn touch(path: &Path) {
 /// A file in the cache folder, as a reader would find it.
 #[derive(Clone, Debug)]
 pub struct CachedBlock {
-    /// The file.
     pub path: PathBuf,
-    /// The block and its bytes; none where a reader would throw the file away.
+    /// Index and bytes of the block; `None` if a reader would discard the file.
     pub block: Option<(u64, Vec<u8>)>,
 }
 
-/// All that lies in a cache folder, for tests and for who wants to know. Nothing is changed.
+/// Lists the files of a cache folder, for tests and diagnosis.
 pub fn inspect(folder: &Path) -> Vec<CachedBlock> {
     let found = survey(folder).into_iter().map(|file| {
         let bytes = fs::read(&file.path).unwrap_or_default();
@@ -281,7 +280,7 @@ mod tests {
             fs::write(&path, &bytes).unwrap();
             assert_eq!(cache.get(3, 7, 1000, true), None, "{flipped}");
         }
-        // A block of another file, or another place, is not this one.
+        // A block of another file, or with another index, is rejected.
         fs::write(cache.path(3, 7), &whole).unwrap();
         fs::copy(&path, cache.path(3, 8)).unwrap();
         assert_eq!(cache.get(3, 8, 1000, true), None);

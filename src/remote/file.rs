@@ -1,4 +1,4 @@
-//! A file that lies elsewhere, read at random.
+//! Random access to a remote or local file.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,11 +15,11 @@ use super::traffic::Counters;
 use super::transport::{Answer, NoAnswer, Transport};
 use super::{Cancelled, Fnv, RemoteError, Settings, Traffic, never};
 
-/// What the first request brings: the directories of most files.
+/// Bytes of the first request: they contain the headers and directories of most files.
 const FIRST_BYTES: u64 = 4 * BLOCK_BYTES;
-/// No request asks for more blocks.
+/// Largest number of blocks per request.
 const MOST_BLOCKS: u64 = 64;
-/// How long a thread waits for another's block before it looks again.
+/// How long a thread waits for another thread's block before it checks again.
 const LOOK: Duration = Duration::from_millis(20);
 
 /// An open file. All methods may be called from several threads at once.
@@ -38,27 +38,27 @@ pub struct RemoteFile {
     twice: AtomicBool,
 }
 
-/// Blocks that stay in memory as long as this does.
+/// Blocks that stay in memory as long as this value exists.
 #[derive(Clone, Debug, Default)]
 pub struct Held {
     _blocks: Vec<Arc<Block>>,
 }
 
 impl RemoteFile {
-    /// Opens `location`: a path, `http://`, `https://` or `s3://bucket/key`. One request tells the size and the version
-    /// and brings the beginning, which is read twice (see [`RemoteFile::read_twice`], which is on afterwards).
+    /// Opens `location`: a path, `http://`, `https://` or `s3://bucket/key`. The first request returns the size, the
+    /// version and the beginning, which is read twice (see [`RemoteFile::read_twice`], which is on afterwards).
     ///
     /// # Errors
-    /// If the address cannot be understood, there is no such file, or the server does not answer.
+    /// Fails if the address cannot be parsed, if there is no such file, or if the server does not answer.
     pub fn open(location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         let patience = Patience::new(settings.patience, settings.idle_timeout);
         Self::open_patiently(location, settings, patience)
     }
 
-    /// The same for a file that is read together with this one: they have one patience.
+    /// Opens a file that is read together with this one; both share one time limit for waiting.
     ///
     /// # Errors
-    /// As [`RemoteFile::open`].
+    /// The same as [`RemoteFile::open`].
     pub fn open_beside(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         Self::open_patiently(location, settings, Arc::clone(&self.patience))
     }
@@ -90,7 +90,8 @@ impl RemoteFile {
             .add(location.as_bytes())
             .add(format!("\n{}\n{:?}", answer.size, answer.version).as_bytes())
             .finish();
-        // Without a version nobody knows whether what lies on disk is of this file or of the one before it.
+        // Without a version there is no way to know whether the cached blocks belong to this file or to its
+        // predecessor.
         if file.transport.is_remote() && answer.version.is_some() {
             let settings = &file.settings;
             file.disk = settings.cache.as_deref().map(|folder| DiskCache::open(folder, settings.cache_bytes));
@@ -105,37 +106,38 @@ impl RemoteFile {
         Ok(Arc::new(file))
     }
 
-    /// The address, without secrets.
+    /// Returns the address without secrets.
     pub fn name(&self) -> &str {
         &self.address.name
     }
 
-    /// How many bytes it has.
+    /// Returns the size in bytes.
     pub fn size(&self) -> u64 {
         self.size
     }
 
-    /// Whether it lies on another machine.
+    /// Returns whether the file is on another machine.
     pub fn is_remote(&self) -> bool {
         self.transport.is_remote()
     }
 
-    /// What it cost so far.
+    /// Returns the network traffic so far.
     pub fn traffic(&self) -> Traffic {
         self.counters.traffic()
     }
 
-    /// Every block that is read while this is on is asked for twice, now and whenever it comes over the network again,
-    /// and the answers must agree. It is for bytes without a checksum: two answers with the same accident in them are
+    /// While this is on, every block that is read is requested twice, now and whenever it is fetched over the network
+    /// again, and the answers must agree. It is for bytes without a checksum: two answers with the same corruption are
     /// unlikely.
     pub fn read_twice(&self, twice: bool) {
         self.twice.store(twice, Ordering::Relaxed);
     }
 
-    /// The bytes of a range.
+    /// Reads the bytes of a range.
     ///
     /// # Errors
-    /// If the range is not inside the file, or after all retries; [`RemoteError::Cancelled`].
+    /// Fails if the range is not inside the file, or after all retries; returns [`RemoteError::Cancelled`] if
+    /// `cancelled` returns true.
     pub fn read(&self, offset: u64, length: usize, cancelled: Cancelled<'_>) -> Result<Vec<u8>, RemoteError> {
         let range = self.checked(offset, length as u64)?;
         let mut bytes = Vec::with_capacity(length);
@@ -148,20 +150,21 @@ impl RemoteFile {
         Ok(bytes)
     }
 
-    /// Brings the blocks of all ranges into memory, where they stay as long as what is returned. What a range has
-    /// beyond the end of the file is passed over.
+    /// Loads the blocks of all ranges into memory, where they stay as long as the returned value exists. Parts of
+    /// ranges beyond the end of the file are ignored.
     ///
     /// # Errors
-    /// As [`RemoteFile::read`].
+    /// The same as [`RemoteFile::read`].
     pub fn hold(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<Held, RemoteError> {
         Ok(Held { _blocks: self.bring(ranges, cancelled)? })
     }
 
-    /// Forgets the blocks of a range, in memory and on disk, because they hold what cannot be: the next read asks for
-    /// them again.
+    /// Drops the blocks of a range from memory and disk, because their content is invalid: the next read requests them
+    /// again.
     pub fn invalidate(&self, range: Range<u64>) {
         for index in self.indices(&range) {
-            // The disk first: who reads it meanwhile sees that the generation is another one, and reads again.
+            // The generation changes before the disk is cleaned: a thread that reads the disk meanwhile notices the new
+            // generation and reads again.
             self.lock().forget(index);
             if let Some(disk) = &self.disk {
                 disk.remove(self.key, index);
@@ -171,13 +174,13 @@ impl RemoteFile {
         }
     }
 
-    /// Forgets all that lies in memory.
+    /// Drops all blocks from memory.
     pub fn forget(&self) {
         self.lock().clear();
     }
 
     fn lock(&self) -> MutexGuard<'_, Blocks> {
-        // A poisoned lock guards only what can be fetched again.
+        // A poisoned lock guards only data that can be fetched again.
         self.blocks.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
@@ -196,7 +199,7 @@ impl RemoteFile {
         (self.size - index * BLOCK_BYTES).min(BLOCK_BYTES) as usize
     }
 
-    /// The blocks of all ranges, in order.
+    /// Returns the blocks of all ranges, in order.
     fn bring(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<Vec<Arc<Block>>, RemoteError> {
         let mut wanted: BTreeMap<u64, Option<Arc<Block>>> =
             ranges.iter().flat_map(|range| self.indices(range)).map(|index| (index, None)).collect();
@@ -229,7 +232,7 @@ impl RemoteFile {
                 if cancelled() {
                     return Err(RemoteError::Cancelled);
                 }
-                // Another thread brings them.
+                // Another thread is fetching them.
                 let waited = self.arrived.wait_timeout(self.lock(), LOOK);
                 drop(waited.unwrap_or_else(PoisonError::into_inner));
             } else {
@@ -238,8 +241,8 @@ impl RemoteFile {
         }
     }
 
-    /// Brings the claimed blocks from disk or the transport. Those from disk that were invalidated meanwhile are left
-    /// out; the caller comes again.
+    /// Fetches the claimed blocks from disk or the transport. Blocks from disk that were invalidated meanwhile are left
+    /// out; the caller tries again.
     fn bring_claimed(&self, mut claims: Claims<'_>, cancelled: Cancelled<'_>) -> Result<Vec<Arc<Block>>, RemoteError> {
         let mut brought = Vec::with_capacity(claims.indices.len());
         let mut absent = Vec::new();
@@ -271,7 +274,8 @@ impl RemoteFile {
             let answer = self.fetch(start..end, cancelled)?;
             for (index, bytes) in (first..).zip(answer.bytes.chunks(BLOCK_BYTES as usize)) {
                 let block = Arc::new(Block { index, bytes: bytes.to_vec() });
-                // On disk first: as soon as it is in memory somebody may decode it and have it removed.
+                // The block is stored on disk first: as soon as it is in memory, another thread may decode and
+                // invalidate it.
                 if let Some(disk) = &self.disk {
                     disk.put(self.key, &block);
                 }
@@ -286,7 +290,7 @@ impl RemoteFile {
         Ok(brought)
     }
 
-    /// The bytes of a range, which is one request, or two while all is read twice; and again if need be.
+    /// Fetches a range with one request, or with two if it must be verified; retries after failures.
     fn fetch(&self, range: Range<u64>, cancelled: Cancelled<'_>) -> Result<Answer, RemoteError> {
         let careful = self.twice.load(Ordering::Relaxed) || self.lock().is_careful(self.indices(&range));
         let twice = careful && self.transport.is_remote() && self.settings.verify;
@@ -295,7 +299,7 @@ impl RemoteFile {
             if twice {
                 let again = self.request(range.clone(), cancelled)?;
                 if again.bytes != answer.bytes || again.version != answer.version {
-                    return Err(NoAnswer::Again("two answers to one question differ".into()));
+                    return Err(NoAnswer::Again("two answers to the same request differ".into()));
                 }
             }
             Ok(answer)
@@ -306,7 +310,7 @@ impl RemoteFile {
         };
         let fetched = persistently(&self.address.name, &self.settings, &self.patience, cancelled, request, failed);
         if matches!(fetched, Err(RemoteError::Failed { .. } | RemoteError::GivenUp { .. })) {
-            // The last try is not followed by another.
+            // The read as a whole has failed: no further try follows.
             self.counters.failures.add(1);
         }
         fetched
@@ -325,7 +329,7 @@ impl RemoteFile {
     }
 }
 
-/// Claims that are given back, whatever happens.
+/// Claims that are released when this is dropped.
 struct Claims<'a> {
     file: &'a RemoteFile,
     indices: Vec<u64>,

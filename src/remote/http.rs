@@ -1,9 +1,8 @@
-//! One range of a file from a web server, with a deadline for each step, and a check of everything that the answer
-//! says.
+//! Reads a range of a file from a web server, with a deadline for each step and a check of everything in the answer.
 //!
-//! The library underneath follows redirects and speaks TLS. What a server may say beside the truth is decided here: a
-//! length is not needed, since the range tells it; a time of change may be any text; but the range must be the one that
-//! was asked for, and as many bytes must come as it has.
+//! The underlying library follows redirects and handles TLS. This module decides which incorrect answers are tolerated:
+//! a length is not required, since the range implies it, and a modification time may be any text; but the range must be
+//! the requested one, and exactly its bytes must arrive.
 
 use std::ops::Range;
 use std::time::{Duration, Instant};
@@ -15,11 +14,11 @@ use super::address::{Address, base64};
 use super::transport::{Answer, NoAnswer};
 use super::{RemoteError, Settings};
 
-/// A redirect more is a circle.
+/// Largest number of redirects; more count as a circle.
 const MOST_REDIRECTS: usize = 10;
-/// A file of a pebibyte is a mistake, or a lie.
+/// Largest plausible size of a file: a pebibyte.
 const MOST_BYTES: u64 = 1 << 50;
-/// Of an answer that is no range of a file: the credentials of a bucket, for example.
+/// Largest answer, in bytes, that is not a range of a file: the credentials of a bucket, for example.
 const MOST_OTHER_BYTES: u64 = 1 << 20;
 
 /// Connections to the server of one file.
@@ -32,7 +31,7 @@ pub struct Client {
     whole: Duration,
 }
 
-/// The head of an answer and all of its body.
+/// The status, headers and complete body of an answer.
 pub struct Whole {
     pub status: StatusCode,
     pub headers: HeaderMap,
@@ -41,7 +40,8 @@ pub struct Whole {
 
 impl Client {
     pub fn new(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        // TLS of the whole process. Where a program around us has chosen another one, that is as good.
+        // Installs the TLS provider of the whole process. If the host program has installed another one, that is fine
+        // too.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let http = reqwest::Client::builder()
             .user_agent(concat!("hachure/", env!("CARGO_PKG_VERSION")))
@@ -51,13 +51,13 @@ impl Client {
             .build();
         let http = http.map_err(|error| RemoteError::Unusable {
             name: address.name.clone(),
-            cause: format!("no connections can be made: {}", deepest(&error)),
+            cause: format!("connections cannot be set up: {}", deepest(&error)),
         })?;
         let (connect, idle, whole) = (settings.connect_timeout, settings.idle_timeout, settings.request_timeout);
         Ok(Self { http, address: address.clone(), connect, idle, whole })
     }
 
-    /// A request for a file.
+    /// Builds a request for a file.
     pub fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
         let bad = |cause: String| RemoteError::BadAddress {
             name: self.address.name.clone(),
@@ -73,12 +73,12 @@ impl Client {
         Ok(request)
     }
 
-    /// The bytes of `range`, which is not empty; fewer where the file ends before.
+    /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
     pub async fn range(&self, mut request: Request, range: Range<u64>) -> Result<Answer, NoAnswer> {
         let asked = HeaderValue::from_str(&format!("bytes={}-{}", range.start, range.end - 1));
         let asked = asked.map_err(|error| self.unusable(error.to_string()))?;
         request.headers_mut().insert(header::RANGE, asked);
-        // Ranges of compressed bytes are of no use.
+        // Ranges of compressed bytes cannot be used.
         request.headers_mut().entry(header::ACCEPT_ENCODING).or_insert(HeaderValue::from_static("identity"));
         let end = Instant::now() + self.whole;
         let mut response = self.head(request, end).await?;
@@ -87,20 +87,22 @@ impl Client {
         let headers = response.headers().clone();
         let bytes = self.body(&mut response, length, end).await?;
         if (bytes.len() as u64) < length {
-            return Err(NoAnswer::Again(format!("{} of {length} bytes came", bytes.len())));
+            return Err(NoAnswer::Again(format!("only {} of {length} bytes came", bytes.len())));
         }
         let is_packed = headers.contains_key(header::CONTENT_ENCODING)
             && range.start == 0
             && [&[0x1f, 0x8b][..], &[0x28, 0xb5, 0x2f, 0xfd]].iter().any(|magic| bytes.starts_with(magic));
         if is_packed {
-            return Err(self.unusable("the server sends it compressed, and parts of that cannot be read".into()));
+            return Err(
+                self.unusable("the server sends the file compressed, so that parts of it cannot be read".into())
+            );
         }
-        // The time of change is for servers that have nothing better; it may be any text.
+        // The modification time is for servers without ETag; it may be any text.
         let version = text(&headers, header::ETAG).or_else(|| text(&headers, header::LAST_MODIFIED));
         Ok(Answer { bytes, size, version })
     }
 
-    /// Whatever is answered to a request that is not for a part of a file.
+    /// Returns the complete answer to a request that is not for a range of a file.
     pub async fn whole(&self, request: Request) -> Result<Whole, NoAnswer> {
         let end = Instant::now() + self.whole;
         let mut response = self.head(request, end).await?;
@@ -114,7 +116,7 @@ impl Client {
         response.map_err(|error| self.why(&error))
     }
 
-    /// No more than `most` bytes.
+    /// Reads the body, at most `most` bytes.
     async fn body(&self, response: &mut Response, most: u64, end: Instant) -> Result<Vec<u8>, NoAnswer> {
         let mut bytes = Vec::new();
         loop {
@@ -126,12 +128,12 @@ impl Client {
             };
             bytes.extend_from_slice(&chunk);
             if bytes.len() as u64 > most {
-                return Err(NoAnswer::Again(format!("more than {most} bytes came, which were all that it was to be")));
+                return Err(NoAnswer::Again(format!("more than the expected {most} bytes came")));
             }
         }
     }
 
-    /// Waits for the next word of the server.
+    /// Waits for the next part of the answer, within the deadlines.
     async fn in_time<T>(
         &self,
         end: Instant,
@@ -143,13 +145,13 @@ impl Client {
         tokio::time::timeout(most, next).await.map_err(|_| {
             let seconds = deadline.as_secs_f32();
             NoAnswer::Again(match deadline == self.whole {
-                true => format!("no whole answer within {seconds} s{}", so_far().replace(" after ", ", only ")),
-                false => format!("nothing came for {seconds} s{}", so_far()),
+                true => format!("no complete answer within {seconds} s{}", so_far().replace(" after ", ", only ")),
+                false => format!("no data for {seconds} s{}", so_far()),
             })
         })
     }
 
-    /// The range that the head of an answer promises, and the size of the whole file.
+    /// Returns the range that the head of an answer announces, and the size of the whole file.
     fn sent(&self, response: &Response, asked: &Range<u64>) -> Result<(Range<u64>, u64), NoAnswer> {
         let status = response.status();
         if status != StatusCode::PARTIAL_CONTENT {
@@ -160,19 +162,19 @@ impl Client {
         };
         let Some((sent, size)) = content_range(&told) else {
             let told = told.chars().take(40).collect::<String>();
-            return Err(self.unusable(format!("the server sends a part and calls it {told:?}")));
+            return Err(self.unusable(format!("the server sends a part with the invalid Content-Range {told:?}")));
         };
         let expected = asked.start..asked.end.min(size);
         if sent != expected {
             let [first, last] = [sent.start, sent.end - 1];
             let cause =
-                format!("bytes {first} to {last} came, and {} to {} were asked for", asked.start, asked.end - 1);
+                format!("the server sends bytes {first} to {last} instead of {} to {}", asked.start, asked.end - 1);
             return Err(NoAnswer::Again(cause));
         }
         Ok((sent, size))
     }
 
-    /// What a status means that is not the one for a part.
+    /// Converts a status other than 206 (partial content) to an error.
     fn refused(&self, status: StatusCode, headers: &HeaderMap) -> NoAnswer {
         let name = self.address.name.clone();
         let number = status.as_u16();
@@ -182,15 +184,15 @@ impl Client {
             401 | 403 => RemoteError::Denied { name, cause: number.to_string() },
             416 => RemoteError::Unusable { name, cause: "is empty, or shorter than it was".into() },
             200 => {
-                let cause = "the server does not answer requests for a part of a file".into();
+                let cause = "the server does not support requests for a part of a file".into();
                 RemoteError::Unusable { name, cause }
             }
             300..=399 => {
-                // What is left: no place, or one that is no address of a web server.
+                // The redirects that remain here have no location, or one that is not the address of a web server.
                 let cause = match text(headers, header::LOCATION) {
                     Some(place) => not_followed(place.split(['?', '#']).next().unwrap_or_default()),
                     None if number == 304 => told,
-                    None => format!("{told} and not where the file is"),
+                    None => format!("{told} without a Location header"),
                 };
                 return self.unusable(cause);
             }
@@ -198,7 +200,7 @@ impl Client {
                 let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
                 return match seconds {
                     Some(seconds @ 1..) => {
-                        let told = format!("{told} and asks for {seconds} s of patience");
+                        let told = format!("{told} and requests a pause of {seconds} s");
                         NoAnswer::AsyncReadback(told, Duration::from_secs(seconds.into()))
                     }
                     _ => NoAnswer::Again(told),
@@ -212,7 +214,7 @@ impl Client {
         NoAnswer::Never(RemoteError::Unusable { name: self.address.name.clone(), cause: self.address.told(&cause) })
     }
 
-    /// What the library says of a failure.
+    /// Converts an error of the library.
     fn why(&self, error: &reqwest::Error) -> NoAnswer {
         let said = self.address.told(&deepest(error));
         if error.is_redirect() {
@@ -226,8 +228,8 @@ impl Client {
     }
 }
 
-/// Where a redirect may lead: to a web server, not to a circle, and not from a connection that nobody can listen to or
-/// change to one that somebody can.
+/// Decides whether to follow a redirect: only to a web server, not in a circle, and never from an encrypted connection
+/// to an unencrypted one.
 fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
     let next = attempt.url();
     let place = format!("{}://{}{}", next.scheme(), next.host_str().unwrap_or_default(), next.path());
@@ -236,7 +238,7 @@ fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
     let refused = if !allowed.contains(&next.scheme()) {
         Some(not_followed(&place))
     } else if attempt.previous().contains(next) || attempt.previous().len() > MOST_REDIRECTS {
-        Some("the server sends on in a circle".to_owned())
+        Some("the server redirects in a circle".to_owned())
     } else {
         None
     };
@@ -247,10 +249,10 @@ fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
 }
 
 fn not_followed(place: &str) -> String {
-    format!("the server sends on to {place}, which is not followed")
+    format!("the server redirects to {place}, which is not followed")
 }
 
-/// `bytes 0-99/1234`: the range and the size of the whole file.
+/// Parses `bytes 0-99/1234`: the range and the size of the whole file.
 fn content_range(text: &str) -> Option<(Range<u64>, u64)> {
     let (unit, rest) = text.trim().split_once(' ')?;
     let (range, size) = rest.trim().split_once('/')?;
@@ -264,7 +266,7 @@ fn text(headers: &HeaderMap, name: HeaderName) -> Option<String> {
     headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned())
 }
 
-/// The innermost cause: the outer ones say which library failed.
+/// Returns the innermost cause; the outer ones only name the library that failed.
 fn deepest(error: &dyn std::error::Error) -> String {
     let mut cause = error;
     while let Some(inner) = cause.source() {

@@ -1,21 +1,21 @@
-//! Bytes of files that lie elsewhere: on this machine, behind HTTP(S), in an S3 bucket. Knows nothing of heights.
+//! Reads bytes of files that are on this machine, behind HTTP(S), or in an S3 bucket. Knows nothing of heights.
 //!
-//! A file is read in blocks of 64 KiB. Blocks that adjoin and are missing come with one request; what came stays in
-//! memory (32 MiB for each file, the longest unused first to go) and, for files of other machines, in a folder on disk
-//! under the name that the address and the version of the file give. A request that fails is made again after a while;
-//! a file that changes under the reader is an error. A request has deadlines, and a file has a patience over all its
-//! requests: whatever a server does, it cannot hold its reader for longer.
+//! A file is read in blocks of 64 KiB. Adjacent missing blocks are fetched with one request. Fetched blocks stay in
+//! memory (32 MiB for each file; the least recently used are dropped first) and, for remote files, in a folder on disk
+//! under a key made of the file's address and version. A failed request is repeated after a pause; a file that changes
+//! while it is read is an error. Each request has deadlines, and each file has a time limit over all its requests:
+//! whatever a server does, it cannot make its reader wait longer.
 //!
 //! ```text
 //! read ─▶ blocks (memory) ─▶ disk (folder) ─▶ retry, patience ─▶ transport (file, HTTP, S3) ─▶ http
 //! ```
 //!
-//! Bytes that arrive have no checksum of their own. Who decodes them finds what is corrupt and says so with
-//! [`RemoteFile::invalidate`]; the next read asks the server again. While [`RemoteFile::read_twice`] is on, every block
-//! is asked for twice and the answers must agree: for headers, which have no checksum.
+//! Bytes that arrive have no checksum of their own. A decoder that finds corrupt bytes reports them with
+//! [`RemoteFile::invalidate`]; the next read requests them again. While [`RemoteFile::read_twice`] is on, every block
+//! is requested twice and the answers must agree: this is for headers, which have no checksum.
 //!
-//! Why: `docs/decisions/remote-files.md`.
-#![cfg_attr(not(feature = "network"), allow(dead_code, reason = "some of it is of use to the network alone"))]
+//! The reasons are in `docs/decisions/remote-files.md`.
+#![cfg_attr(not(feature = "network"), allow(dead_code, reason = "some items are used by the network code alone"))]
 
 mod address;
 mod blocks;
@@ -42,15 +42,15 @@ pub use file::{Held, RemoteFile};
 pub use settings::Settings;
 pub use traffic::Traffic;
 
-/// Asked now and then while waiting; true means that nobody wants the bytes any more.
+/// Called now and then while waiting; returns true when the bytes are no longer needed.
 pub type Cancelled<'a> = &'a (dyn Fn() -> bool + Sync);
 
-/// Never.
+/// A [`Cancelled`] that never cancels.
 pub fn never() -> bool {
     false
 }
 
-/// FNV-1a, 64 bits, in pieces: it finds accidents, not malice.
+/// A 64-bit FNV-1a hash, fed in pieces. It detects accidental corruption, not attacks.
 #[derive(Clone, Copy)]
 pub(crate) struct Fnv(u64);
 

@@ -1,4 +1,4 @@
-//! One request over the network: to a web server, or to a bucket.
+//! Sends one request over the network: to a web server or to a bucket.
 
 use std::ops::Range;
 use std::pin::pin;
@@ -13,14 +13,12 @@ use super::http::Client;
 use super::transport::{Answer, NoAnswer};
 use super::{Cancelled, RemoteError, Settings};
 
-/// How often a request looks whether it is still wanted.
+/// Interval at which a request checks whether it was cancelled.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// What answers on another machine.
+/// The server of a remote file.
 pub enum Server {
-    /// A web server.
     Http { client: Client, request: Box<reqwest::Request> },
-    /// A bucket.
     Bucket(Object),
 }
 
@@ -34,18 +32,19 @@ impl Server {
                 Ok(Self::Http { client, request })
             }
             Location::File(_) => {
-                let (name, cause) = (address.name.clone(), "is a file of this machine".to_owned());
+                let (name, cause) = (address.name.clone(), "is a local file".to_owned());
                 Err(RemoteError::BadAddress { name, cause })
             }
         }
     }
 
-    /// The bytes of `range`, which is not empty; fewer where the file ends before.
+    /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
     pub fn get(&self, range: Range<u64>, address: &Address, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
             Self::Http { client, request } => {
-                // A request without a body can be made again.
-                let request = request.try_clone().ok_or_else(|| NoAnswer::Again("no request was made".into()))?;
+                // A request without a body can always be cloned.
+                let request =
+                    request.try_clone().ok_or_else(|| NoAnswer::Again("the request could not be created".into()))?;
                 wait_for(client.range(request, range), address, cancelled)
             }
             Self::Bucket(object) => wait_for(object.range(range, address), address, cancelled),
@@ -53,7 +52,7 @@ impl Server {
     }
 }
 
-/// The threads on which connections live: two for the whole program, from the first request on.
+/// Returns the runtime of the network threads: two for the whole program, started by the first request.
 fn runtime() -> Result<&'static Runtime, &'static str> {
     static RUNTIME: OnceLock<Result<Runtime, String>> = OnceLock::new();
     let build = || {
@@ -63,12 +62,12 @@ fn runtime() -> Result<&'static Runtime, &'static str> {
             .thread_name("remote")
             .enable_all()
             .build()
-            .map_err(|error| format!("no threads for the network: {error}"))
+            .map_err(|error| format!("the network threads cannot be started: {error}"))
     };
     RUNTIME.get_or_init(build).as_ref().map_err(String::as_str)
 }
 
-/// Waits for an answer, which has deadlines of its own, and looks now and then whether it is still wanted.
+/// Waits for an answer, which has its own deadlines, and checks now and then whether it was cancelled.
 fn wait_for(
     request: impl Future<Output = Result<Answer, NoAnswer>>,
     address: &Address,

@@ -1,4 +1,4 @@
-//! What stands in for `network.rs` in a build without the feature `network`: every address is refused.
+//! Replaces `network.rs` in a build without the feature `network`: every address is refused.
 
 use std::ops::Range;
 
@@ -6,12 +6,12 @@ use super::address::Address;
 use super::transport::{Answer, NoAnswer};
 use super::{Cancelled, RemoteError, Settings};
 
-/// There is none.
+/// A server, which cannot exist in this build.
 pub enum Server {}
 
 impl Server {
     pub fn open(address: &Address, _settings: &Settings) -> Result<Self, RemoteError> {
-        let cause = "this hachure was built without network access (the feature `network`)".to_owned();
+        let cause = "this build of hachure has no network access (it lacks the feature `network`)".to_owned();
         Err(RemoteError::Unusable { name: address.name.clone(), cause })
     }
 

@@ -1,23 +1,24 @@
-//! How long a file may keep its reader waiting, over all its requests.
+//! Limits how long a file may keep its reader waiting, over all its requests.
 //!
-//! Each request has deadlines of its own, but a hundred requests that each use theirs up hold a picture for an hour. So
-//! the time in which at least one request is open counts for the file as a whole. Bytes that arrive give time back, so
-//! that a slow server is no dead one. When the time is used up, all requests end together, and new ones fail at once
-//! for a while; then a single one may try again, for windows that stay open until the server is back.
+//! Each request has its own deadlines, but a hundred requests that each use theirs up would delay a picture by an hour.
+//! So the time during which at least one request is open counts for the file as a whole. Bytes that arrive give time
+//! back, so that a slow server does not count as a dead one. When the time is used up, all open requests end, and new
+//! ones fail at once for a while; then a single request may try again, for windows that stay open until the server is
+//! back.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// So many bytes give a second back: a server that is slower than this for long is given up.
+/// Bytes that give back one second: a server that is slower than this for long is given up.
 const BYTES_PER_S: u64 = 32 * 1024;
-/// How long a file that was given up is left alone.
+/// How long no request is made for a file that was given up.
 const REST: Duration = Duration::from_secs(30);
 
-/// Of a file, or of files that are read together.
+/// The waiting time of a file, or of files that are read together.
 #[derive(Debug)]
 pub struct Patience {
     limit: Duration,
-    /// What the first request after a rest may use up.
+    /// Time that the first request after a rest may use up.
     probe: Duration,
     state: Mutex<State>,
 }
@@ -25,9 +26,9 @@ pub struct Patience {
 #[derive(Debug)]
 struct State {
     spent: Duration,
-    /// Requests that are open.
+    /// Number of open requests.
     waiting: u32,
-    /// When `spent` was last brought up to date.
+    /// The time at which `spent` was last updated.
     since: Instant,
     given_up: Option<GivenUp>,
 }
@@ -42,13 +43,13 @@ struct GivenUp {
 pub struct Waiting<'a>(&'a Patience);
 
 impl Patience {
-    /// With `limit` in all; after a rest a single request may use up `probe`.
+    /// Creates a time limit; after a rest a single request may use up `probe`.
     pub fn new(limit: Duration, probe: Duration) -> Arc<Self> {
         let state = State { spent: Duration::ZERO, waiting: 0, since: Instant::now(), given_up: None };
         Arc::new(Self { limit, probe: probe.min(limit), state: Mutex::new(state) })
     }
 
-    /// All of it.
+    /// Returns the limit in full.
     pub fn limit(&self) -> Duration {
         self.limit
     }
@@ -56,7 +57,7 @@ impl Patience {
     /// Begins to wait.
     ///
     /// # Errors
-    /// Why the file was given up, while it is left alone.
+    /// Returns the cause for which the file was given up, while it rests.
     pub fn begin(&self) -> Result<Waiting<'_>, String> {
         let mut state = self.settled();
         if let Some(given_up) = &state.given_up {
@@ -70,18 +71,18 @@ impl Patience {
         Ok(Waiting(self))
     }
 
-    /// Bytes came.
+    /// Records that bytes have arrived.
     pub fn came(&self, bytes: u64) {
         let mut state = self.settled();
         state.spent = state.spent.saturating_sub(Duration::from_secs_f64(bytes as f64 / BYTES_PER_S as f64));
     }
 
-    /// What is left of it.
+    /// Returns the remaining time.
     pub fn left(&self) -> Duration {
         self.limit.saturating_sub(self.settled().spent)
     }
 
-    /// Leaves the file alone for a while; whoever asks meanwhile hears the cause.
+    /// Gives the file up for a while; requests meanwhile fail with the cause.
     pub fn give_up(&self, cause: &str) {
         let mut state = self.settled();
         if state.given_up.is_none() {
@@ -90,7 +91,7 @@ impl Patience {
     }
 
     fn settled(&self) -> MutexGuard<'_, State> {
-        // Every statement leaves the numbers whole.
+        // No statement leaves the state inconsistent, so a poisoned lock does not matter.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
         if state.waiting > 0 {

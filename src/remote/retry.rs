@@ -1,4 +1,5 @@
-//! Trying again: after a pause that doubles, of which chance takes a part, so that many readers do not knock together.
+//! Retries requests after a pause that doubles, with random jitter, so that many readers do not retry at the same
+//! moment.
 
 use std::hash::{BuildHasher, RandomState};
 use std::time::{Duration, Instant};
@@ -7,11 +8,11 @@ use super::patience::Patience;
 use super::transport::NoAnswer;
 use super::{Cancelled, RemoteError, Settings};
 
-/// How often a pause looks whether the bytes are still wanted.
+/// Interval at which a pause checks for cancellation.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// Makes a request until it is answered, cannot be, was made often enough, or the file's patience is over. `failed`
-/// hears of each try in vain.
+/// Repeats a request until it succeeds, cannot succeed, has been tried often enough, or the file's time limit is used
+/// up. `failed` is called with the cause of each failed try.
 pub fn persistently<T>(
     name: &str,
     settings: &Settings,
@@ -35,9 +36,9 @@ pub fn persistently<T>(
         tries += 1;
         let (cause, asked) = match request() {
             Ok(answer) => return Ok(answer),
-            // Not by the caller, but since the patience is over: what went wrong before says more.
+            // The request was not cancelled by the caller but by the time limit: the earlier cause says more.
             Err(NoAnswer::Never(RemoteError::Cancelled)) if !cancelled() => {
-                (before.take().unwrap_or_else(|| "no whole answer came".to_owned()), None)
+                (before.take().unwrap_or_else(|| "no complete answer".to_owned()), None)
             }
             Err(NoAnswer::Never(error)) => return Err(error),
             Err(NoAnswer::Again(cause)) => (cause, None),
@@ -47,7 +48,7 @@ pub fn persistently<T>(
         if patience.left().is_zero() {
             return Err(given_up(tries, cause));
         }
-        // There is no use in waiting for a server that asks for more time than there is.
+        // There is no point in waiting for a server that requests a longer pause than the remaining time.
         if tries >= settings.tries || asked.is_some_and(|asked| asked > patience.left()) {
             return Err(RemoteError::Failed { name: name.to_owned(), tries, cause });
         }
@@ -66,7 +67,7 @@ pub fn persistently<T>(
     }
 }
 
-/// A number from 0 to 1. The standard library's hasher has a key from the system's chance.
+/// Returns a random number from 0 to 1: the standard library's hasher has a random key.
 fn chance() -> f64 {
     (RandomState::new().hash_one(0) >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -113,7 +114,7 @@ mod tests {
         let again = || Err::<(), _>(NoAnswer::Again("busy".into()));
         let ended = persistently("it", &settings, &patience, &never, again, |_| {}).unwrap_err();
         assert!(matches!(&ended, RemoteError::GivenUp { tries: 2.., .. }), "{ended}");
-        // Whoever comes next hears of it, and no request is made.
+        // The next request fails with the same cause, and nothing is sent.
         let none = || -> Result<(), NoAnswer> { unreachable!("the file is left alone") };
         let ended = persistently("it", &settings, &patience, &never, none, |_| {}).unwrap_err();
         assert!(

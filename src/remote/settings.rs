@@ -1,34 +1,37 @@
-//! How patient a reader is, and how much it keeps.
+//! Settings of reading: deadlines, retries and cache sizes.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// How a file is read. The default is for flying; tests are less patient.
+/// Settings for reading a file. The defaults suit interactive flying; tests use shorter times.
 #[derive(Clone)]
 pub struct Settings {
-    /// The folder for blocks of files on other machines; none keeps nothing on disk.
+    /// Folder for blocks of remote files; `None` disables the disk cache.
     pub cache: Option<PathBuf>,
-    /// How much the folder may hold, in bytes: 4 GiB.
+    /// Size limit of the disk cache in bytes; default 4 GiB.
     pub cache_bytes: u64,
-    /// How much of a file stays in memory, in bytes: 32 MiB.
+    /// Size limit of the blocks of one file in memory, in bytes; default 32 MiB.
     pub memory_bytes: usize,
-    /// Until a server must have taken the connection: 5 s.
+    /// Deadline for connecting to a server; default 5 s.
     pub connect_timeout: Duration,
-    /// No answer may stop for longer, before its first byte or between two: 10 s.
+    /// Longest wait for data, before the first byte of an answer or between two; default 10 s.
     pub idle_timeout: Duration,
-    /// Until an answer must be there, whole: 20 s.
+    /// Deadline for a complete answer; default 20 s.
     pub request_timeout: Duration,
-    /// How long a file may keep its reader waiting over all requests, less what the bytes that came gave back: 45 s.
+    /// How long a file may keep its reader waiting over all requests, less the time that arriving bytes give back;
+    /// default 45 s.
     pub patience: Duration,
-    /// The pause before the second try: 0.1 s. Each further one is twice as long; chance takes up to half of it away.
+    /// Pause before the second try; default 0.1 s. Each further pause is twice as long; random jitter shortens it by up
+    /// to half.
     pub first_pause: Duration,
-    /// No pause is longer: 5 s.
+    /// Longest pause between two tries; default 5 s.
     pub longest_pause: Duration,
-    /// How often a request is made in all: 6.
+    /// Largest number of tries of a request; default 6.
     pub tries: u32,
-    /// What the `AWS_*` variables say.
+    /// The `AWS_*` environment variables.
     pub s3: Vec<(String, String)>,
-    /// Only tests switch it off, to see that they would find what the checks keep away.
+    /// Whether answers are verified. Only tests switch this off, to prove that they would detect what the checks
+    /// prevent.
     #[doc(hidden)]
     pub verify: bool,
 }

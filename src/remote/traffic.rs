@@ -1,27 +1,27 @@
-//! What went over the wire.
+//! Counts network traffic.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What a file cost so far.
+/// The traffic of a file so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Traffic {
-    /// Requests made, those that failed included.
+    /// Number of requests, including failed ones.
     pub requests: u64,
-    /// Bytes that came with them.
+    /// Bytes received.
     pub bytes: u64,
-    /// Requests that were made again.
+    /// Number of requests that were repeated.
     pub retries: u64,
-    /// Reads that failed after their retries.
+    /// Number of reads that failed after their retries.
     pub failures: u64,
-    /// Blocks that lay in memory.
+    /// Number of blocks that were found in memory.
     pub memory_hits: u64,
-    /// Blocks that lay on disk.
+    /// Number of blocks that were found in the disk cache.
     pub disk_hits: u64,
-    /// Blocks that a decoder threw away.
+    /// Number of blocks that a decoder rejected.
     pub invalidated: u64,
 }
 
-/// The same while it is counted.
+/// The counters behind [`Traffic`].
 #[derive(Default)]
 pub struct Counters {
     pub requests: Counter,
@@ -33,7 +33,7 @@ pub struct Counters {
     pub invalidated: Counter,
 }
 
-/// Counts up, from any thread.
+/// A counter that any thread may increase.
 #[derive(Default)]
 pub struct Counter(AtomicU64);
 

@@ -1,4 +1,4 @@
-//! One request: a range of bytes from a file, or from another machine.
+//! Sends one request for a range of bytes: to a local file or to a server.
 
 use std::fs::File;
 use std::io;
@@ -9,31 +9,31 @@ use super::address::{Address, Location};
 use super::network::Server;
 use super::{Cancelled, RemoteError, Settings};
 
-/// What answers.
+/// The origin of the bytes.
 pub enum Transport {
-    /// A file on this machine.
+    /// A local file.
     File(File),
-    /// A web server, or a bucket.
+    /// A web server or a bucket.
     Server(Server),
 }
 
-/// Bytes, and which file they are of.
+/// The bytes of an answer, and the size and version of their file.
 pub struct Answer {
     pub bytes: Vec<u8>,
-    /// Of the whole file.
+    /// Size of the whole file in bytes.
     pub size: u64,
-    /// Changes when the file does: ETag and time of change. None where the server tells neither.
+    /// Changes when the file does: ETag or modification time. `None` if the server reports neither.
     pub version: Option<String>,
 }
 
-/// Why there are none.
+/// The reason why a request got no answer.
 #[derive(Debug)]
 pub enum NoAnswer {
-    /// It may be better next time.
+    /// Another try may succeed.
     Again(String),
-    /// The same, and the server asks for a pause.
+    /// Another try may succeed after the pause that the server requests.
     AsyncReadback(String, Duration),
-    /// It will not.
+    /// No further try will succeed.
     Never(RemoteError),
 }
 
@@ -51,12 +51,12 @@ impl Transport {
         }
     }
 
-    /// Whether the bytes come from another machine.
+    /// Returns whether the bytes come from another machine.
     pub fn is_remote(&self) -> bool {
         !matches!(self, Self::File(_))
     }
 
-    /// The bytes of `range`, which is not empty; fewer where the file ends before.
+    /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
     pub fn get(&self, range: Range<u64>, address: &Address, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
             Self::File(file) => read(file, range)

@@ -208,8 +208,8 @@ mod tests {
         for (keys, expected) in [
             ("mask = \"\"".to_owned(), "4:8: forest.mask: it is empty"),
             ("mask = \"https://x/m.png\"".to_owned(), "4:8: forest.mask: it must be a file of this machine"),
-            ("mask = 3".to_owned(), "4:8: forest.mask must be a text"),
-            ("maks = \"m.png\"".to_owned(), "4:1: there is no key \"forest.maks\"; did you mean \"mask\"?"),
+            ("mask = 3".to_owned(), "4:8: forest.mask must be text"),
+            ("maks = \"m.png\"".to_owned(), "4:1: unknown key \"forest.maks\"; did you mean \"mask\"?"),
             ("land_cover = \"c.tif\"".to_owned(), "4:14: forest.land_cover: it needs [[forest.classes]]"),
             ("[[forest.classes]]\nclass = 4".to_owned(), "forest.classes: they are those of a land_cover"),
             (land("class = 4\ndensity = 1.5"), "7:11: forest.classes.density: it must lie within 0 to 1"),
@@ -228,7 +228,7 @@ mod tests {
                 land("class = 4\nmix = { snag = 1 }"),
                 "7:16: forest.classes.mix.snag: the scene has no species of this form",
             ),
-            (land("class = 4\nmix = { oak = 1 }"), "there is no key \"forest.classes.mix.oak\""),
+            (land("class = 4\nmix = { oak = 1 }"), "unknown key \"forest.classes.mix.oak\""),
             (land("class = 4\n[[forest.classes]]\nclass = 4"), "8:9: forest.classes.class: 4 stands there twice"),
             (land("class = 4.5"), "forest.classes.class must be a whole number"),
         ] {

@@ -1,12 +1,12 @@
 //! ASCII grids: a header of keywords, then one number for each sample, by rows from the north.
 //!
 //! - ESRI: `ncols nrows xllcorner|xllcenter yllcorner|yllcenter cellsize [NODATA_value]` in any order and case ("Esri
-//!   ASCII raster format", ArcGIS Desktop help); GDAL's `dx`, `dy` for cells that are not square. A `.prj` beside it
-//!   gives the CRS.
-//! - GRASS: `north: south: east: west: rows: cols: [null:]`, voids are `*` (manual of r.in.ascii). North to west are
-//!   the outer edges.
+//!   ASCII raster format", ArcGIS Desktop help); GDAL adds `dx`, `dy` for cells that are not square. A `.prj` sidecar
+//!   file gives the CRS.
+//! - GRASS: `north: south: east: west: rows: cols: [null:]`; no-data is `*` (manual of r.in.ascii). North, south, east
+//!   and west are the outer edges.
 //!
-//! Values may be broken over lines in any way. A text has no index, so the grid is read into memory.
+//! Values may be broken over lines in any way. A text has no index, so the whole grid is read into memory.
 
 use std::path::Path;
 
@@ -17,12 +17,12 @@ use super::prj;
 use super::samples::{Meaning, SampleType, Tally, Told};
 use super::text::Words;
 
-/// What the header's keywords give.
+/// The values of the header's keywords.
 #[derive(Debug, Default)]
 struct Header {
     columns: Option<u32>,
     rows: Option<u32>,
-    /// The keyword was `…center`, not `…corner`.
+    /// Whether the keyword was `…center` instead of `…corner`, for x and y.
     is_centre: [bool; 2],
     lower_left: [Option<f64>; 2],
     cell: [Option<f64>; 2],
@@ -41,10 +41,10 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     };
     let size = [width, height];
     place::check_size(path, size)?;
-    // A digit and a space for each sample, but for the last.
+    // Each sample takes at least a digit and a space, the last one only a digit.
     let samples = u64::from(width) * u64::from(height);
     if samples > file_bytes.div_ceil(2) {
-        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
+        return Err(inconsistent(path, format!("{width}×{height} samples do not fit in {file_bytes} bytes")));
     }
     memory::check_count(path, size)?;
     let crs_from_grid = header.crs_from_grid(path, size)?;
@@ -57,15 +57,16 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     for index in 0..samples {
         let value = match words.next()? {
             Some("*") => f64::NAN,
-            Some(word) => super::text::number(word)
-                .ok_or_else(|| inconsistent(path, format!("sample {} is {word:?}, which is no number", index + 1)))?,
-            None => return Err(inconsistent(path, format!("it holds {index} of {samples} samples: it is truncated"))),
+            Some(word) => super::text::number(word).ok_or_else(|| {
+                inconsistent(path, format!("sample {} is {word:?}, which is not a number", index + 1))
+            })?,
+            None => return Err(inconsistent(path, format!("it is truncated: it has {index} of {samples} samples"))),
         };
         heights_m.push(meaning.height_m(value, &mut tally));
     }
     Told::default().warn(path, &tally);
     if words.next()?.is_some() {
-        tracing::warn!("{}: holds more than its {width}×{height} samples; the rest is passed over", path.display());
+        tracing::warn!("{}: has more than {width}×{height} samples; the rest is ignored", path.display());
     }
     let files: Vec<&Path> = std::iter::once(path).chain(prj.as_deref()).collect();
     Ok(MemoryReader { path: path.into(), size, heights_m, georeference, identity: place::identity(&files, "") })
@@ -129,7 +130,7 @@ impl Header {
             return Ok(place::north_up([west + 0.5 * step[0], north - 0.5 * step[1]], step));
         }
         let ([Some(x), Some(y)], [Some(dx), Some(dy)]) = (self.lower_left, self.cell) else {
-            return Err(inconsistent(path, "its header does not say where it lies or how large its cells are"));
+            return Err(inconsistent(path, "its header gives no position or no cell size"));
         };
         let half = self.is_centre.map(|is_centre| if is_centre { 0.0 } else { 0.5 });
         Ok(place::north_up([x + half[0] * dx, y + (height - 1.0 + half[1]) * dy], [dx, dy]))

@@ -1,7 +1,7 @@
-//! The pictures of a GeoTIFF, read in parts from any source of bytes: the full resolution and its overviews.
+//! Reads the pictures of a GeoTIFF (the full resolution and its overviews) in parts from any source of bytes.
 //!
-//! What the header claims is checked as in [`super::open`], and the samples mean the same. In addition every picture
-//! knows where its blocks lie, so that they can be brought before they are decoded.
+//! The header is checked as in [`super::open`], and the samples mean the same. In addition every picture can report
+//! where its blocks are stored, so that they can be fetched before they are decoded.
 
 use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -23,10 +23,10 @@ use super::{Holds, SourceError, Window, WorldMapping};
 
 const TAG_GDAL_METADATA: u16 = 42112;
 
-/// GDAL frames the blocks of a COG with their sizes.
+/// Size in bytes of the frames that GDAL puts around the blocks of a COG.
 const FRAME_BYTES: u64 = 4;
 
-/// One picture.
+/// A picture of the file.
 pub(crate) struct Picture {
     pub width: u32,
     pub height: u32,
@@ -38,7 +38,7 @@ pub(crate) struct Picture {
     is_sparse: bool,
 }
 
-/// An open GeoTIFF.
+/// An open GeoTIFF with its overviews.
 pub(crate) struct Pictures {
     name: PathBuf,
     file: Arc<TiffFile>,
@@ -50,10 +50,10 @@ pub(crate) struct Pictures {
 }
 
 impl Pictures {
-    /// Opens the TIFF in `source`; `name` stands in messages. `decoded_bytes` of decoded blocks are kept.
+    /// Opens the TIFF in `source`; `name` is used in messages. Up to `decoded_bytes` of decoded blocks are cached.
     ///
     /// # Errors
-    /// As [`super::open`], without those that need the heights.
+    /// The same as [`super::open`], without those that depend on the heights.
     pub fn open(source: SharedSource, name: &Path, decoded_bytes: usize) -> Result<Self, SourceError> {
         guarded(name, || Self::open_unguarded(source, name, decoded_bytes))
     }
@@ -86,17 +86,17 @@ impl Pictures {
         };
         let mut pictures = vec![picture(layout.blocks)?];
         for (index, ifd) in file.ifds().iter().enumerate().filter(|(_, ifd)| is_overview(ifd)) {
-            // An overview that cannot be read is none; the full resolution stands in.
+            // An overview that cannot be read is ignored; the full resolution replaces it.
             match check_image(ifd, index, file_bytes, name) {
                 Ok(found) if found.blocks.samples.decoded == sample_type && found.width < width => {
                     pictures.push(picture(found.blocks)?);
                 }
                 Ok(_) => {}
-                Err(error) => tracing::debug!("an overview is passed over: {error}"),
+                Err(error) => tracing::debug!("an overview is ignored: {error}"),
             }
         }
         pictures[1..].sort_by_key(|picture| std::cmp::Reverse(picture.width));
-        // An overview under a mask needs one, too: the heights that it was made of are not there.
+        // If the full resolution has a mask, an overview needs one too: it may contain values of masked samples.
         if pictures[0].mask.is_some() {
             pictures.retain(|picture| picture.mask.is_some());
         }
@@ -104,17 +104,17 @@ impl Pictures {
         Ok(Self { name, file, cache, pictures, meaning, georeference, told: AtomicBool::new(false) })
     }
 
-    /// The full resolution, then the overviews, the largest first.
+    /// Returns the full resolution, then the overviews, the largest first.
     pub fn pictures(&self) -> &[Picture] {
         &self.pictures
     }
 
-    /// Where the full resolution lies.
+    /// Returns the georeference of the full resolution.
     pub fn georeference(&self) -> &Georeference {
         &self.georeference
     }
 
-    /// Lowest and highest height in metres by the file's own word, which need not be exact.
+    /// Returns the lowest and highest height in metres that the file's statistics declare; they need not be exact.
     pub fn declared_range_m(&self) -> Option<[f32; 2]> {
         let xml = self.file.ifd(self.pictures[0].blocks.ifd).ok()?.tag(TAG_GDAL_METADATA)?.value.as_str()?.to_owned();
         let number = |name: &str| {
@@ -131,10 +131,10 @@ impl Pictures {
         (range[0] <= range[1] && range.iter().all(|height| height.is_finite())).then_some(range)
     }
 
-    /// Where the bytes of a window of a picture lie, with the frames that GDAL puts around blocks.
+    /// Returns the byte ranges of the blocks of a window, including the frames that GDAL puts around blocks.
     pub fn ranges(&self, picture: usize, window: Window) -> Vec<Range<u64>> {
         let Picture { blocks, mask, .. } = &self.pictures[picture];
-        // A mask that is a band lies where the heights do.
+        // A mask that is a band is stored in the blocks of the heights.
         let mask = mask.iter().map(|mask| &mask.blocks).filter(|mask| !Arc::ptr_eq(mask, blocks));
         let places = std::iter::once(blocks)
             .chain(mask)
@@ -145,17 +145,18 @@ impl Pictures {
         framed.collect()
     }
 
-    /// Where the bytes of the block lie that holds a sample, without a frame; none if the file leaves it out.
+    /// Returns the byte range, without a frame, of the block that contains a sample; `None` if the file leaves it out.
     pub fn stored(&self, picture: usize, x: u32, y: u32) -> Option<Range<u64>> {
         let blocks = &self.pictures[picture].blocks;
         let part = blocks.parts(Window { x, y, width: 1, height: 1 }).next()?;
         blocks.place(part.block).map(|(offset, count)| offset..offset.saturating_add(count))
     }
 
-    /// The heights in metres of a window inside a picture, row-major, NaN where there is no data.
+    /// Returns the heights in metres of a window inside a picture, row-major, NaN where there is no data.
     ///
     /// # Errors
-    /// If a block cannot be decoded; [`SourceError::Damaged`] with [`TiffError::Io`] if it cannot be had.
+    /// Fails if a block cannot be decoded; returns [`SourceError::Damaged`] with [`TiffError::Io`] if it cannot be
+    /// read.
     pub fn read(&self, picture: usize, window: Window) -> Result<Vec<f32>, SourceError> {
         guarded(&self.name, || self.read_unguarded(&self.pictures[picture], window))
     }
@@ -174,9 +175,9 @@ impl Pictures {
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
         if tally.absurd + tally.implied_voids > 0 && !self.told.swap(true, Ordering::Relaxed) {
             let name = self.name.display();
-            tracing::warn!("{name}: samples beyond ±1000 km, and undeclared -32768, are taken as no-data");
+            tracing::warn!("{name}: samples beyond ±1000 km, and undeclared -32768, are treated as no-data");
         }
-        // A sparse file leaves blocks out; they hold the no-data value, or zeros where it names none, as in GDAL.
+        // A sparse file leaves blocks out; they hold the no-data value, or zeros if it declares none, as in GDAL.
         if picture.is_sparse && self.meaning.no_data.is_some() {
             let absent = picture.blocks.parts(window).filter(|part| picture.blocks.place(part.block).is_none());
             for part in absent {
@@ -190,16 +191,17 @@ impl Pictures {
     }
 }
 
-/// Whether the bytes could not be had, rather than not be decoded.
+/// Returns whether the bytes could not be read, in contrast to bytes that could not be decoded.
 pub(crate) fn is_unread(error: &SourceError) -> bool {
     matches!(error, SourceError::Damaged { source: TiffError::Io(..), .. })
 }
 
-/// The decoders index into what the file claims. Should one of them panic on damaged bytes, that is one more kind of
-/// damage. Nothing but the decoder's cache outlives the call, and its entries are whole or not there.
+/// Runs a decoder and converts a panic to an error. Decoders index into what the file claims, so damaged bytes may make
+/// them panic. Only the decoder's cache outlives the call, and its entries are complete or absent, so that unwinding is
+/// safe.
 fn guarded<T>(name: &Path, work: impl FnOnce() -> Result<T, SourceError>) -> Result<T, SourceError> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        let what = format!("its decoder gave up ({})", panic_text(panic.as_ref()));
+        let what = format!("its decoder failed ({})", panic_text(panic.as_ref()));
         Err(SourceError::Inconsistent { path: name.into(), what })
     })
 }

@@ -1,23 +1,24 @@
-//! A continent from a seed: 327,680 × 327,680 samples, 10 m apart, of which any window of any level is evaluated on
-//! its own. Nobody keeps 10¹¹ heights; a base of 1280 × 1280 and an exemplar of 2048 × 2048 are enough.
+//! A procedural continent of a seed: 327,680 × 327,680 samples, 10 m apart, of which any window of any level is
+//! evaluated on its own. The 10¹¹ heights are never stored; a base of 1280 × 1280 and an exemplar of 2048 × 2048
+//! samples suffice.
 //!
-//! 1. `base`: ranges, plains and great valleys, 2.56 km apart and 3,277 km wide, grown as the embedded world is: uplift,
-//!    and rivers that cut (Cordonnier and others, "Large scale terrain generation from tectonic uplift and fluvial
+//! 1. `base`: ranges, plains and great valleys, 2.56 km apart and 3,277 km wide, grown as the embedded world is: by
+//!    uplift and river incision (Cordonnier et al., "Large scale terrain generation from tectonic uplift and fluvial
 //!    erosion", 2016). Between its samples the surface is bicubic; its averages are the levels above.
-//! 2. `exemplar`: the embedded world itself, less what is wider than 5 km: 20 km of eroded land with ridges, gullies and
-//!    gravel floors, and its averages at every level.
+//! 2. `exemplar`: the embedded world itself, without features wider than 5 km: 20 km of eroded land with ridges,
+//!    gullies and gravel floors, and its averages at every level.
 //! 3. `tiling`: pieces of the exemplar are laid over the base on a lattice of triangles and blended so that their
-//!    variance stays (Heitz and Neyret, "High-performance by-example noise using a histogram-preserving blending
-//!    operator", HPG 2018). A piece is chosen by chance among those as rough as the base asks for there, as example
-//!    based terrain does (Zhou and others, "Terrain synthesis from digital elevation models", TVCG 2007), and turned
-//!    and mirrored by chance.
+//!    variance is preserved (Heitz and Neyret, "High-performance by-example noise using a histogram-preserving blending
+//!    operator", HPG 2018). A piece is chosen at random among those with the roughness that the base requires there, as
+//!    in example-based terrain synthesis (Zhou et al., "Terrain synthesis from digital elevation models", TVCG 2007),
+//!    and rotated and mirrored at random.
 //!
 //! Pieces are moved by whole samples of the coarsest level in question, so each level of the land is read from the same
-//! level of the exemplar, sample by sample: a level is the average of the finer one but for the slow change of the
-//! weights, and nothing aliases. Places are whole numbers of a level's lattice, hence land 10⁷ m away is as exact as in
-//! the middle.
+//! level of the exemplar, sample by sample: a level is the average of the finer one except for the slow change of the
+//! weights, and nothing aliases. Positions are whole numbers of a level's lattice, so that land 10⁷ m away is as exact
+//! as in the middle.
 //!
-//! Why: `docs/decisions/procedural-worlds.md`.
+//! The reasons are in `docs/decisions/procedural-worlds.md`.
 
 mod base;
 mod exemplar;
@@ -31,10 +32,10 @@ use super::{Progress, Window};
 /// Samples along the side of the whole land at level 0.
 pub const SIZE_SAMPLES: u32 = 1280 << BASE_LEVEL;
 
-/// Metres between them.
+/// Distance between samples of level 0 in metres.
 pub const SPACING_M: f64 = 10.0;
 
-/// The level whose heights are kept.
+/// The level whose heights are stored.
 pub const BASE_LEVEL: u32 = 8;
 
 /// Samples along the side of the base.
@@ -46,18 +47,18 @@ pub struct Continent {
     seed: u32,
     /// [`BASE_SAMPLES`]² heights in metres.
     base_m: Vec<f32>,
-    /// How strong the relief of the pieces is there: its deviation in metres.
+    /// Strength of the pieces' relief at each sample of the base: its standard deviation in metres.
     relief_m: Vec<f32>,
     exemplar: Exemplar,
 }
 
-/// Grows the base of the land of `seed`: [`BASE_SAMPLES`]² heights in metres, row by row. Takes some seconds; the same
-/// seed gives the same bits, on any number of threads.
+/// Grows the base of the land of `seed`: [`BASE_SAMPLES`]² heights in metres, row by row. Takes some seconds; the
+/// result is bit-identical for the same seed, on any number of threads.
 pub fn grow_base(seed: u32, progress: &dyn Progress) -> Vec<f32> {
     base::grow(seed, BASE_SAMPLES as usize, progress)
 }
 
-/// A local metric grid of `size` samples a side, `spacing_m` apart, about the origin.
+/// Returns the georeference of a local metric grid of `size` samples a side, `spacing_m` apart, centred on the origin.
 pub fn georeference(size: u32, spacing_m: f64) -> Georeference {
     let half_m = (f64::from(size) - 1.0) * 0.5 * spacing_m;
     Georeference {
@@ -68,26 +69,26 @@ pub fn georeference(size: u32, spacing_m: f64) -> Georeference {
 }
 
 impl Continent {
-    /// The land over a base of [`grow_base`] with the relief of `exemplar`.
+    /// Builds the land from a base of [`grow_base`] and the relief of `exemplar`.
     ///
     /// # Panics
-    /// If `base_m` has not [`BASE_SAMPLES`]² heights.
+    /// Panics if `base_m` has not [`BASE_SAMPLES`]² heights.
     pub fn new(seed: u32, base_m: Vec<f32>, exemplar: Exemplar) -> Self {
         assert_eq!(base_m.len(), (BASE_SAMPLES * BASE_SAMPLES) as usize);
         let base_m = deepened(&base_m, BASE_SAMPLES as usize);
         let relief_m = relief_m(&base_m, BASE_SAMPLES as usize);
-        // Mountains stand on the land, not half in it.
+        // The base is lifted, so that mountains are on top of the land and not half inside it.
         let base_m = base_m.iter().zip(&relief_m).map(|(base_m, relief_m)| base_m + LIFT * relief_m).collect();
         Self { seed, base_m, relief_m, exemplar }
     }
 
-    /// The heights of the base.
+    /// Returns the heights of the base in metres.
     pub fn base_m(&self) -> &[f32] {
         &self.base_m
     }
 
-    /// How far pieces of relief may reach above and below the base, most likely, in metres: over the base's samples
-    /// from (`x`, `y`) on, `side` of them along each side. What lies beyond the base counts as its border.
+    /// Returns how far pieces of relief probably reach above and below the base, in metres, over the `side` × `side`
+    /// samples of the base that begin at (`x`, `y`). Samples beyond the base count as its border.
     pub fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
         let width = BASE_SAMPLES as usize;
         let span = |first: u32| {
@@ -98,14 +99,15 @@ impl Continent {
         MOST_RELIEF * rows.flat_map(|row| &row[span(x)]).copied().fold(0.0, f32::max)
     }
 
-    /// Bounds of the heights in metres over `size` samples of level 0 from (`offset`, `offset`) on, most likely.
+    /// Returns probable bounds of the heights in metres over `size` × `size` samples of level 0 that begin at
+    /// (`offset`, `offset`).
     pub fn range_m(&self, offset: u32, size: u32) -> [f32; 2] {
         let (first, last) = ((offset >> BASE_LEVEL) as usize, ((offset + size - 1) >> BASE_LEVEL) as usize);
         let width = BASE_SAMPLES as usize;
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
         for row in first.saturating_sub(1)..=(last + 1).min(width - 1) {
             for at in row * width + first.saturating_sub(1)..=row * width + (last + 1).min(width - 1) {
-                // Pieces of relief are lopsided: summits stand out more than valleys.
+                // Pieces of relief are asymmetric: summits rise farther above the base than valleys descend below it.
                 low = low.min(self.base_m[at] - 2.5 * self.relief_m[at]);
                 high = high.max(self.base_m[at] + MOST_RELIEF * self.relief_m[at]);
             }
@@ -113,16 +115,16 @@ impl Continent {
         [low, high]
     }
 
-    /// The heights in metres of a window of a level up to [`BASE_LEVEL`], row by row. The level's lattice has
-    /// [`SIZE_SAMPLES`] / 2^level samples a side; beyond it the land goes on as its last samples.
+    /// Returns the heights in metres of a window of a level up to [`BASE_LEVEL`], row by row. The level's lattice has
+    /// [`SIZE_SAMPLES`] / 2^level samples a side; beyond it the border samples are repeated.
     ///
     /// # Panics
-    /// If `level` is above [`BASE_LEVEL`].
+    /// Panics if `level` is above [`BASE_LEVEL`].
     pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         assert!(level <= BASE_LEVEL);
         let span = Span { x: window.x.into(), y: window.y.into(), width: window.width, height: window.height };
         if level == BASE_LEVEL - 1 {
-            // Pieces move by half of its samples, so it is averaged from the finer one.
+            // Pieces move by half of this level's samples, so it is averaged from the finer level.
             let Window { x, y, width, height } = window;
             let finer = Window { x: 2 * x, y: 2 * y, width: 2 * width, height: 2 * height };
             return exemplar::halved(&self.heights_m(level - 1, finer), finer.width as usize);
@@ -135,7 +137,7 @@ impl Continent {
         field.heights_m
     }
 
-    /// The bicubic surface over the base's samples.
+    /// Evaluates the bicubic surface over the base's samples.
     fn smooth(&self, base: &[f32], level: u32, span: Span) -> Field {
         if level < BASE_LEVEL {
             return self.smooth(base, level + 1, span.coarse()).doubled(span);
@@ -151,16 +153,17 @@ impl Continent {
     }
 }
 
-/// How many times the strength of the relief a summit stands out.
+/// Largest height of a summit above the base, as a multiple of the strength of the relief.
 const MOST_RELIEF: f32 = 3.5;
 
-/// How far the base is lifted, as a part of the relief of the pieces.
+/// Lift of the base, as a fraction of the strength of the relief.
 const LIFT: f32 = 1.1;
 
-/// Base samples to each side that say how rough the land is: 7.7 km.
+/// Base samples to each side that determine the roughness of the land: 7.7 km.
 const AROUND: usize = 3;
 
-/// The base with its valleys and ranges drawn out: what differs from the mean of 18 km around, times [`DEEPEN`].
+/// Exaggerates the valleys and ranges of the base: multiplies the difference from the mean of the 18 km around by
+/// [`DEEPEN`].
 fn deepened(base_m: &[f32], size: usize) -> Vec<f32> {
     let mean = |line: &dyn Fn(usize) -> f32, at: usize| {
         (at.saturating_sub(AROUND)..=(at + AROUND).min(size - 1)).map(line).sum::<f32>()
@@ -171,11 +174,11 @@ fn deepened(base_m: &[f32], size: usize) -> Vec<f32> {
     base_m.iter().zip(around).map(|(base_m, mean_m)| base_m + (DEEPEN - 1.0) * (base_m - mean_m)).collect()
 }
 
-/// How much deeper valleys become.
+/// Factor by which valleys become deeper.
 const DEEPEN: f32 = 2.3;
 
-/// How strong the relief of the pieces is at every sample of the base: a part of the base's own relief around it, and
-/// little in the valleys of the base, so that these are open and lead through the ranges.
+/// Returns the strength of the pieces' relief at every sample of the base: a fraction of the base's own relief around
+/// it, and little in the valleys of the base, so that these are open and lead through the ranges.
 fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
     use rayon::prelude::*;
     let raw: Vec<f32> = (0..size * size)
@@ -194,7 +197,7 @@ fn relief_m(base_m: &[f32], size: usize) -> Vec<f32> {
             (3.0 + 0.24 * (high - low)).min(330.0) * open
         })
         .collect();
-    // Smoothed once, for a valley's side is no wall.
+    // The result is smoothed once, so that the sides of a valley are not walls.
     let at = |x: usize, y: usize| raw[y.min(size - 1) * size + x.min(size - 1)];
     (0..size * size)
         .map(|i| {
@@ -220,8 +223,8 @@ impl Span {
         self.width as usize * self.height as usize
     }
 
-    /// The samples of the next coarser lattice on which the bicubic surface over this one depends. Sample i covers
-    /// samples 2 i and 2 i + 1.
+    /// Returns the samples of the next coarser lattice on which the bicubic surface over this span depends. Coarse
+    /// sample i covers samples 2 i and 2 i + 1.
     fn coarse(self) -> Self {
         let axis = |first: i64, count: u32| {
             let from = (first >> 1) - 2;
@@ -240,8 +243,8 @@ struct Field {
 }
 
 impl Field {
-    /// The bicubic surface (Catmull-Rom) at the samples `fine` of the next finer lattice; this field spans
-    /// `fine.coarse()`.
+    /// Evaluates the bicubic surface (Catmull-Rom) at the samples `fine` of the next finer lattice; this field must
+    /// span `fine.coarse()`.
     fn doubled(&self, fine: Span) -> Field {
         let (width, coarse_width) = (fine.width as usize, self.span.width as usize);
         let mut across = Vec::with_capacity(width * self.span.height as usize);
@@ -249,7 +252,7 @@ impl Field {
             across.extend((0..fine.width).map(|column| {
                 let (first, weights) = taps(fine.x + i64::from(column), self.span.x);
                 let four = &row[first..first + 4];
-                // Relative to one of them, so that high land costs no digits.
+                // Heights are taken relative to one of the four, so that high land loses no precision.
                 let near = four[1];
                 near + weights[0] * (four[0] - near) + weights[2] * (four[2] - near) + weights[3] * (four[3] - near)
             }));
@@ -268,8 +271,8 @@ impl Field {
     }
 }
 
-/// The first of the four coarse samples (counted from `begin`) around a fine one, and their weights: a fine sample lies
-/// a quarter beside its coarse one.
+/// Returns the first of the four coarse samples (counted from `begin`) around a fine one, and their weights: a fine
+/// sample is a quarter of the coarse spacing away from its coarse one.
 fn taps(fine: i64, begin: i64) -> (usize, [f32; 4]) {
     const BEFORE: [f32; 4] = [-0.023_437_5, 0.226_562_5, 0.867_187_5, -0.070_312_5];
     let own = (fine >> 1) - begin;

@@ -1,7 +1,7 @@
-//! What an EPSG code says about units and ellipsoid. The catalogue holds Well-Known Text; only a few numbers of it are
-//! needed here, and they are found without parsing the rest.
+//! Looks up the units and the ellipsoid of an EPSG code. The catalogue contains Well-Known Text; only a few numbers of
+//! it are needed here, and they are found without parsing the rest.
 
-/// Which kind of CRS a code stands for.
+/// The kind of CRS that a code denotes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Projected,
@@ -9,28 +9,28 @@ pub(super) enum Kind {
     Geocentric,
 }
 
-/// As much of a catalogue entry as is needed.
+/// The needed parts of a catalogue entry.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Definition {
     pub kind: Kind,
     /// Metres per unit; radians per unit for a geographic CRS.
     pub unit: f64,
-    /// Semi-major axis in metres and inverse flattening (0 for a sphere), where the CRS has an ellipsoid.
+    /// Semi-major axis in metres and inverse flattening (0 for a sphere), if the CRS has an ellipsoid.
     pub ellipsoid: Option<[f64; 2]>,
 }
 
-/// Looks a code up; `None` where the catalogue does not hold it.
+/// Looks a code up; returns `None` if the catalogue does not contain it.
 pub(super) fn look_up(epsg: u16) -> Option<Definition> {
     definition_from_wkt(text(epsg)?)
 }
 
-/// The text of a code, in the first generation of Well-Known Text but for a few codes.
+/// Returns the text of a code: the first version of Well-Known Text, except for a few codes.
 pub(super) fn text(epsg: u16) -> Option<&'static str> {
     crs_definitions::from_code(epsg).map(|definition| definition.wkt)
 }
 
-/// How a CRS begins in both generations of Well-Known Text, and the keyword of its unit. The first generation says
-/// `UNIT` for both kinds; the second writes longer words that end in it.
+/// The beginnings of a CRS in both versions of Well-Known Text, and the keyword of its unit. Version 1 uses `UNIT` for
+/// both kinds; version 2 uses longer keywords that end in it.
 const BEGINNINGS: [(&str, Kind, &str); 4] = [
     ("PROJCS[", Kind::Projected, ",UNIT[\""),
     ("GEOGCS[", Kind::Geographic, ",UNIT[\""),
@@ -39,8 +39,8 @@ const BEGINNINGS: [(&str, Kind, &str); 4] = [
 ];
 
 fn definition_from_wkt(wkt: &str) -> Option<Definition> {
-    // What is wrapped around a horizontal CRS (a vertical one beside it, a shift to another datum after it) does not
-    // matter for where a sample lies.
+    // Wrappers around a horizontal CRS (an accompanying vertical CRS, a datum shift) do not affect horizontal
+    // positions.
     let wkt = match wkt.strip_prefix("COMPD_CS[") {
         Some(compound) => {
             let begin = compound.find("PROJCS[").or_else(|| compound.find("GEOGCS["))?;
@@ -52,7 +52,7 @@ fn definition_from_wkt(wkt: &str) -> Option<Definition> {
         .strip_prefix("BOUNDCRS[SOURCECRS[")
         .map_or(wkt, |bound| bound.find(",TARGETCRS[").and_then(|end| bound.get(..end)).unwrap_or(bound));
     let (_, kind, unit_keyword) = BEGINNINGS.into_iter().find(|(beginning, ..)| wkt.starts_with(beginning))?;
-    // The last unit belongs to the outermost CRS: a projected one holds the geographic one with its degrees inside.
+    // The last unit belongs to the outermost CRS: a projected one contains the geographic one with its degrees.
     let unit = numbers_after(wkt.get(wkt.rfind(unit_keyword)?..)?).next()?;
     let ellipsoid = wkt.find("SPHEROID[\"").or_else(|| wkt.find("ELLIPSOID[\"")).and_then(|at| {
         let mut numbers = numbers_after(&wkt[at..]);
@@ -61,13 +61,13 @@ fn definition_from_wkt(wkt: &str) -> Option<Definition> {
     Some(Definition { kind, unit, ellipsoid })
 }
 
-/// The numbers that follow the quoted name in `KEYWORD["name",1,2,…`.
+/// Returns the numbers that follow the quoted name in `KEYWORD["name",1,2,…`.
 fn numbers_after(text: &str) -> impl Iterator<Item = f64> + '_ {
     let after_name = text.splitn(3, '"').nth(2).unwrap_or("");
     after_name.split([',', ']']).skip(1).map_while(|number| number.parse().ok())
 }
 
-/// Metres in a linear unit by its EPSG code.
+/// Returns metres per linear unit for the EPSG code of the unit.
 pub(super) fn metres_per_linear_unit(code: u16) -> Option<f64> {
     Some(match code {
         9001 => 1.0,
@@ -101,7 +101,7 @@ pub(super) fn metres_per_linear_unit(code: u16) -> Option<f64> {
     })
 }
 
-/// Metres in the unit of a vertical CRS that is not in metres, by the EPSG code of the CRS: the heights in feet.
+/// Returns metres per unit of a vertical CRS in feet, for the EPSG code of the CRS; `None` for others.
 pub(super) fn metres_per_unit_of_vertical_crs(epsg: u16) -> Option<f64> {
     let unit = match epsg {
         5702 | 6360 | 8052 => 9003,
@@ -112,7 +112,7 @@ pub(super) fn metres_per_unit_of_vertical_crs(epsg: u16) -> Option<f64> {
     metres_per_linear_unit(unit)
 }
 
-/// Radians in an angular unit by its EPSG code.
+/// Returns radians per angular unit for the EPSG code of the unit.
 pub(super) fn radians_per_angular_unit(code: u16) -> Option<f64> {
     let degree = std::f64::consts::PI / 180.0;
     Some(match code {

@@ -1,9 +1,10 @@
-//! DTED levels 0 to 2 (MIL-PRF-89020B): elevations of a cell by columns from the west, each from the south.
+//! DTED levels 0 to 2 (MIL-PRF-89020B): elevations of a cell by columns from the west, each column from the south.
 //!
-//! Three records of text (UHL 80 bytes, DSI 648, ACC 2700) come before the columns. A column is 8 bytes of header
+//! Three text records (UHL 80 bytes, DSI 648, ACC 2700) come before the columns. A column has a header of 8 bytes
 //! (0xAA, a count in 3 bytes, its number from the west, the number of its first sample from the south), big-endian
-//! samples of 16 bits, and the sum of all bytes before in 4 bytes. Samples are metres as sign and magnitude, -32767 is
-//! a void. Columns may lie farther apart than rows: the farther from the equator, the farther.
+//! samples of 16 bits, and a checksum of 4 bytes (the sum of all bytes before it). Samples are metres as sign and
+//! magnitude; -32767 is no-data. Columns may be farther apart than rows, and are the more so the farther they are from
+//! the equator.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -21,19 +22,19 @@ const HEADER: u64 = 80 + 648 + 2700;
 const COLUMN_HEADER: usize = 8;
 const CHECKSUM: usize = 4;
 
-/// See the head of the file.
+/// A DTED file that is read by columns.
 pub(super) struct DtedReader {
     path: PathBuf,
     file: Mutex<File>,
     size: [u32; 2],
-    /// Where each column is; none for those that the file leaves out.
+    /// Byte offset of each column; `None` for columns that the file leaves out.
     columns: Vec<Option<u64>>,
     georeference: Georeference,
     identity: String,
     warned: AtomicBool,
 }
 
-/// Where the header begins: some files have labels of a tape before it. `None` for what is no DTED.
+/// Returns the offset of the header: some files have tape labels before it. Returns `None` for files other than DTED.
 pub(super) fn header_offset(head: &[u8]) -> Option<u64> {
     [0, LABEL, 2 * LABEL].into_iter().find(|&at| head.get(at as usize..).is_some_and(|head| head.starts_with(b"UHL1")))
 }
@@ -59,7 +60,7 @@ impl DtedReader {
         let size = [number(47, 4, "number of longitude lines")?, number(51, 4, "number of latitude points")?];
         place::check_size(path, size)?;
         let corner = [angle(4, "longitude")?, angle(12, "latitude")?];
-        // Tenths of a second of arc.
+        // Intervals are in tenths of an arc second.
         let steps = [number(20, 4, "longitude interval")?, number(24, 4, "latitude interval")?];
         let step = steps.map(|tenths| f64::from(tenths) / 36_000.0);
         let top = corner[1] + f64::from(size[1] - 1) * step[1];
@@ -82,10 +83,10 @@ impl DtedReader {
         }
     }
 
-    /// One column as it is in the file.
+    /// Reads one column with its header and checksum.
     fn column(&self, at: u64) -> Result<Vec<u8>, SourceError> {
         let mut bytes = vec![0; record_bytes(self.size[1])];
-        // Its position is set anew below, so what a thread that panicked did to it does not matter.
+        // The position is set again below, so that a position left by a thread that panicked does not matter.
         let mut file = self.file.lock().unwrap_or_else(PoisonError::into_inner);
         let read = file.seek(SeekFrom::Start(at)).and_then(|_| file.read_exact(&mut bytes));
         read.map_err(cannot_open(&self.path))?;
@@ -93,7 +94,7 @@ impl DtedReader {
         let (content, sum) = bytes.split_at(bytes.len() - CHECKSUM);
         let expected = sum.iter().fold(0u32, |value, &byte| (value << 8) | u32::from(byte));
         if content.iter().map(|&byte| u32::from(byte)).sum::<u32>() != expected {
-            self.warn("has columns whose checksums do not fit; they are read all the same");
+            self.warn("some columns have wrong checksums; they are read nevertheless");
         }
         Ok(bytes)
     }
@@ -103,7 +104,8 @@ fn record_bytes(rows: u32) -> usize {
     COLUMN_HEADER + 2 * rows as usize + CHECKSUM
 }
 
-/// Where each column is. A whole file has them one after the other; one that leaves columns out numbers those it has.
+/// Returns the byte offset of each column. A complete file stores them in sequence; in a file that leaves some out each
+/// column has its number.
 fn find_columns(
     path: &Path,
     file: &mut File,
@@ -116,7 +118,7 @@ fn find_columns(
     if present >= u64::from(width) {
         return Ok((0..u64::from(width)).map(|column| Some(first + column * record)).collect());
     }
-    tracing::warn!("{}: has {present} of its {width} columns; the others are void", path.display());
+    tracing::warn!("{}: has {present} of its {width} columns; the others are no-data", path.display());
     let mut columns = vec![None; width as usize];
     for index in 0..present {
         let at = first + index * record;
@@ -125,7 +127,7 @@ fn find_columns(
         let number = usize::from(u16::from_be_bytes([header[4], header[5]]));
         match columns.get_mut(number) {
             Some(column) if header[0] == 0xaa => *column = Some(at),
-            _ => return Err(inconsistent(path, format!("its column {index} does not begin as a column does"))),
+            _ => return Err(inconsistent(path, format!("its column {index} has no valid column header"))),
         }
     }
     match present {
@@ -134,8 +136,8 @@ fn find_columns(
     }
 }
 
-/// Metres from sign and magnitude. Some writers used two's complement: what would lie lower than any ground is meant
-/// so.
+/// Decodes a sample in metres from sign and magnitude. Some writers used two's complement: a value that would be lower
+/// than any ground is decoded as such.
 fn height_m(bytes: [u8; 2]) -> f32 {
     let raw = u16::from_be_bytes(bytes);
     let magnitude = f32::from(raw & 0x7fff);

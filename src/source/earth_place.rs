@@ -1,4 +1,4 @@
-//! Where on the earth a world's origin lies, and how far its north is from true north.
+//! The position of a world's origin on the earth, and the angle between its grid north and true north.
 
 use glam::DVec2;
 use proj4rs::Proj;
@@ -7,28 +7,29 @@ use proj4rs::transform::transform;
 use super::WorldMapping;
 use super::georeference::{Crs, Georeference};
 
-/// A place on the earth, in degrees.
+/// A position on the earth, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EarthPlace {
-    /// North of the equator.
+    /// Latitude, positive north of the equator.
     pub latitude_deg: f64,
-    /// East of Greenwich, −180 to 180.
+    /// Longitude, positive east of Greenwich, −180 to 180.
     pub longitude_deg: f64,
     /// Azimuth of the world's north (grid north), clockwise from true north: the convergence of the meridians.
     pub grid_north_deg: f64,
 }
 
-/// Over so many metres grid north is measured.
+/// Distance in metres over which grid north is measured.
 const STEP_M: f64 = 100.0;
 
 impl EarthPlace {
-    /// Of the middle of a grid. None for a grid that lies nowhere, or in a projection that the catalogue does not know
-    /// or that cannot be inverted. Datums other than WGS 84 are taken for it: that is a few hundred metres.
+    /// Returns the position of the centre of a grid. Returns `None` for a grid without georeference, or in a projection
+    /// that the catalogue does not know or that cannot be inverted. Datums other than WGS 84 are treated as WGS 84,
+    /// which is an error of a few hundred metres.
     pub fn of_grid(georeference: &Georeference, width: u32, height: u32) -> Option<Self> {
         let origin = WorldMapping::new(georeference, width, height).ok()?.origin_crs();
         match &georeference.crs {
             Crs::Local => None,
-            // The central meridian of the world is that of its middle, where both norths are one.
+            // The central meridian of the world passes through its centre, where grid north is true north.
             Crs::Geographic { radians_per_unit, .. } => Self::checked(origin * radians_per_unit.to_degrees(), 0.0),
             Crs::Projected { metres_per_unit, name } => {
                 let code = name.strip_prefix("EPSG:")?.parse().ok()?;
@@ -70,16 +71,18 @@ mod tests {
 
     #[test]
     fn a_projected_grid_knows_its_place_and_its_north() {
-        // On the central meridian of zone 32, 9° east: both norths are one. 500 km is on it by definition.
+        // On the central meridian of zone 32, 9° east, grid north is true north. An easting of 500 km is on it by
+        // definition.
         let middle = place(32632, [500_000.0, 5_200_000.0]).unwrap();
         assert!((middle.longitude_deg - 9.0).abs() < 1e-9 && middle.grid_north_deg.abs() < 1e-6, "{middle:?}");
         assert!((46.9..47.0).contains(&middle.latitude_deg), "{middle:?}");
-        // East of it grid north lies east of true north, by the difference of longitudes times the sine of the latitude.
+        // East of the meridian grid north is east of true north, by the difference of longitudes times the sine of the
+        // latitude.
         let east = place(32632, [650_000.0, 5_200_000.0]).unwrap();
         let expected = (east.longitude_deg - 9.0) * east.latitude_deg.to_radians().sin();
         assert!(expected > 1.0 && (east.grid_north_deg - expected).abs() < 0.01, "{east:?}, {expected}");
-        assert!((east.grid_north_deg + expected).abs() > 2.0, "the other way round would be told");
-        // South of the equator.
+        assert!((east.grid_north_deg + expected).abs() > 2.0, "the opposite sign is detected");
+        // A position south of the equator.
         let south = place(32732, [500_000.0, 6_000_000.0]).unwrap();
         assert!((-37.0..-36.0).contains(&south.latitude_deg), "{south:?}");
         assert_eq!(place(1, [0.0, 0.0]), None);

@@ -1,9 +1,9 @@
-//! ESRI's raster with a header beside it: BIL, BIP, BSQ and GridFloat (`dem.bil` or `dem.flt`, and `dem.hdr`).
+//! ESRI rasters with a separate header: BIL, BIP, BSQ and GridFloat (`dem.bil` or `dem.flt`, and `dem.hdr`).
 //!
-//! The header is a keyword and a value to a line, in any order and case ("BIL, BIP, and BSQ raster files" and
-//! "Float to Raster", ArcGIS Desktop help). What it leaves out is taken as GDAL takes it: samples are unsigned (signed
-//! where the no-data value is negative), the larger byte comes first. ULXMAP and ULYMAP are the centre of the first
-//! sample, XLLCORNER and YLLCORNER the outer corner of the last row's first.
+//! Each line of the header has a keyword and a value, in any order and case ("BIL, BIP, and BSQ raster files" and
+//! "Float to Raster", ArcGIS Desktop help). Missing entries have the same defaults as in GDAL: samples are unsigned
+//! (signed if the no-data value is negative) and big-endian. ULXMAP and ULYMAP are the centre of the first sample;
+//! XLLCORNER and YLLCORNER are the outer corner of the first sample of the last row.
 
 use std::path::{Path, PathBuf};
 
@@ -14,7 +14,7 @@ use super::prj;
 use super::samples::{Meaning, SampleType, parse_no_data};
 use super::text::number;
 
-/// Endings of the data; a header alone is looked up with these.
+/// Extensions of data files; the data of a header is searched with these.
 pub(super) const DATA_ENDINGS: [&str; 9] = ["bil", "flt", "bsq", "bip", "bin", "dem", "img", "dat", "raw"];
 
 /// The keywords of a header with their values.
@@ -44,7 +44,7 @@ impl<'a> Fields<'a> {
 
     fn whole(&self, names: &[&str]) -> Result<Option<u64>, SourceError> {
         let Some(number) = self.number(names)? else { return Ok(None) };
-        // 2^53: what an f64 counts exactly.
+        // 2^53, up to which an f64 is exact.
         match number.fract() == 0.0 && (0.0..9.0e15).contains(&number) {
             true => Ok(Some(number as u64)),
             false => Err(inconsistent(self.path, format!("its {} is {number:?}", names[0]))),
@@ -52,7 +52,7 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// Whether a text is the header of such a file.
+/// Returns whether a text is the header of such a file.
 pub(super) fn is_header(text: &str) -> bool {
     let fields = Fields::parse(Path::new(""), text);
     fields.text(&["nrows", "rows"]).is_some() && fields.text(&["ncols", "cols"]).is_some()
@@ -65,7 +65,7 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
     let count = |names: &[&str]| match fields.whole(names)? {
         Some(count) if (1..=u64::from(u32::MAX)).contains(&count) => Ok(count as u32),
         Some(count) => Err(inconsistent(header, format!("its {} is {count}", names[0]))),
-        None => Err(inconsistent(header, format!("it does not say its {}", names[0]))),
+        None => Err(inconsistent(header, format!("its {} is missing", names[0]))),
     };
     let size = [count(&["ncols", "cols"])?, count(&["nrows", "rows"])?];
     place::check_size(data, size)?;
@@ -78,7 +78,7 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
     let is_big_endian = match fields.text(&["byteorder"]) {
         Some(order) => order.starts_with('m'),
         None => {
-            tracing::warn!("{}: does not say its byte order; the larger byte is taken to come first", header.display());
+            tracing::warn!("{}: has no byte order; big-endian is assumed", header.display());
             true
         }
     };
@@ -139,7 +139,7 @@ fn strides(
     let total_row = fields.whole(&["totalrowbytes"])?;
     let too_large = || inconsistent(fields.path, "its rows are longer than any file");
     let all_bands = |bytes: u64| bytes.checked_mul(bands).ok_or_else(too_large);
-    // An offset that goes beyond the file is found by its length.
+    // An offset beyond the end of the file is caught by the check of its length.
     match fields.text(&["layout"]).unwrap_or("bil") {
         "bip" => Ok(Strides {
             offset,
@@ -181,13 +181,13 @@ fn crs_from_grid(fields: &Fields<'_>, [_, height]: [u32; 2]) -> Result<[f64; 6],
     match (place, step) {
         ([Some(x), Some(y)], [dx, dy]) => Ok(place::north_up([x, y], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)])),
         (_, [dx, dy]) => {
-            tracing::warn!("{}: does not say where it lies", fields.path.display());
+            tracing::warn!("{}: has no georeference", fields.path.display());
             Ok(place::north_up([0.0, rows], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)]))
         }
     }
 }
 
-/// The data that a header belongs to, and the header that data belongs to: either may be named.
+/// Returns the data file of a header, or the header of a data file: either may be named.
 pub(super) fn partner(path: &Path) -> Option<PathBuf> {
     let ending = ending(path);
     if ending != "hdr" {

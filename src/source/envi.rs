@@ -1,6 +1,6 @@
 //! ENVI rasters: flat data and a header that begins with `ENVI` ("ENVI Header Files", L3Harris Geospatial
-//! documentation). `map info` gives the place: one point of the grid, counted from 1 with whole numbers at outer
-//! corners, and the size of cells; `coordinate system string` is Well-Known Text.
+//! documentation). `map info` gives the georeference: one reference point of the grid, counted from 1 with whole
+//! numbers at outer corners, and the cell size; `coordinate system string` is Well-Known Text.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use super::samples::{Meaning, SampleType};
 use super::text::number;
 use super::{GeoKeys, SourceError, prj, wkt};
 
-/// `name = value` with values in braces over several lines.
+/// The `name = value` fields of a header; a value in braces may span several lines.
 struct Fields(Vec<(String, String)>);
 
 impl Fields {
@@ -43,7 +43,7 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
     let fields = Fields::parse(&small_text(header)?);
     let whole = |name: &str| match fields.text(name).map(str::parse::<u64>) {
         Some(Ok(value)) => Ok(Some(value)),
-        Some(Err(_)) => Err(inconsistent(header, format!("its {name} is no whole number"))),
+        Some(Err(_)) => Err(inconsistent(header, format!("its {name} is not a whole number"))),
         None => Ok(None),
     };
     let count = |name: &str| {
@@ -64,7 +64,7 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
         13 => SampleType::U32,
         14 => SampleType::I64,
         15 => SampleType::U64,
-        _ => return Err(SourceError::Unsupported { path: data.into(), what: format!("ENVI's data type {code}") }),
+        _ => return Err(SourceError::Unsupported { path: data.into(), what: format!("ENVI data type {code}") }),
     };
     if whole("file compression")?.unwrap_or(0) != 0 {
         return Err(SourceError::Unsupported { path: data.into(), what: "a compressed ENVI file".to_owned() });
@@ -95,13 +95,13 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
 
 fn place_of(fields: &Fields, data: &Path, size: [u32; 2]) -> Result<([f64; 6], GeoKeys), SourceError> {
     let Some(map_info) = fields.text("map info") else {
-        tracing::warn!("{}: does not say where it lies; 1 m between samples is assumed", data.display());
+        tracing::warn!("{}: has no georeference; a sample spacing of 1 m is assumed", data.display());
         return Ok((place::north_up([0.0; 2], [1.0; 2]), place::local_metres()));
     };
     let items: Vec<&str> = map_info.split(',').map(str::trim).collect();
     let numbers: Option<Vec<f64>> = items.get(1..7).and_then(|items| items.iter().map(|it| number(it)).collect());
     let Some(&[column, row, x, y, dx, dy]) = numbers.as_deref() else {
-        return Err(inconsistent(data, "the map info of its header is not complete"));
+        return Err(inconsistent(data, "the map info of its header is incomplete"));
     };
     let rotation = items.iter().find_map(|item| item.strip_prefix("rotation=")).and_then(number).unwrap_or(0.0);
     if rotation != 0.0 {

@@ -1,32 +1,32 @@
-//! Rivers: the stream power law solved on a grid.
+//! River erosion: solves the stream power law on a grid.
 //!
-//! The land rises and is cut down by running water at the rate `k √A · S` (A the upstream area, S the slope):
+//! The land rises, and running water cuts it down at the rate `k √A · S` (A the upstream area, S the slope):
 //!
 //! ```text
 //! dh/dt = u − k √(A + A₀) · S
 //! ```
 //!
-//! Braun and Willett ("A very efficient O(n), implicit and parallel method to solve the stream power equation
-//! governing fluvial incision and landscape evolution", Geomorphology 2013) solve it implicitly, from the outlets
-//! upstream, which is stable at any time step. What differs here:
+//! Braun and Willett ("A very efficient O(n), implicit and parallel method to solve the stream power equation governing
+//! fluvial incision and landscape evolution", Geomorphology 2013) solve it implicitly, from the outlets upstream, which
+//! is stable at any time step. The differences here are:
 //!
-//! - Flow leaves a sample towards *all* lower neighbours (Quinn and others 1991; weights slope⁴), not the steepest
-//!   alone; eight directions alone would show as straight gullies along the axes and diagonals. With slope exponent 1
-//!   the implicit equation stays linear with several receivers, provided that samples are visited by height.
+//! - Flow leaves a sample towards *all* lower neighbours (Quinn et al. 1991; weights slope⁴), not only the steepest;
+//!   eight directions alone would show as straight gullies along the axes and diagonals. With slope exponent 1 the
+//!   implicit equation stays linear with several receivers, provided that samples are visited by height.
 //! - That order, and an outlet for every hollow, come from one priority flood (Barnes, Lehman and Mulla 2014), which
 //!   fills hollows with a slight slope, as sediment would. Its queue already yields the samples by height.
-//! - `A₀` bounds the slope at the divides, as debris flows do (Stock and Dietrich 2003). Without it the slopes of all
-//!   small areas would be a matter of the talus angle alone, and the mountain sides would be bare planes.
+//! - `A₀` bounds the slope at the divides, as debris flows do (Stock and Dietrich 2003). Without it the talus angle
+//!   alone would determine the slopes of all small areas, and the mountain sides would be bare planes.
 
 use super::raster::{Raster, is_border, neighbours};
 use rayon::prelude::*;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// The slope that filled hollows get, as a ratio: enough to be seen by 32-bit heights.
+/// Slope of filled hollows, as a ratio: just large enough for 32-bit heights to resolve.
 const FILL_SLOPE: f32 = 1.0e-4;
 
-/// Below this upstream area the slope no longer steepens with smaller areas.
+/// Upstream area below which the slope no longer steepens.
 const AREA_OFFSET_M2: f32 = 520.0 * 520.0;
 
 /// Fills the hollows of `heights` (metres) until every sample drains to the border; returns the samples in ascending
@@ -57,14 +57,16 @@ pub(super) fn flood(heights: &mut Raster) -> Vec<u32> {
     order
 }
 
-/// Heights order as their bits do once the sign is folded in; the index makes the order of equal heights certain.
+/// Returns a key whose order is that of the heights (the bits of a float with its sign folded in); the index makes the
+/// order of equal heights unique.
 fn queue_key(height_m: f32, index: usize) -> u64 {
     let bits = height_m.to_bits();
     let ordered = if bits >> 31 == 0 { bits | 0x8000_0000 } else { !bits };
     (u64::from(ordered) << 32) | index as u64
 }
 
-/// Neighbours of a sample with their place in the table of [`neighbours`]; on the border only those that exist.
+/// Returns the neighbours of a sample with their index in the table of [`neighbours`]; on the border only those that
+/// exist.
 fn each_neighbour<'a>(
     index: usize,
     size: usize,
@@ -74,22 +76,22 @@ fn each_neighbour<'a>(
     let column = index % size;
     around.iter().enumerate().filter_map(move |(place, &(offset, _, _))| {
         let neighbour = index.wrapping_add_signed(offset);
-        // A wrapped index is past the end; one that jumps across a side differs in column by more than one.
+        // A wrapped index is past the end; an index that jumps across a side differs in column by more than one.
         let exists = !on_border || (neighbour < size * size && (neighbour % size).abs_diff(column) <= 1);
         exists.then_some((neighbour, place))
     })
 }
 
-/// Where the water of every sample goes.
+/// The flow of water from every sample.
 pub(super) struct Flow {
     /// Samples in ascending order of height: a sample comes after all those to which it drains.
     pub(super) order: Vec<u32>,
-    /// What each neighbour gets, in the order of [`neighbours`]; only the ratios count. A byte each is enough, and the
-    /// passes over all samples are bound by memory.
+    /// Share of the flow that each neighbour gets, in the order of [`neighbours`]; only the ratios count. One byte each
+    /// is precise enough, and the passes over all samples are limited by memory bandwidth.
     shares: Vec<[u8; 8]>,
 }
 
-/// Fills the hollows of `heights` (metres) and finds the way of the water.
+/// Fills the hollows of `heights` (metres) and routes the water.
 pub(super) fn route(heights: &mut Raster) -> Flow {
     let order = flood(heights);
     let size = heights.size;
@@ -121,8 +123,8 @@ pub(super) fn route(heights: &mut Raster) -> Flow {
     Flow { order, shares }
 }
 
-/// Upstream area of every sample in square metres; `inflow_m2`, if given, is added to each sample's own area (what
-/// streams bring in across the border).
+/// Returns the upstream area of every sample in square metres. `inflow_m2`, if given, is added to each sample's own
+/// area: it is the area that streams bring in across the border.
 pub(super) fn upstream_areas(heights: &Raster, flow: &Flow, inflow_m2: Option<&[f32]>) -> Vec<f32> {
     let around = neighbours(heights.size);
     let own_m2 = (heights.spacing_m * heights.spacing_m) as f32;
@@ -144,9 +146,9 @@ pub(super) fn upstream_areas(heights: &Raster, flow: &Flow, inflow_m2: Option<&[
     areas_m2
 }
 
-/// One step of uplift and incision; border samples keep their heights.
+/// Performs one step of uplift and incision; border samples keep their heights.
 ///
-/// `duration` is the time step times `k`; `uplift_m` what the land would rise in a duration of 1; `hardness` divides
+/// `duration` is the time step times `k`; `uplift_m` is the rise of the land in a duration of 1; `hardness` divides
 /// `k`. `flow` and `areas_m2` come from [`route`] and [`upstream_areas`].
 pub(super) fn incise(
     heights: &mut Raster,

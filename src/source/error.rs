@@ -1,4 +1,4 @@
-//! What can be wrong with a height file.
+//! The errors of reading height files.
 
 use std::path::PathBuf;
 
@@ -9,155 +9,115 @@ use super::values::Holds;
 use crate::file::message::{chain, named};
 use crate::file::toml_text::TomlError;
 
-/// Why a height file could not be read. The message is one line that names the file and the cause; `source()` gives the
-/// cause as a value where there is one.
+/// The reason why a height file could not be read. The message is one line that names the file and the cause;
+/// `source()` returns the cause as a value where there is one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum SourceError {
-    /// The file system says no.
+    /// The file system refused to open the file.
     #[error("{}: cannot be opened: {source}", named(path))]
     Open {
-        /// Of the file.
         path: PathBuf,
-        /// What the file system says.
         #[source]
         source: std::io::Error,
     },
-    /// A folder, a pipe, a device.
+    /// The path is a folder, a pipe or a device.
     #[error("{}: is not a regular file", named(path))]
-    NotAFile {
-        /// Of the file.
-        path: PathBuf,
-    },
-    /// Zero bytes.
+    NotAFile { path: PathBuf },
+    /// The file has zero bytes.
     #[error("{}: is empty", named(path))]
-    Empty {
-        /// Of the file.
-        path: PathBuf,
-    },
-    /// None of the formats that are read.
+    Empty { path: PathBuf },
+    /// The file has none of the formats that hachure reads.
     #[error(
         "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, \
          terrain-RGB, raw .r16 and XYZ",
         named(path)
     )]
     UnknownFormat {
-        /// Of the file.
         path: PathBuf,
-        /// What it is instead: "is a PNG picture".
+        /// What the file appears to be instead, for example "is a PNG picture".
         looks_like: &'static str,
     },
-    /// The TIFF contradicts itself, or ends too early.
+    /// The TIFF contradicts itself or ends too early.
     #[error("{}: is damaged or truncated: {}", named(path), chain(source))]
     Damaged {
-        /// Of the file.
         path: PathBuf,
-        /// What the TIFF reader says.
+        /// The error of the TIFF reader.
         #[source]
         source: TiffError,
     },
-    /// The file contradicts itself or ends too early, in words of ours.
+    /// The file contradicts itself or ends too early; hachure's own message says where.
     #[error("{}: is damaged: {what}", named(path))]
     Inconsistent {
-        /// Of the file.
         path: PathBuf,
-        /// The contradiction.
+        /// The contradiction, as a clause that follows "is damaged:".
         what: String,
     },
-    /// Sane, but written in a way that is not read here.
+    /// The file is valid, but uses a feature that hachure does not read.
     #[error("{}: {what} is not supported; gdal_translate may convert it", named(path))]
     Unsupported {
-        /// Of the file.
         path: PathBuf,
-        /// The compression or sample type: "compression JPEG 2000 (34712)".
+        /// The unsupported feature, for example "compression JPEG 2000 (34712)".
         what: String,
     },
-    /// A picture, but not of heights, or of what else was to be read.
+    /// The file is a picture of something other than what was to be read.
     #[error("{}: holds {what}, not {holds}", named(path))]
     NotHeights {
-        /// Of the file.
         path: PathBuf,
-        /// What it holds: "an RGB picture".
+        /// What the file contains, for example "an RGB picture".
         what: &'static str,
-        /// What it should hold.
+        /// What the file should contain.
         holds: Holds,
     },
-    /// What the file leaves open has to be said elsewhere: in its name, a file beside it, an option.
+    /// The file leaves something open that its name, a sidecar file or an option has to give.
     #[error("{}: {why}", named(path))]
     Unclear {
-        /// Of the file.
         path: PathBuf,
-        /// What is missing, and where it could be said.
+        /// What is missing, and where it can be given.
         why: String,
     },
-    /// A folder without a single height file.
+    /// The folder contains no height file.
     #[error("{}: the folder holds no height files", named(path))]
-    NoMembers {
-        /// Of the folder.
-        path: PathBuf,
-    },
-    /// A single row or column.
+    NoMembers { path: PathBuf },
+    /// The grid has a single row or column.
     #[error("{}: has {width}×{height} samples, but a surface needs at least 2×2", named(path))]
-    TooSmall {
-        /// Of the file.
-        path: PathBuf,
-        /// Samples per row.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// More samples than a format is read with that has to be decoded whole.
+    TooSmall { path: PathBuf, width: u32, height: u32 },
+    /// The grid has more samples than a format that must be decoded whole may have.
     #[error(
         "{}: {width}×{height} samples are more than can be decoded at once; convert it to a tiled GeoTIFF",
         named(path)
     )]
-    TooLarge {
-        /// Of the file.
-        path: PathBuf,
-        /// Samples per row.
-        width: u32,
-        /// Rows.
-        height: u32,
-    },
-    /// The system does not give the memory.
+    TooLarge { path: PathBuf, width: u32, height: u32 },
+    /// The system has not enough memory.
     #[error(
-        "{}: {width}×{height} samples at once need {} MB of memory, which cannot be had",
-        named(path),
-        needed_bytes.div_ceil(1_000_000)
-    )]
+    "{}: not enough memory: reading {width}×{height} samples at once needs {} MB",
+    named(path),
+    needed_bytes.div_ceil(1_000_000)
+  )]
     Memory {
-        /// Of the file.
         path: PathBuf,
-        /// Samples per row, of what was to be read at once.
+        /// Samples per row of the part that was to be read at once.
         width: u32,
-        /// Rows.
+        /// Rows of that part.
         height: u32,
-        /// That were asked for.
+        /// Size of the allocation that failed, in bytes.
         needed_bytes: u64,
     },
-    /// Nothing to draw.
+    /// The file contains no height at all.
     #[error("{}: no sample holds a height: all are no-data, not finite, or beyond ±1000 km", named(path))]
-    AllNoData {
-        /// Of the file.
-        path: PathBuf,
-    },
-    /// Several files that are no single grid.
+    AllNoData { path: PathBuf },
+    /// The files do not form a single grid.
     #[error("{}: {cause}", named(path))]
     Mosaic {
-        /// Of the first file.
+        /// Path of the first file.
         path: PathBuf,
-        /// What does not fit.
+        /// What does not fit together.
         cause: String,
     },
-    /// The file beside it that says what it means (`NAME.ext.toml`) does not hold.
+    /// The sidecar file `NAME.ext.toml` is invalid.
     #[error(transparent)]
     SideFile(#[from] TomlError),
-    /// The place on the earth is unknown or impossible.
+    /// The position on the earth is unknown or impossible.
     #[error("{}: {source}", named(path))]
-    Georeference {
-        /// Of the file.
-        path: PathBuf,
-        /// What is wrong with it.
-        source: GeoreferenceError,
-    },
+    Georeference { path: PathBuf, source: GeoreferenceError },
 }

@@ -1,8 +1,8 @@
-//! What ESRI's software writes where a GeoTIFF has codes: the CRS as text in a citation.
+//! Interprets the text with which ESRI's software describes a CRS in a citation, where a GeoTIFF should have codes.
 //!
 //! ArcGIS writes Well-Known Text after `ESRI PE String = `, or `PCS Name = `, and a model type of 32767
-//! ("user-defined"), which the standard does not have. The keys beside it often describe the geographic CRS underneath,
-//! so a file in metres would be taken for degrees.
+//! ("user-defined"), which the standard does not define. The other keys often describe the underlying geographic CRS,
+//! so that a file in metres would be mistaken for one in degrees.
 
 use super::geokeys::{self as key, GeoKey, GeoKeys, USER_DEFINED};
 use super::wkt;
@@ -10,11 +10,10 @@ use super::wkt;
 const WELL_KNOWN_TEXT: &str = "ESRI PE String = ";
 const PROJECTED_NAME: &str = "PCS Name = ";
 
-/// What stays as it is in the file: how tie points are meant, and the keys of heights.
+/// The keys of heights, which are copied from the file, as is the raster type.
 const KEPT: std::ops::RangeInclusive<u16> = key::VERTICAL_CRS..=key::VERTICAL_UNITS;
 
-/// The keys, with those in the place of a citation that it stands for. Keys that say their CRS by a code stay as they
-/// are.
+/// Replaces the keys by those that a citation describes. Keys that give their CRS by a code stay unchanged.
 pub(super) fn understood(keys: GeoKeys) -> GeoKeys {
     let is_own_model = !matches!(keys.model_type, Some(1..=3));
     let has_code = match keys.model_type {

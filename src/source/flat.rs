@@ -1,5 +1,5 @@
-//! Samples that lie in a file as they are, row by row at fixed distances: the data of BIL, GridFloat, ENVI, `.hgt` and
-//! raw files. Any window is read without the rest.
+//! Reads uncompressed samples that are stored row by row at fixed distances: the data of BIL, GridFloat, ENVI, `.hgt`
+//! and raw files. Any window is read without the rest.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -13,27 +13,27 @@ use super::place::{cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, Tally, Told};
 
-/// A block is some rows of about so many bytes, and no more are read at a time.
+/// Size of a block of rows in bytes, and the largest amount that is read at a time.
 const BLOCK_BYTES: u64 = 1 << 20;
 
-/// Where the samples of the first band are in the file, in bytes.
+/// The positions of the samples of the first band in the file, in bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strides {
-    /// Of the first sample.
+    /// Offset of the first sample.
     pub offset: u64,
-    /// From a sample to the one below it.
+    /// Distance from a sample to the one below it.
     pub row: u64,
-    /// From a sample to the next in its row.
+    /// Distance from a sample to the next one in its row.
     pub sample: u64,
 }
 
-/// The file, or what was unpacked of it.
+/// The file, or its unpacked contents.
 enum Bytes {
     File(Mutex<File>),
     Memory(Vec<u8>),
 }
 
-/// See the head of the file.
+/// An uncompressed raster that is read by windows.
 pub(super) struct FlatReader {
     path: PathBuf,
     bytes: Bytes,
@@ -46,7 +46,7 @@ pub(super) struct FlatReader {
     told: Told,
 }
 
-/// What a flat file's header says of it.
+/// The description of a flat file from its header.
 pub(super) struct Description {
     pub size: [u32; 2],
     pub strides: Strides,
@@ -57,10 +57,10 @@ pub(super) struct Description {
 }
 
 impl FlatReader {
-    /// For the samples of `path`, or for `unpacked` where they were packed in it.
+    /// Opens the samples of `path`, or uses `unpacked` if they were compressed in it.
     ///
     /// # Errors
-    /// A file that is too short for what it is said to hold.
+    /// Fails if the file is too short for the described samples.
     pub fn new(path: &Path, unpacked: Option<Vec<u8>>, described: Description) -> Result<Self, SourceError> {
         let Description { size, strides, is_big_endian, meaning, georeference, identity } = described;
         let (bytes, length) = match unpacked {
@@ -78,7 +78,7 @@ impl FlatReader {
         let far = |count: u32, stride: u64| u128::from(count.saturating_sub(1)) * u128::from(stride);
         let row_bytes = far(width, strides.sample) + meaning.sample_type.bytes() as u128;
         if u128::from(strides.row) < row_bytes || strides.sample < meaning.sample_type.bytes() as u64 {
-            return Err(inconsistent(path, "its rows are longer than the distance from one to the next"));
+            return Err(inconsistent(path, "its rows are longer than the distance between rows"));
         }
         let end = u128::from(strides.offset) + far(height, strides.row) + row_bytes;
         if end > u128::from(length) {
@@ -108,7 +108,7 @@ impl FlatReader {
             }
             Bytes::File(file) => {
                 let mut bytes = vec![0; count];
-                // A thread that panicked with the file open left it at some position, which is set anew here.
+                // The position is set again here, so that a position left by a thread that panicked does not matter.
                 let mut file = file.lock().unwrap_or_else(PoisonError::into_inner);
                 let read = file.seek(SeekFrom::Start(offset)).and_then(|_| file.read_exact(&mut bytes));
                 read.map_err(|source| SourceError::Open { path: self.path.clone(), source })?;
@@ -151,7 +151,7 @@ impl HeightReader for FlatReader {
         let sample_bytes = self.meaning.sample_type.bytes();
         let row_bytes = (u64::from(window.width) - 1) * sample + sample_bytes as u64;
         if row_bytes == row_stride {
-            // Rows that follow each other are read some at a time.
+            // Contiguous rows are read several at a time.
             let rows_at_once = (BLOCK_BYTES / row_stride).max(1);
             for row in (0..u64::from(window.height)).step_by(rows_at_once as usize) {
                 let rows = rows_at_once.min(u64::from(window.height) - row);
@@ -159,7 +159,7 @@ impl HeightReader for FlatReader {
                 self.append(bytes, &mut heights_m, &mut tally);
             }
         } else {
-            // Between the samples of a row may lie those of hundreds of other bands.
+            // The samples of hundreds of other bands may be stored between the samples of a row.
             let columns_at_once = (BLOCK_BYTES / sample).max(1);
             for row in 0..u64::from(window.height) {
                 for column in (0..u64::from(window.width)).step_by(columns_at_once as usize) {

@@ -1,4 +1,4 @@
-//! What a path is, and which files of a folder are height files.
+//! Decides what a path is, and which files of a folder are height files.
 
 use std::path::{Path, PathBuf};
 
@@ -8,18 +8,18 @@ use super::side_file::OpenOptions;
 use super::{SourceError, ehdr, hgt, png16, side_file, tile_folder, xyz};
 use crate::file::png::is_drawing;
 
-/// What a path is.
+/// The kinds of path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// A file, or nothing: opening it tells.
+    /// A file, or a path that does not exist; opening it gives the error.
     File,
-    /// A folder of web map tiles, `z/x/y.png`, which is one grid.
+    /// A folder of web map tiles, `z/x/y.png`, which together are one grid.
     TileFolder,
-    /// A folder of height files: see [`members`].
+    /// A folder of height files; see [`members`].
     Folder,
 }
 
-/// What a path is, by what lies there.
+/// Returns what is at a path.
 #[must_use]
 pub fn kind_of(path: &Path) -> Kind {
     match path {
@@ -29,12 +29,12 @@ pub fn kind_of(path: &Path) -> Kind {
     }
 }
 
-/// The height files of a folder and of the folders in it, sorted. Tiles in `z/x/y.png` are one member, their folder.
-/// What is no height file is passed over, as are the headers and side files of those that are. A damaged height file is
-/// a member: opening it tells.
+/// Returns the height files of a folder and of its direct subfolders, sorted. A folder of tiles in `z/x/y.png` is one
+/// member. Other files, headers and sidecar files are ignored. A damaged height file is a member, so that opening it
+/// reports the damage.
 ///
 /// # Errors
-/// A folder that cannot be read, or that holds no height file.
+/// Fails if the folder cannot be read or contains no height file.
 pub fn members(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let mut members = Vec::new();
     for path in entries(folder)? {
@@ -59,24 +59,24 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     entries.map(|entry| entry.map(|entry| entry.path()).map_err(&failed)).collect()
 }
 
-/// Whether a file of a folder is one of its height files.
+/// Returns whether a file of a folder is one of its height files.
 pub(super) fn is_member(path: &Path) -> bool {
     let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-    // A header whose data has a known ending is found by its data.
+    // A header is not a member if its data file has a known extension: that file is the member.
     let is_named_by_data = ending(path) == "hdr" && ehdr::partner(path).is_some_and(|data| data.extension().is_some());
-    // Masks and overviews that GDAL writes beside a file are part of it: `dem.tif.msk`, `dem.tif.ovr`.
+    // Masks and overviews that GDAL writes next to a file are part of that file: `dem.tif.msk`, `dem.tif.ovr`.
     let is_part = ["msk", "ovr"].contains(&&*ending(path)) && path.with_extension("").is_file();
     if is_hidden || is_named_by_data || is_part || !path.is_file() {
         return false;
     }
     let options = OpenOptions::default();
     match format::of(path, &options) {
-        // What hachure drew of a folder may lie in it.
+        // The folder may contain pictures that hachure drew of it.
         Ok(Format::Png) if is_drawing(path) => false,
-        // Photographs and textures lie beside DEMs; only the pixels tell them from terrain-RGB.
+        // The folder may contain photographs and textures; only the pixels distinguish them from terrain-RGB.
         Ok(Format::Png) => side_file::Said::of(path, &options).and_then(|said| png16::open(path, &said)).is_ok(),
         Ok(Format::ZippedHgt) => !matches!(hgt::open_zip(path), Err(SourceError::UnknownFormat { .. })),
-        // Any table begins as points do, a camera path for one.
+        // Any numeric table begins like XYZ points, for example a camera path.
         Ok(Format::Xyz) => ending(path) == "xyz" || xyz::open(path).is_ok(),
         Ok(_) => true,
         Err(_) => false,

@@ -1,5 +1,5 @@
-//! What kind of file this is, by its content: its first bytes, its length, what lies beside it. The ending decides only
-//! where the content says nothing (`.hgt`, `.r16`), or where it says two things at once (`.hdr`).
+//! Recognises the format of a file by its content: its first bytes, its length, its sidecar files. The extension
+//! decides only if the content is inconclusive (`.hgt`, `.r16`) or ambiguous (`.hdr`).
 
 use std::fs::File;
 use std::io::Read;
@@ -10,10 +10,10 @@ use super::place::{cannot_open, ending};
 use super::side_file::{OpenOptions, side_path};
 use super::{dted, ehdr, hgt, usgs_dem, xyz};
 
-/// Enough for every signature and for the header words of the text formats.
+/// Number of bytes that are examined: enough for every signature and for the header words of the text formats.
 const HEAD_BYTES: u64 = 2048;
 
-/// A format that is read, with what was found out on the way.
+/// A supported format, with the findings that opening it needs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     GeoTiff,
@@ -29,10 +29,11 @@ pub(super) enum Format {
     Raw,
 }
 
-/// A signature of so many bytes proves what a file is. Samples of a raw raster may begin with a shorter one by chance.
+/// Length of a signature that proves the format of a file. The samples of a raw raster may begin with a shorter one by
+/// chance.
 const PROOF_BYTES: usize = 8;
 
-/// First bytes of what is not read, and what they mean.
+/// First bytes of unsupported formats, and their descriptions.
 const SIGNATURES: &[(&[u8], &str)] = &[
     (b"\xff\xd8\xff", "is a JPEG picture"),
     (b"GIF8", "is a GIF picture"),
@@ -58,7 +59,7 @@ const SIGNATURES: &[(&[u8], &str)] = &[
     (b"{", "is a JSON file"),
 ];
 
-/// First words of texts that are not read, in lower case.
+/// First words of unsupported text formats, in lower case.
 const FIRST_WORDS: &[(&str, &str)] = &[
     ("v", "is an OBJ model"),
     ("o", "is an OBJ model"),
@@ -88,13 +89,13 @@ const GRID_WORDS: [&str; 17] = [
     "null:",
 ];
 
-/// The format of a file.
+/// Returns the format of a file.
 ///
 /// # Errors
-/// [`SourceError::Open`], `NotAFile`, `Empty`, `UnknownFormat`; a header whose data is not there.
+/// Returns [`SourceError::Open`], `NotAFile`, `Empty` or `UnknownFormat`; also fails for a header without its data.
 pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceError> {
     let metadata = std::fs::metadata(path).map_err(cannot_open(path))?;
-    // Asked before opening: to open a pipe that nobody writes to waits forever.
+    // This check comes before opening: opening a pipe without a writer would wait forever.
     if !metadata.is_file() {
         return Err(SourceError::NotAFile { path: path.into() });
     }
@@ -106,7 +107,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
         return Ok(format);
     }
     let unknown = |looks_like| Err(SourceError::UnknownFormat { path: path.into(), looks_like });
-    // An .img with an ENVI or ESRI header beside it may be another program's file all the same.
+    // An .img with an ENVI or ESRI header next to it may still be another program's file.
     if let Some(what) = proved(&head) {
         return unknown(what);
     }
@@ -129,7 +130,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
         return unknown(what);
     }
     if !is_text(&head) {
-        return unknown("is nothing that is known");
+        return unknown("is not a known format");
     }
     if usgs_dem::is_header(&head) {
         return Ok(Format::UsgsDem);
@@ -155,7 +156,7 @@ fn beginning_of(path: &Path) -> Result<Vec<u8>, SourceError> {
     Ok(head)
 }
 
-/// What a file is whose first bytes no raster of bare samples begins with by chance.
+/// Returns the description of a file whose first bytes cannot be raw samples by chance.
 fn proved(head: &[u8]) -> Option<&'static str> {
     let found = SIGNATURES.iter().find(|(it, _)| it.len() >= PROOF_BYTES && head.starts_with(it));
     found.map(|(_, what)| *what)
@@ -170,13 +171,13 @@ fn by_signature(head: &[u8]) -> Option<Format> {
     }
 }
 
-/// Data with a header beside it, or a header with its data.
+/// Returns the format of a data file with a header, or of a header with its data.
 fn with_header(path: &Path, ending: &str, head: &[u8]) -> Result<Option<Format>, SourceError> {
     let is_header = ending == "hdr" || head.starts_with(b"ENVI");
     let Some(partner) = ehdr::partner(path) else {
         return match is_header && is_text(head) {
             true => {
-                Err(SourceError::Unclear { path: path.into(), why: "is a header without its data beside it".into() })
+                Err(SourceError::Unclear { path: path.into(), why: "is a header, but its data file is missing".into() })
             }
             false => Ok(None),
         };

@@ -1,4 +1,4 @@
-//! The GeoTIFF keys of a file, kept as they are so that what is baked from it can carry the same reference system.
+//! The GeoTIFF keys of a file, stored unchanged so that pyramids baked from it can carry the same reference system.
 
 use geotiff_reader::geokeys as upstream;
 use serde::{Deserialize, Serialize};
@@ -26,52 +26,50 @@ pub(super) const VERTICAL_CITATION: u16 = 4097;
 pub(super) const VERTICAL_DATUM: u16 = 4098;
 pub(super) const VERTICAL_UNITS: u16 = 4099;
 
-/// The code by which a key says "my own definition".
+/// The code by which a key says "user-defined".
 pub(super) const USER_DEFINED: u16 = 32767;
 pub(super) const METRE: u16 = 9001;
 pub(super) const DEGREE: u16 = 9102;
 
-/// The keys of a GeoTIFF; empty for a file that has none.
+/// The keys of a GeoTIFF; empty for a file without keys.
 ///
-/// To write them with `geotiff-writer`: `builder.geokey(key.id, (&key.value).into())` for each of `keys`.
+/// To write them with `geotiff-writer`, call `builder.geokey(key.id, (&key.value).into())` for each of `keys`.
 ///
-/// The vertical unit is the one thing that is not as in the file: heights are metres here, so the keys say metres.
+/// Only the vertical unit may differ from the file: heights are converted to metres, so the keys say metres.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GeoKeys {
-    /// The EPSG code of the horizontal CRS, where the file names one.
+    /// EPSG code of the horizontal CRS, if the file gives one.
     pub epsg: Option<u32>,
     /// GTModelTypeGeoKey: 1 projected, 2 geographic, 3 geocentric.
     pub model_type: Option<u16>,
-    /// GTRasterTypeGeoKey: 1 a pixel is an area, 2 a pixel is a point. It says how the *file's* tie point is meant;
+    /// GTRasterTypeGeoKey: 1 a pixel is an area, 2 a pixel is a point. It is the meaning of the *file's* tie point;
     /// `Georeference::crs_from_grid` has taken it into account already.
     pub raster_type: Option<u16>,
-    /// All keys, these included, in the file's order.
+    /// All keys, including those above, in the file's order.
     pub keys: Vec<GeoKey>,
 }
 
-/// One key.
+/// A GeoKey: an entry of the GeoKeyDirectory.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GeoKey {
-    /// As in the GeoTIFF standard.
+    /// Key number of the GeoTIFF standard.
     pub id: u16,
-    /// Its value.
     pub value: GeoKeyValue,
 }
 
 /// The value of a key.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum GeoKeyValue {
-    /// A code.
     Short(u16),
-    /// Numbers, most often one.
+    /// Numbers, usually one.
     Double(Vec<f64>),
-    /// ASCII without the `|` that ends it in the file.
+    /// ASCII text without the `|` that ends it in the file.
     Ascii(String),
 }
 
 impl GeoKeys {
-    /// From the values of the tags 34735 (directory), 34736 (doubles), 34737 (ASCII). A directory that cannot be read
-    /// gives no keys.
+    /// Parses the values of the tags 34735 (directory), 34736 (doubles) and 34737 (ASCII). A directory that cannot be
+    /// parsed gives no keys.
     #[must_use]
     pub fn parse(directory: &[u16], doubles: &[f64], ascii: &str) -> Self {
         let Some(parsed) = upstream::GeoKeyDirectory::parse(directory, doubles, ascii) else {
@@ -80,7 +78,7 @@ impl GeoKeys {
         Self::from_keys(parsed.keys.into_iter().map(|key| GeoKey { id: key.id, value: key.value.into() }).collect())
     }
 
-    /// Of a CRS that is described elsewhere than in a GeoTIFF.
+    /// Builds the keys of a CRS that comes from another source than a GeoTIFF.
     pub(super) fn from_keys(keys: Vec<GeoKey>) -> Self {
         let mut this = Self { keys, ..Self::default() };
         this.model_type = this.short(MODEL_TYPE);
@@ -95,7 +93,7 @@ impl GeoKeys {
         this
     }
 
-    /// The code that key `id` holds.
+    /// Returns the code that key `id` holds.
     #[must_use]
     pub fn short(&self, id: u16) -> Option<u16> {
         match self.value(id)? {
@@ -104,7 +102,7 @@ impl GeoKeys {
         }
     }
 
-    /// The first number that key `id` holds.
+    /// Returns the first number that key `id` holds.
     #[must_use]
     pub fn double(&self, id: u16) -> Option<f64> {
         match self.value(id)? {
@@ -113,7 +111,7 @@ impl GeoKeys {
         }
     }
 
-    /// The text that key `id` holds.
+    /// Returns the text that key `id` holds.
     #[must_use]
     pub fn ascii(&self, id: u16) -> Option<&str> {
         match self.value(id)? {
@@ -122,8 +120,8 @@ impl GeoKeys {
         }
     }
 
-    /// Says metres where the file said feet, after the heights have been converted. A vertical CRS in feet has no code
-    /// for its metric twin, so its code and citation go.
+    /// Declares metres as the vertical unit, after the heights have been converted. A vertical CRS in feet has no code
+    /// for its metric equivalent, so its code and citation are removed.
     pub(super) fn declare_vertical_metres(&mut self) {
         self.keys.retain(|key| ![VERTICAL_CRS, VERTICAL_CITATION, VERTICAL_DATUM, VERTICAL_UNITS].contains(&key.id));
         self.keys.push(GeoKey { id: VERTICAL_UNITS, value: GeoKeyValue::Short(METRE) });
@@ -143,7 +141,7 @@ impl GeoKey {
         Self { id, value: GeoKeyValue::Double(vec![value]) }
     }
 
-    /// Characters that a GeoTIFF cannot hold are left out.
+    /// Builds a text key; characters that a GeoTIFF cannot hold are left out.
     pub(super) fn ascii(id: u16, text: &str) -> Self {
         Self { id, value: upstream::GeoKeyValue::Ascii(text.to_owned()).into() }
     }
@@ -154,7 +152,7 @@ impl From<upstream::GeoKeyValue> for GeoKeyValue {
         match value {
             upstream::GeoKeyValue::Short(code) => Self::Short(code),
             upstream::GeoKeyValue::Double(values) => Self::Double(values),
-            // Writers refuse other characters, and `|` ends a value in the file.
+            // Writers reject other characters, and `|` ends a value in the file.
             upstream::GeoKeyValue::Ascii(text) => {
                 Self::Ascii(text.chars().filter(char::is_ascii).map(|c| if c == '|' { ';' } else { c }).collect())
             }

@@ -1,119 +1,112 @@
-//! Where a grid of samples lies: its coordinate reference system and its place in it, from the tags of a GeoTIFF.
+//! The georeference of a grid of samples (its coordinate reference system and its transform), read from the tags of a
+//! GeoTIFF.
 
 use serde::{Deserialize, Serialize};
 
 use super::crs_catalogue::{self as catalogue, Kind};
 use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
 
-/// The place of a height grid. Grid coordinates are (column, row) of sample *centres*: sample (0, 0) is the first of
+/// The position of a height grid. Grid coordinates are (column, row) of sample *centres*: sample (0, 0) is the first of
 /// the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Georeference {
-    /// `crs_from_grid` as `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` in units of the CRS.
+    /// The transform `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` in units of the CRS.
     pub crs_from_grid: [f64; 6],
-    /// What the CRS coordinates mean.
+    /// The coordinate reference system.
     pub crs: Crs,
-    /// The GeoTIFF keys that say so, for writing the same reference system elsewhere. Empty where there are none.
+    /// The GeoTIFF keys of the CRS, for writing the same reference system elsewhere. Empty if the file has none.
     #[serde(default)]
     pub geokeys: GeoKeys,
 }
 
-/// As much of a coordinate reference system as the world's frame needs.
+/// The parts of a coordinate reference system that the world's frame needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Crs {
-    /// The file names none: its units are taken as metres.
+    /// The file gives no CRS: its units are taken as metres.
     Local,
     /// Eastings and northings.
     Projected {
-        /// 1 for metres, 0.3048006… for US survey feet.
+        /// Metres per unit: 1 for metres, 0.3048006… for US survey feet.
         metres_per_unit: f64,
-        /// For people: `EPSG:32610`, or the citation in the file.
+        /// Display name: `EPSG:32610`, or the citation in the file.
         name: String,
     },
     /// Longitudes and latitudes.
     Geographic {
-        /// π/180 for degrees.
+        /// Radians per unit: π/180 for degrees.
         radians_per_unit: f64,
-        /// Of the ellipsoid.
+        /// Semi-major axis of the ellipsoid in metres.
         semi_major_axis_m: f64,
-        /// Of the ellipsoid; 0 for a sphere.
+        /// Inverse flattening of the ellipsoid; 0 for a sphere.
         inverse_flattening: f64,
-        /// For people.
+        /// Display name.
         name: String,
     },
 }
 
-/// Degrees for people, also where a damaged file has hundreds of digits of them.
+/// Formats degrees for messages, including the values with hundreds of digits of damaged files.
 fn degrees(degrees: f64) -> String {
     if degrees.abs() < 1e6 { format!("{degrees:.6}") } else { format!("{degrees:e}") }
 }
 
-/// Why a grid has no usable place on the earth.
+/// The reason why a grid has no usable georeference.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeoreferenceError {
-    /// Not in the catalogue, and the file says nothing else about its units.
+    /// The code is not in the catalogue, and the file does not give its units.
     #[error("its coordinate reference system EPSG:{epsg} is unknown")]
-    UnknownCrs {
-        /// The code.
-        epsg: u32,
-    },
-    /// Earth-centred coordinates.
-    #[error("its coordinates are geocentric, which is no reference system for a height grid")]
+    UnknownCrs { epsg: u32 },
+    /// The CRS is geocentric (earth-centred coordinates).
+    #[error("its coordinates are geocentric, which cannot be used for a height grid")]
     Geocentric,
-    /// The samples lie on one point or line, or infinitely far apart.
+    /// The samples coincide, are on a line, or are infinitely far apart.
     #[error("its pixel size is zero or not finite")]
     PixelSize,
-    /// Units or axes that cannot be.
+    /// A unit or an axis has an impossible value.
     #[error("its {what} is {value:?}")]
-    Impossible {
-        /// Which number.
-        what: &'static str,
-        /// Its value.
-        value: f64,
-    },
+    Impossible { what: &'static str, value: f64 },
     /// The grid reaches beyond a pole.
     #[error("its latitudes run from {}° to {}°, beyond ±90°", degrees(*south_degrees), degrees(*north_degrees))]
     BeyondPole {
-        /// Of the southernmost sample.
+        /// Latitude of the southernmost sample.
         south_degrees: f64,
-        /// Of the northernmost sample.
+        /// Latitude of the northernmost sample.
         north_degrees: f64,
     },
     /// The projection to the world's metres cannot be set up.
     #[error("no projection to metres can be set up: {reason}")]
     Projection {
-        /// In the projection's own words.
+        /// The message of the projection library.
         reason: String,
     },
 }
 
-/// The tags of a GeoTIFF that say where it lies, as they are in the file.
+/// The georeferencing tags of a GeoTIFF, as they are in the file.
 #[derive(Clone, Debug, Default)]
 pub(super) struct GeoTags {
-    /// Tag 33550.
+    /// Tag 33550: ModelPixelScale.
     pub pixel_scale: Vec<f64>,
     /// Tag 33922: six numbers per tie point.
     pub tie_points: Vec<f64>,
     /// Tag 34264: a 4×4 matrix by rows.
     pub transformation: Vec<f64>,
-    /// Tags 34735 to 34737.
+    /// Tags 34735 to 34737: the GeoKeys.
     pub geokeys: GeoKeys,
 }
 
 impl GeoTags {
-    /// `crs_from_grid` for sample centres, where the tags give any transform.
+    /// Returns `crs_from_grid` for sample centres, if the tags give a transform.
     pub fn crs_from_grid(&self) -> Option<[f64; 6]> {
         transform_from_tags(self)
     }
 }
 
 impl Georeference {
-    /// Of coordinates themselves, x first: column and row are x and y. Without a code they are longitudes and latitudes on
-    /// WGS 84.
+    /// Returns the georeference in which column and row are the coordinates x and y themselves (x first). Without a
+    /// code these are longitudes and latitudes on WGS 84.
     ///
     /// # Errors
-    /// [`GeoreferenceError::UnknownCrs`], and [`GeoreferenceError::Geocentric`].
+    /// Returns [`GeoreferenceError::UnknownCrs`] or [`GeoreferenceError::Geocentric`].
     pub fn of_coordinates(epsg: Option<u16>) -> Result<Self, GeoreferenceError> {
         let code = epsg.unwrap_or(EPSG_WGS84);
         let definition = catalogue::look_up(code).ok_or(GeoreferenceError::UnknownCrs { epsg: code.into() })?;
@@ -130,11 +123,11 @@ impl Georeference {
     }
 }
 
-/// The georeference that the tags describe. What is missing is replaced by the plainest assumption (metres, 1 m
-/// spacing), with a warning that names `file`.
+/// Returns the georeference that the tags describe. Missing information is replaced by the simplest assumption (metres,
+/// 1 m spacing), with a warning that names `file`.
 ///
 /// # Errors
-/// A CRS that is unknown or geocentric; units, axes or pixel sizes that cannot be.
+/// Fails if the CRS is unknown or geocentric, or if units, axes or pixel sizes are impossible.
 pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, GeoreferenceError> {
     match tags.crs_from_grid() {
         Some(crs_from_grid) => from_transform(crs_from_grid, tags.geokeys, file),
@@ -142,22 +135,22 @@ pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, Geore
     }
 }
 
-/// The georeference of a file that does not say where it lies, which is told.
+/// Returns the georeference of a file that has none, with a warning.
 pub(super) fn nowhere(file: &str) -> Georeference {
-    tracing::warn!("{file}: says nothing about where it lies; 1 m between samples is assumed");
+    tracing::warn!("{file}: has no georeference; a sample spacing of 1 m is assumed");
     unsaid()
 }
 
-/// The same where nobody needs to be told.
+/// Returns the same georeference as [`nowhere`] without a warning.
 pub(super) fn unsaid() -> Georeference {
     let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
     Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
 }
 
-/// The georeference of a transform for sample centres and the keys of its CRS.
+/// Returns the georeference of a transform for sample centres and the keys of its CRS.
 ///
 /// # Errors
-/// As [`from_tags`].
+/// The same as [`from_tags`].
 pub(super) fn from_transform(
     crs_from_grid: [f64; 6],
     geokeys: GeoKeys,
@@ -173,21 +166,21 @@ pub(super) fn from_transform(
     Ok(Georeference { crs_from_grid, crs, geokeys })
 }
 
-/// `crs_from_grid` for sample centres; `None` without any transform.
+/// Returns `crs_from_grid` for sample centres; `None` without any transform.
 fn transform_from_tags(tags: &GeoTags) -> Option<[f64; 6]> {
     let [x0, a, b, y0, c, d] = match (&*tags.pixel_scale, &*tags.tie_points, &*tags.transformation) {
         ([sx, sy, ..], [i, j, _, x, y, _, ..], _) if *sx != 0.0 && *sy != 0.0 => {
-            // The standard has positive scales and rows that run south; a file that wants otherwise has a matrix.
+            // The standard has positive scales and rows that run south; other orientations need a matrix.
             let sy = sy.abs();
             [x - i * sx, *sx, 0.0, y + j * sy, 0.0, -sy]
         }
         (_, _, [a, b, _, x0, c, d, _, y0, ..]) => [*x0, *a, *b, *y0, *c, *d],
-        // A scale of zero, with nothing that could replace it, is an error later on.
+        // A scale of zero without a matrix to replace it is an error later.
         ([sx, sy, ..], [_, _, _, x, y, _, ..], _) => [*x, *sx, 0.0, *y, 0.0, -sy],
         _ => return None,
     };
-    // Raster space has its origin at the corner of the first sample where a pixel is an area, which is the default,
-    // and at its centre where a pixel is a point.
+    // Raster space has its origin at the corner of the first sample if a pixel is an area (the default), and at its
+    // centre if a pixel is a point.
     let to_centre = if tags.geokeys.raster_type == Some(2) { 0.0 } else { 0.5 };
     Some([x0 + to_centre * (a + b), a, b, y0 + to_centre * (c + d), c, d])
 }
@@ -199,7 +192,7 @@ fn crs_from_keys(keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
         (Some(3), ..) => Err(GeoreferenceError::Geocentric),
         (Some(1), code, _) => projected_crs(code, keys, file),
         (Some(2), _, code) => geographic_crs(code, keys, file),
-        // Without a model type, or with one that the standard does not know, the codes tell.
+        // Without a model type, or with one that the standard does not define, the codes decide.
         (_, Some(code), _) => projected_crs(Some(code), keys, file),
         (_, None, Some(code)) => geographic_crs(Some(code), keys, file),
         (_, None, None) => match linear_unit(keys)? {
@@ -208,7 +201,7 @@ fn crs_from_keys(keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
             }
             Some(_) => Ok(Crs::Local),
             None => {
-                tracing::warn!("{file}: names no coordinate reference system; its units are taken as metres");
+                tracing::warn!("{file}: has no coordinate reference system; its units are taken as metres");
                 Ok(Crs::Local)
             }
         },
@@ -221,14 +214,14 @@ fn projected_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, G
     if definition.is_some_and(|definition| definition.kind == Kind::Geocentric) {
         return Err(GeoreferenceError::Geocentric);
     }
-    // A unit of the file's own goes before the code's: State Plane files in feet are often labelled with the code of
-    // the metric CRS, and GDAL reads them so too.
+    // The file's own unit takes precedence over that of the code: State Plane files in feet are often labelled with the
+    // code of the metric CRS, and GDAL reads them in the same way.
     let metres_per_unit = match (linear_unit(keys)?, definition, code) {
         (Some(unit), ..) => unit,
         (None, Some(definition), _) if definition.kind == Kind::Projected => definition.unit,
         (None, _, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
         (None, _, None) => {
-            tracing::warn!("{file}: does not say the unit of its coordinates; metres are assumed");
+            tracing::warn!("{file}: its coordinates have no unit; metres are assumed");
             1.0
         }
     };
@@ -246,7 +239,7 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
         (None, Some(own), _) => own,
         (None, None, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
         (None, None, None) => {
-            tracing::warn!("{file}: does not say its ellipsoid; WGS 84 is assumed");
+            tracing::warn!("{file}: has no ellipsoid; WGS 84 is assumed");
             WGS84
         }
     };
@@ -259,21 +252,21 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
     if !(radians_per_unit.is_finite() && radians_per_unit > 0.0) {
         return Err(GeoreferenceError::Impossible { what: "angular unit in radians", value: radians_per_unit });
     }
-    // The catalogue rounds π/180 to fifteen digits, which at 180° would be a quarter of a millimetre.
+    // The catalogue rounds π/180 to fifteen digits, which at 180° would be an error of a quarter of a millimetre.
     let degree = 1f64.to_radians();
     let radians_per_unit = if (radians_per_unit / degree - 1.0).abs() < 1e-9 { degree } else { radians_per_unit };
     let [semi_major_axis_m, inverse_flattening] = ellipsoid;
     Ok(Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name: name(code, keys) })
 }
 
-/// Longitudes and latitudes on WGS 84.
+/// The EPSG code of longitudes and latitudes on WGS 84.
 const EPSG_WGS84: u16 = 4326;
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
-/// Semi-major axis in metres and inverse flattening, where the keys give the axis.
+/// Returns the semi-major axis in metres and the inverse flattening, if the keys give the axis.
 fn ellipsoid_from_keys(keys: &GeoKeys) -> Result<Option<[f64; 2]>, GeoreferenceError> {
     let Some(major) = keys.double(key::SEMI_MAJOR_AXIS) else { return Ok(None) };
-    // From the smallest round moon to beyond the largest planet.
+    // The range reaches from the smallest round moon to beyond the largest planet.
     if !(1e5..1e8).contains(&major) {
         return Err(GeoreferenceError::Impossible { what: "semi-major axis in metres", value: major });
     }
@@ -283,14 +276,14 @@ fn ellipsoid_from_keys(keys: &GeoKeys) -> Result<Option<[f64; 2]>, GeoreferenceE
         (None, Some(_)) => 0.0,
         (None, None) => WGS84[1],
     };
-    // 0 is how a sphere is written; below 2 the short axis would be less than half of the long one.
+    // 0 denotes a sphere; below 2 the short axis would be less than half of the long one.
     if inverse != 0.0 && !(inverse.is_finite() && inverse > 2.0) {
         return Err(GeoreferenceError::Impossible { what: "inverse flattening", value: inverse });
     }
     Ok(Some([major, inverse]))
 }
 
-/// Metres per unit by the file's own keys.
+/// Returns metres per unit from the file's own keys.
 fn linear_unit(keys: &GeoKeys) -> Result<Option<f64>, GeoreferenceError> {
     let unit = match keys.short(key::LINEAR_UNITS) {
         Some(USER_DEFINED) => keys.double(key::LINEAR_UNIT_SIZE),
@@ -305,7 +298,7 @@ fn linear_unit(keys: &GeoKeys) -> Result<Option<f64>, GeoreferenceError> {
     }
 }
 
-/// Metres per unit of height, where the keys say it and it is not metres.
+/// Returns metres per unit of height, if the keys give a unit other than metres.
 pub(super) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
     let unit = match keys.short(key::VERTICAL_UNITS) {
         Some(unit) => catalogue::metres_per_linear_unit(unit),
@@ -348,7 +341,7 @@ mod tests {
     #[test]
     fn axes_and_units_must_be_possible() {
         let keys = |directory: &[u16], doubles: &[f64]| GeoKeys::parse(directory, doubles, "");
-        // User-defined geographic CRS with its axis in the doubles.
+        // A user-defined geographic CRS with its axis in the doubles.
         let directory = [1, 1, 0, 3, 1024, 0, 1, 2, 2048, 0, 1, 32767, 2057, 34736, 1, 0];
         let crs = crs_from_keys(&keys(&directory, &[3_396_190.0]), "test").unwrap();
         assert!(matches!(crs, Crs::Geographic { semi_major_axis_m: 3_396_190.0, .. }), "{crs:?}");

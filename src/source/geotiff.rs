@@ -1,4 +1,4 @@
-//! GeoTIFF and cloud-optimised GeoTIFF → heights in metres, by windows (OGC 19-008r4; TIFF 6.0; BigTIFF).
+//! Reads GeoTIFF and cloud-optimised GeoTIFF by windows as heights in metres (OGC 19-008r4; TIFF 6.0; BigTIFF).
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -30,10 +30,10 @@ const TAG_GEO_ASCII: u16 = 34737;
 const TAG_GDAL_METADATA: u16 = 42112;
 const TAG_GDAL_NODATA: u16 = 42113;
 
-/// Longer words of a decoder are cut.
+/// Largest number of characters of a decoder's message; longer ones are shortened.
 const MAX_DECODER_CHARS: usize = 90;
 
-/// Decoded strips and tiles that are kept: for windows that do not begin and end where a block does.
+/// Size of the cache of decoded strips and tiles, for windows that do not begin and end at block borders.
 const CACHE_BYTES: usize = 32 << 20;
 
 /// A TIFF whose header has been checked.
@@ -42,7 +42,7 @@ pub(super) struct GeoTiffReader {
     file: Arc<TiffFile>,
     cache: Arc<BlockCache>,
     blocks: Arc<Blocks>,
-    /// Of one that is decoded, with all bands that lie in it.
+    /// Size of a decoded block with all bands that are stored in it.
     block_bytes: u64,
     meaning: Meaning,
     georeference: Georeference,
@@ -54,15 +54,15 @@ impl GeoTiffReader {
     /// Opens a file that begins as a TIFF does.
     ///
     /// # Errors
-    /// See [`super::open_reader`].
+    /// The same as [`super::open_reader`].
     pub fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
         Ok(Self::open_as(path, Holds::Heights)?.reader)
     }
 
-    /// Opens a file that begins as a TIFF does, and holds something else.
+    /// Opens a file that begins as a TIFF does and holds the given kind of values.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// The same as [`Self::open`].
     pub fn open_as(path: &Path, holds: Holds) -> Result<Values, SourceError> {
         guarded(path, || Self::open_unguarded(path, holds))
     }
@@ -78,7 +78,7 @@ impl GeoTiffReader {
         };
         let mut file = TiffFile::open_with_options(path, options).map_err(damaged)?;
         let Layout { width, height, blocks, block_bytes, strides } = layout::check(&file, file_bytes, path, holds)?;
-        // Else a strip of the whole picture would be decoded again for each window.
+        // With a smaller cache, a strip of the whole picture would be decoded again for each window.
         let cache_bytes = CACHE_BYTES.max(block_bytes as usize);
         if strides.is_none() && cache_bytes > CACHE_BYTES {
             let options = OpenOptions { block_cache_bytes: cache_bytes, ..options };
@@ -111,7 +111,7 @@ impl GeoTiffReader {
         let cache = tiff_blocks::cache(cache_bytes);
         let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
         let full = blocks.samples.decoded.largest(blocks.samples.bits);
-        // A strip may hold the whole picture; of one that is not compressed, a window needs only its own samples.
+        // A strip may hold the whole picture; if it is not compressed, a window needs only its own samples.
         let heights: Box<dyn HeightReader> = if let Some(strides) = strides {
             let (size, is_big_endian) = ([width, height], file.byte_order() == ByteOrder::BigEndian);
             let described = Description { size, strides, is_big_endian, meaning, georeference, identity };
@@ -134,7 +134,7 @@ impl GeoTiffReader {
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         if self.is_serial() {
-            // The decoder would end the program where a block has no room.
+            // The decoder would abort the program if there is not enough memory for a block.
             memory::room::<u8>(&self.path, self.size(), self.block_bytes)?;
         }
         let mut heights_m = memory::window_room(&self.path, window)?;
@@ -146,7 +146,7 @@ impl GeoTiffReader {
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
         self.told.warn(&self.path, &tally);
-        // A sparse file leaves blocks out; they hold the no-data value, or zeros where it names none, as in GDAL.
+        // A sparse file leaves blocks out; they hold the no-data value, or zeros if it declares none, as in GDAL.
         if self.meaning.no_data.is_some() {
             let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());
             for part in absent {
@@ -180,7 +180,7 @@ impl HeightReader for GeoTiffReader {
     }
 
     fn known_m(&self, window: Window) -> Option<f32> {
-        // Blocks that are left out hold the no-data value, or zeros where the file names none, as in GDAL.
+        // Blocks that are left out hold the no-data value, or zeros if the file declares none, as in GDAL.
         self.blocks.is_absent(window).then(|| match self.meaning.no_data {
             Some(_) => f32::NAN,
             None => self.meaning.height_m(0.0, &mut Tally::default()),
@@ -201,13 +201,12 @@ impl HeightReader for GeoTiffReader {
     }
 }
 
-/// The decoders index into what the file claims. Should one of them panic on a damaged file, that is one more kind of
-/// damage, not the end of the program. Nothing that outlives the call is changed in it but the decoder's cache, whose
-/// entries are whole or not there, so unwinding is safe.
+/// Runs a decoder and converts a panic to an error. Decoders index into what the file claims, so a damaged file may
+/// make them panic, which must not end the program. Only the decoder's cache outlives the call, and its entries are
+/// complete or absent, so unwinding is safe.
 pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceError>) -> Result<T, SourceError> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
-        Err(inconsistent(path, format!("its decoder gave up ({})", panic_text(panic.as_ref()))))
-    })
+    catch_unwind(AssertUnwindSafe(work))
+        .unwrap_or_else(|panic| Err(inconsistent(path, format!("its decoder failed ({})", panic_text(panic.as_ref())))))
 }
 
 pub(super) fn geo_tags(ifd: &Ifd) -> GeoTags {
@@ -228,7 +227,7 @@ pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, pat
     let no_data = text(TAG_GDAL_NODATA).and_then(|text| {
         let no_data = parse_no_data(text);
         if no_data.is_none() {
-            tracing::warn!("{}: its no-data mark {text:?} is no number and is passed over", path.display());
+            tracing::warn!("{}: its no-data value {text:?} is not a number and is ignored", path.display());
         }
         no_data
     });
@@ -251,12 +250,12 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
         TiffError::UnsupportedPredictor(code) => {
             SourceError::Unsupported { path: path.into(), what: format!("predictor {code} for this sample type") }
         }
-        // Whether the bytes could not be had is asked of the error later.
+        // `cog::is_unread` later distinguishes read errors by this variant.
         source @ TiffError::Io(..) => SourceError::Damaged { path: path.into(), source },
         source => {
             let words = source.to_string();
             match words.chars().count() > MAX_DECODER_CHARS {
-                // The decoders' own words are no sentences that a line has room for.
+                // Long messages of the decoders are not sentences that fit in one line.
                 true => inconsistent(path, words),
                 false => SourceError::Damaged { path: path.into(), source },
             }
@@ -266,5 +265,5 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
 
 pub(super) fn panic_text(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
-    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("without a word")
+    text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
 }

@@ -1,4 +1,4 @@
-//! What a TIFF's header claims, checked before anything of that size is allocated or decoded.
+//! Checks what a TIFF's header claims before anything of that size is allocated or decoded.
 
 use std::path::Path;
 
@@ -11,17 +11,17 @@ use super::tiff_blocks::{Blocks, CODEC_NONE};
 use super::tiff_samples::Samples;
 use super::values::Holds;
 
-/// One strip or tile, decoded, all bands.
+/// Largest decoded size in bytes of one strip or tile with all its bands.
 pub(super) const MAX_BLOCK_BYTES: u64 = 1 << 31;
-/// What a file may always decode to, however small it is.
+/// Decoded size in bytes that is allowed for any file, however small it is.
 const FREE_BYTES: u64 = 64 << 20;
-/// Decoded bytes per byte of the file beyond that. Deflate reaches 1032; Zstandard and LERC go further on constant
-/// data, of which a file of heights holds some but not only.
+/// Decoded bytes per byte of the file that are allowed beyond that. Deflate reaches 1032; Zstandard and LERC reach more
+/// on constant data, which makes up only a part of a file of heights.
 const MAX_RATIO: u64 = 32_768;
 
 const TAG_SUBFILE_TYPE: u16 = 254;
 
-/// Bits of that tag: a smaller copy of another picture; which of its samples are valid.
+/// Bits of that tag: a smaller copy of another picture; a mask of another picture's valid samples.
 const OVERVIEW: u32 = 1;
 const MASK: u32 = 4;
 
@@ -30,20 +30,19 @@ pub(super) struct Layout {
     pub width: u32,
     pub height: u32,
     pub blocks: Blocks,
-    /// Of a block that is decoded, with all bands that lie in it.
+    /// Size of a decoded block with all bands that are stored in it.
     pub block_bytes: u64,
-    /// Where samples that are not compressed lie one after the other from the first strip to the last.
+    /// Positions of the samples, if they are uncompressed and contiguous from the first strip to the last.
     pub strides: Option<Strides>,
 }
 
-/// The picture of the heights, or of what else the file holds: the first that is neither an overview nor a mask, and
-/// what is known of it.
+/// Returns the layout of the main picture of a file: the first that is neither an overview nor a mask.
 ///
 /// # Errors
-/// Anything that is damaged, not a height field, not supported, too small or too large.
+/// Fails if the file is damaged, does not hold `holds`, is not supported, or is too small or too large.
 pub(super) fn check(file: &TiffFile, file_bytes: u64, path: &Path, holds: Holds) -> Result<Layout, SourceError> {
-    let none = || SourceError::Inconsistent { path: path.into(), what: "it holds no picture".to_owned() };
-    // A cloud-optimised file has overviews and masks behind the full resolution.
+    let none = || SourceError::Inconsistent { path: path.into(), what: "it contains no picture".to_owned() };
+    // A cloud-optimised file stores overviews and masks after the full resolution.
     let full = file.ifds().iter().position(|ifd| subfile_type(ifd) & (OVERVIEW | MASK) == 0).unwrap_or(0);
     let ifd = file.ifds().get(full).ok_or_else(none)?;
     require_size(ifd, path)?;
@@ -55,12 +54,12 @@ fn subfile_type(ifd: &Ifd) -> u32 {
     ifd.tag(TAG_SUBFILE_TYPE).and_then(|tag| tag.value.as_u32()).unwrap_or(0)
 }
 
-/// Whether the picture is an overview: a smaller copy of another one, and no mask.
+/// Returns whether the picture is an overview: a smaller copy of another one, but not a mask.
 pub(super) fn is_overview(ifd: &Ifd) -> bool {
     subfile_type(ifd) & (OVERVIEW | MASK) == OVERVIEW
 }
 
-/// Whether the picture says which samples of another one of its size are valid.
+/// Returns whether the picture is a mask, which marks the valid samples of another picture of the same size.
 pub(super) fn is_mask(ifd: &Ifd) -> bool {
     subfile_type(ifd) & MASK != 0
 }
@@ -68,14 +67,14 @@ pub(super) fn is_mask(ifd: &Ifd) -> bool {
 /// Checks everything about one picture of heights, number `index` of its file, that can be known without decoding.
 ///
 /// # Errors
-/// As [`check`].
+/// The same as [`check`].
 pub(super) fn check_image(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
     require_size(ifd, path)?;
     require_samples_of(ifd, path, Holds::Heights)?;
     check_grid(ifd, index, file_bytes, path, Holds::Heights)
 }
 
-/// What [`check_image`] checks of a picture that may hold what it should.
+/// Checks the size, the compression and the samples of a picture whose kind of samples has been checked.
 fn check_grid(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path, holds: Holds) -> Result<Layout, SourceError> {
     let (width, height) = (ifd.width(), ifd.height());
     require_known_compression(ifd, path)?;
@@ -85,15 +84,15 @@ fn check_grid(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path, holds: Hold
     let layout = check_samples(ifd, index, file_bytes, path)?;
     let Samples { per_pixel, alpha, .. } = layout.blocks.samples;
     if per_pixel > 1 + usize::from(alpha.is_some()) {
-        tracing::warn!("{}: has {per_pixel} bands; the first is taken as {holds}", path.display());
+        tracing::warn!("{}: has {per_pixel} bands; the first is read as {holds}", path.display());
     }
     Ok(layout)
 }
 
-/// Checks a mask, picture `index` of its file, as [`check_image`] does heights.
+/// Checks a mask, picture `index` of its file, as [`check_image`] checks heights.
 ///
 /// # Errors
-/// As [`check`].
+/// The same as [`check`].
 pub(super) fn check_mask(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Result<Layout, SourceError> {
     require_size(ifd, path)?;
     require_known_compression(ifd, path)?;
@@ -112,20 +111,20 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
     let samples = Samples::of(ifd, path)?;
     let blocks = Blocks::of(ifd, index, samples, file_bytes, path)?;
     let is_sparse = blocks.is_sparse();
-    // A block is decoded with all of its bands, in the type that its samples become.
+    // A block is decoded with all of its bands, in the type to which its samples are decoded.
     let sample_bytes = samples.decoded.bytes() as u64;
     let decoded_row = u64::from(blocks.block[0]).saturating_mul(samples.interleaved() as u64 * sample_bytes);
-    // Saturating: a number that does not fit is larger than any bound, too.
+    // Saturating arithmetic: a number that does not fit is larger than any bound, too.
     let block_bytes = decoded_row.saturating_mul(blocks.block[1].into()).max(blocks.block_bytes());
 
     let allowed = if ifd.compression() == CODEC_NONE && !is_sparse {
-        // Uncompressed samples lie in the file as they are; bit-packed ones grow at most eightfold.
+        // Uncompressed samples have their full size in the file; bit-packed ones grow at most eightfold.
         file_bytes.saturating_mul(8)
     } else {
         FREE_BYTES.saturating_add(file_bytes.saturating_mul(MAX_RATIO))
     };
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
-    // What the file leaves out needs no bytes in it, and is never decoded.
+    // Blocks that the file leaves out take no bytes in it and are never decoded.
     let stored = blocks.stored();
     let stored_samples = u64::from(blocks.block[0]).saturating_mul(blocks.block[1].into()).saturating_mul(stored);
     let band_bytes = (u64::from(width) * u64::from(height)).min(stored_samples).saturating_mul(sample_bytes);
@@ -137,7 +136,7 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
         && !is_sparse;
     let first = blocks.offsets().next().unwrap_or(0);
     let strip = |index: usize| first.checked_add((index as u64 * u64::from(blocks.block[1])).checked_mul(row_bytes)?);
-    // Only the first band's strips, should each band have its own.
+    // If each band has its own strips, only those of the first band count.
     let follow = || blocks.offsets().enumerate().all(|(index, at)| strip(index) == Some(at));
     let strides = (is_plain && follow()).then(|| Strides {
         offset: first,
@@ -147,9 +146,9 @@ fn check_samples(ifd: &Ifd, index: usize, file_bytes: u64, path: &Path) -> Resul
     if block_bytes > MAX_BLOCK_BYTES && strides.is_none() {
         return Err(too_large());
     }
-    // A tile of an uncompressed file may be larger than the picture, so only the picture is held against the file.
+    // A tile of an uncompressed file may be larger than the picture, so only the picture is compared with the file.
     if band_bytes > allowed || (stored > 0 && block_bytes > allowed.max(FREE_BYTES)) {
-        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
+        return Err(inconsistent(path, format!("{width}×{height} samples do not fit in {file_bytes} bytes")));
     }
     Ok(Layout { width, height, blocks, block_bytes, strides })
 }
@@ -159,7 +158,7 @@ fn require_samples_of(ifd: &Ifd, path: &Path, holds: Holds) -> Result<(), Source
     let what = match (format, ifd.photometric_interpretation()) {
         (Some(5 | 6), _) => "complex numbers",
         (_, Some(2)) => "an RGB picture",
-        // The palette only says how classes are to be coloured.
+        // The palette only gives the display colours of classes.
         (_, Some(3)) if holds == Holds::Classes => return Ok(()),
         (_, Some(3)) => "a palette picture",
         (_, Some(4)) if holds == Holds::Shades => return Ok(()),
@@ -177,14 +176,14 @@ fn require_samples_of(ifd: &Ifd, path: &Path, holds: Holds) -> Result<(), Source
 fn require_known_compression(ifd: &Ifd, path: &Path) -> Result<(), SourceError> {
     let code = ifd.compression();
     let name = match code {
-        // None, LZW, JPEG, Deflate (two codes), PackBits, LZMA, LERC, Zstandard, WebP.
+        // No compression, LZW, JPEG, Deflate (two codes), PackBits, LZMA, LERC, Zstandard, WebP.
         1 | 5 | 7 | 8 | 32_946 | 32_773 | 34_925 | 34_887 | 50_000 | 50_001 => return Ok(()),
         2..=4 => "CCITT fax",
         6 => "old-style JPEG",
         34_676 | 34_677 => "SGI Log",
         34_712 => "JPEG 2000",
         50_002 | 52_546 => "JPEG XL",
-        _ => "of an unknown kind",
+        _ => "of unknown type",
     };
     Err(SourceError::Unsupported { path: path.into(), what: format!("compression {name} ({code})") })
 }

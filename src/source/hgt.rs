@@ -1,9 +1,9 @@
 //! SRTM tiles: `N46E008.hgt`, alone or in a ZIP archive.
 //!
-//! A tile is a square degree of big-endian 16-bit metres, without any header. 1201 × 1201 samples are 3″ apart,
-//! 3601 × 3601 are 1″ apart, and 1801 × 3601 are 2″ × 1″ apart (beyond 50° of latitude); samples lie on the degree's
-//! edges. The name gives the lower left corner, -32768 is a void, longitude and latitude are on WGS 84.
-//! "The Shuttle Radar Topography Mission (SRTM) Collection User Guide", NASA LP DAAC, 2015, sections 2.1.2 and 2.2.
+//! A tile is a square degree of big-endian 16-bit metres, without any header. 1201 × 1201 samples are 3″ apart, 3601 ×
+//! 3601 are 1″ apart, and 1801 × 3601 are 2″ × 1″ apart (beyond 50° of latitude); samples are on the degree's edges.
+//! The name gives the lower left corner, -32768 is no-data, longitude and latitude are on WGS 84. "The Shuttle Radar
+//! Topography Mission (SRTM) Collection User Guide", NASA LP DAAC, 2015, sections 2.1.2 and 2.2.
 
 use std::fs::File;
 use std::io::Read;
@@ -14,18 +14,18 @@ use super::flat::{Description, FlatReader, Strides};
 use super::place::{self, cannot_open, inconsistent, unclear};
 use super::samples::{Meaning, SampleType};
 
-/// The sizes that there are.
+/// The existing sizes of tiles.
 const SIZES: [[u32; 2]; 3] = [[1201, 1201], [1801, 3601], [3601, 3601]];
 
 /// The largest tile in bytes.
 const MAX_BYTES: u64 = 3601 * 3601 * 2;
 
-/// The size of a tile of `bytes` bytes.
+/// Returns the size in samples of a tile of `bytes` bytes.
 pub(super) fn size_by_length(bytes: u64) -> Option<[u32; 2]> {
     SIZES.into_iter().find(|[width, height]| u64::from(width * height) * 2 == bytes)
 }
 
-/// Longitude and latitude in degrees of the lower left sample, by a name such as `N46E008.SRTMGL1.hgt`.
+/// Returns longitude and latitude in degrees of the lower left sample, from a name such as `N46E008.SRTMGL1.hgt`.
 pub(super) fn corner_by_name(name: &str) -> Option<[f64; 2]> {
     let bytes = name.as_bytes().get(..7)?;
     let number = |digits: &[u8], limit: u32| {
@@ -61,7 +61,7 @@ pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
         if !name.to_ascii_lowercase().ends_with(".hgt") || name.starts_with('.') {
             continue;
         }
-        // What the archive says of the size is not believed: reading ends where no tile can be longer.
+        // The size in the archive's directory is not trusted: reading ends beyond the length of the longest tile.
         let mut bytes = Vec::new();
         let read_member = member.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes);
         read_member.map_err(|error| inconsistent(path, format!("{name}: {}", one_line(&error.to_string()))))?;
@@ -72,10 +72,13 @@ pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
 
 fn read(path: &Path, name: &str, bytes: u64, unpacked: Option<Vec<u8>>) -> Result<FlatReader, SourceError> {
     let size = size_by_length(bytes).ok_or_else(|| {
-        inconsistent(path, format!("an .hgt has 1201×1201, 1801×3601 or 3601×3601 samples, but {bytes} bytes"))
+        inconsistent(
+            path,
+            format!("an .hgt has 1201×1201, 1801×3601 or 3601×3601 samples, but this file has {bytes} bytes"),
+        )
     })?;
     let corner = corner_by_name(name).ok_or_else(|| {
-        unclear(path, format!("the name of an SRTM tile says where it lies, as in N46E008.hgt; {name:?} does not"))
+        unclear(path, format!("the name of an SRTM tile must give its position, as in N46E008.hgt; {name:?} does not"))
     })?;
     let [width, height] = size;
     let step = [1.0 / f64::from(width - 1), 1.0 / f64::from(height - 1)];
@@ -91,7 +94,7 @@ fn read(path: &Path, name: &str, bytes: u64, unpacked: Option<Vec<u8>>) -> Resul
     FlatReader::new(path, unpacked, described)
 }
 
-/// The words of a library without line breaks.
+/// Returns a library's message without line breaks.
 fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

@@ -1,21 +1,22 @@
-//! Slopes: loose rock slides until it lies at its talus angle, and soil creeps.
+//! Hillslopes: loose rock slides until it rests at its talus angle, and soil creeps.
 //!
-//! Thermal weathering after Musgrave, Kolb and Mace ("The synthesis and rendering of eroded fractal terrains",
+//! Thermal weathering follows Musgrave, Kolb and Mace ("The synthesis and rendering of eroded fractal terrains",
 //! SIGGRAPH 1989), in the form of Olsen ("Realtime procedural terrain generation", 2004), who moves material only as
-//! far as the steepest excess allows. Here all lower neighbours share it by their excess, the talus angle grows with
-//! the hardness of the rock, and each sample gathers what it gains and loses, so that rows run in parallel.
+//! far as the steepest excess allows. Here all lower neighbours share the material in proportion to their excess, the
+//! talus angle grows with the hardness of the rock, and each sample gathers its own gains and losses, so that rows run
+//! in parallel.
 
 use super::raster::{Raster, neighbours};
 use rayon::prelude::*;
 
 /// Lets material slide for `passes` passes: where a slope exceeds `talus` (a ratio per sample), four tenths of the
-/// steepest excess go to the lower neighbours. Border samples keep their heights. Mass is kept, but for what reaches
-/// the border.
+/// steepest excess go to the lower neighbours. Border samples keep their heights. Mass is preserved, except for
+/// material that reaches the border.
 pub(super) fn slide(heights: &mut Raster, talus: &[f32], passes: usize) {
     let size = heights.size;
     let spacing_m = heights.spacing_m as f32;
     let around = neighbours(size);
-    // What one metre of excess sends: four tenths of the largest excess over the sum of excesses.
+    // Material sent per metre of excess: four tenths of the largest excess, divided by the sum of excesses.
     let mut rates = vec![0.0_f32; size * size];
     let mut after_m = heights.values.clone();
     let excess_m = |heights_m: &[f32], from: usize, to: usize, distance: f32| {
@@ -68,7 +69,7 @@ pub(super) fn creep(heights: &mut Raster, amount: impl Fn(usize) -> f32 + Sync, 
                 let index = row * size + column;
                 let mut mean_m = 0.0;
                 for (offset, distance, _) in around {
-                    // 1/6 for the four near neighbours, 1/12 for the diagonal ones: the isotropic Laplacian.
+                    // Weights of the isotropic Laplacian: 1/6 for the four near neighbours, 1/12 for the diagonal ones.
                     let weight = if distance > 1.1 { 1.0 / 12.0 } else { 1.0 / 6.0 };
                     mean_m += weight * before_m[index.wrapping_add_signed(offset)];
                 }

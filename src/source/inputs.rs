@@ -1,4 +1,4 @@
-//! The files of this machine that opening a path reads, for whoever is about to write.
+//! Lists the local files that opening a path reads, so that outputs do not overwrite them.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -8,13 +8,13 @@ use super::folder::{self, Kind, kind_of};
 use super::tile_folder;
 use crate::file::guard::Inputs;
 
-/// Endings of files that belong to a raster: after its whole name, or instead of its ending.
+/// Extensions of the files that belong to a raster. They follow its whole name or replace its extension.
 const SIDE_ENDINGS: [&str; 20] = [
     "hdr", "prj", "toml", "tiles", "tfw", "tifw", "wld", "pgw", "pngw", "blw", "bpw", "aux.xml", "aux", "ovr", "msk",
     "stx", "clr", "qpj", "vrt", "tiffw",
 ];
 
-/// Adds a height file with what lies beside it, a folder of them, or a folder of tiles.
+/// Adds a height file with its sidecar files, a folder of height files, or a folder of tiles.
 pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
     match kind_of(path) {
         Kind::File => files_of(path).iter().for_each(|file| inputs.add(file)),
@@ -34,12 +34,12 @@ pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
     }
 }
 
-/// A height file and all that lies beside it and may say something about it.
+/// Returns a height file and all existing sidecar files that may describe it.
 #[must_use]
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
     let mut endings = SIDE_ENDINGS.to_vec();
     if has_ending(path, "hdr") {
-        // Of a header the data is what is read.
+        // If a header is given, its data file is read too.
         endings.extend(DATA_ENDINGS);
         endings.push("");
     }
@@ -58,7 +58,7 @@ pub fn files_of(path: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// A folder of tiles may have millions, so they are known by their place.
+/// Adds the tiles of a folder by the pattern of their paths: a folder may have millions of tiles.
 fn add_tiles(folder: &Path, inputs: &mut Inputs) {
     inputs.add_folder(folder, |inside| {
         let is_number = |name: &OsStr| name.to_str().is_some_and(|name| name.parse::<u32>().is_ok());
@@ -77,7 +77,7 @@ fn add_tiles(folder: &Path, inputs: &mut Inputs) {
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {
-    // A folder that cannot be read fails when it is opened.
+    // Errors are ignored here: opening the folder reports them.
     std::fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()).collect()
 }
 

@@ -1,8 +1,8 @@
-//! Masks: pictures that say which samples of a GeoTIFF are heights. Where they are 0 is no height, whatever stands
-//! there.
+//! Masks: pictures that mark which samples of a GeoTIFF are heights. Where a mask is 0 there is no height, whatever the
+//! sample holds.
 //!
-//! A mask is a picture of its own in the file (a transparency mask, TIFF 6.0, section 8), a file beside it
-//! (`dem.tif.msk`, which GDAL writes by default), or a band of opacity among the bands.
+//! A mask is a separate picture in the same file (a transparency mask, TIFF 6.0, section 8), a sidecar file
+//! (`dem.tif.msk`, which GDAL writes by default), or an alpha band among the bands.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -18,13 +18,13 @@ use super::place::{self, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
 
-/// Decoded strips and tiles of a mask in a file of its own.
+/// Size of the cache for decoded strips and tiles of a mask in its own file.
 const CACHE_BYTES: usize = 8 << 20;
 
-/// The picture or band that is 0 where there is no height.
+/// A picture or band that is 0 where there is no height.
 #[derive(Clone)]
 pub(super) struct Mask {
-    /// Which holds it.
+    /// The file that contains the mask.
     name: PathBuf,
     file: Arc<TiffFile>,
     cache: Arc<BlockCache>,
@@ -33,10 +33,10 @@ pub(super) struct Mask {
 }
 
 impl Mask {
-    /// All masks of the heights in `blocks`: in the file and beside it.
+    /// Returns all masks of the heights in `blocks`: those inside the file and that of the sidecar file.
     ///
     /// # Errors
-    /// A mask that cannot be read: what it hides would be shown.
+    /// Fails if a mask cannot be read, because the heights that it hides would otherwise be shown.
     pub fn all(
         file: &Arc<TiffFile>,
         cache: &Arc<BlockCache>,
@@ -51,10 +51,10 @@ impl Mask {
         Ok(masks)
     }
 
-    /// The mask that the file itself holds for the picture in `blocks`: a picture of its size, or a band of opacity.
+    /// Returns the mask inside the file for the picture in `blocks`: a mask picture of the same size, or an alpha band.
     ///
     /// # Errors
-    /// As [`Mask::all`].
+    /// The same as [`Mask::all`].
     pub fn internal(
         file: &Arc<TiffFile>,
         cache: &Arc<BlockCache>,
@@ -70,28 +70,28 @@ impl Mask {
         {
             let Layout { blocks, block_bytes, .. } = check_mask(ifd, index, file_bytes, path)?;
             let mask = mask(Arc::new(blocks), 0);
-            // A strip of the whole picture is not decoded again for each window.
+            // A cache of its own keeps a strip that spans the whole picture from being decoded again for each window.
             let is_large = block_bytes > CACHE_BYTES as u64;
             let own = || Self { cache: tiff_blocks::cache(block_bytes as usize), ..mask.clone() };
             return Ok(Some(if is_large { own() } else { mask }));
         }
         let Some(band) = blocks.samples.alpha else { return Ok(None) };
-        // Heights that lie in the file as they are may have a strip of any size; opacity is decoded by strips.
+        // Uncompressed heights may have strips of any size, but an alpha band is decoded by whole strips.
         if blocks.block_bytes() > MAX_BLOCK_BYTES {
             return Err(SourceError::TooLarge { path: path.into(), width, height });
         }
         Ok(Some(mask(blocks.clone(), band)))
     }
 
-    /// The first picture of a file of masks.
+    /// Opens the first picture of a mask file; returns `None` (with a warning) if it has another size.
     fn open(path: &Path, size: [u32; 2]) -> Result<Option<Self>, SourceError> {
         let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
         let options = OpenOptions { block_cache_bytes: CACHE_BYTES, ..OpenOptions::default() };
         let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged)?);
-        let ifd = file.ifds().first().ok_or_else(|| inconsistent(path, "it holds no picture"))?;
+        let ifd = file.ifds().first().ok_or_else(|| inconsistent(path, "it contains no picture"))?;
         if [ifd.width(), ifd.height()] != size {
-            tracing::warn!("{}: is of another size than the file that it masks, and passed over", path.display());
+            tracing::warn!("{}: this mask has another size than its DEM and is ignored", path.display());
             return Ok(None);
         }
         let Layout { blocks, block_bytes, .. } = check_mask(ifd, 0, file_bytes, path)?;
@@ -99,10 +99,10 @@ impl Mask {
         Ok(Some(Self { name: path.into(), file, cache, blocks: Arc::new(blocks), band: 0 }))
     }
 
-    /// Makes NaN of the heights of a window where the mask is 0.
+    /// Replaces the heights of a window by NaN where the mask is 0.
     ///
     /// # Errors
-    /// Where the mask cannot be decoded.
+    /// Fails if the mask cannot be decoded.
     pub fn apply(&self, window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
         let read = || self.blocks.read(&self.file, &self.cache, self.band, window);
         let bytes = guarded(&self.name, || read().map_err(|source| decode_error(source, &self.name)))?;
@@ -119,23 +119,23 @@ impl Mask {
     }
 }
 
-/// `NAME.msk` of `NAME`, where there is one.
+/// Returns the path of the sidecar mask `NAME.msk`, if that file exists.
 pub(crate) fn path_beside(path: &Path) -> Option<PathBuf> {
     let mut name = path.as_os_str().to_owned();
     name.push(".msk");
     Some(PathBuf::from(name)).filter(|path| path.is_file())
 }
 
-/// Heights under masks.
+/// A reader of heights with masks applied.
 pub(super) struct Masked {
     heights: Box<dyn HeightReader>,
     masks: Vec<Mask>,
-    /// Of the heights' file.
+    /// The file of the heights.
     path: PathBuf,
 }
 
 impl Masked {
-    /// The heights alone where there is no mask.
+    /// Applies masks to a reader; returns the reader itself if there are none.
     pub fn over(heights: Box<dyn HeightReader>, masks: Vec<Mask>, path: &Path) -> Box<dyn HeightReader> {
         match masks.is_empty() {
             true => heights,
@@ -166,7 +166,7 @@ impl HeightReader for Masked {
     }
 
     fn known_m(&self, window: Window) -> Option<f32> {
-        // Masks add voids to heights, so that only voids are known without them.
+        // Masks only add no-data samples, so that without reading them only no-data is known.
         self.heights.known_m(window).filter(|height_m| height_m.is_nan())
     }
 
@@ -176,7 +176,7 @@ impl HeightReader for Masked {
 
     fn identity(&self) -> String {
         let beside = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
-        // That masks are applied is part of what the heights depend on: a cache of before has none.
+        // The identity includes the masks: a cache from before they were applied does not match.
         self.heights.identity() + &place::identity(&beside.collect::<Vec<_>>(), "masked\n")
     }
 }

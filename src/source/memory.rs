@@ -1,6 +1,6 @@
-//! Memory for samples: asked for before it is used, so that what cannot be had is an error and no end of the program.
-//! And heights that are held in memory and handed out by windows, of formats that can only be read from their beginning
-//! to their end, as text.
+//! Memory for samples, which is reserved before it is used, so that a failed allocation is an error and does not abort
+//! the program; and a reader of heights that are held in memory, for formats that can only be read from beginning to
+//! end, such as text.
 
 use std::path::{Path, PathBuf};
 
@@ -9,10 +9,10 @@ use super::georeference::Georeference;
 use super::place::check_window;
 use super::reader::{HeightReader, Window};
 
-/// More samples than this are not decoded into memory: 1 GiB of heights.
+/// Largest number of samples that are decoded into memory: 1 GiB of heights.
 pub(super) const MAX_SAMPLES: u64 = 1 << 28;
 
-/// See the head of the file. Each sample takes 4 bytes.
+/// Heights that are held in memory, 4 bytes per sample, and read by windows.
 pub(super) struct MemoryReader {
     pub path: PathBuf,
     pub size: [u32; 2],
@@ -21,10 +21,10 @@ pub(super) struct MemoryReader {
     pub identity: String,
 }
 
-/// A size of which a format that is decoded whole has not too many samples.
+/// Checks that a grid is not too large for a format that must be decoded whole.
 ///
 /// # Errors
-/// [`SourceError::TooLarge`].
+/// Returns [`SourceError::TooLarge`] beyond [`MAX_SAMPLES`].
 pub(super) fn check_count(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
     match u64::from(width) * u64::from(height) > MAX_SAMPLES {
         true => Err(SourceError::TooLarge { path: path.into(), width, height }),
@@ -32,25 +32,25 @@ pub(super) fn check_count(path: &Path, [width, height]: [u32; 2]) -> Result<(), 
     }
 }
 
-/// Room for `count` numbers, which `size` samples of the file need.
+/// Reserves memory for `count` numbers; `size` is the grid size in the error message.
 ///
 /// # Errors
-/// [`SourceError::Memory`] where it cannot be had.
+/// Returns [`SourceError::Memory`] if the allocation fails.
 pub(super) fn room<T>(path: &Path, size: [u32; 2], count: u64) -> Result<Vec<T>, SourceError> {
     let mut room = Vec::new();
     let reserved = usize::try_from(count).is_ok_and(|count| room.try_reserve_exact(count).is_ok());
     reserved.then_some(room).ok_or_else(|| lacking(path, size, count.saturating_mul(size_of::<T>() as u64)))
 }
 
-/// What is said where so many bytes cannot be had.
+/// Returns the error for a failed allocation of `needed_bytes`.
 pub(super) fn lacking(path: &Path, [width, height]: [u32; 2], needed_bytes: u64) -> SourceError {
     SourceError::Memory { path: path.into(), width, height, needed_bytes }
 }
 
-/// Room for the heights of a window.
+/// Reserves memory for the heights of a window.
 ///
 /// # Errors
-/// As [`room`].
+/// The same as [`room`].
 pub(super) fn window_room(path: &Path, window: Window) -> Result<Vec<f32>, SourceError> {
     room(path, [window.width, window.height], window.samples() as u64)
 }
@@ -75,7 +75,7 @@ impl HeightReader for MemoryReader {
     }
 
     fn block(&self) -> [u32; 2] {
-        // Nothing is decoded, so any window is as good; rows are what lies together.
+        // Nothing is decoded, so that any window is as good as another; rows are contiguous in memory.
         [self.size[0], 256.min(self.size[1])]
     }
 

@@ -1,14 +1,15 @@
-//! Height files → heights in metres on a regular grid, with the place of that grid on the earth.
+//! Reads height files: turns them into heights in metres on a regular grid, with the position of that grid on the
+//! earth.
 //!
-//! [`open_reader`] looks at a file's content, not at its ending, and reads what it finds by windows; [`open`] reads all
-//! of it. Whatever the file declares (no-data mark, scale and offset, vertical unit) is applied on the way, so that
-//! what comes out is metres, or NaN.
+//! [`open_reader`] recognises a file by its content, not by its extension, and reads it window by window; [`open`]
+//! reads the whole file. Whatever the file declares (no-data value, scale and offset, vertical unit) is applied on the
+//! way, so that the result is metres, or NaN.
 //!
-//! Each format has a file of its own. Those with an index or samples at fixed places (GeoTIFF, `.hgt`, DTED, BIL,
+//! Each format has its own module. Formats with an index or with samples at fixed offsets (GeoTIFF, `.hgt`, DTED, BIL,
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
-//! 4 bytes for each sample. [`statistics`] reads a grid of any size without holding it.
+//! 4 bytes per sample. [`statistics`] reads a grid of any size without holding all of it in memory.
 //!
-//! Why: `docs/decisions/height-readers.md`.
+//! The reasons are in `docs/decisions/height-readers.md`.
 
 mod ascii_grid;
 pub(crate) mod cog;
@@ -80,7 +81,7 @@ use voids::Filled;
 pub use voids::VoidMode;
 pub use world_mapping::WorldMapping;
 
-/// A height field in memory, as its file gives it: regular in the grid of the file, not resampled.
+/// A height field in memory, on the grid of its file, not resampled.
 #[derive(Clone, Debug)]
 pub struct HeightGrid {
     /// Samples per row, at least 2.
@@ -89,56 +90,56 @@ pub struct HeightGrid {
     pub height: u32,
     /// Heights in metres, row-major, in the file's row order; NaN where there is no data.
     pub heights_m: Vec<f32>,
-    /// Where the samples lie.
+    /// Position of the samples on the earth.
     pub georeference: Georeference,
 }
 
-/// What long work tells about itself. `done` runs from 0 to 1.
+/// Receives progress reports from long-running work.
 pub trait Progress: Sync {
-    /// Called now and then, from any thread.
+    /// Reports that `what` is in progress; `done` runs from 0 to 1. Called now and then, from any thread.
     fn report(&self, what: &str, done: f32);
 }
 
-/// Says nothing.
+/// Ignores progress reports.
 pub struct Silent;
 
 impl Progress for Silent {
     fn report(&self, _what: &str, _done: f32) {}
 }
 
-/// Another number where files give other heights, or another place, than they did before: what was baked of them then
-/// is baked anew.
+/// Version of the readers' results. It changes when files yield other heights, or another position, than before;
+/// pyramids baked with an older version are then baked again.
 pub const VERSION: u32 = 2;
 
-/// More samples than this are not read into memory at once: 8 GiB of heights.
+/// Largest number of samples that are read into memory at once: 8 GiB of heights.
 const MAX_SAMPLES: u64 = 1 << 31;
 
-/// So many samples are read between two reports of progress.
+/// Number of samples that are read between two progress reports.
 const SAMPLES_PER_REPORT: u64 = 1 << 22;
 
-/// Reads a height file, or a folder of tiles, whole: `width × height` samples, every one a finite number of metres or
+/// Reads a whole height file, or a folder of tiles: `width × height` samples, each of them a finite number of metres or
 /// NaN.
 ///
 /// # Errors
-/// A [`SourceError`] whose message is one line with the file's name and the cause. Damaged and hostile files give
-/// errors too: neither a panic nor an allocation that the file's size does not justify.
+/// Returns a [`SourceError`] whose message is one line with the file's name and the cause. Damaged and hostile files
+/// also give errors: they cause neither a panic nor an allocation that the file's size does not justify.
 pub fn open(path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceError> {
     read_all(&*open_reader(path)?, path, progress)
 }
 
-/// Opens a height file, or a folder of tiles, to be read by windows, whatever its size. That its samples are all
-/// no-data is found only by whoever reads them all.
+/// Opens a height file, or a folder of tiles, for reading by windows, whatever its size. If all samples are no-data,
+/// only a caller that reads all of them finds out.
 ///
 /// # Errors
-/// As [`open`].
+/// The same as [`open`].
 pub fn open_reader(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
     open_reader_with(path, &OpenOptions::default())
 }
 
-/// As [`open_reader`], for files that do not say all of themselves.
+/// Opens a height file as [`open_reader`] does, with options for what the file does not declare.
 ///
 /// # Errors
-/// As [`open`].
+/// The same as [`open`].
 pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
     let reader = undeclared::watch(open_as_it_is(path, options)?, path, options);
     Ok(match options.voids {
@@ -147,17 +148,17 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
     })
 }
 
-/// With marks for no data that nobody declares.
+/// Opens a file without filling holes and without looking for undeclared no-data values.
 fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
     if kind_of(path) == Kind::TileFolder {
         return Ok(Box::new(tile_folder::TileFolderReader::open(path, options)?));
     }
     let format = format::of(path, options)?;
-    // What every format may need to be told.
+    // Options that apply to every format are left out of the comparison.
     let special = OpenOptions { no_data: None, voids: VoidMode::default(), ..*options };
     if special != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
         tracing::warn!(
-            "{}: says its size, spacing and heights itself; the options for them are passed over",
+            "{}: the file declares its own size, spacing and heights; the options for them are ignored",
             path.display()
         );
     }
@@ -177,10 +178,11 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
     })
 }
 
-/// Reads all that a reader has; `path` names it in errors.
+/// Reads all samples of a reader; `path` is the name in errors.
 ///
 /// # Errors
-/// What the reader says; more samples than are held in memory; a grid without a single height.
+/// Passes on the errors of the reader; also fails if there are more samples than fit in memory, or if no sample is a
+/// height.
 pub fn read_all(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<HeightGrid, SourceError> {
     let [width, height] = reader.size();
     let samples = u64::from(width) * u64::from(height);
@@ -188,10 +190,10 @@ pub fn read_all(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress)
         return Err(SourceError::TooLarge { path: path.into(), width, height });
     }
     let mut heights_m = memory::room(path, [width, height], samples)?;
-    // Whole rows of blocks, so that none is decoded twice.
+    // Reads whole rows of blocks, so that no block is decoded twice.
     let block_rows = u64::from(reader.block()[1].max(1));
     let rows_at_once = (SAMPLES_PER_REPORT / u64::from(width) / block_rows).max(1) * block_rows;
-    // Holes are filled when all is there, so that nothing is read twice.
+    // Holes are filled at the end, when all samples are in memory, so that nothing is read twice.
     let bare = reader.filled().map_or(reader, Filled::bare);
     let mut row = 0;
     while row < height {

@@ -1,9 +1,10 @@
-//! Several DEMs as one grid: for baking them into one pyramid.
+//! Combines several DEMs into one grid, for baking them into one pyramid.
 //!
-//! The lattice is that of the finest member, extended to the union of all. Members whose samples lie on it are copied
-//! bit for bit. Others are resampled: bicubic, bilinear beside voids, and NaN where that would need a void; beyond
-//! their outermost samples by half of their spacing, which closes the seam between members that abut. Where members
-//! overlap, the finer one holds, then the one named first; a void of the one shows the other.
+//! The lattice is that of the finest member, extended to the union of all. Members whose samples are on that lattice
+//! are copied bit for bit. Other members are resampled: bicubic in general, bilinear next to no-data samples, and NaN
+//! where even that would need a no-data sample. Resampling extends half a sample spacing beyond the outermost samples,
+//! which closes the seam between adjacent members. Where members overlap, the finer one takes precedence, then the one
+//! named first; a no-data sample shows the next member.
 
 mod members;
 mod place;
@@ -15,19 +16,20 @@ pub use place::{MosaicGrid, Placed};
 use super::georeference::Georeference;
 use super::{HeightReader, SourceError, Window};
 
-/// Several readers as one.
+/// Several readers combined into one.
 pub struct MosaicReader {
     grid: MosaicGrid,
     members: Vec<Box<dyn HeightReader>>,
-    /// Indices of members: who holds before whom.
+    /// Indices of the members, highest precedence first.
     precedence: Vec<usize>,
 }
 
 impl MosaicReader {
-    /// Over `members`, of which the first stands before the others in messages.
+    /// Combines `members`; error messages name the first of them.
     ///
     /// # Errors
-    /// [`SourceError::Mosaic`] for no member, reference systems without a way between them, an extent that is no grid.
+    /// Returns [`SourceError::Mosaic`] if there is no member, if no transformation between the reference systems is
+    /// known, or if the extent is not a valid grid.
     pub fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
         let places: Vec<_> = members.iter().map(|member| (member.georeference(), member.size())).collect();
         let grid = MosaicGrid::new(&places).map_err(|cause| {
@@ -39,10 +41,11 @@ impl MosaicReader {
     }
 }
 
-/// The members' indices, finest first, then in the order given.
+/// Returns the members' indices, finest first, then in the given order.
 pub(crate) fn precedence(grid: &MosaicGrid) -> Vec<usize> {
     let mut order: Vec<usize> = (0..grid.members.len()).collect();
-    // The sort is stable. A hundredth is the difference of two latitudes.
+    // The sort is stable. Spacings within one per cent count as equal: tiles of the same product at two latitudes
+    // differ by so much.
     let step = |index: usize| (grid.members[index].ratio.ln() / 0.01).round() as i64;
     order.sort_by_key(|&index| step(index));
     order
@@ -82,7 +85,7 @@ impl HeightReader for MosaicReader {
     }
 }
 
-/// Puts a member whose samples lie on the lattice where nothing is yet.
+/// Copies the samples of a member on the lattice to all places that have no height yet.
 fn copy(member: &dyn HeightReader, shift: [i64; 2], window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
     let size = member.size();
     let (x, y) = (i64::from(window.x) - shift[0], i64::from(window.y) - shift[1]);
@@ -105,7 +108,7 @@ fn copy(member: &dyn HeightReader, shift: [i64; 2], window: Window, heights_m: &
     Ok(())
 }
 
-/// Puts a member of another lattice where nothing is yet.
+/// Resamples a member with another lattice at all places that have no height yet.
 fn resample(
     member: &dyn HeightReader,
     placed: &Placed,
@@ -138,9 +141,9 @@ fn resample(
     Ok(())
 }
 
-/// The height at a place between samples, or NaN.
+/// Returns the height at a position between samples, or NaN.
 fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f32 {
-    // Catmull-Rom, as `pyramid::surface::bicubic` has it.
+    // Catmull-Rom weights, the same as in `pyramid::surface::bicubic`.
     let weights = |t: f64| {
         [
             ((-0.5 * t + 1.0) * t - 0.5) * t,
@@ -153,7 +156,7 @@ fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f3
     let (column, row) = (cell(x, size[0]), cell(y, size[1]));
     let (u, v) = (x - f64::from(column), y - f64::from(row));
     let at = |column: u32, row: u32| f64::from(read_m[((row - part.y) * part.width + column - part.x) as usize]);
-    // Beyond the outermost samples the land goes on as steep as it was there.
+    // Beyond the outermost samples the height is extrapolated linearly.
     let four_of = |first: u32, count: u32, of: &dyn Fn(u32) -> f64| {
         let (near, far) = (of(first), of(first + 1));
         let before = if first > 0 { of(first - 1) } else { 2.0 * near - far };

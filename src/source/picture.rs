@@ -1,5 +1,5 @@
-//! PNG pictures (ISO/IEC 15948) as samples: what heightmaps and terrain-RGB have in common. A picture is decoded whole,
-//! and kept as its file has it (2 to 4 bytes for each pixel), or by rows from the top, which holds a row at a time.
+//! Decodes PNG pictures (ISO/IEC 15948) for heightmaps and terrain-RGB. A picture is either decoded completely and held
+//! with the samples of its file (2 to 4 bytes per pixel), or read row by row from the top, one row at a time.
 
 use std::fs::File;
 use std::io::BufReader;
@@ -11,10 +11,10 @@ use super::SourceError;
 use super::memory;
 use super::place::{cannot_open, inconsistent};
 
-/// Deflate packs 1032 bytes into one at best; so many more are free for the header.
+/// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
-/// What the header says.
+/// The size, colour type and bit depth from a PNG's header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     pub size: [u32; 2],
@@ -25,35 +25,36 @@ pub(super) struct Header {
 /// A decoded picture.
 pub(super) struct Picture {
     pub size: [u32; 2],
-    /// Grey, grey and alpha, red green blue, or all four.
+    /// Channels per pixel: grey; grey and alpha; red, green, blue; or these and alpha.
     pub channels: usize,
-    /// Bytes of a channel: 1, or 2 with the larger first.
+    /// Bytes per channel: 1, or 2 in big-endian order.
     pub channel_bytes: usize,
-    /// By rows, without gaps.
+    /// The pixels row by row, without padding.
     pub bytes: Vec<u8>,
 }
 
-/// Reads the header alone.
+/// Reads only the header.
 pub(super) fn header(path: &Path) -> Result<Header, SourceError> {
     let mut decoder = Decoder::new(BufReader::new(File::open(path).map_err(cannot_open(path))?));
     let info = decoder.read_header_info().map_err(|error| damaged(path, &error))?;
     Ok(Header { size: [info.width, info.height], color: info.color_type, depth: info.bit_depth })
 }
 
-/// The rows of a picture, from the top.
+/// Reads the rows of a picture from the top.
 pub(super) struct Rows {
     path: PathBuf,
     reader: Reader<BufReader<File>>,
     row: Vec<u8>,
-    /// The number of the next row.
+    /// Index of the next row.
     pub next: u32,
 }
 
 impl Rows {
-    /// Before the first row; `None` for an interlaced picture, whose rows do not come in their order.
+    /// Opens a picture before its first row; returns `None` for an interlaced picture, whose rows are not stored in
+    /// order.
     ///
     /// # Errors
-    /// As [`decode`], as far as the header tells.
+    /// The same as [`decode`], as far as the header reveals them.
     pub fn open(path: &Path) -> Result<Option<Self>, SourceError> {
         let (reader, _) = begin(path)?;
         if reader.info().interlaced {
@@ -70,10 +71,10 @@ impl Rows {
         Ok(Some(Self { path: path.into(), reader, row, next: 0 }))
     }
 
-    /// The samples of the next row.
+    /// Returns the samples of the next row.
     ///
     /// # Errors
-    /// Damage; a picture that ends before this row.
+    /// Fails if the file is damaged or ends before this row.
     pub fn read(&mut self) -> Result<&[u8], SourceError> {
         let read = self.reader.read_row(&mut self.row).map_err(|error| damaged(&self.path, &error))?;
         read.ok_or_else(|| inconsistent(&self.path, format!("it ends before row {}", self.next)))?;
@@ -93,12 +94,12 @@ pub(super) fn decode(path: &Path) -> Result<Picture, SourceError> {
     let channel_bytes = if info.bit_depth == BitDepth::Sixteen { 2 } else { 1 };
     let picture = Picture { size: [width, height], channels: info.color_type.samples(), channel_bytes, bytes };
     if picture.bytes.len() != width as usize * height as usize * picture.channels * channel_bytes {
-        return Err(inconsistent(path, "it decodes to another size than its header says"));
+        return Err(inconsistent(path, "its decoded size differs from that in its header"));
     }
     Ok(picture)
 }
 
-/// A decoder that has read up to the samples, and how many bytes they are when decoded.
+/// Returns a decoder that has read up to the samples, and the decoded size in bytes.
 fn begin(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
     let file = File::open(path).map_err(cannot_open(path))?;
     let file_bytes = file.metadata().map_err(cannot_open(path))?.len();
@@ -109,10 +110,10 @@ fn begin(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
     memory::check_count(path, [width, height])?;
     let too_large = || SourceError::TooLarge { path: path.into(), width, height };
     let needed = reader.output_buffer_size().ok_or_else(too_large)?;
-    // Bits of a palette grow to three bytes, in the decoder and not in the file.
+    // The decoder expands a palette index of a few bits to three bytes, so the packed size is compared with the file.
     let packed = (reader.info().raw_bytes() as u64).min(needed as u64);
     if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
-        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {file_bytes} bytes")));
+        return Err(inconsistent(path, format!("{width}×{height} samples do not fit in {file_bytes} bytes")));
     }
     Ok((reader, needed))
 }

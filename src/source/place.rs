@@ -1,4 +1,4 @@
-//! What the readers of formats other than GeoTIFF share: where a grid lies, and what a file was when it was opened.
+//! Helpers for the readers of formats other than GeoTIFF: georeferences, identities of files, checks and errors.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,29 +10,29 @@ use super::{GeoKeys, SourceError, WorldMapping, geokeys as key};
 use crate::file::message::printable;
 use key::GeoKey;
 
-/// The keys of an EPSG code: `is_geographic` says whether it stands for longitudes and latitudes.
+/// Returns the keys of an EPSG code; `is_geographic` is true for longitudes and latitudes.
 pub(super) fn epsg(code: u16, is_geographic: bool) -> GeoKeys {
     let (model, id) = if is_geographic { (2, key::GEOGRAPHIC_CRS) } else { (1, key::PROJECTED_CRS) };
     GeoKeys::from_keys(vec![GeoKey::short(key::MODEL_TYPE, model), GeoKey::short(id, code)])
 }
 
-/// Longitudes and latitudes in degrees on WGS 84.
+/// Returns the keys of longitudes and latitudes in degrees on WGS 84.
 pub(super) fn wgs84() -> GeoKeys {
     epsg(4326, true)
 }
 
-/// A grid of metres that lies nowhere on the earth, which nobody needs to be warned of.
+/// Returns the keys of a grid in metres without a position on the earth, which causes no warning.
 pub(super) fn local_metres() -> GeoKeys {
     GeoKeys::from_keys(vec![GeoKey::short(key::LINEAR_UNITS, key::METRE)])
 }
 
-/// A grid whose rows run south: `first` is the centre of its first sample, `step` the distance between samples in
-/// columns and rows, both in units of the CRS.
+/// Returns the transform of a grid whose rows run south. `first` is the centre of its first sample and `step` the
+/// distance between samples along columns and rows, both in units of the CRS.
 pub(super) fn north_up(first: [f64; 2], step: [f64; 2]) -> [f64; 6] {
     [first[0], step[0], 0.0, first[1], 0.0, -step[1]]
 }
 
-/// The georeference of a grid, checked as far as the world's frame needs it.
+/// Returns the georeference of a grid, and checks that it can be mapped to world coordinates.
 pub(super) fn locate(
     path: &Path,
     crs_from_grid: [f64; 6],
@@ -46,11 +46,11 @@ pub(super) fn locate(
     Ok(georeference)
 }
 
-/// What the heights of a reader depend on: its files with their sizes and times of change, and `options`.
+/// Returns what the heights of a reader depend on: its files with their sizes and modification times, and `options`.
 pub(super) fn identity(files: &[&Path], options: &str) -> String {
     let mut text = String::new();
     for file in files {
-        // A file that is away by now has no size; that it is away is then part of the identity.
+        // A missing file has no size, so that its absence is part of the identity.
         let metadata = std::fs::metadata(file).ok();
         let length = metadata.as_ref().map_or(0, std::fs::Metadata::len);
         let changed = metadata.and_then(|it| it.modified().ok()).and_then(|time| time.duration_since(UNIX_EPOCH).ok());
@@ -61,7 +61,7 @@ pub(super) fn identity(files: &[&Path], options: &str) -> String {
     text + options
 }
 
-/// A size that a surface can have.
+/// Checks that a size is large enough for a surface.
 pub(super) fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), SourceError> {
     match width < 2 || height < 2 {
         true => Err(SourceError::TooSmall { path: path.into(), width, height }),
@@ -69,34 +69,35 @@ pub(super) fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), S
     }
 }
 
-/// A window that lies inside the grid.
+/// Checks that a window is inside the grid.
 pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Result<(), SourceError> {
     let is_inside = |first: u32, count: u32, size: u32| first.checked_add(count).is_some_and(|end| end <= size);
     if is_inside(window.x, window.width, size[0]) && is_inside(window.y, window.height, size[1]) {
         return Ok(());
     }
-    Err(inconsistent(path, format!("a window of it lies outside of its {}×{} samples", size[0], size[1])))
+    Err(inconsistent(path, format!("a requested window is outside its {}×{} samples", size[0], size[1])))
 }
 
-/// Characters of a cause, at most: it may quote the file, and the line has to hold two names beside it.
+/// Largest number of characters of a cause: it may quote the file, and the line must also have room for two names.
 const LONGEST_CAUSE: usize = 120;
 
-/// The file contradicts itself.
+/// Returns the error of a file that contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {
     SourceError::Inconsistent { path: path.into(), what: printable(&what.into(), LONGEST_CAUSE) }
 }
 
-/// The file does not say all that is needed.
+/// Returns the error of a file that lacks necessary information.
 pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
     SourceError::Unclear { path: path.into(), why: printable(&why.into(), LONGEST_CAUSE) }
 }
 
-/// The file system says no.
+/// Returns a function that converts an error of the file system.
 pub(super) fn cannot_open(path: &Path) -> impl Fn(std::io::Error) -> SourceError + '_ {
     |source| SourceError::Open { path: path.into(), source }
 }
 
-/// The file beside `path` that has its name with another ending, in lower or upper case: `dem.bil` and `dem.HDR`.
+/// Returns the existing file that has the name of `path` with another extension, in lower or upper case: `dem.bil` and
+/// `dem.HDR`.
 pub(super) fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
     let appended = |ending: &str| {
         let mut name = path.as_os_str().to_owned();
@@ -110,15 +111,15 @@ pub(super) fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
         .find(|beside| beside != path && beside.is_file())
 }
 
-/// The ending of a name in lower case; empty where it has none.
+/// Returns the extension of a name in lower case; empty if it has none.
 pub(super) fn ending(path: &Path) -> String {
     path.extension().map(|it| it.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
 }
 
-/// More bytes than any header or side file has.
+/// Largest size of a header or sidecar file in bytes.
 const MAX_TEXT_BYTES: u64 = 1 << 20;
 
-/// A small text file, such as a header; what is no UTF-8 in it is replaced.
+/// Reads a small text file, such as a header; invalid UTF-8 is replaced.
 pub(super) fn small_text(path: &Path) -> Result<String, SourceError> {
     let length = std::fs::metadata(path).map_err(cannot_open(path))?.len();
     if length > MAX_TEXT_BYTES {

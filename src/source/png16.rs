@@ -1,8 +1,8 @@
-//! Grey PNG of 16 bits: the heightmap of game engines. How high a step is, how far samples are apart and where they lie
-//! comes from a side file or from options.
+//! Grey PNG with 16 bits per sample: the heightmap format of game engines. The height of a step, the sample spacing and
+//! the position come from a sidecar file or from options.
 //!
-//! A picture that is read from its first row to its last is decoded on the way, and no more than a row of it is held.
-//! Any other window needs the whole picture, which then stays in memory: 2 bytes for each sample, 4 with an alpha
+//! A picture that is read from its first row to its last is decoded on the way, and only one row of it is held in
+//! memory. Any other window needs the whole picture, which then stays in memory: 2 bytes per sample, 4 with an alpha
 //! channel.
 
 use std::path::{Path, PathBuf};
@@ -22,7 +22,7 @@ use super::side_file::Said;
 use super::values::Holds;
 use super::{picture, terrain_rgb};
 
-/// A block is some rows of about so many samples.
+/// Approximate number of samples in a block of rows.
 const BLOCK_SAMPLES: u32 = 1 << 20;
 
 /// Opens a PNG: a heightmap, or terrain-RGB.
@@ -40,7 +40,7 @@ pub(super) fn open(path: &Path, said: &Said) -> Result<Box<dyn HeightReader>, So
     }
 }
 
-/// See the head of the file.
+/// A grey PNG that is decoded row by row or completely.
 struct GreyReader {
     path: PathBuf,
     size: [u32; 2],
@@ -51,17 +51,17 @@ struct GreyReader {
     state: Mutex<State>,
 }
 
-/// What is decoded of the picture.
+/// The decoded part of the picture.
 enum State {
-    /// Everything above the next row has been handed out.
+    /// A decoder before the next row; the rows above have been returned.
     Rows(Box<Rows>),
     Whole(Arc<Picture>),
-    /// Nothing: the next window decides.
+    /// Nothing is decoded: the next window decides how to continue.
     Closed,
 }
 
 impl State {
-    /// Before the first row; closed for a picture whose rows do not come in their order.
+    /// Returns the state before the first row; `Closed` for an interlaced picture.
     fn before_the_first(path: &Path) -> Result<Self, SourceError> {
         Ok(Rows::open(path)?.map_or(Self::Closed, |rows| Self::Rows(Box::new(rows))))
     }
@@ -84,7 +84,8 @@ impl GreyReader {
         })
     }
 
-    /// The rows of a window that has all columns and follows the one before, or is the first.
+    /// Returns the rows of a window that spans all columns and follows the previous window, or is the first; else
+    /// `None`.
     fn read_on(&self, state: &mut State, window: Window) -> Result<Option<Vec<f32>>, SourceError> {
         if window.x != 0 || window.width != self.size[0] {
             return Ok(None);
@@ -124,7 +125,7 @@ impl GreyReader {
         Ok(picture)
     }
 
-    /// Appends the heights of pixels that have so many bytes each: a sample, and perhaps an alpha.
+    /// Appends the heights of pixels of `pixel_bytes` bytes each: a sample, possibly with alpha.
     fn append_heights_m(&self, pixels: &[u8], pixel_bytes: usize, heights_m: &mut Vec<f32>, tally: &mut Tally) {
         heights_m.extend(pixels.chunks_exact(pixel_bytes.max(2)).map(|pixel| match pixel {
             [_, _, 0, 0] => f32::NAN,
@@ -133,7 +134,7 @@ impl GreyReader {
     }
 
     fn read_unguarded(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        // What a thread that panicked left of the rows is thrown away.
+        // If a thread panicked, its half-read rows are discarded.
         let mut state = self.state.lock().unwrap_or_else(|poison| {
             let mut state = PoisonError::into_inner(poison);
             *state = State::Closed;

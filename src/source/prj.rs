@@ -1,7 +1,7 @@
-//! The `.prj` file beside a raster: the CRS of formats that have no room for one.
+//! Reads the `.prj` sidecar file of a raster: the CRS of formats that cannot store one.
 //!
-//! Either Well-Known Text, or the older form of ARC/INFO, a keyword and a value to a line:
-//! `Projection UTM`, `Zone 10`, `Datum NAD83`, `Units METERS`.
+//! It contains Well-Known Text, or the older form of ARC/INFO with a keyword and a value per line: `Projection UTM`,
+//! `Zone 10`, `Datum NAD83`, `Units METERS`.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::geokeys::{self as key, GeoKey, USER_DEFINED};
 use super::place::{self, beside, small_text};
 use super::{GeoKeys, SourceError, wkt};
 
-/// The keys of the CRS that a file beside `path` gives, and that file; where there is none, `crs_from_grid` tells
+/// Returns the keys of the CRS in the `.prj` file of `path`, and that file. If there is none, `crs_from_grid` decides
 /// whether the coordinates can only be degrees.
 pub(super) fn keys(
     path: &Path,
@@ -22,17 +22,17 @@ pub(super) fn keys(
         if let Some(keys) = wkt::keys(&text).or_else(|| arc_info(&text)) {
             return Ok((keys, Some(prj)));
         }
-        tracing::warn!("{}: is not understood and passed over", prj.display());
+        tracing::warn!("{}: contains no known CRS and is ignored", prj.display());
     }
     if are_degrees(crs_from_grid, size) {
-        tracing::warn!("{name}: names no coordinate reference system; its coordinates can only be degrees (WGS 84)");
+        tracing::warn!("{name}: has no coordinate reference system; its coordinates are taken as degrees (WGS 84)");
         return Ok((place::wgs84(), None));
     }
     Ok((GeoKeys::default(), None))
 }
 
-/// Whether coordinates in an unnamed CRS are longitudes and latitudes: on the globe, off its origin, and with a spacing
-/// that is a whole part of a degree and would be less than 2 cm in metres.
+/// Returns whether coordinates in an unnamed CRS are longitudes and latitudes: they are on the globe, away from its
+/// origin, and have a spacing that divides a degree and would be less than 2 cm in metres.
 fn are_degrees([x0, dx, _, y0, _, dy]: [f64; 6], [width, height]: [u32; 2]) -> bool {
     let (x1, y1) = (x0 + dx * f64::from(width), y0 + dy * f64::from(height));
     let on_globe = [x0, x1].iter().all(|x| x.abs() <= 360.0) && [y0, y1].iter().all(|y| y.abs() <= 90.0);
@@ -59,7 +59,7 @@ fn arc_info(text: &str) -> Option<GeoKeys> {
     };
     let units = field("Units").unwrap_or_default();
     if projection.starts_with("GEOGRAPHIC") {
-        // In seconds of arc a grid would need another unit than its datum's code says.
+        // A grid in arc seconds would need another unit than that of its datum's code.
         return (units != "DS").then(|| place::epsg(geographic, true));
     }
     let unit = match units.as_str() {

@@ -1,21 +1,21 @@
-//! The world inside the program: an alpine range from a seed, for the first look when no file is at hand.
+//! The embedded procedural world: an alpine range from a seed, for a first look without any file.
 //!
-//! The land is grown rather than drawn, because what makes mountains believable is that their valleys join.
+//! The land is grown by simulation, because mountains are only believable if their valleys join.
 //!
-//! 1. `relief`: where the land rises and how hard the rock is, from ridged multifractals and warped
-//!    noise (Musgrave, in Ebert and others, "Texturing and Modeling", 3rd edition, 2003). The noise decides the range,
-//!    the massifs and the foothills, not the heights; those are left to the rivers.
-//! 2. `erosion`: rivers cut while the land rises (Braun and Willett 2013; for terrain synthesis
-//!    Cordonnier and others, "Large scale terrain generation from tectonic uplift and fluvial erosion", 2016). First
-//!    on a coarse grid with many steps, then on grids twice as fine with ever fewer steps, for a finer grid adds only
-//!    smaller gullies. Between the grids the ground is displaced by a fraction of a sample, so that a direction of
-//!    the coarse grid does not survive as a straight valley.
-//! 3. `hillslope`: rock slides to its talus angle (Musgrave and others 1989, Olsen 2004).
-//! 4. `valley`: gravel floors and fans. Then a last flood, and a light smoothing.
+//! 1. `relief`: where the land rises and how hard the rock is, from ridged multifractals and warped noise (Musgrave, in
+//!    Ebert et al., "Texturing and Modeling", 3rd edition, 2003). The noise determines the range, the massifs and the
+//!    foothills, but not the heights; those result from the rivers.
+//! 2. `erosion`: rivers cut while the land rises (Braun and Willett 2013; for terrain synthesis Cordonnier et al.,
+//!    "Large scale terrain generation from tectonic uplift and fluvial erosion", 2016). This runs on a coarse grid with
+//!    many steps first, then on grids of doubled resolution with ever fewer steps, because a finer grid adds only
+//!    smaller gullies. Between the grids the ground is displaced by a fraction of a sample, so that a direction of the
+//!    coarse grid does not survive as a straight valley.
+//! 3. `hillslope`: rock slides to its talus angle (Musgrave et al. 1989, Olsen 2004).
+//! 4. `valley`: gravel floors and fans, then a last flood and a light smoothing.
 //!
-//! The coarse grids reach beyond the wanted square and are then cut to it: rivers enter and leave, and the range goes
-//! on past the edge. Everything that runs in parallel writes each sample from fixed inputs, so that the result does not
-//! depend on the number of threads.
+//! The coarse grids reach beyond the required square and are then cut to it: rivers enter and leave, and the range
+//! continues past the edge. All parallel code writes each sample from fixed inputs, so that the result does not depend
+//! on the number of threads.
 
 use super::georeference::{Crs, Georeference};
 use super::raster::{Raster, is_border};
@@ -23,38 +23,39 @@ use super::relief::Relief;
 use super::{HeightGrid, Progress, erosion, hillslope, valley};
 use rayon::prelude::*;
 
-/// Raised whenever [`generate`] gives other heights for a seed: part of keys in the cache.
+/// Version of [`generate`], increased whenever it gives other heights for a seed; part of cache keys.
 pub const VERSION: u32 = 1;
 /// Samples per side of [`generate`].
 pub const SIZE_SAMPLES: u32 = 2048;
-/// Sample spacing of [`generate`], metres.
+/// Sample spacing of [`generate`] in metres.
 pub const SPACING_M: f64 = 12.0;
 
-/// The land beyond the wanted square on which the coarse grids run, metres.
+/// Width in metres of the land around the required square on which the coarse grids run.
 const MARGIN_M: f64 = 6_000.0;
-/// The coarsest grid is at most this coarse, metres.
+/// Largest sample spacing of the coarsest grid in metres.
 const COARSEST_M: f64 = 200.0;
-/// From this spacing on, the grids are cut to the wanted square, metres.
+/// Spacing in metres below which the grids are cut to the required square.
 const CUT_BELOW_M: f64 = 40.0;
-/// Rings of samples that are simulated and then thrown away, because their neighbours at the edge are held fixed.
+/// Rings of samples that are simulated and then discarded, because their neighbours at the edge are held fixed.
 const TRIM_SAMPLES: usize = 6;
 /// Uplift at strength 1, in metres per duration of 1.
 const UPLIFT_M: f32 = 520.0;
-/// The lowest and highest ground of the whole land, metres.
+/// Lowest and highest ground of the whole land in metres.
 const LOWEST_M: f32 = 320.0;
 const HIGHEST_M: f32 = 3_150.0;
 
-/// The embedded world: [`SIZE_SAMPLES`]² samples, [`SPACING_M`] apart, about 300 to 3,200 m high.
+/// Generates the embedded world: [`SIZE_SAMPLES`]² samples, [`SPACING_M`] apart, about 300 to 3,200 m high.
 ///
-/// The same seed gives the same bits, on any number of threads.
+/// The result is bit-identical for the same seed, on any number of threads.
 pub fn generate(seed: u32, progress: &dyn Progress) -> HeightGrid {
     generate_sized(seed, SIZE_SAMPLES, SPACING_M, progress)
 }
 
-/// A square cut from the land of `seed` about its centre: `size_samples`² heights in metres (at least 2 per side;
-/// fewer are taken as 2), `spacing_m` apart (10 to 100 is sensible). No sample is NaN.
+/// Generates a square of the land of `seed` around its centre: `size_samples`² heights in metres (at least 2 per side;
+/// smaller values count as 2), `spacing_m` apart (10 to 100 is sensible). No sample is NaN.
 ///
-/// The same seed at another size or spacing is a similar land, not the same: rivers find other ways on another grid.
+/// The same seed at another size or spacing gives a similar land, not the same: rivers take other courses on another
+/// grid.
 pub fn generate_sized(seed: u32, size_samples: u32, spacing_m: f64, progress: &dyn Progress) -> HeightGrid {
     let size = size_samples.max(2) as usize;
     let relief = Relief::new(seed);
@@ -83,8 +84,8 @@ pub fn generate_sized(seed: u32, size_samples: u32, spacing_m: f64, progress: &d
     }
 }
 
-/// Uplift and incision, from the coarsest grid to the finest: heights in metres, and what streams bring in across the
-/// border, square metres per sample.
+/// Runs uplift and incision from the coarsest grid to the finest. Returns heights in metres, and the upstream area that
+/// streams bring in across the border, in square metres per sample.
 fn grow(
     relief: &Relief,
     final_size: usize,
@@ -112,7 +113,7 @@ fn grow(
             None => (first_land(relief, &uplift), None),
             Some((coarse, areas_m2)) => {
                 if cut_now && !is_cut {
-                    // The land has its shape: from here on it keeps its heights.
+                    // The land has its shape now: from here on its heights are not rescaled.
                     scale = (HIGHEST_M - LOWEST_M) / highest(&coarse.values).max(1.0);
                 }
                 let factor = if cut_now && !is_cut { scale } else { 1.0 };
@@ -148,7 +149,7 @@ fn grow(
     (heights, final_inflow_m2)
 }
 
-/// The ground on which the first rain falls; the border is the sea level of this land.
+/// Returns the initial ground before erosion; its border is the sea level of this land.
 fn first_land(relief: &Relief, uplift: &Raster) -> Raster {
     let mut heights = Raster::from_fn(uplift.size, uplift.spacing_m, |x_m, y_m| {
         (1.0 + relief.first_ground(x_m, y_m)) * 60.0 + relief.uplift(x_m, y_m) * 300.0
@@ -161,7 +162,7 @@ fn first_land(relief: &Relief, uplift: &Raster) -> Raster {
     heights
 }
 
-/// The ground of the next finer grid: interpolated, displaced a little, and roughened.
+/// Returns the ground of the next finer grid: interpolated, slightly displaced, and roughened.
 fn refine(relief: &Relief, coarse: &Raster, uplift: &Raster, level: u32, factor: f32) -> Raster {
     let coarse_m = coarse.spacing_m;
     let stream = 10 * level;
@@ -179,7 +180,8 @@ fn refine(relief: &Relief, coarse: &Raster, uplift: &Raster, level: u32, factor:
     })
 }
 
-/// What streams bring in across the border of a grid that was cut from a larger one, square metres per sample.
+/// Returns the upstream area that streams bring in across the border of a grid that was cut from a larger one, in
+/// square metres per sample.
 fn inflow(coarse: &Raster, coarse_areas_m2: &[f32], heights: &Raster) -> Vec<f32> {
     let coarse_areas = Raster { values: coarse_areas_m2.to_vec(), ..*coarse };
     let size = heights.size;
@@ -187,7 +189,8 @@ fn inflow(coarse: &Raster, coarse_areas_m2: &[f32], heights: &Raster) -> Vec<f32
     let half_m = last as f64 * 0.5 * heights.spacing_m;
     let mut inflow_m2 = vec![0.0; size * size];
     for place in 3..last.saturating_sub(3) {
-        // The four sides; a stream crosses where the border is lowest within three samples to either side.
+        // The loop goes over the four sides; a stream crosses where the border is lowest within three samples to either
+        // side.
         for (start, stride) in [(0, 1), (last * size, 1), (0, size), (last, size)] {
             let at = |p: usize| start + p * stride;
             let height_m = heights.values[at(place)];
@@ -204,22 +207,22 @@ fn inflow(coarse: &Raster, coarse_areas_m2: &[f32], heights: &Raster) -> Vec<f32
     inflow_m2
 }
 
-/// Slides, valley floors, and the last flood and smoothing.
+/// Applies slides, valley floors, and the last flood and smoothing.
 fn finish(relief: &Relief, land: &mut Raster, inflow_m2: Option<&[f32]>) {
     let spacing_m = land.spacing_m;
     let hardness = Raster::from_fn(land.size, spacing_m, |x_m, y_m| relief.hardness(x_m, y_m)).values;
-    // Common rock stands at 41°, soft at 36°, hard at up to 52°.
+    // Talus angles are 41° for common rock, 36° for soft and up to 52° for hard rock.
     let talus: Vec<f32> = hardness.iter().map(|hardness| (0.87 * hardness.powf(0.7)).clamp(0.72, 1.3)).collect();
     hillslope::slide(land, &talus, 10);
     let flow = erosion::route(land);
     let areas_m2 = erosion::upstream_areas(land, &flow, inflow_m2);
-    // In the plain, where divides are low, deep gravel would stand above the neighbouring stream.
+    // In the plain, where divides are low, deep gravel would be higher than the neighbouring stream.
     let depth_factors =
         Raster::from_fn(land.size, spacing_m, |x_m, y_m| (relief.uplift(x_m, y_m) * 5.0).min(1.0)).values;
     let depths_m = valley::lay_floors(land, &flow.order, &areas_m2, &depth_factors);
-    // The fill is smoothed strongly where it is deep; the rock hardly.
+    // The deep fill is smoothed strongly, the rock hardly.
     hillslope::creep(land, |index| if depths_m[index] > 0.0 { 0.9 } else { 0.0 }, 8);
-    // At 3/4 the kernel is the binomial one, which takes out what alternates from sample to sample.
+    // At 3/4 the kernel is the binomial one, which removes variation that alternates from sample to sample.
     hillslope::creep(land, |_| 0.75, 1);
     hillslope::creep(land, |_| 0.3, 1);
     erosion::flood(land);

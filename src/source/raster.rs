@@ -1,13 +1,13 @@
-//! A square raster centred on the world's origin: what the levels of the procedural world hand to each other.
+//! Square rasters centred on the world's origin, which pass data between the levels of the procedural world.
 
 use rayon::prelude::*;
 
-/// A square grid of values whose centre is the world's origin; row 0 in the north.
+/// A square grid of values whose centre is the world's origin; row 0 is in the north.
 #[derive(Clone, Debug)]
 pub(super) struct Raster {
     /// Samples per side.
     pub(super) size: usize,
-    /// Between neighbouring samples.
+    /// Distance between neighbouring samples in metres.
     pub(super) spacing_m: f64,
     /// Row-major, `size * size`.
     pub(super) values: Vec<f32>,
@@ -27,14 +27,14 @@ impl Raster {
         Self { size, spacing_m, values }
     }
 
-    /// Fractional (column, row) of a place.
+    /// Returns the fractional (column, row) of a position in metres.
     pub(super) fn column_row(&self, x_m: f64, y_m: f64) -> (f64, f64) {
         let half = (self.size as f64 - 1.0) * 0.5;
         (half + x_m / self.spacing_m, half - y_m / self.spacing_m)
     }
 
     /// Interpolates with the cubic B-spline kernel (`sharpness` 0: smooth, never overshoots), with Catmull–Rom
-    /// (`sharpness` 1: passes through the samples), or between; clamps at the border.
+    /// (`sharpness` 1: passes through the samples), or with a blend of the two; clamps at the border.
     pub(super) fn sample_cubic(&self, x_m: f64, y_m: f64, sharpness: f32) -> f32 {
         let (column, row) = self.column_row(x_m, y_m);
         let (column_0, row_0) = (column.floor(), row.floor());
@@ -51,7 +51,7 @@ impl Raster {
         sum
     }
 
-    /// The largest value among the 3 × 3 samples around a place.
+    /// Returns the largest of the 3 × 3 samples around a position.
     pub(super) fn max_near(&self, x_m: f64, y_m: f64) -> f32 {
         let (column, row) = self.column_row(x_m, y_m);
         let last = self.size as i64 - 1;
@@ -84,8 +84,8 @@ fn cubic_weights(t: f32, sharpness: f32) -> [f32; 4] {
     std::array::from_fn(|i| smooth[i] + (sharp[i] - smooth[i]) * sharpness)
 }
 
-/// The eight neighbours as (index offset, distance in samples, width of the contour piece that a flow in this
-/// direction crosses, in samples; the widths are Quinn and others' 1991).
+/// Returns the eight neighbours as (index offset, distance in samples, width in samples of the contour piece that a
+/// flow in this direction crosses). The widths are those of Quinn et al. 1991.
 pub(super) fn neighbours(size: usize) -> [(isize, f32, f32); 8] {
     let n = size as isize;
     let diagonal = std::f32::consts::SQRT_2;
@@ -101,7 +101,7 @@ pub(super) fn neighbours(size: usize) -> [(isize, f32, f32); 8] {
     ]
 }
 
-/// Whether sample `index` lies on the outermost ring.
+/// Returns whether sample `index` is on the outermost ring.
 pub(super) fn is_border(index: usize, size: usize) -> bool {
     let (row, column) = (index / size, index % size);
     row == 0 || column == 0 || row + 1 == size || column + 1 == size

@@ -1,5 +1,5 @@
-//! Raw heightmaps (`.r16`, `.raw`): unsigned 16-bit samples by rows and nothing else, as game engines and World Machine
-//! write them. Size, byte order, spacing and scale come from a side file or from options.
+//! Raw heightmaps (`.r16`, `.raw`): unsigned 16-bit samples by rows without a header, as game engines and World Machine
+//! write them. Size, byte order, spacing and scale come from a sidecar file or from options.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use super::place::{self, cannot_open};
 use super::samples::{Meaning, SampleType};
 use super::side_file::Said;
 
-/// Opens a file whose content says nothing of itself.
+/// Opens a file without a header.
 pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> {
     let bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
     let size = match said.size() {
@@ -23,7 +23,7 @@ pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> 
         tracing::warn!("{}: is {} bytes longer than {width}×{height} samples", path.display(), bytes - needed);
     }
     let is_big_endian = said.is_big_endian().unwrap_or_else(|| {
-        tracing::warn!("{}: nothing says its byte order; little-endian is assumed", path.display());
+        tracing::warn!("{}: its byte order is not given; little-endian is assumed", path.display());
         false
     });
     let [scale, offset] = said.steps(path);
@@ -40,17 +40,19 @@ pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> 
     FlatReader::new(path, None, described)
 }
 
-/// The size of a square of so many bytes: a guess, which is told.
+/// Returns the size of a square with this number of bytes, with a warning that it is a guess.
 fn square(path: &Path, bytes: u64) -> Result<[u32; 2], SourceError> {
     let side = (bytes / 2).isqrt();
     match u32::try_from(side) {
         Ok(short) if side * side * 2 == bytes => {
-            tracing::warn!("{}: nothing says its size; {side}×{side} samples are assumed", path.display());
+            tracing::warn!("{}: its size is not given; {side}×{side} samples are assumed", path.display());
             Ok([short; 2])
         }
         _ => {
             let name = path.display();
-            let why = format!("its size is unknown, and its {bytes} bytes are no square: see {name}.toml");
+            let why = format!(
+                "its size is unknown, and {bytes} bytes are not a square of samples; set width and height in {name}.toml"
+            );
             Err(SourceError::Unclear { path: path.into(), why })
         }
     }

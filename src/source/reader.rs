@@ -1,4 +1,4 @@
-//! Heights read by windows: what a bake of any size needs of a file.
+//! The interface of all height readers: heights are read by windows, so that grids of any size can be baked.
 
 use std::borrow::Borrow;
 
@@ -6,31 +6,27 @@ use super::georeference::Georeference;
 use super::voids::Filled;
 use super::{HeightGrid, SourceError};
 
-/// A rectangle of samples inside a grid.
+/// A rectangle of samples inside a grid: its first column `x` and first row `y`, and its size in columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Window {
-    /// First column.
     pub x: u32,
-    /// First row.
     pub y: u32,
-    /// Columns.
     pub width: u32,
-    /// Rows.
     pub height: u32,
 }
 
 impl Window {
-    /// Samples in all.
+    /// Returns the number of samples.
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize
     }
 
-    /// Whether a sample lies in it.
+    /// Returns whether a sample is inside the window.
     pub(crate) fn has(self, x: u32, y: u32) -> bool {
         x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
     }
 
-    /// The samples of this window of those of `around`, in which it lies.
+    /// Returns the samples of this window from those of `around`, which must contain it.
     pub(crate) fn cut<T: Copy>(self, around: Window, samples: &[T]) -> Vec<T> {
         let mut own = Vec::with_capacity(self.samples());
         for row in self.y - around.y..self.y - around.y + self.height {
@@ -40,7 +36,7 @@ impl Window {
         own
     }
 
-    /// Sets the samples of this window in those of `around`, in which it lies.
+    /// Sets the samples of this window within those of `around`, which must contain it.
     pub(crate) fn fill<T: Copy>(self, around: Window, samples: &mut [T], value: T) {
         for row in self.y - around.y..self.y - around.y + self.height {
             let start = row as usize * around.width as usize + (self.x - around.x) as usize;
@@ -49,47 +45,48 @@ impl Window {
     }
 }
 
-/// A height grid that is read a window at a time, from any thread. It may be larger than memory.
+/// A height grid that is read one window at a time, from any thread. It may be larger than memory.
 pub trait HeightReader: Send + Sync {
-    /// Samples per row, and rows: at least 2 each.
+    /// Returns the samples per row and the number of rows: at least 2 each.
     fn size(&self) -> [u32; 2];
 
-    /// Where the samples lie.
+    /// Returns the georeference of the samples.
     fn georeference(&self) -> &Georeference;
 
-    /// The heights in metres of a window inside the grid, row-major, NaN where there is no data.
+    /// Returns the heights in metres of a window inside the grid, row-major, NaN where there is no data.
     ///
     /// # Errors
-    /// A [`SourceError`] that names the file and the cause.
+    /// Returns a [`SourceError`] that names the file and the cause.
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError>;
 
-    /// What a window should begin and end at so that nothing is decoded twice: columns and rows of a block.
+    /// Returns columns and rows of a block. Windows that begin and end at block borders decode nothing twice.
     fn block(&self) -> [u32; 2];
 
-    /// The height in metres of every sample of a window, NaN for voids, where that is known without reading any: the
-    /// file leaves those blocks out. `None` where the window has to be read.
+    /// Returns the height in metres (NaN for no-data) that all samples of a window have, if it is known without reading
+    /// because the file leaves those blocks out. Returns `None` if the window must be read.
     fn known_m(&self, window: Window) -> Option<f32> {
         let _ = window;
         None
     }
 
-    /// Whether windows are to be read by one thread and from the top down, because what is decoded for one of them
+    /// Returns whether windows should be read by one thread from the top down, because data decoded for one window
     /// serves the next: rows of a stream, or parts of a strip that is too large to be decoded twice.
     fn is_serial(&self) -> bool {
         false
     }
 
-    /// The filling of its holes, if it does that: whoever reads all of a grid reads it bare, and fills it then.
+    /// Returns the hole filler, if the reader fills holes: code that reads a whole grid reads it unfilled and fills it
+    /// at the end.
     fn filled(&self) -> Option<&Filled> {
         None
     }
 
-    /// Everything that the heights depend on, as text: files with their sizes and times of change, and options. Two
-    /// readers with one identity give the same heights.
+    /// Returns everything that the heights depend on, as text: files with their sizes and modification times, and
+    /// options. Two readers with the same identity give the same heights.
     fn identity(&self) -> String;
 }
 
-/// A grid in memory, owned or borrowed, read by windows.
+/// A grid in memory, owned or borrowed, that is read by windows.
 #[derive(Clone, Debug)]
 pub struct GridReader<G> {
     grid: G,
@@ -97,7 +94,7 @@ pub struct GridReader<G> {
 }
 
 impl<G: Borrow<HeightGrid>> GridReader<G> {
-    /// Of a grid that comes from what `identity` says.
+    /// Wraps a grid; `identity` describes its origin.
     pub fn new(grid: G, identity: String) -> Self {
         Self { grid, identity }
     }

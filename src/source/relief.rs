@@ -1,10 +1,10 @@
-//! What the rock brings to the procedural world before any water runs: where the land rises, how hard it is, and
-//! the roughness from which the first streams start. All of it is noise over the plane, in metres, so that every
-//! level of detail asks the same world.
+//! The rock of the procedural world before any water runs: where the land rises, how hard the rock is, and the
+//! roughness from which the first streams start. All of these are noise over the plane, in metres, so that every level
+//! of detail evaluates the same world.
 
 use noise::{Fbm, MultiFractal, NoiseFn, Perlin, RidgedMulti};
 
-/// The fields of one seed.
+/// The noise fields of one seed.
 pub(super) struct Relief {
     warp_x: Fbm<Perlin>,
     warp_y: Fbm<Perlin>,
@@ -18,10 +18,10 @@ pub(super) struct Relief {
 }
 
 impl Relief {
-    /// The fields of `seed`.
+    /// Builds the noise fields of `seed`.
     pub(super) fn new(seed: u32) -> Self {
         let sub_seed = |stream: u32| hash(seed.wrapping_mul(0x9E37_79B9) ^ hash(stream));
-        // The axis keeps away from the directions of the grid.
+        // The axis avoids the directions of the grid.
         let angle = (0.12 + 0.26 * unit(sub_seed(1))) * std::f64::consts::PI;
         let mirrored = if sub_seed(2) & 1 == 0 { 1.0 } else { -1.0 };
         let side = if sub_seed(3) & 1 == 0 { 1.0 } else { -1.0 };
@@ -38,7 +38,7 @@ impl Relief {
         }
     }
 
-    /// How fast the land rises, 0 (plain) to about 1 (the heart of the main range), at a place.
+    /// Returns how fast the land rises at a position, 0 (plain) to about 1 (the heart of the main range).
     pub(super) fn uplift(&self, x_m: f64, y_m: f64) -> f32 {
         let warp_at = [x_m / 13_000.0, y_m / 13_000.0];
         let x_m = x_m + 4_200.0 * self.warp_x.get(warp_at);
@@ -55,22 +55,23 @@ impl Relief {
         (main + second + foothills + plain).max(0.0) as f32
     }
 
-    /// How strongly the rock withstands water and gravity: 1 is common, about 0.6 soft, about 1.7 hard.
+    /// Returns how strongly the rock resists water and gravity: 1 is common, about 0.6 soft, about 1.7 hard.
     pub(super) fn hardness(&self, x_m: f64, y_m: f64) -> f32 {
-        // Beds that lie across the range at a slant, folded by the noise itself.
+        // Beds cross the range at a slant and are folded by the noise itself.
         let folded = self.rock.get([x_m / 5_200.0, y_m / 5_200.0]);
         let beds = (folded * 9.0 + (x_m * self.axis.0 - y_m * self.axis.1) / 2_300.0).sin();
         (0.45 * folded + 0.2 * beds).exp() as f32
     }
 
-    /// The ground before the streams, in -1 to 1: a ridged multifractal.
+    /// Returns the initial ground before stream erosion, in -1 to 1: a ridged multifractal.
     pub(super) fn first_ground(&self, x_m: f64, y_m: f64) -> f32 {
         self.massifs.get([x_m / 3_100.0 + 7.3, y_m / 3_100.0 - 2.9]) as f32
     }
 
-    /// Roughness with features of about `wavelength_m`, in -1 to 1; `stream` tells independent ones apart.
+    /// Returns roughness with features of about `wavelength_m`, in -1 to 1; different values of `stream` give
+    /// independent noise.
     pub(super) fn roughness(&self, x_m: f64, y_m: f64, wavelength_m: f64, stream: u32) -> f64 {
-        // Turned against the grid, so that the lattice of the noise does not show along it; by an angle that differs
+        // The noise is rotated against the grid, so that its lattice does not show along the grid; the angle differs
         // from stream to stream, so that no two lattices agree.
         let (sin, cos) = (0.6 + 1.1 * f64::from(stream)).sin_cos();
         let shift = 31.7 * f64::from(stream);
@@ -79,7 +80,7 @@ impl Relief {
     }
 }
 
-/// A number in 0 to 1 from the upper bits of a hash.
+/// Converts the upper bits of a hash to a number in 0 to 1.
 fn unit(bits: u32) -> f64 {
     f64::from(bits >> 8) / f64::from(1u32 << 24)
 }

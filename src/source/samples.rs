@@ -1,9 +1,9 @@
-//! From the samples of a file to metres: which samples are voids, and what the others mean.
+//! Conversion of a file's samples to metres: which samples are no-data, and what the others mean.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// How a sample is stored.
+/// The stored type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleType {
     U8,
@@ -18,35 +18,35 @@ pub(super) enum SampleType {
     F64,
 }
 
-/// No height in metres is larger than this: the highest relief in the solar system is under 30 km. What is larger is
-/// a mark for no-data that the file does not declare (-3.4e38, 1e20, -2147483648 …).
+/// Largest possible height in metres: the highest relief in the solar system is under 30 km. A larger value is a
+/// no-data value that the file does not declare (-3.4e38, 1e20, -2147483648 …).
 pub(super) const MAX_HEIGHT_M: f64 = 1e6;
 
-/// What the samples of one band mean.
+/// The meaning of the samples of one band.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Meaning {
     pub sample_type: SampleType,
-    /// The value that the file declares as no-data, in the file's numbers.
+    /// The value that the file declares as no-data, in raw sample units.
     pub no_data: Option<f64>,
     pub scale: f64,
-    /// In the file's unit, after the scale.
+    /// Added after the scale, in the file's unit.
     pub offset: f64,
     pub metres_per_unit: f64,
 }
 
-/// What was found on the way.
+/// Counts of what was found while reading.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
     /// Samples that are heights.
     pub heights: u64,
-    /// Samples beyond ±[`MAX_HEIGHT_M`], taken as voids.
+    /// Samples beyond ±[`MAX_HEIGHT_M`], which are treated as no-data.
     pub absurd: u64,
-    /// Untagged -32767 and -32768, taken as voids.
+    /// Undeclared samples of -32767 and -32768, which are treated as no-data.
     pub implied_voids: u64,
 }
 
-/// Says once for each file what was taken as void without being declared so. Windows are read from many threads and
-/// in any order, so it is said when the first such sample is met, without a count.
+/// Warns once per file about samples that are treated as no-data without being declared. Windows are read by many
+/// threads and in any order, so the warning appears at the first such sample and gives no count.
 #[derive(Debug, Default)]
 pub(super) struct Told {
     absurd: AtomicBool,
@@ -54,20 +54,21 @@ pub(super) struct Told {
 }
 
 impl Told {
-    /// Warns of what `tally` holds, unless it was said before.
+    /// Warns about the findings in `tally`, unless the same warning was given before.
     pub fn warn(&self, path: &Path, tally: &Tally) {
         let name = path.display();
         if tally.absurd > 0 && !self.absurd.swap(true, Ordering::Relaxed) {
-            tracing::warn!("{name}: samples beyond ±1000 km are taken as no-data");
+            tracing::warn!("{name}: samples beyond ±1000 km are treated as no-data");
         }
         if tally.implied_voids > 0 && !self.implied_voids.swap(true, Ordering::Relaxed) {
-            tracing::warn!("{name}: samples of -32767 or -32768 are taken as no-data");
+            tracing::warn!("{name}: samples of -32767 or -32768 are treated as no-data");
         }
     }
 }
 
 impl SampleType {
-    /// From the TIFF's SampleFormat (1 unsigned, 2 signed, 3 floating point) and the bytes of a decoded sample.
+    /// Returns the type for a TIFF's SampleFormat (1 unsigned, 2 signed, 3 floating point) and the bytes of a decoded
+    /// sample.
     pub fn from_format(format: u16, bytes: usize) -> Option<Self> {
         Some(match (format, bytes) {
             (1, 1) => Self::U8,
@@ -84,7 +85,7 @@ impl SampleType {
         })
     }
 
-    /// The largest number of so many bits of a whole number, as it is in the file; 1 for the others.
+    /// Returns the largest integer with this number of bits; 1 for floating-point types.
     pub fn largest(self, bits: u16) -> f64 {
         match self {
             Self::U8 | Self::U16 | Self::U32 | Self::U64 => 2f64.powi(bits.into()) - 1.0,
@@ -93,7 +94,7 @@ impl SampleType {
         }
     }
 
-    /// Bytes of a decoded sample.
+    /// Returns the bytes of a decoded sample.
     pub fn bytes(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
@@ -105,12 +106,12 @@ impl SampleType {
 }
 
 impl Meaning {
-    /// Metres as they are.
+    /// Returns the meaning of samples that are metres without scale or offset.
     pub fn metres(sample_type: SampleType, no_data: Option<f64>) -> Self {
         Self { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
     }
 
-    /// Appends one height in metres, or NaN, for each sample in `bytes`, which are in the machine's byte order.
+    /// Appends one height in metres, or NaN, for each sample in `bytes`, which have the machine's byte order.
     pub fn append_heights_m(&self, bytes: &[u8], heights_m: &mut Vec<f32>, tally: &mut Tally) {
         match self.sample_type {
             SampleType::U8 => self.append(bytes, |[b]: [u8; 1]| f64::from(b), heights_m, tally),
@@ -119,7 +120,7 @@ impl Meaning {
             SampleType::I16 => self.append(bytes, |b| f64::from(i16::from_ne_bytes(b)), heights_m, tally),
             SampleType::U32 => self.append(bytes, |b| f64::from(u32::from_ne_bytes(b)), heights_m, tally),
             SampleType::I32 => self.append(bytes, |b| f64::from(i32::from_ne_bytes(b)), heights_m, tally),
-            // What an f64 cannot hold exactly is beyond every height.
+            // Values that an f64 cannot represent exactly are beyond every height.
             SampleType::U64 => self.append(bytes, |b| u64::from_ne_bytes(b) as f64, heights_m, tally),
             SampleType::I64 => self.append(bytes, |b| i64::from_ne_bytes(b) as f64, heights_m, tally),
             SampleType::F32 => self.append(bytes, |b| f64::from(f32::from_ne_bytes(b)), heights_m, tally),
@@ -138,13 +139,13 @@ impl Meaning {
         heights_m.extend(samples.iter().map(|&sample| self.height_m(value(sample), tally)));
     }
 
-    /// One height in metres, or NaN.
+    /// Converts one sample to a height in metres, or NaN.
     pub fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
         if !value.is_finite() || self.is_no_data(value) {
             return f32::NAN;
         }
-        // Void marks of 16-bit formats: -32768 is SRTM's and -32767 DTED's. Where the tag was lost on the way they are
-        // voids all the same, as neither the Earth nor a drawing of it goes 32 km down.
+        // No-data values of 16-bit formats: -32768 is SRTM's and -32767 DTED's. They are no-data even if the tag was
+        // lost, as neither the Earth nor a drawing of it goes 32 km down.
         if self.no_data.is_none() && self.sample_type == SampleType::I16 && value <= -32767.0 {
             tally.implied_voids += 1;
             return f32::NAN;
@@ -161,10 +162,11 @@ impl Meaning {
 
     fn is_no_data(&self, value: f64) -> bool {
         let Some(no_data) = self.no_data else { return false };
-        // The tag is decimal text, the sample binary: "-3.4e+38" must match the f32 next to it. Beyond the range of
-        // f32 the conversion gives an infinity, which a finite sample never equals, so the largest f32 stands in.
+        // The tag is decimal text and the sample binary: "-3.4e+38" must match the nearest f32. Beyond the range of f32
+        // the conversion would give an infinity, which a finite sample never equals, so the value is clamped to the
+        // largest f32.
         value == no_data
-            // Of whole numbers, GDAL compares what is left of a mark without its decimals.
+            // For integer samples GDAL compares with the truncated no-data value.
             || !matches!(self.sample_type, SampleType::F32 | SampleType::F64) && value == no_data.trunc()
             || self.sample_type == SampleType::F32 && {
                 let nearest = (no_data as f32).clamp(f32::MIN, f32::MAX);
@@ -173,12 +175,12 @@ impl Meaning {
     }
 }
 
-/// The number in a GDAL_NODATA tag; `None` for text that is none. NaN and infinities are accepted: such samples are
-/// voids anyway.
+/// Parses the text of a GDAL_NODATA tag; returns `None` if it is not a number. NaN and infinities are accepted: such
+/// samples are no-data anyway.
 pub(super) fn parse_no_data(text: &str) -> Option<f64> {
     let text = text.trim_matches(|c: char| c == '\0' || c.is_whitespace()).to_ascii_lowercase();
     match text.as_str() {
-        // As the C library of Windows once wrote them.
+        // Spellings that old C libraries of Windows wrote.
         "-1.#inf" => Some(f64::NEG_INFINITY),
         "1.#inf" => Some(f64::INFINITY),
         "-1.#ind" | "1.#qnan" | "-1.#qnan" | "-nan" => Some(f64::NAN),
@@ -186,7 +188,7 @@ pub(super) fn parse_no_data(text: &str) -> Option<f64> {
     }
 }
 
-/// What GDAL's XML metadata (tag 42112) says of the first band: its scale, offset and unit.
+/// Scale, offset and unit of the first band, from GDAL's XML metadata (tag 42112).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct BandMetadata {
     pub scale: Option<f64>,
@@ -195,8 +197,7 @@ pub(super) struct BandMetadata {
 }
 
 impl BandMetadata {
-    /// From the text of the tag. What is not understood is passed over: the tag holds anything that anybody wanted
-    /// to keep with the file.
+    /// Parses the text of the tag. Unknown items are ignored, because the tag may hold arbitrary metadata.
     pub fn parse(xml: &str) -> Self {
         let mut found = Self::default();
         for item in xml.split("<Item ").skip(1) {
@@ -220,7 +221,7 @@ impl BandMetadata {
         found
     }
 
-    /// Metres per unit, for the units of length that GDAL writes; `None` for no unit and for others.
+    /// Returns metres per unit for the units of length that GDAL writes; `None` without a unit and for other units.
     pub fn metres_per_unit(&self) -> Option<f64> {
         match self.unit.as_deref()? {
             "m" | "metre" | "meter" | "metres" | "meters" => Some(1.0),

@@ -1,18 +1,18 @@
-//! What somebody says of a picture or a raw file that says nothing of itself: `NAME.ext.toml` beside it, and the
+//! Information about a picture or raw file that does not describe itself: the sidecar file `NAME.ext.toml`, and the
 //! options of the caller.
 //!
 //! ```toml
 //! width = 4097            # raw files only
 //! height = 4097
 //! spacing_m = 2.5         # between samples; spacing_degrees in a geographic CRS
-//! height_scale_m = 0.1    # metres for each step
-//! height_offset_m = -50.0 # of step 0
+//! height_scale_m = 0.1    # metres per step
+//! height_offset_m = -50.0 # height of step 0
 //! endian = "little"       # or "big"; raw files only
 //! no_data = 0             # in steps
 //! crs = "EPSG:32610"
 //! origin = [594000.0, 5195000.0] # centre of the first sample, in the CRS
-//! encoding = "terrarium"  # or "mapbox", of terrain-RGB
-//! interval_m = 0.1        # a step of "mapbox"
+//! encoding = "terrarium"  # or "mapbox"; terrain-RGB only
+//! interval_m = 0.1        # metres per step of "mapbox"
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -25,29 +25,29 @@ use super::{GeoKeys, SourceError, VoidMode, crs_catalogue as catalogue};
 use crate::file::message::quoted;
 use crate::file::toml_text;
 
-/// What a caller says of a file that does not say it itself. It goes before the file beside it. Formats that say these
-/// things themselves pass over it, with a warning.
+/// The caller's description of a file that does not describe itself. It takes precedence over the sidecar file. Formats
+/// that contain this information ignore it, with a warning.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct OpenOptions {
-    /// Metres between samples.
+    /// Sample spacing in metres.
     pub spacing_m: Option<f64>,
     /// Columns and rows of a raw file.
     pub size: Option<[u32; 2]>,
-    /// Metres for each step of a 16-bit sample.
+    /// Metres per step of a 16-bit sample.
     pub height_scale_m: Option<f64>,
-    /// Metres of a sample of 0.
+    /// Height in metres of a sample of 0.
     pub height_offset_m: Option<f64>,
-    /// Whether the larger byte of a raw sample comes first.
+    /// Whether a raw file is big-endian.
     pub big_endian: Option<bool>,
-    /// How heights are packed into the colours of a picture.
+    /// Encoding of heights in the colours of a picture.
     pub encoding: Option<Encoding>,
-    /// Heights in metres, as they are read, that are voids: of any format, beside what the file itself declares.
+    /// Additional no-data value for any format, as a height in metres.
     pub no_data: Option<f64>,
-    /// What is done with voids; by default they are holes, as the file has them.
+    /// Treatment of no-data; the default leaves holes, as in the file.
     pub voids: VoidMode,
 }
 
-/// How heights are packed into the colours of a picture.
+/// The encodings of heights in the colours of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Encoding {
@@ -58,10 +58,10 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// Each of them.
+    /// All encodings.
     pub const ALL: [Self; 2] = [Self::Mapbox, Self::Terrarium];
 
-    /// As options and side files name it.
+    /// Returns the name that options and sidecar files use.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -78,7 +78,8 @@ pub(super) enum Endian {
     Big,
 }
 
-/// The file beside a picture or raw file. Keys that are not known are an error: they would be passed over in silence.
+/// The sidecar file of a picture or raw file. Unknown keys are an error, because they would otherwise be ignored
+/// silently.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct SideFile {
@@ -96,16 +97,16 @@ pub(super) struct SideFile {
     pub interval_m: Option<f64>,
 }
 
-/// A file's side file and the caller's options together.
+/// The sidecar file of a file, combined with the caller's options.
 #[derive(Clone, Debug)]
 pub(super) struct Said {
-    /// Where it stands, if it does.
+    /// Path of the sidecar file, if it exists.
     pub side_path: Option<PathBuf>,
     pub side: SideFile,
     options: OpenOptions,
 }
 
-/// `NAME.ext.toml` of `NAME.ext`, where there is one.
+/// Returns the path of the sidecar file `NAME.ext.toml` of `NAME.ext`, if it exists.
 pub(super) fn side_path(path: &Path) -> Option<PathBuf> {
     let mut name = path.as_os_str().to_owned();
     name.push(".toml");
@@ -113,7 +114,7 @@ pub(super) fn side_path(path: &Path) -> Option<PathBuf> {
 }
 
 impl Said {
-    /// Reads the side file, if there is one.
+    /// Reads the sidecar file, if it exists.
     pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let side_path = side_path(path);
         let side = match &side_path {
@@ -123,32 +124,32 @@ impl Said {
         let said = Self { side_path, side, options: *options };
         let numbers = [said.spacing_m(), said.side.spacing_degrees, said.side.interval_m, said.height_scale_m()];
         if numbers.into_iter().flatten().any(|number| !number.is_finite() || number == 0.0) {
-            return Err(unclear(path, "its spacing and the scale of its heights must be numbers other than 0"));
+            return Err(unclear(path, "its spacing and its height scale must be numbers other than 0"));
         }
         Ok(said)
     }
 
-    /// Columns and rows of a raw file.
+    /// Returns the columns and rows of a raw file.
     pub fn size(&self) -> Option<[u32; 2]> {
         self.options.size.or_else(|| Some([self.side.width?, self.side.height?]))
     }
 
-    /// Whether the larger byte of a raw sample comes first, where anybody says so.
+    /// Returns whether a raw file is big-endian, if it is given.
     pub fn is_big_endian(&self) -> Option<bool> {
         self.options.big_endian.or_else(|| self.side.endian.map(|endian| endian == Endian::Big))
     }
 
-    /// How heights are packed into colours, where anybody says so.
+    /// Returns the encoding of heights in colours, if it is given.
     pub fn encoding(&self) -> Option<Encoding> {
         self.options.encoding.or(self.side.encoding)
     }
 
-    /// Metres for each step.
+    /// Returns metres per step, if it is given.
     pub fn height_scale_m(&self) -> Option<f64> {
         self.options.height_scale_m.or(self.side.height_scale_m)
     }
 
-    /// Metres of a sample of 0.
+    /// Returns the height in metres of a sample of 0.
     pub fn height_offset_m(&self) -> f64 {
         self.options.height_offset_m.or(self.side.height_offset_m).unwrap_or(0.0)
     }
@@ -157,26 +158,26 @@ impl Said {
         self.options.spacing_m.or(self.side.spacing_m)
     }
 
-    /// Scale and offset of 16-bit steps, with a warning where nobody gives the scale.
+    /// Returns scale and offset of 16-bit steps, with a warning if the scale is not given.
     pub fn steps(&self, path: &Path) -> [f64; 2] {
         let scale_m = self.height_scale_m().unwrap_or_else(|| {
             let name = path.display();
-            tracing::warn!("{name}: nothing says how high a step of its samples is; 1 m is assumed ({name}.toml)");
+            tracing::warn!("{name}: has no height scale; 1 m per step is assumed (set height_scale_m in {name}.toml)");
             1.0
         });
         [scale_m, self.height_offset_m()]
     }
 
-    /// Where the grid lies.
+    /// Returns the georeference of the grid.
     pub fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
         let (keys, metres_per_unit) = self.crs_keys(path)?;
         let step = match (metres_per_unit, self.spacing_m(), self.side.spacing_degrees) {
             (None, _, Some(degrees)) => degrees,
-            (None, _, None) => return Err(unclear(path, "a geographic CRS needs spacing_degrees in its side file")),
+            (None, _, None) => return Err(unclear(path, "a geographic CRS needs spacing_degrees in its sidecar file")),
             (Some(unit), Some(spacing_m), _) => spacing_m / unit,
             (Some(unit), None, _) => {
                 let name = path.display();
-                tracing::warn!("{name}: nothing says how far its samples are apart; 1 m is assumed ({name}.toml)");
+                tracing::warn!("{name}: has no sample spacing; 1 m is assumed (set spacing_m in {name}.toml)");
                 1.0 / unit
             }
         };
@@ -184,26 +185,26 @@ impl Said {
         place::locate(path, place::north_up(first, [step; 2]), keys, size)
     }
 
-    /// The keys of the CRS, and the metres of its unit; none for degrees.
+    /// Returns the keys of the CRS, and metres per unit; `None` for degrees.
     fn crs_keys(&self, path: &Path) -> Result<(GeoKeys, Option<f64>), SourceError> {
         let Some(crs) = &self.side.crs else { return Ok((place::local_metres(), Some(1.0))) };
         if self.side.origin.is_none() {
-            return Err(unclear(path, "its side file gives a crs, but no origin = [x, y] in it"));
+            return Err(unclear(path, "its sidecar file has a crs, but no origin = [x, y]"));
         }
         let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
         let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
-        let (code, definition) =
-            definition.ok_or_else(|| unclear(path, format!("the crs {} of its side file is unknown", quoted(crs))))?;
+        let (code, definition) = definition
+            .ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
         match definition.kind {
             catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
             catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),
             catalogue::Kind::Geocentric => {
-                Err(unclear(path, format!("the crs {} of its side file is geocentric", quoted(crs))))
+                Err(unclear(path, format!("the crs {} in its sidecar file is geocentric", quoted(crs))))
             }
         }
     }
 
-    /// What the heights depend on besides the file itself.
+    /// Returns what the heights depend on: the file, its sidecar file and the options.
     pub fn identity(&self, path: &Path) -> String {
         let files: Vec<&Path> = std::iter::once(path).chain(self.side_path.as_deref()).collect();
         place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))

@@ -1,5 +1,6 @@
-//! Lowest and highest height and the voids of a grid of any size, read by windows: memory follows the window and not
-//! the grid. What the reader knows without reading, as the blocks that a sparse file leaves out, is not read.
+//! Computes the lowest and highest height and the number of no-data samples of a grid of any size, by windows: memory
+//! depends on the window, not on the grid. Heights that are known without reading, such as the blocks that a sparse
+//! file leaves out, are not read.
 
 use std::path::Path;
 
@@ -9,12 +10,12 @@ use super::reader::{HeightReader, Window};
 use super::voids::{self, Filled, FilledSamples};
 use super::{Progress, SourceError};
 
-/// A window has so many samples at most, where blocks are not larger: 4 MiB of heights.
+/// Largest number of samples in a window, unless blocks are larger: 4 MiB of heights.
 const WINDOW_SAMPLES: u64 = 1 << 20;
-/// All windows that are read at a time have so many samples at most, unless a single one has more.
+/// Largest number of samples in all windows that are read at a time, unless a single one has more.
 const SAMPLES_AT_ONCE: u64 = 1 << 24;
 
-/// What the heights of a grid are in numbers.
+/// Statistics of the heights of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Statistics {
     /// The lowest height in metres.
@@ -23,12 +24,12 @@ pub struct Statistics {
     pub max_m: f32,
     /// Samples without a height.
     pub void_samples: u64,
-    /// How many of these are filled, and how many samples beside them are not believed, where the reader fills holes.
+    /// Number of no-data samples that are filled, and of spikes that are replaced, if the reader fills holes.
     pub filled: FilledSamples,
 }
 
 impl Statistics {
-    /// Of no samples; `f32::min` and `max` take the other operand for NaN.
+    /// The statistics of no samples; `f32::min` and `max` return the other operand for NaN.
     const NONE: Self =
         Self { min_m: f32::NAN, max_m: f32::NAN, void_samples: 0, filled: FilledSamples { voids: 0, spikes: 0 } };
 
@@ -56,15 +57,15 @@ impl Statistics {
     }
 }
 
-/// Reads all that a reader has, a window at a time; `path` names it in errors. Of a reader that fills holes these are the
-/// numbers of the file, and how many samples are filled.
+/// Reads all samples of a reader, one window at a time; `path` is the name in errors. For a reader that fills holes,
+/// these are the statistics of the unfilled file, plus the number of filled samples.
 ///
 /// # Errors
-/// What the reader says; [`SourceError::AllNoData`] for a grid without a single height.
+/// Passes on the errors of the reader; returns [`SourceError::AllNoData`] for a grid without a single height.
 pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let mut found = of_file(reader.filled().map_or(reader, Filled::bare), path, progress)?;
     if let Some(filled) = reader.filled().filter(|_| found.void_samples > 0) {
-        found.filled = voids::count(filled, &|done| progress.report("filling voids", done))?;
+        found.filled = voids::count(filled, &|done| progress.report("filling holes", done))?;
     }
     Ok(found)
 }
@@ -76,7 +77,7 @@ fn of_file(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> R
     let mut found = Statistics::NONE;
     let (mut done, mut group_samples) = (0u64, 0);
     let mut group = Vec::new();
-    // The last is the next; the first of two parts goes on top, so that windows come from the top down.
+    // A stack: the first of two parts is pushed last, so that windows come from the top down.
     let mut waiting = vec![whole];
     loop {
         let next = waiting.pop();
@@ -95,7 +96,7 @@ fn of_file(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> R
             group.push(window);
             group_samples += samples(window);
         }
-        // Two windows of the largest size must not be read at a time.
+        // The group must not grow beyond the limit by another window of the largest size.
         let is_full = group_samples + WINDOW_SAMPLES > SAMPLES_AT_ONCE;
         if is_full || next.is_none() {
             found = found.with(read(reader, &group, is_serial)?);
@@ -126,16 +127,16 @@ fn read(reader: &dyn HeightReader, windows: &[Window], is_serial: bool) -> Resul
     }
 }
 
-/// Two parts of a window, the one that comes first in the file before the other. They meet where two blocks do; a
-/// single block is taken apart by rows, but only where its parts are read one after the other.
+/// Splits a window into two parts, in the order of the file. They meet at a block border; a single block is split by
+/// rows, but only if its parts are read one after the other.
 fn split(window: Window, [columns, rows]: [u32; 2], is_serial: bool) -> Option<[Window; 2]> {
     let across = window.width.div_ceil(columns.max(1));
     let down = window.height.div_ceil(rows.max(1));
-    // A window of several blocks begins where a block does, so that its blocks are counted from its own corner.
+    // A window of several blocks begins at a block border, so that its blocks are counted from its own corner.
     let (width, height) = match (across, down) {
         (1, 1) if is_serial && window.height > 1 => (window.width, window.height / 2),
         (1, 1) => return None,
-        // Strips, and rows of a stream, stay whole.
+        // Strips, and rows of a stream, are not split.
         _ if down >= across => (window.width, down / 2 * rows),
         _ => (across / 2 * columns, window.height),
     };
@@ -151,7 +152,7 @@ fn split(window: Window, [columns, rows]: [u32; 2], is_serial: bool) -> Option<[
 mod tests {
     use super::*;
 
-    /// All windows that a grid is taken apart into.
+    /// Returns all windows into which a grid is split.
     fn leaves(size: [u32; 2], block: [u32; 2], is_serial: bool) -> Vec<Window> {
         let mut waiting = vec![Window { x: 0, y: 0, width: size[0], height: size[1] }];
         let mut leaves = Vec::new();

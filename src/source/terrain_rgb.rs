@@ -1,11 +1,11 @@
-//! Heights packed into the colours of a picture.
+//! Terrain-RGB: heights that are encoded in the colours of a picture.
 //!
 //! - Terrarium (Mapzen, "Terrain tile formats"): red × 256 + green + blue / 256 − 32768 metres.
 //! - Mapbox ("Mapbox Terrain-RGB v1"): −10000 + (red × 65536 + green × 256 + blue) × 0.1 metres.
 //!
-//! A picture does not say which it is, or whether it holds heights at all; a side file or an option says it. Without
-//! them the colours must prove it ([`Packing::of`]): plausible heights in one encoding, and carries as only numbers of
-//! several bytes have them.
+//! The encoding, and whether a picture contains heights at all, is not in the file; a sidecar file or an option must
+//! give it. Otherwise the colours must prove it ([`Packing::of`]): plausible heights in one encoding, and carries as
+//! only numbers of several bytes have them.
 
 use std::path::{Path, PathBuf};
 
@@ -18,21 +18,22 @@ use super::reader::{HeightReader, Window};
 use super::samples::MAX_HEIGHT_M;
 use super::side_file::{Encoding, Said};
 
-/// From below the deepest trench to above the highest mountain, metres.
+/// Plausible heights in metres: from below the deepest trench to above the highest mountain.
 const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_100.0..=9_100.0;
-/// Of the pixels that hold a height at all, so many must be plausible.
+/// Smallest share of plausible heights among the pixels that hold a height.
 const PLAUSIBLE_SHARE: f64 = 0.95;
-/// Where neighbours differ by one in a byte, the next lower byte of heights goes the other way: from 255 to 0, or a
-/// little less where the land is steep. In a picture both channels change alike, or independently. So many of such
-/// places must be there, and at such a share of them the lower byte must go back by more than so many steps.
+/// Test for carries. Where neighbours differ by one in a byte, the next lower byte of heights goes the other way: from
+/// 255 to 0, or slightly less where the land is steep. In an ordinary picture both channels change alike, or
+/// independently. There must be at least [`CARRIES`] such places, and at a share of [`CARRY_SHARE`] of them the lower
+/// byte must go back by more than [`WRAP`] steps.
 const CARRIES: u64 = 32;
 const CARRY_SHARE: f64 = 0.9;
 const WRAP: i32 = 64;
 
-/// Metres for each step of Mapbox's encoding, where nothing else is said.
+/// Default of metres per step of Mapbox's encoding.
 pub(super) const MAPBOX_INTERVAL_M: f64 = 0.1;
 
-/// How the colours are to be read.
+/// The encoding of heights, with its step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Packing {
     pub encoding: Encoding,
@@ -40,7 +41,7 @@ pub(super) struct Packing {
 }
 
 impl Packing {
-    /// A height in metres; NaN where the pixel is black or transparent, which no height is.
+    /// Returns a height in metres; NaN for a black or transparent pixel, which never is a height.
     fn height_m(self, pixel: &[u8]) -> f32 {
         let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(f64::from);
         let is_void = pixel[..3] == [0, 0, 0] || pixel.get(3) == Some(&0);
@@ -49,21 +50,21 @@ impl Packing {
             Encoding::Terrarium => (red * 256.0 + green + blue / 256.0 - 32_768.0) as f32,
             Encoding::Mapbox => {
                 let height_m = (red * 65_536.0 + green * 256.0 + blue) * self.interval_m - 10_000.0;
-                // A height as everywhere else, whatever the interval is said to be.
+                // Whatever the interval, the range of valid heights is the same as for other formats.
                 if height_m.abs() <= MAX_HEIGHT_M { height_m as f32 } else { f32::NAN }
             }
         }
     }
 
-    /// The heights of a colour picture in metres, by rows.
+    /// Returns the heights of a colour picture in metres, row by row.
     pub fn heights_m(self, picture: &Picture) -> impl Iterator<Item = f32> + '_ {
         picture.bytes.chunks_exact(picture.channels.max(3)).map(move |pixel| self.height_m(pixel))
     }
 
-    /// What is said of the encoding, or what the colours of the pictures prove.
+    /// Returns the given encoding, or the one that the colours of the pictures prove.
     ///
     /// # Errors
-    /// Where nothing is said and the colours prove nothing: the message says which option to give.
+    /// Fails if no encoding is given and the colours prove nothing; the message names the option to use.
     pub fn of(path: &Path, said: &Said, pictures: &[Picture]) -> Result<Self, SourceError> {
         let interval_m = said.side.interval_m.unwrap_or(MAPBOX_INTERVAL_M);
         if let Some(encoding) = said.encoding() {
@@ -88,7 +89,7 @@ impl Packing {
         ))
     }
 
-    /// Whether nearly all pixels would be heights on the Earth.
+    /// Returns whether nearly all pixels would be heights on the Earth.
     fn is_plausible(self, pictures: &[Picture]) -> bool {
         let (mut heights, mut plausible) = (0u64, 0u64);
         for height_m in pictures.iter().flat_map(|picture| self.heights_m(picture)).filter(|it| !it.is_nan()) {
@@ -98,9 +99,9 @@ impl Packing {
         heights > 0 && plausible as f64 >= PLAUSIBLE_SHARE * heights as f64
     }
 
-    /// Whether bytes carry into the next higher ones from pixel to pixel.
+    /// Returns whether bytes carry into the next higher ones from pixel to pixel.
     fn has_carries(self, pictures: &[Picture]) -> bool {
-        // The lowest byte of Terrarium may be left out, and the highest of Mapbox seldom changes.
+        // The lowest byte of Terrarium may be missing, and the highest of Mapbox seldom changes.
         [[0, 1], [1, 2]].into_iter().any(|[coarse, fine]| {
             let (mut steps, mut wraps) = (0u64, 0u64);
             for picture in pictures {
@@ -126,7 +127,7 @@ impl Packing {
     }
 }
 
-/// A picture in memory, as its file has it: 3 bytes for each sample, 4 with an alpha channel.
+/// A picture in memory with the samples of its file: 3 bytes per sample, 4 with an alpha channel.
 pub(super) struct ColourReader {
     path: PathBuf,
     picture: Picture,

@@ -1,4 +1,4 @@
-//! Words and numbers of text formats, taken one after the other without the whole text in memory.
+//! Reads the words and numbers of text formats one after the other, without the whole text in memory.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -7,27 +7,27 @@ use std::path::{Path, PathBuf};
 use super::SourceError;
 use super::place::{cannot_open, inconsistent};
 
-/// No number or keyword is longer.
+/// Largest length of a number or keyword in bytes.
 const MAX_WORD_BYTES: usize = 256;
 
-/// See the head of the file.
+/// The words of a text file.
 pub(super) struct Words {
     path: PathBuf,
     reader: BufReader<File>,
     word: Vec<u8>,
-    /// The last word is to be given out again.
+    /// Whether the next call returns the last word again.
     is_put_back: bool,
 }
 
 impl Words {
-    /// At the beginning of a file.
+    /// Opens a file at its beginning.
     pub fn open(path: &Path) -> Result<Self, SourceError> {
         let file = File::open(path).map_err(cannot_open(path))?;
         let reader = BufReader::with_capacity(1 << 18, file);
         Ok(Self { path: path.into(), reader, word: Vec::new(), is_put_back: false })
     }
 
-    /// The next word, or `None` at the end.
+    /// Returns the next word, or `None` at the end.
     pub fn next(&mut self) -> Result<Option<&str>, SourceError> {
         if !std::mem::take(&mut self.is_put_back) {
             self.advance()?;
@@ -35,21 +35,21 @@ impl Words {
         match std::str::from_utf8(&self.word) {
             Ok("") => Ok(None),
             Ok(word) => Ok(Some(word)),
-            Err(_) => Err(inconsistent(&self.path, "it is no text throughout")),
+            Err(_) => Err(inconsistent(&self.path, "it is not text throughout")),
         }
     }
 
-    /// Gives the last word out once more.
+    /// Makes the next call return the last word again.
     pub fn put_back(&mut self) {
         self.is_put_back = true;
     }
 
-    /// The next word as a number; `what` is said where there is none.
+    /// Returns the next word as a number; `what` is its name in errors.
     pub fn number(&mut self, what: &str) -> Result<f64, SourceError> {
         let word = self.next()?.map(str::to_owned);
         let number = word.as_deref().and_then(number);
         number.ok_or_else(|| match word {
-            Some(word) => inconsistent(&self.path, format!("{what} is {word:?}, which is no number")),
+            Some(word) => inconsistent(&self.path, format!("{what} is {word:?}, which is not a number")),
             None => inconsistent(&self.path, format!("it ends before {what}")),
         })
     }
@@ -84,8 +84,8 @@ fn is_space(byte: u8) -> bool {
     byte.is_ascii_whitespace() || byte == 0
 }
 
-/// A number as any program may have written it: with a decimal comma, or with Fortran's `D` before the exponent. What
-/// stands for no number (`nan`, `1.#QNAN`, `inf`) is NaN.
+/// Parses a number in the notation of any program: with a decimal comma, or with Fortran's `D` before the exponent. The
+/// spellings of undefined numbers (`nan`, `1.#QNAN`) give NaN, and `inf` is infinite.
 pub(super) fn number(word: &str) -> Option<f64> {
     if let Ok(number) = word.parse::<f64>() {
         return Some(number);

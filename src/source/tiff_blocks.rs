@@ -1,8 +1,8 @@
-//! The strips and tiles of a picture in a TIFF: from the stored bytes to the samples of one band, by windows.
+//! Decodes the strips and tiles of a picture in a TIFF to the samples of one band, by windows.
 //!
-//! `tiff-reader` parses the file, and decodes LERC, JPEG and WebP. All other codecs are put together here from its
-//! filters, because libtiff, and so GDAL, reads files that it refuses: a last strip that is padded to RowsPerStrip,
-//! tiles whose places stand under the tags of strips, LZMA, and samples of 16, 24 or odd numbers of bits.
+//! `tiff-reader` parses the file and decodes LERC, JPEG and WebP. All other codecs are assembled here from its filters,
+//! because libtiff, and therefore GDAL, reads files that it rejects: a last strip that is padded to RowsPerStrip, tiles
+//! with their offsets in the tags of strips, LZMA, and samples of 16, 24 or odd numbers of bits.
 
 use std::path::Path;
 use std::sync::{Arc, Mutex, PoisonError};
@@ -26,15 +26,16 @@ const CODEC_LZMA: u16 = 34_925;
 const CODEC_LERC: u16 = 34_887;
 const CODEC_WEBP: u16 = 50_001;
 
-/// Decoded blocks that are kept, at most.
+/// Largest number of decoded blocks in the cache.
 const CACHE_SLOTS: usize = 257;
 
-/// LZMA's dictionaries have at most 64 MiB with every preset; a stream that asks for more is hostile.
+/// Memory limit for LZMA in KiB. Its dictionaries have at most 64 MiB with every preset; a stream that requests more is
+/// hostile.
 const LZMA_MEMORY_KIB: u32 = 80 * 1024;
 
-/// Where the blocks of a picture lie, and how they are packed.
+/// The positions of a picture's blocks in the file, and their encoding.
 pub(super) struct Blocks {
-    /// Of the picture in the file.
+    /// Index of the picture in the file.
     pub ifd: usize,
     /// Samples per row, and rows.
     pub size: [u32; 2],
@@ -44,45 +45,45 @@ pub(super) struct Blocks {
     codec: u16,
     is_tiled: bool,
     is_reversed: bool,
-    /// What names its blocks in the cache.
+    /// Key of the picture's blocks in the cache.
     key: u64,
-    /// First byte and number of bytes of each block, by rows, band after band where bands are apart. 0 where the file
-    /// leaves the block out.
+    /// First byte and number of bytes of each block, by rows; band after band if bands are stored separately. 0 if the
+    /// file leaves the block out.
     places: Vec<(u64, u64)>,
 }
 
-/// The cache of decoded blocks of a file.
+/// Creates the cache for the decoded blocks of a file.
 pub(super) fn cache(bytes: usize) -> Arc<BlockCache> {
     Arc::new(BlockCache::new(bytes, CACHE_SLOTS))
 }
 
-/// The part of a window that lies in a block, and which block that is.
+/// The part of a window inside one block, and the index of that block.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Part {
     pub block: usize,
-    /// In samples of the picture.
+    /// The part in samples of the picture.
     pub window: Window,
 }
 
 impl Blocks {
-    /// Of the picture `ifd` of `file`, which is `file_bytes` long. Nothing is allocated but the tables that the file
-    /// holds.
+    /// Reads the block tables of the picture `ifd`, number `index` of a file of `file_bytes` bytes. Allocates nothing
+    /// but the tables that the file contains.
     ///
     /// # Errors
-    /// Tables that are missing, or shorter than the picture needs.
+    /// Fails if tables are missing, or shorter than the picture requires.
     pub fn of(ifd: &Ifd, index: usize, samples: Samples, file_bytes: u64, path: &Path) -> Result<Self, SourceError> {
         let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
         let size = [ifd.width(), ifd.height()];
         let tile = ifd.tile_width().zip(ifd.tile_height());
         let block = tile.map_or([size[0], ifd.rows_per_strip().min(size[1])], |(width, height)| [width, height]);
         if block.contains(&0) {
-            return Err(inconsistent("its strips or tiles have no size"));
+            return Err(inconsistent("its strips or tiles have zero size"));
         }
-        // The places of tiles may stand under the tags of strips, and the other way round.
+        // The offsets of tiles may be in the tags of strips, and vice versa.
         let (tiles, strips) = ([TAG_TILE_OFFSETS, TAG_TILE_BYTE_COUNTS], [TAG_STRIP_OFFSETS, TAG_STRIP_BYTE_COUNTS]);
         let order = if tile.is_some() { [tiles, strips] } else { [strips, tiles] };
         let [offsets, counts] = order.into_iter().find(|tags| ifd.tag(tags[0]).is_some()).unwrap_or(order[0]);
-        let offsets = numbers(ifd, offsets).ok_or_else(|| inconsistent("it does not say where its samples are"))?;
+        let offsets = numbers(ifd, offsets).ok_or_else(|| inconsistent("it has no offsets of strips or tiles"))?;
 
         let per_band = u64::from(size[0].div_ceil(block[0])) * u64::from(size[1].div_ceil(block[1]));
         let needed = per_band.saturating_mul(if samples.is_planar { samples.per_pixel as u64 } else { 1 });
@@ -94,7 +95,7 @@ impl Blocks {
                 return Err(inconsistent("it lists fewer strips or tiles than its size needs"));
             }
             Some(counts) => offsets.into_iter().zip(counts).take(needed as usize).collect(),
-            // Without their lengths blocks go on to the end of the file at most.
+            // Without byte counts, a block is assumed to end at the end of the file at most.
             None => offsets.into_iter().map(|at| (at, file_bytes.saturating_sub(at))).take(needed as usize).collect(),
         };
         let codec = ifd.compression();
@@ -111,12 +112,12 @@ impl Blocks {
         })
     }
 
-    /// Bytes of a block of all bands that lie in it, as it is before it is packed; saturating.
+    /// Returns the unpacked bytes of a block with all bands that are stored in it; saturating.
     pub fn block_bytes(&self) -> u64 {
         (self.row_bytes() as u64).saturating_mul(self.block[1].into())
     }
 
-    /// Of a row of a block, in the file.
+    /// Returns the unpacked bytes of a row of a block.
     pub fn row_bytes(&self) -> usize {
         let bits = u128::from(self.block[0]) * self.samples.interleaved() as u128 * u128::from(self.samples.bits);
         usize::try_from(bits.div_ceil(8)).unwrap_or(usize::MAX)
@@ -126,12 +127,12 @@ impl Blocks {
         self.is_tiled
     }
 
-    /// Blocks of the first band that the file holds.
+    /// Returns the number of blocks of the first band that the file contains.
     pub fn stored(&self) -> u64 {
         self.places.iter().take(self.per_band()).filter(|&&place| !is_absent(place)).count() as u64
     }
 
-    /// Whether the file leaves out all blocks of the first band that a window touches.
+    /// Returns whether the file leaves out all blocks of the first band that a window touches.
     pub fn is_absent(&self, window: Window) -> bool {
         let is_inside =
             |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
@@ -140,7 +141,7 @@ impl Blocks {
             && self.parts(window).all(|part| self.place(part.block).is_none())
     }
 
-    /// Whether the file leaves a block of the first band out.
+    /// Returns whether the file leaves out any block of the first band.
     pub fn is_sparse(&self) -> bool {
         self.places.iter().take(self.per_band()).any(|&place| is_absent(place))
     }
@@ -149,17 +150,17 @@ impl Blocks {
         self.size[0].div_ceil(self.block[0]) as usize * self.size[1].div_ceil(self.block[1]) as usize
     }
 
-    /// Where a block of the first band lies: first byte and number of bytes.
+    /// Returns the first byte and the number of bytes of a block of the first band; `None` if the file leaves it out.
     pub fn place(&self, block: usize) -> Option<(u64, u64)> {
         self.places.get(block).copied().filter(|&place| !is_absent(place))
     }
 
-    /// First bytes of the first band's blocks, by rows.
+    /// Returns the first bytes of the first band's blocks, by rows.
     pub fn offsets(&self) -> impl Iterator<Item = u64> + '_ {
         self.places.iter().take(self.per_band()).map(|place| place.0)
     }
 
-    /// The blocks of the first band that a window touches.
+    /// Returns the blocks of the first band that a window touches.
     pub fn parts(&self, window: Window) -> impl Iterator<Item = Part> + '_ {
         let [columns, rows] = self.block;
         let across = self.size[0].div_ceil(columns);
@@ -179,18 +180,18 @@ impl Blocks {
         })
     }
 
-    /// The samples of a band in a window inside the picture, row-major, in the machine's byte order and the type that
-    /// `samples` says. Blocks that the file leaves out are zeros.
+    /// Returns the samples of a band in a window inside the picture, row-major, in the machine's byte order and with
+    /// the type `samples.decoded`. Blocks that the file leaves out are zeros.
     ///
     /// # Errors
-    /// What cannot be read or decoded.
+    /// Fails if a block cannot be read or decoded.
     pub fn read(&self, file: &TiffFile, cache: &BlockCache, band: usize, window: Window) -> Result<Vec<u8>, TiffError> {
         let sample_bytes = self.samples.decoded.bytes();
         if matches!(self.codec, CODEC_JPEG | CODEC_LERC | CODEC_WEBP) {
             let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);
             let mut bytes = file.read_band_window_bytes_from_ifd(file.ifd(self.ifd)?, band, y, x, height, width)?;
-            // libtiff swaps what LERC holds, as it swaps the samples of every codec, though LERC has an order of its
-            // own.
+            // libtiff swaps the bytes of LERC data as it does those of every codec, although LERC has its own byte
+            // order.
             if self.codec == CODEC_LERC && file.byte_order() == ByteOrder::BigEndian && sample_bytes > 1 {
                 bytes.chunks_exact_mut(sample_bytes).for_each(<[u8]>::reverse);
             }
@@ -210,7 +211,7 @@ impl Blocks {
             let decoded = self.decoded(file, cache, plane + part.block)?;
             let stride = self.samples.interleaved() * sample_bytes;
             let (block_row, block_x) = (part.window.y % self.block[1], part.window.x % self.block[0]);
-            // The lock guards bytes that every part writes at its own place.
+            // The lock guards bytes of which every part writes its own.
             let mut out = out.lock().unwrap_or_else(PoisonError::into_inner);
             for row in 0..part.window.height {
                 let from = ((block_row + row) as usize * self.block[0] as usize + block_x as usize) * stride;
@@ -250,14 +251,14 @@ impl Blocks {
         let failed = |reason: String| TiffError::DecompressionFailed { index: block, reason };
         let mut packed = self.unpacked(file, block, place, needed)?;
         if packed.len() < needed {
-            return Err(failed(format!("it holds {} bytes, and its samples need {needed}", packed.len())));
+            return Err(failed(format!("it has {} bytes, but its samples need {needed}", packed.len())));
         }
         packed.truncate(needed);
         let samples = self.samples.unpack(packed, row_bytes, self.block[0] as usize, file.byte_order())?;
         Ok(cache.insert(key, samples))
     }
 
-    /// The bytes of a block as they were before they were packed: `needed`, or more where the writer padded them.
+    /// Returns the decompressed bytes of a block: `needed` bytes, or more if the writer padded them.
     fn unpacked(
         &self,
         file: &TiffFile,
@@ -266,18 +267,18 @@ impl Blocks {
         needed: usize,
     ) -> Result<Vec<u8>, TiffError> {
         let whole = self.block[1] as usize * self.row_bytes();
-        // Packed, samples may grow a little. What is far longer is damage.
+        // Compression may enlarge samples a little. A much longer block is damaged.
         let most = if self.codec == CODEC_NONE { needed } else { whole.saturating_mul(4).saturating_add(1 << 16) };
         let available = file.source().len().saturating_sub(offset);
         if count > most as u64 && (self.codec != CODEC_NONE || count > available) {
-            let reason = format!("{count} bytes are more than it can have");
+            let reason = format!("{count} bytes are more than a block can have");
             return Err(TiffError::DecompressionFailed { index: block, reason });
         }
         let mut stored = file.source().read_exact_at(offset, count.min(most as u64) as usize)?;
         if self.is_reversed {
             stored.iter_mut().for_each(|byte| *byte = byte.reverse_bits());
         }
-        // What a block decodes to beyond its samples is passed over, as in libtiff: padding of the last strip.
+        // Decoded bytes beyond the samples (padding of the last strip) are ignored, as in libtiff.
         let limit = whole.saturating_mul(2).saturating_add(1 << 16);
         match self.codec {
             CODEC_NONE => Ok(stored),
@@ -288,7 +289,7 @@ impl Blocks {
     }
 }
 
-/// Decodes an `.xz` stream of at most `limit` bytes.
+/// Decodes an `.xz` stream to at most `limit` bytes.
 fn lzma(stored: &[u8], limit: usize) -> std::io::Result<Vec<u8>> {
     use std::io::Read;
     let mut decoded = Vec::new();
@@ -304,7 +305,7 @@ fn is_absent((offset, count): (u64, u64)) -> bool {
     offset == 0 || count == 0
 }
 
-/// The whole numbers of a tag, of any type that some writer uses for them.
+/// Returns the integers of a tag, in any type that some writer uses for them.
 fn numbers(ifd: &Ifd, code: u16) -> Option<Vec<u64>> {
     match &ifd.tag(code)?.value {
         TagValue::SLong8(values) => values.iter().map(|&value| u64::try_from(value).ok()).collect(),

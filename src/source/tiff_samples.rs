@@ -1,8 +1,8 @@
-//! How the samples of a TIFF are written, and how they become numbers of the machine.
+//! Decodes the samples of a TIFF: converts their stored form to numbers in the machine's byte order.
 //!
-//! Whole bytes are in the file's byte order. Samples of odd numbers of bits follow each other without gaps, the highest
-//! bit first, and each row begins with a new byte (TIFF 6.0, section 2). Floating-point numbers of 16 and 24 bits are
-//! those of Adobe's TIFF Technical Note 3.
+//! Samples of whole bytes have the file's byte order. Samples of odd numbers of bits follow each other without gaps,
+//! the highest bit first, and each row begins at a new byte (TIFF 6.0, section 2). Floating-point numbers of 16 and 24
+//! bits are those of Adobe's TIFF Technical Note 3.
 
 use std::path::Path;
 
@@ -12,38 +12,38 @@ use tiff_reader::{ByteOrder, ExtraSample, Ifd, TiffError, filters};
 use super::SourceError;
 use super::samples::SampleType;
 
-/// Codecs whose samples may be differences: LZW, DEFLATE (two codes), Zstandard, LZMA. libtiff passes the tag over with
-/// all others.
+/// Codecs with which the predictor tag is valid: LZW, DEFLATE (two codes), Zstandard, LZMA. libtiff ignores the tag
+/// with all others.
 const CODECS_WITH_PREDICTOR: [u16; 5] = [5, 8, 32_946, 50_000, 34_925];
 
 const UNSIGNED: u16 = 1;
 const SIGNED: u16 = 2;
 const FLOATING: u16 = 3;
-/// Void, which libtiff reads as unsigned.
+/// Sample format "undefined", which libtiff reads as unsigned.
 const UNDEFINED: u16 = 4;
 
-/// See the head of the file.
+/// The stored form of a picture's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Samples {
-    /// Of a sample in the file.
+    /// Bits of a sample in the file.
     pub bits: u16,
     format: u16,
     predictor: u16,
-    /// Bands.
+    /// Number of bands.
     pub per_pixel: usize,
-    /// Whether each band has strips or tiles of its own.
+    /// Whether each band has its own strips or tiles.
     pub is_planar: bool,
-    /// What they become.
+    /// Type of the decoded samples.
     pub decoded: SampleType,
-    /// The band that says how opaque a pixel is.
+    /// Index of the alpha band, if there is one.
     pub alpha: Option<usize>,
 }
 
 impl Samples {
-    /// From the tags of a picture.
+    /// Reads the form of the samples from the tags of a picture.
     ///
     /// # Errors
-    /// Tags that contradict each other; samples of a kind that is not read.
+    /// Fails if tags contradict each other, or if the kind of samples is not supported.
     pub fn of(ifd: &Ifd, path: &Path) -> Result<Self, SourceError> {
         let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let unsupported = |what: String| SourceError::Unsupported { path: path.into(), what };
@@ -51,10 +51,10 @@ impl Samples {
         let formats = ifd.sample_format().map_err(damaged)?;
         let (bits, format) = match (&*all_bits, &*formats) {
             ([bits, ..], [format, ..]) => (*bits, if *format == UNDEFINED { UNSIGNED } else { *format }),
-            _ => return Err(damaged(TiffError::InvalidImageLayout("it does not say what its samples are".into()))),
+            _ => return Err(damaged(TiffError::InvalidImageLayout("it has no sample type".into()))),
         };
         if all_bits.iter().any(|other| *other != bits) || formats.iter().any(|other| *other != formats[0]) {
-            return Err(unsupported("a picture whose bands are of different types".to_owned()));
+            return Err(unsupported("a picture with bands of different types".to_owned()));
         }
         let per_pixel = usize::from(ifd.samples_per_pixel());
         if per_pixel == 0 {
@@ -101,17 +101,17 @@ impl Samples {
         Ok(Self { bits, format, predictor, per_pixel, is_planar, decoded, alpha })
     }
 
-    /// Bands that lie together in a block.
+    /// Returns the number of bands that are stored together in a block.
     pub fn interleaved(&self) -> usize {
         if self.is_planar { 1 } else { self.per_pixel }
     }
 
-    /// Whether samples lie in the file as they are in memory, but for their byte order.
+    /// Returns whether samples have the same form in the file as in memory, except for their byte order.
     pub fn are_plain(&self) -> bool {
         self.predictor == 1 && usize::from(self.bits) == 8 * self.decoded.bytes()
     }
 
-    /// The rows of a block as samples of the type `decoded`, in the machine's byte order.
+    /// Converts the rows of a block to samples of the type `decoded`, in the machine's byte order.
     pub fn unpack(
         &self,
         mut bytes: Vec<u8>,
@@ -135,8 +135,8 @@ impl Samples {
             }
             24 => {
                 let threes = bytes.as_chunks::<3>().0.iter();
-                // GDAL writes whole numbers of 24 bits as a stream of bits, which libtiff then swaps in files of the
-                // other byte order, so that the highest byte comes first in little-endian files and last in others.
+                // GDAL writes integers of 24 bits as a stream of bits, which libtiff then swaps in files of the other
+                // byte order, so that the highest byte comes first in little-endian files and last in others.
                 let is_highest_first = is_big_endian == (self.format == FLOATING);
                 let whole = threes.map(|&[a, b, c]| match is_highest_first {
                     true => u32::from_be_bytes([0, a, b, c]),
@@ -165,7 +165,7 @@ impl Samples {
     }
 }
 
-/// `count` bits, at most 32, from bit `first` of a row on, the highest bit of each byte first.
+/// Returns `count` bits, at most 32, that begin at bit `first` of a row, the highest bit of each byte first.
 fn bits_at(row: &[u8], first: usize, count: usize) -> u32 {
     let mut value = 0u64;
     for byte in &row[first / 8..(first + count).div_ceil(8)] {
@@ -175,7 +175,7 @@ fn bits_at(row: &[u8], first: usize, count: usize) -> u32 {
     (value >> unused & ((1 << count) - 1)) as u32
 }
 
-/// A sign, 7 bits of exponent with a bias of 63, and 16 of the mantissa.
+/// Decodes a float of 24 bits: a sign, 7 bits of exponent with a bias of 63, and 16 bits of mantissa.
 fn float_of_24_bits(bits: u32) -> f32 {
     let sign = if bits >> 23 & 1 == 1 { -1.0 } else { 1.0 };
     let (exponent, mantissa) = ((bits >> 16 & 0x7f) as i32, (bits & 0xffff) as f32 / 65_536.0);
@@ -193,7 +193,7 @@ mod tests {
 
     #[test]
     fn odd_bits_are_taken_from_the_highest_on() {
-        // 12 bits: 0xabc, 0xdef.
+        // The row contains two samples of 12 bits: 0xabc, 0xdef.
         let row = [0xab, 0xcd, 0xef];
         assert_eq!([bits_at(&row, 0, 12), bits_at(&row, 12, 12)], [0xabc, 0xdef]);
         assert_eq!((0..8).map(|bit| bits_at(&[0b1010_0110], bit, 1)).collect::<Vec<_>>(), [1, 0, 1, 0, 0, 1, 1, 0]);

@@ -1,6 +1,7 @@
-//! What stands beside a GeoTIFF and belongs to it: GDAL's `dem.tif.aux.xml`, and a world file such as `dem.tfw`.
+//! The sidecar files of a GeoTIFF: GDAL's `dem.tif.aux.xml`, and a world file such as `dem.tfw`.
 //!
-//! As in GDAL, the first goes before the tags of the file, and a world file counts where nothing else gives a place.
+//! As in GDAL, the first takes precedence over the tags of the file, and a world file only counts if nothing else gives
+//! a georeference.
 
 use std::path::{Path, PathBuf};
 
@@ -9,15 +10,15 @@ use super::place::{beside, small_text};
 use super::samples::{BandMetadata, Meaning, parse_no_data};
 use super::{GeoKeys, masked, wkt};
 
-/// Endings of world files.
+/// Extensions of world files.
 const WORLD_FILES: [&str; 4] = ["tfw", "tifw", "tiffw", "wld"];
 
-/// See the head of the file.
+/// The information from the sidecar files of a GeoTIFF.
 #[derive(Debug, Default)]
 pub(super) struct SideFiles {
-    /// Those that say something.
+    /// The sidecar files that contain relevant information.
     pub files: Vec<PathBuf>,
-    /// For sample centres, as in [`super::georeference::Georeference`].
+    /// Transform for sample centres, as in [`super::georeference::Georeference`].
     crs_from_grid: Option<[f64; 6]>,
     world_file: Option<[f64; 6]>,
     geokeys: Option<GeoKeys>,
@@ -26,8 +27,8 @@ pub(super) struct SideFiles {
 }
 
 impl SideFiles {
-    /// Of the GeoTIFF at `path`. What is not understood is passed over with a warning: statistics of any size, and
-    /// words of other programs stand there, too.
+    /// Reads the sidecar files of the GeoTIFF at `path`. Invalid files are ignored with a warning. Other content of
+    /// `.aux.xml`, such as statistics and other programs' metadata, is ignored.
     pub fn of(path: &Path) -> Self {
         let mut found = Self::default();
         let mut aux = path.as_os_str().to_owned();
@@ -37,20 +38,20 @@ impl SideFiles {
             match small_text(&aux) {
                 Ok(text) if found.read_aux(&text) => found.files.push(aux),
                 Ok(_) => {}
-                Err(error) => tracing::warn!("{error}; it is passed over"),
+                Err(error) => tracing::warn!("{error}; it is ignored"),
             }
         }
         if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| beside(path, ending)) {
             found.world_file = small_text(&world).ok().and_then(|text| parse_world_file(&text));
             match found.world_file {
                 Some(_) => found.files.push(world),
-                None => tracing::warn!("{}: is no world file and passed over", world.display()),
+                None => tracing::warn!("{}: is not a valid world file and is ignored", world.display()),
             }
         }
         found
     }
 
-    /// Whether the heights, or their place, are others than the file alone says.
+    /// Returns whether the sidecar file changes the heights or their georeference.
     pub fn overrules(&self) -> bool {
         self.crs_from_grid.is_some()
             || self.geokeys.is_some()
@@ -58,8 +59,8 @@ impl SideFiles {
             || self.band != BandMetadata::default()
     }
 
-    /// The transform of the grid, if anything gives one, after the CRS in `tags` was replaced where a side file says
-    /// so.
+    /// Returns the transform of the grid, if a sidecar file or the tags give one, and replaces the CRS in `tags` if a
+    /// sidecar file gives another.
     pub fn place(&self, tags: &mut GeoTags) -> Option<[f64; 6]> {
         let of_tags = tags.crs_from_grid();
         if let Some(keys) = &self.geokeys {
@@ -68,7 +69,7 @@ impl SideFiles {
         self.crs_from_grid.or(of_tags).or(self.world_file)
     }
 
-    /// Puts in what a side file says of the samples.
+    /// Replaces the entries of `meaning` that a sidecar file gives.
     pub fn overrule(&self, meaning: &mut Meaning) {
         meaning.no_data = self.no_data.or(meaning.no_data);
         meaning.scale = self.band.scale.unwrap_or(meaning.scale);
@@ -99,12 +100,13 @@ impl SideFiles {
     }
 }
 
-/// Whether the heights of the GeoTIFF at `path` depend on more than the file: then it cannot be flown over as it is.
+/// Returns whether the heights of the GeoTIFF at `path` depend on sidecar files: then it cannot be drawn without
+/// baking.
 pub(crate) fn need_side_files(path: &Path) -> bool {
     masked::path_beside(path).is_some() || SideFiles::of(path).overrules()
 }
 
-/// The text of the first element of a name, without elements in it.
+/// Returns the text of the first element with this name, without nested elements.
 fn element(xml: &str, name: &str) -> Option<String> {
     let start = format!("<{name}");
     let rest = xml.match_indices(&start).map(|(at, _)| &xml[at + start.len()..]);
@@ -115,7 +117,8 @@ fn element(xml: &str, name: &str) -> Option<String> {
     Some(plain.replace("&amp;", "&")).filter(|text| !text.trim().is_empty())
 }
 
-/// Six numbers: the steps of x and y with the column, the same with the row, and the centre of the first sample.
+/// Parses a world file of six numbers: the steps of x and y per column, the same per row, and the centre of the first
+/// sample.
 fn parse_world_file(text: &str) -> Option<[f64; 6]> {
     let numbers: Option<Vec<f64>> = text.split_whitespace().map(|word| word.replace(',', ".").parse().ok()).collect();
     let &[a, c, b, d, x, y] = numbers?.as_slice() else { return None };

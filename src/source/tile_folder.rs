@@ -1,5 +1,5 @@
-//! A folder of terrain-RGB tiles, `z/x/y.png`, in the numbering of web maps: the deepest zoom level is read, tiles that
-//! are not there are void.
+//! Reads a folder of terrain-RGB tiles, `z/x/y.png`, in the numbering of web maps. Only the deepest zoom level is read;
+//! missing tiles are no-data.
 //!
 //! Level z has 2^z × 2^z tiles; x counts from 180° west, y from the north. The CRS is Web Mercator (EPSG:3857).
 
@@ -18,19 +18,19 @@ use super::side_file::{OpenOptions, Said};
 use super::terrain_rgb::Packing;
 use super::values::Holds;
 
-/// Half the width of the map in metres: π times the equator's radius on WGS 84.
+/// Half the width of the map in metres: π times the equatorial radius of WGS 84.
 const HALF_MAP_M: f64 = 20_037_508.342_789_244;
-/// No map is deeper, and 2^22 tiles of 512 pixels are 2^31.
+/// Deepest zoom level: 2^22 tiles of 512 pixels are 2^31 pixels.
 const MAX_ZOOM: u32 = 22;
-/// So many tiles are looked at to find out how heights are packed.
+/// Number of tiles that are examined to find out the encoding of heights.
 const SAMPLE_TILES: usize = 8;
 
-/// See the head of the file.
+/// A folder of tiles as one grid.
 pub(super) struct TileFolderReader {
     folder: PathBuf,
     zoom: u32,
     tile_px: u32,
-    /// Numbers of the westernmost column and northernmost row of tiles.
+    /// Tile numbers of the westernmost column and the northernmost row.
     first: [u32; 2],
     present: HashSet<[u32; 2]>,
     packing: Packing,
@@ -39,14 +39,14 @@ pub(super) struct TileFolderReader {
     identity: String,
 }
 
-/// Whether a folder has the shape `z/x/y.png`.
+/// Returns whether a folder has the structure `z/x/y.png`.
 pub(super) fn is_tile_folder(folder: &Path) -> bool {
     let folders = |folder: &Path| numbered(folder, "").unwrap_or_default();
     let has_tiles = |folder: &Path| !numbered(folder, "png").unwrap_or_default().is_empty();
     folders(folder).iter().any(|(_, zoom)| folders(zoom).iter().any(|(_, column)| has_tiles(column)))
 }
 
-/// Entries of a folder whose names are numbers: folders, or files with an ending.
+/// Returns the entries of a folder whose names are numbers: folders, or files with the given extension.
 fn numbered(folder: &Path, ending: &str) -> Result<Vec<(u32, PathBuf)>, SourceError> {
     let mut found = Vec::new();
     for entry in std::fs::read_dir(folder).map_err(cannot_open(folder))? {
@@ -54,7 +54,7 @@ fn numbered(folder: &Path, ending: &str) -> Result<Vec<(u32, PathBuf)>, SourceEr
         let path = entry.path();
         let stem = if ending.is_empty() { path.file_name() } else { path.file_stem() };
         let number = stem.and_then(|stem| stem.to_str()).and_then(|stem| stem.parse().ok());
-        // `7`, not `07`, which is some other scheme.
+        // A name such as `07` instead of `7` belongs to another scheme.
         let number = number.filter(|number: &u32| stem.is_some_and(|stem| stem.to_str() == Some(&number.to_string())));
         let fits = if ending.is_empty() {
             path.is_dir()
@@ -68,7 +68,7 @@ fn numbered(folder: &Path, ending: &str) -> Result<Vec<(u32, PathBuf)>, SourceEr
 }
 
 impl TileFolderReader {
-    /// Opens the deepest level.
+    /// Opens the deepest level of a folder.
     pub fn open(folder: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let mut tiles: Vec<([u32; 2], PathBuf)> = Vec::new();
         let mut zoom = 0;
@@ -84,14 +84,14 @@ impl TileFolderReader {
         let count = 1u32.checked_shl(zoom).filter(|_| zoom <= MAX_ZOOM);
         let count = count.ok_or_else(|| inconsistent(folder, format!("its zoom level {zoom} is too deep")))?;
         if let Some((_, path)) = tiles.iter().find(|(tile, _)| tile.iter().any(|&number| number >= count)) {
-            return Err(inconsistent(path, format!("level {zoom} has {count}×{count} tiles")));
+            return Err(inconsistent(path, format!("level {zoom} only has {count}×{count} tiles")));
         }
         let Some((_, first_tile)) = tiles.first() else {
             return Err(SourceError::NoMembers { path: folder.into() });
         };
         let [tile_px, tile_rows] = picture::header(first_tile)?.size;
         if tile_px != tile_rows || !(2..=4096).contains(&tile_px) {
-            return Err(inconsistent(first_tile, format!("a tile is a square, not {tile_px}×{tile_rows}")));
+            return Err(inconsistent(first_tile, format!("a tile must be square, not {tile_px}×{tile_rows}")));
         }
 
         let said = Said::of(folder, options)?;
@@ -119,7 +119,7 @@ impl TileFolderReader {
     }
 }
 
-/// Every tile's size and time of change; a hash of them, for there may be millions.
+/// Returns every tile's size and modification time as a hash, because there may be millions of tiles.
 fn identity(folder: &Path, said: &Said, tiles: &[([u32; 2], PathBuf)]) -> String {
     let mut hasher = DefaultHasher::new();
     for (tile, path) in tiles {
@@ -130,12 +130,15 @@ fn identity(folder: &Path, said: &Said, tiles: &[([u32; 2], PathBuf)]) -> String
     format!("{}\n{} tiles, {:016x}", said.identity(folder), tiles.len(), hasher.finish())
 }
 
-/// A tile in colours.
+/// Decodes a tile, which must be a colour picture.
 fn decode(path: &Path, tile_px: u32) -> Result<Picture, SourceError> {
     let header = picture::header(path)?;
     if header.size != [tile_px; 2] {
         let [width, height] = header.size;
-        return Err(inconsistent(path, format!("{width}×{height} pixels, but other tiles have {tile_px}×{tile_px}")));
+        return Err(inconsistent(
+            path,
+            format!("it has {width}×{height} pixels, but other tiles have {tile_px}×{tile_px}"),
+        ));
     }
     let picture = picture::decode(path)?;
     if picture.channels < 3 || picture.channel_bytes != 1 {
@@ -175,7 +178,7 @@ impl HeightReader for TileFolderReader {
                 let path = self.folder.join(format!("{}/{}/{}.png", self.zoom, tile[0], tile[1]));
                 let picture = decode(&path, tile_px)?;
                 let heights = self.packing.heights_m(&picture).collect::<Vec<_>>();
-                // The part of the tile that lies in the window, in samples of the grid.
+                // The part of the tile inside the window, in samples of the grid.
                 let overlap = |tile: u32, first: u32, count: u32| {
                     (tile * tile_px).max(first)..((tile + 1) * tile_px).min(first + count)
                 };
@@ -198,7 +201,7 @@ impl HeightReader for TileFolderReader {
         let tile = |axis: usize, at: u32| self.first[axis] + at / self.tile_px;
         let (right, bottom) = (window.x + window.width.max(1) - 1, window.y + window.height.max(1) - 1);
         let (columns, mut rows) = (tile(0, window.x)..=tile(0, right), tile(1, window.y)..=tile(1, bottom));
-        // The tiles that there are, or the places that there are for them, whichever are fewer.
+        // The loop goes over the existing tiles or over the tiles of the window, whichever are fewer.
         let places = u64::from(columns.end() - columns.start() + 1) * u64::from(rows.end() - rows.start() + 1);
         let is_present = match places < self.present.len() as u64 {
             true => rows.any(|y| columns.clone().any(|x| self.present.contains(&[x, y]))),

@@ -1,12 +1,12 @@
-//! Marks for no data that a file does not declare.
+//! Warns about probable no-data values that a file does not declare.
 //!
-//! Some numbers are no-data marks in so many files that a sample which has one of them, far outside of all other
-//! heights, is most likely a void: -9999 m where the land lies above the sea. Whether it is one only its owner knows.
-//! So it stays what it is, and is told once, with its share of the samples; `OpenOptions::no_data` says that it is
-//! void.
+//! Some numbers are no-data values in so many files that a sample with one of them, far outside all other heights, is
+//! most likely no-data: -9999 m where the land is above the sea. Only the owner of the file knows for certain. So such
+//! samples are left unchanged, and one warning gives their share of all samples; `OpenOptions::no_data` makes them
+//! no-data.
 //!
-//! Heights are looked at as they come out of a reader, in metres. -32768 and -32767 of 16-bit files are voids already,
-//! and so is what lies beyond ±1000 km (`samples`).
+//! Heights are examined as a reader returns them, in metres. -32768 and -32767 of 16-bit files are no-data already, and
+//! so are values beyond ±1000 km (`samples`).
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -15,14 +15,14 @@ use super::georeference::Georeference;
 use super::reader::{HeightReader, Window};
 use super::{OpenOptions, SourceError};
 
-/// The marks, in metres.
+/// Common no-data values, in metres.
 const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
-/// A mark is told when it lies at least so far outside of the other heights…
+/// Smallest distance of a suspicious value from the other heights, in metres…
 const LEAST_GAP_M: f32 = 500.0;
-/// … and at least this part of their range.
+/// … and as a fraction of their range.
 const GAP_OF_RANGE: f32 = 0.5;
 
-/// A reader whose samples of one height are voids, and which tells of marks among the others.
+/// A reader that treats one height as no-data, and warns about probable no-data values among the others.
 struct Watched {
     inner: Box<dyn HeightReader>,
     path: PathBuf,
@@ -30,12 +30,12 @@ struct Watched {
     found: Mutex<Found>,
 }
 
-/// What was read so far.
+/// Counts of the samples that were read so far.
 #[derive(Clone, Copy, Debug)]
 struct Found {
     samples: u64,
     marks: [u64; MARKS_M.len()],
-    /// Of the other heights.
+    /// Lowest and highest of the other heights, in metres.
     range_m: [f32; 2],
     told: bool,
 }
@@ -48,12 +48,12 @@ impl Found {
         heights_m.iter().for_each(|height_m| self.add_equal(*height_m, 1));
     }
 
-    /// So many samples of one height.
+    /// Adds `samples` samples of one height.
     fn add_equal(&mut self, height_m: f32, samples: u64) {
         self.samples += samples;
         match MARKS_M.iter().position(|mark| *mark == height_m) {
             Some(mark) => self.marks[mark] += samples,
-            // NaN is smaller and larger than nothing.
+            // `min` and `max` ignore NaN.
             None => self.range_m = [self.range_m[0].min(height_m), self.range_m[1].max(height_m)],
         }
     }
@@ -64,8 +64,8 @@ impl Found {
         self.range_m = [self.range_m[0].min(other.range_m[0]), self.range_m[1].max(other.range_m[1])];
     }
 
-    /// A line for each mark that is far outside of the other heights; `samples` is how many there are in all, since
-    /// some may have been read twice.
+    /// Returns a line for each suspicious value that is far outside the other heights. `samples` is the number of
+    /// samples in the grid, since some may have been read twice.
     fn lines(&self, path: &Path, samples: u64) -> Vec<String> {
         let [low_m, high_m] = self.range_m;
         let gap_m = LEAST_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
@@ -74,17 +74,20 @@ impl Found {
         let line = |(mark, count): (&f32, u64)| {
             let share = count as f64 / self.samples as f64;
             let (count, name) = ((share * samples as f64).round(), path.display());
-            let (are, makes) =
-                if count == 1.0 { ("sample is", "makes it a void") } else { ("samples are", "makes them voids") };
+            let (are, makes) = if count == 1.0 {
+                ("sample is", "treats it as no-data")
+            } else {
+                ("samples are", "treats them as no-data")
+            };
             let percent = share * 100.0;
             let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
-            format!("{name}: {count} {are} {mark} m ({percent}), which is usually no data; --nodata {mark} {makes}")
+            format!("{name}: {count} {are} {mark} m ({percent}), which usually means no-data; --nodata {mark} {makes}")
         };
         marks.map(line).collect()
     }
 }
 
-/// Watches over a reader of `path`.
+/// Wraps a reader of `path` so that it watches for undeclared no-data values.
 pub(super) fn watch(inner: Box<dyn HeightReader>, path: &Path, options: &OpenOptions) -> Box<dyn HeightReader> {
     let void_m = options.no_data.map(|no_data| no_data as f32);
     Box::new(Watched { inner, path: path.into(), void_m, found: Mutex::new(Found::NONE) })
@@ -95,9 +98,9 @@ impl Watched {
         if self.void_m == Some(height_m) { f32::NAN } else { height_m }
     }
 
-    /// Counts what was read; once all of the grid was, its marks are told.
+    /// Adds counts; after the whole grid has been read, prints the warnings.
     fn count(&self, here: &Found) {
-        // A thread that panicked while it counted left whole numbers.
+        // A thread that panicked while it counted left valid numbers.
         let mut found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         found.join(here);
         let [width, height] = self.size();
@@ -131,7 +134,7 @@ impl HeightReader for Watched {
 
     fn known_m(&self, window: Window) -> Option<f32> {
         let height_m = self.inner.known_m(window).map(|height_m| self.void_or(height_m))?;
-        // Whoever knows it does not read it.
+        // A caller that gets the known height does not read the window, so it is counted here.
         let mut here = Found::NONE;
         here.add_equal(height_m, window.samples() as u64);
         self.count(&here);
@@ -158,7 +161,7 @@ mod tests {
 
     fn lines(heights_m: &[f32]) -> Vec<String> {
         let mut found = Found::NONE;
-        // In two windows, as from two threads.
+        // The samples are added in two windows, as from two threads.
         let (first, last) = heights_m.split_at(heights_m.len() / 2);
         for window in [first, last] {
             let mut here = Found::NONE;
@@ -176,13 +179,15 @@ mod tests {
         };
         assert_eq!(
             lines(&with(-9999.0, 100)),
-            ["a.tif: 100 samples are -9999 m (1.0 %), which is usually no data; --nodata -9999 makes them voids"]
+            [
+                "a.tif: 100 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data"
+            ]
         );
         for mark in MARKS_M {
             assert_eq!(lines(&with(mark, 5000)).len(), 1, "{mark}");
         }
         assert!(lines(&with(-9999.0, 10_000))[0].contains("1 sample is -9999 m (less than 0.1 %)"));
-        // Two marks in one file do not hide each other.
+        // Two such values in one file do not hide each other.
         let mut two = with(-9999.0, 100);
         two[1] = -99_999.0;
         assert_eq!(lines(&two).len(), 2);

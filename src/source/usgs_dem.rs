@@ -1,9 +1,9 @@
 //! USGS ASCII DEM: "Standards for Digital Elevation Models", USGS National Mapping Program, part 2, 1998.
 //!
-//! A header (record A) with fields at fixed places, then profiles (records B) from west to east, each from south to
-//! north with its own first northing, so that quadrangles in UTM have ragged edges. Records are padded to 1024 bytes,
-//! with line breaks in some files. A value is a whole number times the vertical resolution, above the profile's datum;
-//! -32767 is a void. Older headers end after 864 bytes, and some after 893, as GDAL knows them.
+//! A header (record A) with fields at fixed positions is followed by profiles (records B) from west to east, each from
+//! south to north with its own first northing, so that quadrangles in UTM have ragged edges. Records are padded to 1024
+//! bytes, with line breaks in some files. A value is an integer times the vertical resolution, above the profile's
+//! datum; -32767 is no-data. Older headers end after 864 bytes, and some after 893 bytes, as in GDAL.
 
 use std::fs::File;
 use std::io::Read;
@@ -15,25 +15,26 @@ use super::samples::{Meaning, SampleType, Tally, Told};
 use super::text::number;
 use super::{GeoKeys, SourceError};
 
-/// A file is read whole, and held together with its heights: six bytes and four for each sample. A quadrangle has some
-/// ten megabytes.
+/// Largest file in bytes. A file is read completely and held together with its heights: six bytes and four bytes for
+/// each sample. A quadrangle has about ten megabytes.
 const MAX_BYTES: u64 = 1 << 29;
-/// For each byte of the file, and some more: profiles may be short, but a quadrangle is mostly full.
+/// Largest number of samples per byte of the file, with some more allowed in addition: profiles may be short, but a
+/// quadrangle is mostly full.
 const MAX_SAMPLES_PER_BYTE: u64 = 16;
 const RECORD: usize = 1024;
 const VOID: i64 = -32_767;
-/// The first record of a profile has so many values, those after it more.
+/// Number of values in the first record of a profile; further records have more.
 const FIRST_VALUES: usize = 146;
 const FURTHER_VALUES: usize = 170;
 
-/// Whether the first bytes of a text are a record A: pattern and reference system codes at their places.
+/// Returns whether a text begins with a record A: pattern and reference system codes at their positions.
 pub(super) fn is_header(head: &[u8]) -> bool {
     let field = |first: usize| head.get(first..first + 6).unwrap_or_default();
     let systems: [&[u8]; 5] = [b"     0", b"     1", b"     2", b"     3", b" -9999"];
     head.len() >= 864 && [b"     1", b"     4"].iter().any(|code| field(150) == *code) && systems.contains(&field(156))
 }
 
-/// Numbers in free form; what stands between them is passed over.
+/// A scanner for numbers in free format; it skips white space between them.
 struct Scan<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -45,7 +46,7 @@ impl Scan<'_> {
         self.at += rest.iter().take_while(|byte| byte.is_ascii_whitespace() || **byte == 0).count();
     }
 
-    /// A whole number, which ends where the next one's sign begins: six columns each leave no space.
+    /// Reads an integer, which ends where the next one's sign begins: fields of six columns may leave no space.
     fn whole(&mut self) -> Option<i64> {
         self.skip_space();
         let rest = self.bytes.get(self.at..)?;
@@ -70,13 +71,13 @@ impl Scan<'_> {
     }
 }
 
-/// Record A.
+/// The fields of record A.
 struct Header {
     size: [u32; 2],
-    /// In units of the ground: metres, feet, or seconds of arc.
+    /// Position of the first sample in ground units: metres, feet, or arc seconds.
     first: [f64; 2],
     step: [f64; 2],
-    /// Where the profiles begin.
+    /// Byte offset of the profiles.
     data: usize,
     metres_per_step: f64,
     metres_per_unit: f64,
@@ -88,7 +89,7 @@ struct Header {
 pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let length = std::fs::metadata(path).map_err(cannot_open(path))?.len();
     if length > MAX_BYTES {
-        return Err(place::unclear(path, "is too long to be read at once; convert it to GeoTIFF (gdal_translate)"));
+        return Err(place::unclear(path, "is too large to be read at once; convert it to GeoTIFF (gdal_translate)"));
     }
     let mut bytes = memory::room(path, [(length / 6) as u32, 1], length)?;
     File::open(path).and_then(|file| file.take(length).read_to_end(&mut bytes)).map_err(cannot_open(path))?;
@@ -97,7 +98,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let [width, height] = header.size;
     let samples = u64::from(width) * u64::from(height);
     if samples > MAX_SAMPLES_PER_BYTE * length + (1 << 20) {
-        return Err(inconsistent(path, format!("{width}×{height} samples cannot lie in {length} bytes")));
+        return Err(inconsistent(path, format!("{width}×{height} samples do not fit in {length} bytes")));
     }
     memory::check_count(path, header.size)?;
     let scale = if header.is_geographic { 1.0 / 3600.0 } else { 1.0 };
@@ -111,7 +112,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
 }
 
 fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {
-    let missing = |what: &str| inconsistent(path, format!("its header does not say its {what}"));
+    let missing = |what: &str| inconsistent(path, format!("its header has no {what}"));
     let text = |first: usize, length: usize| {
         let field = bytes.get(first..first + length).unwrap_or_default();
         String::from_utf8_lossy(field).trim().to_owned()
@@ -137,7 +138,7 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {
     let [mut south, mut north] = corners[1];
     let mut west = corners[0][0];
     if !is_geographic {
-        // Corners of a quadrangle lie anywhere; samples lie on whole multiples of the spacing.
+        // The corners of a quadrangle are at arbitrary positions; samples are at whole multiples of the spacing.
         (south, north) = ((south / dy).floor() * dy, (north / dy).ceil() * dy);
         let mut scan = Scan { bytes, at: data };
         let numbers = [scan.whole(), scan.whole(), scan.whole(), scan.whole()];
@@ -150,7 +151,7 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {
     }
     let rows = (north - south) / dy + 1.5;
     if !(2.0..1e9).contains(&rows) {
-        return Err(inconsistent(path, "its corners and its spacing do not fit"));
+        return Err(inconsistent(path, "its corners and its spacing do not match"));
     }
     let feet_or_metres = |code: Option<i32>| if code == Some(1) { 0.3048 } else { 1.0 };
     let metres_per_unit = feet_or_metres(whole(534, 6));
@@ -166,14 +167,14 @@ fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {
     })
 }
 
-/// Where the first profile begins, which says that it is the first row's first.
+/// Returns the byte offset of the first profile, which begins with its row and column number.
 fn data_offset(bytes: &[u8]) -> Option<usize> {
     let begins = |at: usize| {
         let mut scan = Scan { bytes, at };
         let numbers = (scan.whole(), scan.whole());
         (matches!(numbers, (Some(1), Some(0 | 1)))).then_some(scan.at)
     };
-    // A header of 864 bytes is followed at once; otherwise spaces or further fields come first.
+    // The profiles follow a header of 864 bytes at once; otherwise spaces or further fields come first.
     if begins(864).is_some_and(|end| end < RECORD) {
         return Some(864);
     }
@@ -211,7 +212,8 @@ fn read_profiles(path: &Path, bytes: &[u8], header: &Header, heights_m: &mut [f3
     let mut tally = Tally::default();
     let mut scan = Scan { bytes, at: header.data };
     for column in 0..width {
-        let truncated = || inconsistent(path, format!("it ends or is no text in profile {} of {width}", column + 1));
+        let truncated =
+            || inconsistent(path, format!("it is truncated or not text in profile {} of {width}", column + 1));
         let start = scan.at;
         let mut next = || scan.whole().ok_or_else(truncated);
         let [_, _, count, _] = [next()?, next()?, next()?, next()?];
@@ -236,7 +238,8 @@ fn read_profiles(path: &Path, bytes: &[u8], header: &Header, heights_m: &mut [f3
     Ok(())
 }
 
-/// Where the profile after number `column` begins. Some files have values beyond a profile's count in its last record.
+/// Returns the byte offset of the profile after number `column`. Some files have values beyond a profile's count in its
+/// last record.
 fn next_profile(scan: &Scan<'_>, start: usize, count: usize, column: usize) -> usize {
     let begins = |at: usize| {
         let mut scan = Scan { bytes: scan.bytes, at };

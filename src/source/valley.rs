@@ -1,31 +1,32 @@
-//! Valley floors: what the streams lay down. Stream power alone cuts every valley to a V; mountain valleys are floored
-//! with gravel, the wider the larger the stream, and side streams enter on fans.
+//! Valley floors, which streams deposit. Stream power alone cuts every valley to a V; the floors of mountain valleys
+//! are filled with gravel, the wider the larger the stream, and side streams enter on alluvial fans.
 //!
-//! Every stream sample lifts its bed by a depth that grows with the upstream area, at least to the bed below it, so
-//! that a main valley's gravel backs up into its side valleys. Every other sample takes the level of the stream to
-//! which it drains, rising slightly on the way, and is filled where it lies lower. Going down the flow path keeps the
-//! fill within its valley: it cannot spill over a low divide.
+//! Every stream sample raises its bed by a depth that grows with the upstream area, at least to the level of the bed
+//! below it, so that a main valley's gravel backs up into its side valleys. Every other sample takes the level of the
+//! stream that it drains to, which rises slightly on the way, and is filled if it is below that level. Following the
+//! flow path keeps the fill within its valley: it cannot spill over a low divide.
 
 use super::raster::{Raster, is_border, neighbours};
 
-/// Streams smaller than this have no floor of their own.
+/// Streams with a smaller upstream area have no floor of their own.
 const SMALLEST_STREAM_M2: f32 = 1.0e6;
-/// How the fill rises away from the stream, as a ratio.
+/// Slope of the fill away from the stream, as a ratio.
 const FAN_SLOPE: f32 = 0.03;
-/// How the fill rises along a stream that it drowns, as a ratio.
+/// Slope of the fill along a stream that it buries, as a ratio.
 const BED_SLOPE: f32 = 0.004;
 
-/// No fill is steeper than this, as a ratio.
+/// Steepest slope of a fill, as a ratio.
 const STEEPEST_FILL: f32 = 0.07;
 
-/// Lays the floors into `heights` (metres); `order` as [`flood`](super::erosion::flood) gives it, `areas_m2` the
-/// upstream areas, `depth_factors` (0 to 1) scale the depth under the streams. Returns the depth of the fill, metres.
+/// Adds the valley floors to `heights` (metres). `order` is the flow order that [`flood`](super::erosion::flood)
+/// returns, `areas_m2` holds the upstream areas, and `depth_factors` (0 to 1) scale the depth under the streams.
+/// Returns the depth of the fill in metres.
 pub(super) fn lay_floors(heights: &mut Raster, order: &[u32], areas_m2: &[f32], depth_factors: &[f32]) -> Vec<f32> {
     let size = heights.size;
     let around = neighbours(size);
     let spacing_m = heights.spacing_m as f32;
     let mut levels_m = vec![f32::NEG_INFINITY; size * size];
-    // Upwards, so that the sample below is known; its filled height is not looked at, only its level.
+    // Goes upstream, so that the level of the sample below is known. Only that level is used, not its filled height.
     let bare_m = heights.values.clone();
     for &index in order {
         let index = index as usize;
@@ -52,7 +53,7 @@ pub(super) fn lay_floors(heights: &mut Raster, order: &[u32], areas_m2: &[f32], 
         if levels_m[index] > bare_m[index] {
             heights.values[index] = levels_m[index];
         } else if !own_m.is_finite() {
-            // Above the fill: nothing further up is reached either.
+            // This sample is above the fill, so the fill does not reach anything further upstream either.
             levels_m[index] = f32::NEG_INFINITY;
         }
     }
@@ -60,9 +61,9 @@ pub(super) fn lay_floors(heights: &mut Raster, order: &[u32], areas_m2: &[f32], 
     heights.values.iter().zip(&bare_m).map(|(height_m, bare_m)| height_m - bare_m).collect()
 }
 
-/// Two streams in one floor may lie at different levels, and the fill of each ends where the other's begins: lowers
-/// the fill (never below `bare_m`) until no step between neighbours is steeper than [`STEEPEST_FILL`], by sweeping
-/// forth and back, as distance transforms do.
+/// Smooths steps in the fill. Two streams in one floor may have different levels, and the fill of each ends where the
+/// other's begins. Lowers the fill (never below `bare_m`) until no step between neighbours is steeper than
+/// [`STEEPEST_FILL`], by forward and backward sweeps, as distance transforms do.
 fn even_out(heights: &mut Raster, bare_m: &[f32]) {
     let size = heights.size;
     let around = neighbours(size).map(|(offset, distance, _)| (offset, distance * heights.spacing_m as f32));
@@ -80,7 +81,7 @@ fn even_out(heights: &mut Raster, bare_m: &[f32]) {
     }
 }
 
-/// Depth of the fill under a stream of this upstream area, metres.
+/// Returns the depth in metres of the fill under a stream with this upstream area.
 fn floor_depth_m(area_m2: f32) -> f32 {
     (1.1e-2 * (area_m2 - SMALLEST_STREAM_M2).max(0.0).sqrt()).min(110.0)
 }

@@ -1,7 +1,7 @@
-//! Rasters of other things than heights, which lie over a world: shades, classes.
+//! Rasters of values other than heights that cover a world: shades of grey and classes.
 //!
-//! They are read by the readers of heights, as numbers: of a GeoTIFF scale, offset and unit are passed over, for a class
-//! has none. Shades may also come from a grey PNG, of any depth, which says nothing of where it lies.
+//! The readers of heights read them as plain numbers; the scale, offset and unit of a GeoTIFF are ignored, because a
+//! class has none. Shades may also come from a grey PNG of any bit depth, which has no georeference.
 
 use std::fmt;
 use std::path::Path;
@@ -15,14 +15,14 @@ use super::picture;
 use super::place;
 use super::{HeightReader, OpenOptions, SourceError, georeference};
 
-/// What the samples of a file are taken for.
+/// The meaning of a file's samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Holds {
-    /// Metres.
+    /// Heights in metres.
     Heights,
-    /// Numbers that stand for something.
+    /// Class codes.
     Classes,
-    /// From nothing to all.
+    /// Shades, from nothing to everything.
     Shades,
 }
 
@@ -36,20 +36,20 @@ impl fmt::Display for Holds {
     }
 }
 
-/// An open raster.
+/// An open raster of shades or classes.
 pub struct Values {
-    /// Its numbers; NaN where there is no data.
+    /// Reader of the numbers; NaN where there is no data.
     pub reader: Box<dyn HeightReader>,
-    /// The shade that means all.
+    /// The sample that means "everything"; smaller ones are fractions of it.
     pub full: f64,
-    /// Whether it says where it lies.
+    /// Whether the file has a georeference.
     pub is_located: bool,
 }
 
-/// Opens a raster.
+/// Opens a raster of values.
 ///
 /// # Errors
-/// As [`super::open_reader`].
+/// The same as [`super::open_reader`].
 pub fn open_values(path: &Path, holds: Holds) -> Result<Values, SourceError> {
     match format::of(path, &OpenOptions::default())? {
         Format::GeoTiff => GeoTiffReader::open_as(path, holds),
@@ -58,7 +58,7 @@ pub fn open_values(path: &Path, holds: Holds) -> Result<Values, SourceError> {
     }
 }
 
-/// A grey picture, decoded whole.
+/// Decodes a whole grey picture.
 fn grey(path: &Path) -> Result<Values, SourceError> {
     let refused = |what| Err(SourceError::NotHeights { path: path.into(), what, holds: Holds::Shades });
     let header = picture::header(path)?;
@@ -69,7 +69,7 @@ fn grey(path: &Path) -> Result<Values, SourceError> {
     let picture = picture::decode(path)?;
     let [width, height] = picture.size;
     let mut shades = memory::room(path, picture.size, u64::from(width) * u64::from(height))?;
-    // Transparency of one shade is a channel, too.
+    // A single transparent shade (a tRNS chunk) is also decoded as an alpha channel.
     let pixels = picture.bytes.chunks_exact(picture.channels * picture.channel_bytes);
     shades.extend(pixels.map(|pixel| match (picture.channel_bytes, pixel) {
         (1, [_, 0]) | (2, [_, _, 0, 0]) => f32::NAN,

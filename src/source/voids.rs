@@ -1,16 +1,18 @@
-//! Holes in heights, filled as a reader is read: [`Filled`] stands over any reader, and whoever reads it gets land where
-//! the file has small voids.
+//! Fills holes in heights while a reader is read: [`Filled`] wraps any reader and returns land where the file has small
+//! no-data holes.
 //!
-//! A hole is a set of voids that touch each other, also at their corners. It is filled if land closes it on all sides,
-//! it lies in a square of [`MOST_EXTENT`] samples, and no square of more than [`MOST_WIDTH`] samples is void in it. What
-//! is larger stays a hole, as does what touches the border of the grid: the land beyond a country's border, a sea, the
-//! collar of a rotated raster. Voids get the surface of `spline`; spikes beside voids (`spikes`) are voids that are filled.
+//! A hole is a set of no-data samples that touch each other, also at their corners. It is filled if land surrounds it
+//! on all sides, it fits in a square of [`MOST_EXTENT`] samples, and it contains no square of more than [`MOST_WIDTH`]
+//! no-data samples. Larger holes stay holes, and so do those that touch the border of the grid: the land beyond a
+//! country's border, a sea, the collar of a rotated raster. A filled hole gets the surface of `spline`. Spikes near
+//! no-data (`spikes`) are treated as no-data and filled.
 //!
-//! Every hole is filled for itself, from nothing but itself and the two samples around it, and the rule looks no
-//! farther. So the result is a function of the place: windows of any size agree on every bit. A window with voids is
-//! read with about [`MOST_EXTENT`] samples more on each side; one without is read as it is, with the few that may tell of a spike.
+//! Every hole is filled independently, from nothing but itself and the two samples around it, and the rule depends on
+//! nothing farther away. So the result is a function of the position: windows of any size agree bit for bit. For a
+//! window with no-data, about [`MOST_EXTENT`] more samples are read on each side; a window without is read with only
+//! the few samples that decide about spikes.
 //!
-//! Why: `docs/decisions/voids.md`.
+//! The reasons are in `docs/decisions/voids.md`.
 
 mod holes;
 mod spikes;
@@ -23,14 +25,14 @@ use super::georeference::Georeference;
 use super::reader::{HeightReader, Window};
 use super::{SourceError, WorldMapping};
 
-/// A hole lies in a square of so many samples, or it is not filled.
+/// Largest extent of a hole that is filled: it must fit in a square of this many samples.
 pub const MOST_EXTENT: u32 = 256;
-/// The widest square of voids in a hole that is filled, in samples.
+/// Largest square of no-data in a hole that is filled, in samples.
 pub const MOST_WIDTH: u32 = 64;
-/// What says whether a sample is a spike lies so near.
+/// Distance in samples within which heights decide whether a sample is a spike.
 const NEAR: u32 = spikes::BESIDE + 1;
 
-/// Which holes are filled, in samples of a level.
+/// The limits of the holes that are filled, in samples of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Limits {
     extent: u32,
@@ -38,42 +40,43 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
-    /// Of the file's own samples.
+    /// The limits for the file's own samples.
     pub const FINEST: Self = Self { extent: MOST_EXTENT, width: MOST_WIDTH };
 
-    /// Of an overview whose samples are 2^`level` as far apart: the same holes, where none is smaller than a sample.
+    /// Returns the limits that select the same holes in an overview whose samples are 2^`level` as far apart; `None` if
+    /// the widest of these holes is smaller than a sample.
     pub fn of_level(level: usize) -> Option<Self> {
         let level = u32::try_from(level).ok().filter(|level| MOST_WIDTH >> level.min(&31) > 0)?;
         Some(Self { extent: MOST_EXTENT >> level, width: MOST_WIDTH >> level })
     }
 
-    /// How far from a window its holes are looked for: a hole that reaches into it, the samples around that, and what
-    /// may make spikes of those.
+    /// Returns how far around a window holes must be searched: the extent of a hole that reaches into it, the samples
+    /// around that, and those that decide about spikes.
     fn margin(self) -> u32 {
         self.extent + spline::RING + NEAR
     }
 
-    /// Whether a hole that holds all of a window is too wide.
+    /// Returns whether a hole that covers a whole window is too wide.
     fn is_wide(self, window: Window) -> bool {
         window.width > self.width && window.height > self.width
     }
 }
 
-/// What is done with voids.
+/// What is done with no-data.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum VoidMode {
-    /// Small holes that land closes are filled smoothly, and spikes beside voids are removed.
+    /// Fill small holes that are surrounded by land, and remove spikes near no-data.
     Fill,
-    /// Voids are holes, as the file has them.
+    /// Leave no-data as holes, as in the file.
     #[default]
     Holes,
 }
 
-/// Samples of a window that a file does not have, or that were not believed.
+/// The number of samples of a window that were filled or replaced.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct FilledSamples {
-    /// Voids that got a height.
+    /// No-data samples that got a height.
     pub voids: u64,
     /// Spikes that got another height.
     pub spikes: u64,
@@ -91,15 +94,15 @@ pub struct Filled {
     spacing_m: f64,
 }
 
-/// Stands over a reader of whatever kind; several files as one grid are filled after they were put together, as a void
-/// of one may be land in another.
+/// Wraps a reader of any kind. Several files as one grid are filled after they have been combined, because no-data of
+/// one may be land in another.
 pub fn filled(inner: Box<dyn HeightReader>) -> Box<dyn HeightReader> {
     let spacing_m = spacing_m(inner.georeference(), inner.size());
     Box::new(Filled { inner, spacing_m })
 }
 
-/// Metres between samples in the middle of a grid, the geometric mean of both ways; infinite where nothing says where
-/// the grid lies, so that nothing is a spike.
+/// Returns the sample spacing in metres in the middle of a grid, as the geometric mean of both directions; infinite for
+/// a grid without a valid georeference, so that nothing is a spike.
 pub(crate) fn spacing_m(georeference: &Georeference, [width, height]: [u32; 2]) -> f64 {
     let Ok(mapping) = WorldMapping::new(georeference, width, height) else { return f64::INFINITY };
     let [x, y] = [width, height].map(|count| f64::from(count / 2));
@@ -110,7 +113,7 @@ pub(crate) fn spacing_m(georeference: &Georeference, [width, height]: [u32; 2]) 
 }
 
 impl Filled {
-    /// The reader as the file is, with its holes.
+    /// Returns the reader without filling.
     pub fn bare(&self) -> &dyn HeightReader {
         &*self.inner
     }
@@ -122,10 +125,10 @@ impl Filled {
         fill(heights_m, whole, whole, &self.way())
     }
 
-    /// As [`HeightReader::read`], and how many of the samples were filled.
+    /// Does the same as [`HeightReader::read`], and returns how many of the samples were filled.
     ///
     /// # Errors
-    /// As [`HeightReader::read`].
+    /// The same as [`HeightReader::read`].
     pub fn read_counted(&self, window: Window) -> Result<(Vec<f32>, FilledSamples), SourceError> {
         read_filled(&|window| self.inner.read(window), window, &self.way())
     }
@@ -135,18 +138,18 @@ impl Filled {
     }
 }
 
-/// What filling has to know of a grid.
+/// The parameters of filling for a grid.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Way {
-    /// Columns and rows of all of it.
+    /// Columns and rows of the whole grid.
     pub size: [u32; 2],
-    /// Metres between samples; infinite where no sample is to be a spike.
+    /// Sample spacing in metres; infinite if no sample should be a spike.
     pub spacing_m: f64,
-    /// Which holes are filled.
+    /// Limits of the holes that are filled.
     pub limits: Limits,
 }
 
-/// A window of what `read` gives, with its holes filled, and how many samples were.
+/// Returns a window of `read` with its holes filled, and the number of filled samples.
 pub(crate) fn read_filled<E>(
     read: &dyn Fn(Window) -> Result<Vec<f32>, E>,
     window: Window,
@@ -182,7 +185,7 @@ impl HeightReader for Filled {
         self.inner.block()
     }
 
-    /// One height everywhere is no spike; voids are known to stay such if they are too wide.
+    /// Uniform heights contain no spike; no-data is known to stay no-data if the hole is too wide.
     fn known_m(&self, window: Window) -> Option<f32> {
         self.inner.known_m(window).filter(|height_m| height_m.is_finite() || Limits::FINEST.is_wide(window))
     }
@@ -226,8 +229,8 @@ fn fill(heights_m: &mut [f32], around: Window, within: Window, way: &Way) -> Fil
     counts
 }
 
-/// How many samples of a grid are filled; `report` hears the share that was looked at. Windows are squares, of which
-/// those without voids cost little.
+/// Counts the filled samples of a grid; `report` receives the finished share. Windows are squares; those without
+/// no-data cost little.
 pub(super) fn count(filled: &Filled, report: &dyn Fn(f32)) -> Result<FilledSamples, SourceError> {
     const SIDE: u32 = 1024;
     let [width, height] = filled.size();

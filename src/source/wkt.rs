@@ -1,19 +1,20 @@
-//! Coordinate reference systems in Well-Known Text → the keys of a GeoTIFF.
+//! Parses coordinate reference systems in Well-Known Text and converts them to GeoTIFF keys.
 //!
-//! Read as far as the world's frame and a baked file need it: the kind of CRS, its EPSG code, unit, ellipsoid, and the
-//! usual projections. Both generations of the text have the same grammar, `KEYWORD["name",value,CHILD[…]]`; the first
-//! is OGC 01-009 section 7 with ESRI's names in `.prj` files, the second OGC 18-010r7.
+//! The text is interpreted as far as the world's frame and a baked file need it: the kind of CRS, its EPSG code, unit,
+//! ellipsoid, and the common projections. Both versions of the text have the same grammar,
+//! `KEYWORD["name",value,CHILD[…]]`; version 1 is OGC 01-009 section 7, with ESRI's names in `.prj` files, and version
+//! 2 is OGC 18-010r7.
 
 use super::GeoKeys;
 use super::geokeys::{self as key, GeoKey, USER_DEFINED};
 
-/// Nothing that is meant is nested deeper.
+/// Deepest nesting; no meaningful text is nested deeper.
 const MAX_DEPTH: usize = 24;
 
-/// `KEYWORD["name", 1.0, CHILD[…]]`
+/// A node `KEYWORD["name", 1.0, CHILD[…]]`.
 #[derive(Debug, Default)]
 struct Node {
-    /// In upper case.
+    /// The keyword in upper case.
     keyword: String,
     /// Quoted texts and bare words.
     texts: Vec<String>,
@@ -30,7 +31,7 @@ impl Node {
         self.children.iter().find(|child| keywords.contains(&child.keyword.as_str()))
     }
 
-    /// This node or the first below it with one of the keywords.
+    /// Returns this node, or the first one below it, that has one of the keywords.
     fn find(&self, keywords: &[&str]) -> Option<&Node> {
         if keywords.contains(&self.keyword.as_str()) {
             return Some(self);
@@ -47,7 +48,7 @@ impl Node {
         }
     }
 
-    /// The unit of the coordinates, in metres or radians. The second generation may say it of each axis.
+    /// Returns the unit of the coordinates, in metres or radians. In version 2 each axis may have the unit.
     fn unit(&self) -> Option<f64> {
         let words = ["UNIT", "LENGTHUNIT", "ANGLEUNIT"];
         let of_axis = || self.child(&["AXIS"])?.child(&words);
@@ -58,7 +59,7 @@ impl Node {
 const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
 const GEOGRAPHIC: [&str; 6] = ["GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "BASEGEOGCRS", "BASEGEODCRS"];
 
-/// The keys of a CRS; `None` for what is no Well-Known Text of a known kind.
+/// Returns the keys of a CRS; `None` for text that is not Well-Known Text of a known kind.
 pub(super) fn keys(text: &str) -> Option<GeoKeys> {
     let root = parse(&mut text.trim_start_matches('\u{feff}').trim_start(), 0)?;
     let keys = if let Some(projected) = root.find(&PROJECTED) {
@@ -76,7 +77,7 @@ pub(super) fn keys(text: &str) -> Option<GeoKeys> {
     Some(GeoKeys::from_keys(keys))
 }
 
-/// Takes one node from the front of `text`.
+/// Parses one node at the front of `text`, and removes it from there.
 fn parse(text: &mut &str, depth: usize) -> Option<Node> {
     let end = text.find(['[', '('])?;
     let keyword = text[..end].trim().to_ascii_uppercase();
@@ -144,7 +145,7 @@ fn unit_keys(metres: f64) -> Vec<GeoKey> {
     }
 }
 
-/// Without the model type, which is the projected CRS's where there is one.
+/// Returns the keys of a geographic CRS without the model type, which depends on the outermost CRS.
 fn geographic_keys(node: &Node) -> Vec<GeoKey> {
     if let Some(code) = geographic_code(node) {
         return vec![GeoKey::short(key::GEOGRAPHIC_CRS, code)];
@@ -173,7 +174,8 @@ fn geographic_keys(node: &Node) -> Vec<GeoKey> {
     keys
 }
 
-/// The code of a geographic CRS, by what it says or by the names of the commonest, which ESRI's text gives no codes.
+/// Returns the code of a geographic CRS, as given or by the names of the commonest ones, for which ESRI's text has no
+/// codes.
 fn geographic_code(node: &Node) -> Option<u16> {
     let is_degrees = node.unit().is_none_or(|unit| (unit / 1f64.to_radians() - 1.0).abs() < 1e-9);
     let is_greenwich = node.child(&["PRIMEM"]).and_then(|it| it.numbers.first()).is_none_or(|it| *it == 0.0);
@@ -199,7 +201,7 @@ fn geographic_code(node: &Node) -> Option<u16> {
     node.epsg().or_else(by_name)
 }
 
-/// The EPSG code of a zone of UTM by a name such as `WGS_1984_UTM_Zone_10N` and the code of its geographic CRS.
+/// Returns the EPSG code of a UTM zone, from a name such as `WGS_1984_UTM_Zone_10N` and the code of its geographic CRS.
 pub(super) fn utm_code(name: &str, geographic: u16) -> Option<u16> {
     let name = name.to_ascii_uppercase().replace('_', " ");
     let (_, zone) = name.split_once("UTM ZONE ")?;
@@ -212,7 +214,7 @@ pub(super) fn utm_code(name: &str, geographic: u16) -> Option<u16> {
     utm(zone[..digits].parse().ok()?, is_north, geographic)
 }
 
-/// The EPSG code of a zone of UTM on a geographic CRS.
+/// Returns the EPSG code of a UTM zone on a geographic CRS.
 pub(super) fn utm(zone: u16, is_north: bool, geographic: u16) -> Option<u16> {
     match (geographic, is_north) {
         (4326, true) if (1..=60).contains(&zone) => Some(32_600 + zone),
@@ -224,7 +226,7 @@ pub(super) fn utm(zone: u16, is_north: bool, geographic: u16) -> Option<u16> {
     }
 }
 
-/// Names of a projection in lower case, its code as a GeoTIFF key (ProjCoordTrans), and the keys of its parameters:
+/// The known projections: names in lower case, code as a GeoTIFF key (ProjCoordTrans), and the keys of the parameters
 /// latitude and longitude of origin, false easting and northing.
 const PROJECTIONS: &[(&[&str], u16, [u16; 4])] = &[
     (&["transverse_mercator", "gauss_kruger", "transverse mercator"], 1, [3081, 3080, 3082, 3083]),
@@ -238,7 +240,8 @@ const PROJECTIONS: &[(&[&str], u16, [u16; 4])] = &[
     (&["albers", "albers_conic_equal_area", "albers equal area"], 11, [3081, 3080, 3082, 3083]),
 ];
 
-/// The projection of a CRS without a code, for those who read the baked file: the world's frame needs only its unit.
+/// Returns the projection keys of a CRS without a code, for other programs that read the baked file: the world's frame
+/// needs only the unit.
 fn projection_keys(node: &Node) -> Vec<GeoKey> {
     let Some(projection) = node.find(&["PROJECTION", "METHOD"]) else { return Vec::new() };
     let name = projection.name().to_ascii_lowercase();

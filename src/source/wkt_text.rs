@@ -1,18 +1,18 @@
-//! The keys of a GeoTIFF → a coordinate reference system in Well-Known Text, for the `.prj` beside a picture.
+//! Converts GeoTIFF keys to Well-Known Text, for the `.prj` of a picture.
 //!
-//! What has a code is written as the catalogue has it. The rest is written in the first generation of the text (OGC
-//! 01-009), as far as its projection is one of a few.
+//! A CRS with an EPSG code is written as in the catalogue. Others are written in version 1 of the text (OGC 01-009), if
+//! their projection is one of a few.
 
 use super::crs_catalogue::{self as catalogue, Kind};
 use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
 use super::georeference::{Crs, Georeference};
 
-/// GeogPrimeMeridianGeoKey, and Greenwich.
+/// GeogPrimeMeridianGeoKey, and the code of Greenwich.
 const PRIME_MERIDIAN: u16 = 2051;
 const GREENWICH: u16 = 8901;
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
-/// Its code as a key (ProjCoordTrans), its name, and its parameters with their keys.
+/// A projection: its code as a key (ProjCoordTrans), its name, and its parameters with their keys.
 type Method = (u16, &'static str, &'static [(&'static str, u16)]);
 
 const METHODS: [Method; 5] = [
@@ -69,7 +69,8 @@ const METHODS: [Method; 5] = [
 ];
 
 impl Georeference {
-    /// The EPSG code of the CRS, where it has one that says all of it: a file may name a code and have another unit.
+    /// Returns the EPSG code of the CRS, if a code describes it completely: a file may give a code and yet have another
+    /// unit.
     #[must_use]
     pub fn epsg(&self) -> Option<u16> {
         let named = |name: &str| name.strip_prefix("EPSG:")?.parse().ok();
@@ -85,7 +86,7 @@ impl Georeference {
         catalogue::look_up(code).filter(|known| known.kind == kind && is_same(unit, known.unit)).map(|_| code)
     }
 
-    /// The CRS in Well-Known Text; none of a local one, and where its projection is none of those that are known here.
+    /// Returns the CRS in Well-Known Text; `None` for a local CRS and for unsupported projections.
     #[must_use]
     pub fn wkt(&self) -> Option<String> {
         if let Some(text) = self.epsg().and_then(catalogue::text) {
@@ -122,7 +123,8 @@ fn projected(keys: &GeoKeys, metres_per_unit: f64, name: &str) -> Option<String>
     Some(text + &format!(",UNIT[\"{unit_name}\",{metres_per_unit}]]"))
 }
 
-/// `ellipsoid` is that of the CRS where it is known otherwise than by the keys.
+/// Returns the text of a geographic CRS. `ellipsoid` is its ellipsoid, if that is known from another source than the
+/// keys.
 fn geographic(keys: &GeoKeys, radians_per_unit: f64, ellipsoid: Option<[f64; 2]>, name: &str) -> Option<String> {
     let code = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != USER_DEFINED);
     if let Some(code) = code {
@@ -146,7 +148,8 @@ fn geographic(keys: &GeoKeys, radians_per_unit: f64, ellipsoid: Option<[f64; 2]>
     ))
 }
 
-/// Quotes would end the name, and readers disagree about what is no ASCII.
+/// Removes characters that must not be in a name: quotes would end it, and readers disagree about characters other than
+/// ASCII.
 fn quoted(name: &str) -> String {
     name.chars().filter(|c| c.is_ascii_graphic() || *c == ' ').map(|c| if c == '"' { '\'' } else { c }).collect()
 }

@@ -1,8 +1,8 @@
-//! From grid coordinates to the world's metres and back.
+//! Maps grid coordinates to world metres and back.
 //!
-//! The world's origin is the centre of the sample lattice; x runs east, y north. A projected grid is scaled to metres
-//! and otherwise left as it is. A geographic one goes to the transverse Mercator projection whose centre is that
-//! origin, on the file's own ellipsoid; one that is too wide for it goes to the equidistant cylindrical projection.
+//! The world's origin is the centre of the sample lattice; x runs east, y north. A projected grid is only scaled to
+//! metres. A geographic grid is projected to a transverse Mercator projection whose centre is the origin, on the file's
+//! own ellipsoid; a grid that is too wide for it uses the equidistant cylindrical projection.
 
 mod picture;
 
@@ -12,19 +12,20 @@ use proj4rs::transform::transform;
 
 use super::georeference::{Crs, Georeference, GeoreferenceError};
 
-/// How far from the central meridian the transverse Mercator projection is used. At 60° its scale is 2.
+/// Largest angle from the central meridian at which the transverse Mercator projection is used, in radians. At 60° its
+/// scale is 2.
 const TRANSVERSE_MERCATOR_REACH_RAD: f64 = 60.0 / 180.0 * std::f64::consts::PI;
 
-/// The way between a height grid's (column, row), its CRS, and the world's metres.
+/// The mapping between a height grid's (column, row), its CRS, and world metres.
 ///
-/// Points are `f64` throughout; a point that the projection cannot show becomes NaN.
+/// Points are `f64` throughout; a point that the projection cannot represent becomes NaN.
 #[derive(Clone, Debug)]
 pub struct WorldMapping {
-    /// (column, row) of the origin.
+    /// (column, row) of the world's origin.
     centre_grid: DVec2,
-    /// The same point in the CRS.
+    /// The origin in the CRS.
     centre_crs: DVec2,
-    /// Of one step in columns and in rows, in CRS units.
+    /// Vectors of one step along columns and along rows, in CRS units.
     step_column_crs: DVec2,
     step_row_crs: DVec2,
     projection: Projection,
@@ -39,10 +40,11 @@ enum Projection {
 }
 
 impl WorldMapping {
-    /// For a grid of `width × height` samples.
+    /// Builds the mapping of a grid of `width × height` samples.
     ///
     /// # Errors
-    /// Latitudes beyond a pole; a transform without inverse; an ellipsoid that no projection takes.
+    /// Fails if latitudes reach beyond a pole, if the transform has no inverse, or if the projection rejects the
+    /// ellipsoid.
     pub fn new(georeference: &Georeference, width: u32, height: u32) -> Result<Self, GeoreferenceError> {
         let [x0, a, b, y0, c, d] = georeference.crs_from_grid;
         let (step_column_crs, step_row_crs) = (DVec2::new(a, c), DVec2::new(b, d));
@@ -64,7 +66,7 @@ impl WorldMapping {
                 (Projection::Scaled { metres_per_unit: *metres_per_unit }, name.clone())
             }
             Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name } => {
-                // Half a step more than ±90° is left to files whose corners, not centres, lie on the pole.
+                // Half a step beyond ±90° is allowed for files whose corners, not centres, are on the pole.
                 let slack = (c.abs() + d.abs()) / 2.0;
                 let ellipsoid = [*semi_major_axis_m, *inverse_flattening];
                 (geographic_projection(centre_crs, &corners, slack, *radians_per_unit, ellipsoid)?, name.clone())
@@ -73,14 +75,14 @@ impl WorldMapping {
         Ok(Self { centre_grid, centre_crs, step_column_crs, step_row_crs, projection, crs_name })
     }
 
-    /// Metres (east, north) of the origin at a grid position; whole numbers are sample centres.
+    /// Returns world metres (east, north) at a grid position; whole numbers are sample centres.
     #[must_use]
     pub fn world_from_grid(&self, column: f64, row: f64) -> DVec2 {
         let grid = DVec2::new(column, row) - self.centre_grid;
         self.world_from_offset(self.step_column_crs * grid.x + self.step_row_crs * grid.y)
     }
 
-    /// (column, row) at a world position in metres.
+    /// Returns (column, row) at a world position in metres.
     #[must_use]
     pub fn grid_from_world(&self, world_m: DVec2) -> DVec2 {
         let offset = self.offset_from_world(world_m);
@@ -89,20 +91,20 @@ impl WorldMapping {
         self.centre_grid + grid
     }
 
-    /// Coordinates in the file's CRS and its units at a world position in metres. Longitudes continue across ±180°
-    /// from the centre's.
+    /// Returns the coordinates in the file's CRS and its units at a world position in metres. Longitudes continue
+    /// beyond ±180°, starting from the centre's longitude.
     #[must_use]
     pub fn crs_from_world(&self, world_m: DVec2) -> DVec2 {
         self.centre_crs + self.offset_from_world(world_m)
     }
 
-    /// The world's origin in the file's CRS and its units.
+    /// Returns the world's origin in the file's CRS and its units.
     #[must_use]
     pub fn origin_crs(&self) -> DVec2 {
         self.centre_crs
     }
 
-    /// One line for people: the projection and the origin.
+    /// Returns a description for users in one line: the projection and the origin.
     #[must_use]
     pub fn describe(&self) -> String {
         let (name, origin) = (&self.crs_name, self.centre_crs);
@@ -124,7 +126,7 @@ impl WorldMapping {
         }
     }
 
-    /// From an offset to the centre in CRS units.
+    /// Converts an offset from the centre in CRS units to world metres.
     fn world_from_offset(&self, offset: DVec2) -> DVec2 {
         match &self.projection {
             Projection::Scaled { metres_per_unit } => offset * *metres_per_unit,
@@ -138,7 +140,7 @@ impl WorldMapping {
         }
     }
 
-    /// To an offset to the centre in CRS units.
+    /// Converts world metres to an offset from the centre in CRS units.
     fn offset_from_world(&self, world_m: DVec2) -> DVec2 {
         match &self.projection {
             Projection::Scaled { metres_per_unit } => world_m / *metres_per_unit,
@@ -161,7 +163,8 @@ fn project(from: &Proj, to: &Proj, point: DVec2) -> DVec2 {
     }
 }
 
-/// `slack` is how far beyond a pole the latitudes may reach; it, `centre_crs` and `corners` are in units of the CRS.
+/// Chooses the projection of a geographic grid. `slack` is how far the latitudes may reach beyond a pole. `slack`,
+/// `centre_crs` and `corners` are in units of the CRS.
 fn geographic_projection(
     centre_crs: DVec2,
     corners: &[DVec2; 4],
@@ -185,7 +188,7 @@ fn geographic_projection(
     let centre_latitude_rad = centre_crs.y * radians_per_unit;
     if reach > TRANSVERSE_MERCATOR_REACH_RAD || half_width >= pole || north.max(-south) > pole {
         tracing::warn!(
-            "{:.0}° of longitude are too much for a transverse Mercator projection; distances east–west are true only \
+            "{:.0}° of longitude are too wide for a transverse Mercator projection; east–west distances are only true \
              along the parallel through the centre",
             2.0 * half_width.to_degrees()
         );
@@ -195,8 +198,8 @@ fn geographic_projection(
             radius_m: semi_major_axis_m,
         });
     }
-    // Longitudes are taken from the centre's before they get here, so the central meridian is 0 and the date line is
-    // never met. `etmerc` is Poder and Engsager's exact algorithm; it takes no sphere, for which `tmerc` is exact.
+    // Longitudes are relative to the centre's here, so the central meridian is 0 and the date line is never crossed.
+    // `etmerc` is Poder and Engsager's exact algorithm; it does not support a sphere, for which `tmerc` is exact.
     let (shape, algorithm) = match inverse_flattening {
         0.0 => (format!("+R={semi_major_axis_m}"), "tmerc"),
         _ => (format!("+a={semi_major_axis_m} +rf={inverse_flattening}"), "etmerc"),

@@ -1,5 +1,5 @@
-//! XYZ: a line for each point with easting, northing and height, which together must be a full regular grid by rows, as
-//! GDAL and mapping agencies write them. Separators are spaces, tabs, commas or semicolons; a first line may hold
+//! XYZ: one line per point with easting, northing and height. The points must form a complete regular grid by rows, as
+//! GDAL and mapping agencies write it. Separators are spaces, tabs, commas or semicolons; the first line may hold
 //! names.
 
 use std::fs::File;
@@ -12,14 +12,14 @@ use super::place::{self, cannot_open, inconsistent, unclear};
 use super::prj;
 use super::samples::{Meaning, SampleType, Tally, Told};
 
-/// A line is no longer.
+/// Largest length of a line in bytes.
 const MAX_LINE_BYTES: u64 = 4096;
-/// A row has no more points.
+/// Largest number of points in a row.
 const MAX_COLUMNS: usize = 1 << 24;
-/// Of the spacing: so far a point may lie from its place in the grid.
+/// Largest deviation of a point from its position in the grid, as a fraction of the spacing.
 const TOLERANCE: f64 = 0.01;
 
-/// Whether a text begins as XYZ does; `is_whole` says that it also ends here.
+/// Returns whether a text begins as XYZ does; `is_whole` is true if the text is the whole file.
 pub(super) fn is_beginning(text: &str, is_whole: bool) -> bool {
     let end = if is_whole { text.len() } else { text.rfind('\n').unwrap_or(0) };
     let lines: Vec<&str> = text[..end].lines().filter(|line| !line.trim().is_empty()).collect();
@@ -33,18 +33,18 @@ fn point(line: &str) -> Option<[f64; 3]> {
     (point[0].is_finite() && point[1].is_finite()).then_some(point)
 }
 
-/// The columns and rows as they come in.
+/// The columns and rows of the grid, collected as points arrive.
 #[derive(Default)]
 struct Grid {
-    /// Of the first row.
+    /// Eastings of the first row.
     eastings: Vec<f64>,
-    /// Of the first point of each row.
+    /// Northing of the first point of each row.
     northings: Vec<f64>,
     count: usize,
 }
 
 impl Grid {
-    /// Takes the next point; false where it is not where a full grid by rows has it.
+    /// Adds the next point; returns false if it does not continue a complete grid by rows.
     fn take(&mut self, x: f64, y: f64) -> bool {
         let Some(&row_y) = self.northings.last() else {
             self.eastings.push(x);
@@ -61,7 +61,7 @@ impl Grid {
         } else {
             let column = self.count % width;
             let spacing = (self.eastings[width - 1] - self.eastings[0]).abs() / (width as f64 - 1.0);
-            // A single column is a grid by columns.
+            // A single column means a grid by columns, which is not supported.
             if width < 2 || (x - self.eastings[column]).abs() > TOLERANCE * spacing {
                 return false;
             }
@@ -76,7 +76,7 @@ impl Grid {
     }
 }
 
-/// First number and spacing of numbers that are evenly spaced.
+/// Returns the first number and the spacing of evenly spaced numbers.
 fn even(numbers: &[f64]) -> Option<[f64; 2]> {
     let (first, last) = (*numbers.first()?, *numbers.last()?);
     let step = (last - first) / (numbers.len() as f64 - 1.0);
@@ -85,7 +85,7 @@ fn even(numbers: &[f64]) -> Option<[f64; 2]> {
     (step != 0.0 && step.is_finite() && numbers.iter().enumerate().all(is_even)).then_some([first, step])
 }
 
-/// Makes room for an eighth more, not for twice as much: how many points there are is known at the end.
+/// Reserves an eighth more memory instead of doubling it: the number of points is only known at the end.
 fn grow(path: &Path, heights_m: &mut Vec<f32>) -> Result<(), SourceError> {
     if heights_m.len() as u64 >= memory::MAX_SAMPLES {
         return Err(unclear(path, "has more points than can be read at once; convert it to GeoTIFF"));
@@ -97,7 +97,8 @@ fn grow(path: &Path, heights_m: &mut Vec<f32>) -> Result<(), SourceError> {
 
 /// Reads a grid.
 pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
-    let irregular = || unclear(path, "its points are no full regular grid by rows; convert it to GeoTIFF (gdal_grid)");
+    let irregular =
+        || unclear(path, "its points are not a complete regular grid by rows; convert it to GeoTIFF (gdal_grid)");
     let mut reader = BufReader::with_capacity(1 << 18, File::open(path).map_err(cannot_open(path))?);
     let (mut grid, mut heights_m, mut tally) = (Grid::default(), Vec::new(), Tally::default());
     let meaning = Meaning::metres(SampleType::F64, None);
@@ -119,7 +120,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
             if number == 0 {
                 continue;
             }
-            return Err(inconsistent(path, format!("line {} is no point", number + 1)));
+            return Err(inconsistent(path, format!("line {} is not a point", number + 1)));
         };
         if !grid.take(x, y) {
             return Err(irregular());
@@ -136,7 +137,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let size = [width, height];
     place::check_size(path, size)?;
     if heights_m.len() != width as usize * height as usize {
-        return Err(inconsistent(path, "its last row is not full: it is truncated"));
+        return Err(inconsistent(path, "it is truncated: its last row is incomplete"));
     }
     let [x0, dx] = even(&grid.eastings).ok_or_else(irregular)?;
     let [y0, dy] = even(&grid.northings).ok_or_else(irregular)?;

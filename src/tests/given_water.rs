@@ -253,7 +253,7 @@ fn files_that_do_not_hold_are_told_in_a_line() {
             "{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(),
             "empty.geojson: it has no polygons",
         ),
-        ("broken.geojson", "{\"type\":".to_owned(), "broken.geojson: it is no GeoJSON"),
+        ("broken.geojson", "{\"type\":".to_owned(), "broken.geojson: it is not GeoJSON"),
         (
             "crs.geojson",
             geojson("EPSG:1", &square(0.0, 1.0)),
@@ -262,7 +262,7 @@ fn files_that_do_not_hold_are_told_in_a_line() {
         (
             "nan.geojson",
             geojson("", &[vec![vec![[0.0, 0.0], [f64::NAN, 1.0], [1.0, 1.0]]]]),
-            "nan.geojson: it is no GeoJSON",
+            "nan.geojson: it is not GeoJSON",
         ),
         ("mask.tif", "no tiff".to_owned(), "mask.tif"),
     ] {

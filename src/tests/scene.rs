@@ -268,11 +268,11 @@ fn scene_errors_name_file_key_and_cause() {
         ("[world]\ndem = \"a\"\nprocedural = { seed = 1 }\n".to_owned(), "terrain/alps.toml:1:1: world: it has both"),
         (
             format!("{world}[sun]\nazimut_deg = 5\n"),
-            "terrain/alps.toml:4:1: there is no key \"sun.azimut_deg\"; did you mean \"azimuth_deg\"?",
+            "terrain/alps.toml:4:1: unknown key \"sun.azimut_deg\"; did you mean \"azimuth_deg\"?",
         ),
         (
             format!("{world}[sun]\nazimuth_deg = \"x\"\n"),
-            "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, and \"x\" is a text",
+            "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, but \"x\" is text",
         ),
         (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml:4:17: sun.elevation_deg: it must lie"),
         (

@@ -326,7 +326,7 @@ fn mistakes_are_told_in_one_line() {
         SMALL.replacen(from, to, 1)
     };
     let spoiled = [
-        (spoil("taper", "tapir"), "mine.toml:10:1: there is no key \"tapir\"; did you mean \"taper\"?"),
+        (spoil("taper", "tapir"), "mine.toml:10:1: unknown key \"tapir\"; did you mean \"taper\"?"),
         (spoil("kind = \"dash\"\n", ""), "the key \"kind\" is missing"),
         (spoil("\"dash\"", "\"spots\""), ":3:8: kind cannot be \"spots\""),
         (spoil("side_px = 128", "side_px = 100"), "side_px is 100, not a power of two from 64 to 1024"),

@@ -18,6 +18,7 @@ fn what_is_left_out_is_told() {
     // Nobody listens there: with a network it says so.
     let address = "http://127.0.0.1:9/land.tif";
     let error = place.error(&["render", address, "-o", "a.png"]);
-    let without_network = format!("{address}: this hachure was built without network access (the feature `network`)");
+    let without_network =
+        format!("{address}: this build of hachure has no network access (it lacks the feature `network`)");
     assert_eq!(error == without_network, cfg!(not(feature = "network")), "{error}");
 }

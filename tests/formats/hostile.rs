@@ -21,7 +21,7 @@ fn sizes_are_held_against_the_file() {
         path
     };
     let huge = "ncols 4000000000\nnrows 4000000000\nxllcorner 0\nyllcorner 0\ncellsize 1\n1 2 3\n";
-    refused(&at("huge.asc", huge.as_bytes()), "cannot lie in");
+    refused(&at("huge.asc", huge.as_bytes()), "do not fit in");
     refused(&at("fraction.asc", huge.replace("ncols 4000000000", "ncols 2.5").as_bytes()), "ncols is 2.5");
     refused(&at("word.asc", huge.replace("cellsize", "cells").as_bytes()), "unknown keyword");
     refused(&at("long.asc", format!("ncols {}", "9".repeat(100_000)).as_bytes()), "longer than any number");
@@ -38,7 +38,7 @@ fn sizes_are_held_against_the_file() {
     let many = "ENVI\nsamples = 9\nlines = 9\nbands = 18446744073709551615\ndata type = 2\ninterleave = bip\n";
     at("many.hdr", many.as_bytes());
     refused(&folder.path().join("many.img"), "too many bands");
-    refused(&at("alone.hdr", b"NROWS 2\nNCOLS 2\n"), "without its data");
+    refused(&at("alone.hdr", b"NROWS 2\nNCOLS 2\n"), "its data file is missing");
 
     // A header of a picture and nothing behind it.
     let mut png = Vec::new();
@@ -46,7 +46,7 @@ fn sizes_are_held_against_the_file() {
     encoder.set_color(png::ColorType::Grayscale);
     encoder.set_depth(png::BitDepth::Sixteen);
     encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &[0x78, 0x9c, 3, 0, 0, 0, 0, 1]).unwrap();
-    refused(&at("huge.png", &png), "cannot lie in");
+    refused(&at("huge.png", &png), "do not fit in");
     refused(&at("N46E008.hgt", &[0; 999]), "1201×1201");
     refused(&at("tile.hgt", &vec![0; 1201 * 1201 * 2]), "N46E008.hgt");
     refused(&at("empty.zip", b"PK\x03\x04 and no more"), "damaged");

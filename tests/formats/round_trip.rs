@@ -68,7 +68,7 @@ fn xyz_grids() {
         text.lines().enumerate().filter(|(line, _)| *line != 40).map(|(_, it)| format!("{it}\n")).collect();
     std::fs::write(&path, gap).unwrap();
     let error = hachure::source::open(&path, &hachure::source::Silent).unwrap_err().to_string();
-    assert!(error.contains("no full regular grid"), "{error}");
+    assert!(error.contains("not a complete regular grid"), "{error}");
 }
 
 #[test]

@@ -118,7 +118,7 @@ fn memory_that_cannot_be_had_is_told_in_one_line() {
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{error}");
     // A warning that the grid names no CRS comes before it.
-    let expected = "large.asc: 16000×16000 samples at once need 1024 MB of memory, which cannot be had\n";
+    let expected = "large.asc: not enough memory: reading 16000×16000 samples at once needs 1024 MB\n";
     assert!(error.ends_with(expected) && error.lines().count() == 2, "{error}");
 }
 

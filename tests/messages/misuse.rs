@@ -74,7 +74,7 @@ fn misuse_is_told_in_one_line() {
         ),
         // Outputs.
         (&["render", "x.tif"], &["-o", "o.gif"], &["o.gif", ".png"]),
-        (&["render", "x.tif"], &["-o", "o"], &["o: an output ends in"]),
+        (&["render", "x.tif"], &["-o", "o"], &["o: an output must end in"]),
         (&["render", "x.tif"], &["-o", "%x.png", "--path", "p.csv"], &["%x.png", "%05d"]),
         (&["bake", "x.tif"], &["-o", "o.png"], &["o.png", ".tif"]),
         // One picture or many.

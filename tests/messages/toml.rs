@@ -15,16 +15,16 @@ fn toml_has_places_and_near_names() {
     for (text, words) in [
         (
             format!("vertical_exageration = 2\n{WORLD}"),
-            "f.toml:1:1: there is no key \"vertical_exageration\"; did you mean \"vertical_exaggeration\"?",
+            "f.toml:1:1: unknown key \"vertical_exageration\"; did you mean \"vertical_exaggeration\"?",
         ),
         (
             WORLD.replace("procedural", "proceduarl"),
-            "f.toml:2:1: there is no key \"world.proceduarl\"; did you mean \"procedural\"?",
+            "f.toml:2:1: unknown key \"world.proceduarl\"; did you mean \"procedural\"?",
         ),
         (WORLD.replace("1", "-1"), "f.toml:2:23: world.procedural.seed must be a whole number"),
         (
             format!("{WORLD}[sun]\nazimuth_deg = \"north\"\n"),
-            "f.toml:4:15: sun.azimuth_deg must be a number, and \"north\" is a text",
+            "f.toml:4:15: sun.azimuth_deg must be a number, but \"north\" is text",
         ),
         (format!("{WORLD}[sun]\nelevation_deg = 99\n"), "f.toml:4:17: sun.elevation_deg: it must lie within"),
         ("\n[world]\ndem = \"\"\n".to_owned(), "f.toml:3:7: world: dem is empty"),
@@ -32,7 +32,7 @@ fn toml_has_places_and_near_names() {
         ("[world]\ndem = 3\n".to_owned(), "f.toml:2:7: world.dem: it must be a file's name or a list of them"),
         (
             format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2]\n"),
-            "f.toml:5:6: meshes.at must be a list of 3, and it has 2",
+            "f.toml:5:6: meshes.at must be a list of 3, but it has 2",
         ),
         (
             format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2, \"+0\"]\n"),
@@ -45,11 +45,11 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = \"thin\"\n"),
-            "f.toml:6:12: strokes.width_px must be a number, and \"thin\" is a text",
+            "f.toml:6:12: strokes.width_px must be a number, but \"thin\" is text",
         ),
         (
             format!("{STYLE}[strokes]\nwidth = 3\n"),
-            "f.toml:6:1: there is no key \"strokes.width\"; did you mean \"width_px\"?",
+            "f.toml:6:1: unknown key \"strokes.width\"; did you mean \"width_px\"?",
         ),
         (format!("{STYLE}[strokes]\nwidth_px = 99\n"), "f.toml:6:12: strokes.width_px is 99, not between 0.5 and 64"),
         (format!("{STYLE}[paper]\ncolor = \"white\"\n"), "f.toml:6:9: paper.color: \"white\" is not a colour like"),
@@ -61,7 +61,7 @@ fn toml_has_places_and_near_names() {
         // A number with 300 digits is cut.
         (
             STYLE.replace("plain", "toon") + "steps = 1e300\ndarkest = 0\n",
-            "tone must be a whole number, 0 or more, and 1000",
+            "tone must be a whole number, 0 or more, but 1000",
         ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"line\"\n[[hatching.layers]]\nmarks = \"line\"\nfrom = 2\n"),
@@ -73,7 +73,7 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"mine.toml\"\n"),
-            "f.toml:6:9: mine.toml:3:1: there is no key \"lenght_px\"; did you mean \"length_px\"?",
+            "f.toml:6:9: mine.toml:3:1: unknown key \"lenght_px\"; did you mean \"length_px\"?",
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"tool.toml\"\n"),
@@ -101,9 +101,9 @@ fn toml_has_places_and_near_names() {
     // Side files.
     place.file("h.r16", [0; 32]);
     for (text, words) in [
-        ("spacing = 3\n", "h.r16.toml:1:1: there is no key \"spacing\"; did you mean \"spacing_m\"?"),
+        ("spacing = 3\n", "h.r16.toml:1:1: unknown key \"spacing\"; did you mean \"spacing_m\"?"),
         ("width = 4\nheight = \"x\"\n", "h.r16.toml:2:10: height must be a whole number"),
-        ("endian = \"middle\"\n", "h.r16.toml:1:10: endian cannot be \"middle\"; there is little, big"),
+        ("endian = \"middle\"\n", "h.r16.toml:1:10: endian cannot be \"middle\"; available: little, big"),
     ] {
         place.file("h.r16.toml", text);
         place.refused(&["info", "h.r16"], 1, &[words]);

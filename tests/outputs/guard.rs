@@ -58,14 +58,16 @@ fn a_bake_into_the_folder_that_it_reads_is_refused() {
     let place = place_with_folder();
     for output in ["dems/all.tif", "dems/more/all.tif", "dems/more/../all.TIFF"] {
         let line = place.refused(&["bake", "dems", "-o", output]);
-        assert!(line.contains(output) && line.contains("lies in dems"), "{line}");
+        assert!(line.contains(output) && line.contains("in the input folder dems"), "{line}");
     }
     // Beside single files it stands where they do, and in a folder that is not looked into.
     std::fs::create_dir_all(place.path("dems/more/deep")).unwrap();
     let before = place.files();
     place.text(&["bake", "dems/a.tif", "dems/more/b.tif", "-o", "dems/all.tif"]);
     place.text(&["bake", "dems", "-o", "dems/more/deep/all.tif"]);
-    assert!(place.refused(&["bake", "dems/more", "-o", "dems/more/deep/new.tif"]).contains("lies in dems/more"));
+    assert!(
+        place.refused(&["bake", "dems/more", "-o", "dems/more/deep/new.tif"]).contains("in the input folder dems/more")
+    );
     let after = place.files();
     assert!(before.iter().all(|(path, bytes)| after[path] == *bytes), "{:?}", changed(&before, &after));
 }
@@ -155,7 +157,7 @@ fn a_tile_is_no_output_of_its_own_folder() {
         &["-o", "tiles/3/4/%d.png", "--path", "flight.csv"],
     ] {
         let line = place.refused(&[&["render", "tiles"], arguments].concat());
-        assert!(line.contains("lies in tiles"), "{line}");
+        assert!(line.contains("in the input folder tiles"), "{line}");
     }
 }
 

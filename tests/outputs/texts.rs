@@ -88,9 +88,9 @@ fn what_is_too_long_is_told_with_its_size() {
     long("16.toml", 16);
     long("512.toml", 512);
     for (input, limit, kinds) in [
-        ("1.toml", "it has 2 MiB, and at most 1 MiB can be read", &["style", "marks", "strokes"][..]),
-        ("16.toml", "it has 17 MiB, and at most 16 MiB can be read", &["scene", "path"]),
-        ("512.toml", "it has 513 MiB, and at most 512 MiB can be read", &["mesh"]),
+        ("1.toml", "it has 2 MiB, but at most 1 MiB can be read", &["style", "marks", "strokes"][..]),
+        ("16.toml", "it has 17 MiB, but at most 16 MiB can be read", &["scene", "path"]),
+        ("512.toml", "it has 513 MiB, but at most 512 MiB can be read", &["mesh"]),
     ] {
         for (kind, arguments) in uses(&place, input) {
             if kinds.contains(&kind) {
@@ -145,5 +145,5 @@ fn pipes_of_the_shell_are_read() {
     // A pipe without an end ends at the limit.
     let (output, whole) = with_stdin(&["styles", "check", "/dev/stdin"], &"#\n".repeat(1 << 20));
     let line = String::from_utf8(output.stderr).unwrap();
-    assert!(line.contains("it has more than 1 MiB") && !whole, "{line}");
+    assert!(line.contains("it has more than the limit of 1 MiB") && !whole, "{line}");
 }

@@ -1,4 +1,4 @@
-//! What stands in an EXR.
+//! Reading EXR files.
 
 use std::path::Path;
 
@@ -9,21 +9,21 @@ use super::{ATTRIBUTE_PREFIX, Channel, Samples, text};
 use crate::file::FileError;
 use crate::file::imprint::KEY;
 
-/// What [`read_exr`] finds.
+/// An EXR that [`read_exr`] has read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExrPicture {
     /// Pixels per row.
     pub width: u32,
     /// Rows.
     pub height: u32,
-    /// In the file's order, which is by name.
+    /// The channels in the file's order, which is by name.
     pub channels: Vec<Channel>,
     /// Hachure's own attributes, sorted by name, without their prefix.
     pub attributes: Vec<(String, String)>,
 }
 
 impl ExrPicture {
-    /// The samples of a channel of 32-bit floats.
+    /// Returns the samples of a channel of 32-bit floats.
     pub fn f32(&self, name: &str) -> Option<&[f32]> {
         self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
             Samples::F32(samples) => Some(samples.as_slice()),
@@ -31,7 +31,7 @@ impl ExrPicture {
         })
     }
 
-    /// The samples of a channel of 32-bit unsigned integers.
+    /// Returns the samples of a channel of 32-bit unsigned integers.
     pub fn u32(&self, name: &str) -> Option<&[u32]> {
         self.channels.iter().find(|channel| channel.name == name).and_then(|channel| match &channel.samples {
             Samples::U32(samples) => Some(samples.as_slice()),
@@ -40,12 +40,12 @@ impl ExrPicture {
     }
 }
 
-/// Deflate packs 1032 bytes into one at best, and nothing else that an EXR is packed with does better; so many more are
-/// free for the header.
+/// Largest compression ratio: Deflate packs 1032 bytes into one at best, and no other compression of EXR does better.
+/// [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
 
-/// Holds what the header claims against the length of the file: the decoder would believe it.
+/// Checks the size that the header claims against the length of the file, because the decoder would trust it.
 fn check_claims(path: &Path) -> Result<(), FileError> {
     let file_bytes = std::fs::metadata(path).map_err(|error| FileError::read(path, error))?.len();
     let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
@@ -54,12 +54,12 @@ fn check_claims(path: &Path) -> Result<(), FileError> {
         pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
     });
     match claimed_bytes.max().unwrap_or(0) > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
-        true => Err(FileError::read(path, format!("its pixels cannot lie in {file_bytes} bytes"))),
+        true => Err(FileError::read(path, format!("its pixels do not fit in {file_bytes} bytes"))),
         false => Ok(()),
     }
 }
 
-/// The imprint in the header.
+/// Reads the imprint from the header.
 pub(in crate::file) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
     let own = found.headers.first().map(|header| &header.own_attributes);
@@ -69,15 +69,16 @@ pub(in crate::file) fn imprint(path: &Path) -> Result<Option<String>, FileError>
     }))
 }
 
-/// The text of UTF-8 bytes; see [`text`].
+/// Returns UTF-8 bytes as a string; see [`text`].
 fn utf8(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()
 }
 
-/// Reads the first part of an EXR that is not deep, whole; 16-bit floats become 32-bit ones.
+/// Reads the whole first part of an EXR that is not deep; 16-bit floats become 32-bit ones.
 ///
 /// # Errors
-/// A file that cannot be opened or is no such EXR, or whose header claims more pixels than it can hold.
+/// Fails if the file cannot be opened, is not such an EXR, or has a header that claims more pixels than the file can
+/// hold.
 pub fn read_exr(path: &Path) -> Result<ExrPicture, FileError> {
     check_claims(path)?;
     let image = exr::prelude::read()
@@ -103,7 +104,7 @@ pub fn read_exr(path: &Path) -> Result<ExrPicture, FileError> {
     });
     let mut attributes: Vec<_> = own.collect();
     attributes.sort();
-    // The format keeps sizes as signed 32-bit numbers.
+    // The format stores sizes as signed 32-bit numbers.
     let (width, height) = (layer.size.width() as u32, layer.size.height() as u32);
     Ok(ExrPicture { width, height, channels: channels.collect(), attributes })
 }

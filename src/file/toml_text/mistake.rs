@@ -1,4 +1,4 @@
-//! What is wrong with a value, told to people: serde's errors, without the names of types.
+//! Describes what is wrong with a value: serde's errors in words for users, without Rust type names.
 
 use std::fmt::Display;
 use std::ops::Range;
@@ -9,16 +9,16 @@ use toml::de::{DeTable, DeValue};
 
 use super::super::message::{did_you_mean, named, quoted, shown};
 
-/// Names that may be listed where none is near, in characters all together.
+/// Largest total number of characters of a list of known names in a message.
 const LISTED: usize = 70;
 
-/// A mistake, and where it is.
+/// A mistake and its position.
 #[derive(Clone, Debug)]
 pub(super) struct Mistake {
     pub kind: Kind,
-    /// The bytes of the value or key.
+    /// Byte range of the value or key.
     pub at: Option<Range<usize>>,
-    /// The keys that lead to it, from the outermost on.
+    /// The keys that lead to the value, from the outermost on.
     pub path: Vec<String>,
 }
 
@@ -33,12 +33,12 @@ pub(super) enum Kind {
         known: &'static [&'static str],
     },
     MissingKey(&'static str),
-    /// "a number", and what there is instead: "\"thin\" is a text".
+    /// The expected kind ("a number"), and what was found ("\"thin\" is text").
     Wanted {
         wanted: String,
         found: String,
     },
-    /// Words of ours, or of a type that is read from a text.
+    /// A message of hachure, or of a type that is parsed from a text.
     Other(String),
 }
 
@@ -49,16 +49,16 @@ impl From<Kind> for Mistake {
 }
 
 impl Mistake {
-    /// That a value is not what is wanted.
+    /// Builds the mistake of a value that is not of the expected kind.
     pub fn wanted(wanted: impl Into<String>, found: impl Into<String>) -> Self {
         Kind::Wanted { wanted: wanted.into(), found: found.into() }.into()
     }
 
-    /// The mistake in a value of `key`.
+    /// Adds `key` to the path of a mistake in its value.
     pub fn within(mut self, key: &str, value: &DeValue<'_>, at: Range<usize>) -> Self {
         self.path.insert(0, key.to_owned());
         if self.at.is_none() {
-            // It was made in a copy of the value that has no places.
+            // The mistake was made in serde's copy of the value, which has no positions.
             let found = match value {
                 DeValue::Table(table) => self.search(table),
                 _ => None,
@@ -70,7 +70,7 @@ impl Mistake {
         self
     }
 
-    /// The keys below `table` that lead to the mistake, and its place.
+    /// Returns the keys below `table` that lead to the mistake, and the position of the mistake.
     fn search(&self, table: &DeTable<'_>) -> Option<(Vec<String>, Range<usize>)> {
         if let Kind::UnknownKey { key, .. } = &self.kind
             && let Some((key, _)) = table.get_key_value(key.as_str())
@@ -86,12 +86,12 @@ impl Mistake {
         None
     }
 
-    /// The same in a value.
+    /// Does the same as [`Mistake::search`] in a value.
     fn search_value(&self, value: &Spanned<DeValue<'_>>) -> Option<(Vec<String>, Range<usize>)> {
         let is_it = match &self.kind {
             Kind::Wanted { found, .. } => *found == described(value.get_ref()),
             Kind::UnknownName { name, .. } => value.get_ref().as_str() == Some(name),
-            // Of a text that says something else than it must, the message begins with it.
+            // A message about the meaning of a text begins with that text.
             Kind::Other(words) => value.get_ref().as_str().is_some_and(|text| words.starts_with(&quoted(text))),
             _ => false,
         };
@@ -103,37 +103,37 @@ impl Mistake {
         }
     }
 
-    /// In words.
+    /// Returns the message.
     pub fn cause(&self) -> String {
         let section = self.path.join(".");
         let key = |key: &str| if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
         let it = if section.is_empty() { "it".to_owned() } else { named(&section) };
         match &self.kind {
             Kind::UnknownKey { key: unknown, known } => {
-                format!("there is no key {}{}", quoted(&key(unknown)), meant(unknown, known))
+                format!("unknown key {}{}", quoted(&key(unknown)), meant(unknown, known))
             }
             Kind::UnknownName { name, known } => format!("{it} cannot be {}{}", quoted(name), meant(name, known)),
             Kind::MissingKey(missing) => format!("the key {} is missing", quoted(&key(missing))),
-            Kind::Wanted { wanted, found } => format!("{it} must be {wanted}, and {found}"),
+            Kind::Wanted { wanted, found } => format!("{it} must be {wanted}, but {found}"),
             Kind::Other(words) => format!("{it}: {words}"),
         }
     }
 }
 
-/// The nearest name, or the few that there are.
+/// Suggests the nearest name, or lists the known names if they are few.
 fn meant(name: &str, known: &[&'static str]) -> String {
     let meant = did_you_mean(name, known.iter().copied());
     let all = known.join(", ");
     match meant.is_empty() && !known.is_empty() && all.len() <= LISTED {
-        true => format!("; there is {all}"),
+        true => format!("; available: {all}"),
         false => meant,
     }
 }
 
-/// A value as a subject with its verb: `"thin" is a text`.
+/// Describes a value as a subject with a verb: `"thin" is text`.
 pub(super) fn described(value: &DeValue<'_>) -> String {
     match value {
-        DeValue::String(text) => format!("{} is a text", quoted(text)),
+        DeValue::String(text) => format!("{} is text", quoted(text)),
         DeValue::Integer(number) => format!("{} is a number", shown(&number.to_string())),
         DeValue::Float(number) => format!("{} is a number", shown(number.as_str())),
         DeValue::Boolean(value) => format!("it is {value}"),
@@ -143,7 +143,7 @@ pub(super) fn described(value: &DeValue<'_>) -> String {
     }
 }
 
-/// What serde wants, by the names that its types give themselves.
+/// Returns the kind that serde expected, by the name of its Rust type.
 fn wanted(expected: &dyn Expected) -> String {
     let words = expected.to_string();
     let first = words.split_whitespace().next().unwrap_or_default();
@@ -152,7 +152,7 @@ fn wanted(expected: &dyn Expected) -> String {
         "u8" | "u16" | "u32" | "u64" | "usize" => "a whole number, 0 or more".to_owned(),
         "i8" | "i16" | "i32" | "i64" | "isize" => "a whole number".to_owned(),
         "a boolean" | "bool" => "true or false".to_owned(),
-        "a string" | "string" | "str" | "a borrowed string" | "path string" => "a text".to_owned(),
+        "a string" | "string" | "str" | "a borrowed string" | "path string" => "text".to_owned(),
         "a sequence" => "a list".to_owned(),
         "a map" => "a table".to_owned(),
         _ if first == "struct" => "a table".to_owned(),
@@ -167,9 +167,9 @@ fn found(unexpected: &Unexpected<'_>) -> String {
         Unexpected::Bool(value) => format!("it is {value}"),
         Unexpected::Unsigned(number) => format!("{number} is a number"),
         Unexpected::Signed(number) => format!("{number} is a number"),
-        // Without an exponent it may have 300 digits.
+        // The display form of a large number may have 300 digits, because it has no exponent.
         Unexpected::Float(number) => format!("{} is a number", shown(&number.to_string())),
-        Unexpected::Str(text) => format!("{} is a text", quoted(text)),
+        Unexpected::Str(text) => format!("{} is text", quoted(text)),
         Unexpected::Seq => "it is a list".to_owned(),
         Unexpected::Map | Unexpected::StructVariant => "it is a table".to_owned(),
         _ => "it is not".to_owned(),
@@ -214,6 +214,6 @@ impl Error for Mistake {
     }
 
     fn duplicate_field(key: &'static str) -> Self {
-        Kind::Other(format!("the key {} stands there twice", quoted(key))).into()
+        Kind::Other(format!("the key {} is used twice", quoted(key))).into()
     }
 }

@@ -1,4 +1,4 @@
-//! Values of a TOML text for serde, with their places for errors.
+//! Passes the values of a TOML text to serde and keeps their positions for errors.
 
 use serde::Deserializer;
 use serde::de::value::StrDeserializer;
@@ -11,7 +11,7 @@ use super::mistake::{Kind, Mistake, described};
 
 type Key<'a> = Spanned<std::borrow::Cow<'a, str>>;
 
-/// The whole text.
+/// The deserializer of a whole text.
 pub(super) struct Root<'a>(pub &'a Spanned<DeTable<'a>>);
 
 impl<'de> Deserializer<'de> for Root<'_> {
@@ -27,18 +27,18 @@ impl<'de> Deserializer<'de> for Root<'_> {
     }
 }
 
-/// A value.
+/// The deserializer of a value.
 #[derive(Clone, Copy)]
 struct Value<'a>(&'a Spanned<DeValue<'a>>);
 
 impl<'a> Value<'a> {
-    /// That something else is wanted here.
+    /// Returns the mistake of a value where something else was expected.
     fn not(self, wanted: &str) -> Mistake {
         Mistake::wanted(wanted, described(self.0.get_ref()))
     }
 
     fn text(self) -> Result<&'a str, Mistake> {
-        self.0.get_ref().as_str().ok_or_else(|| self.not("a text"))
+        self.0.get_ref().as_str().ok_or_else(|| self.not("text"))
     }
 
     fn number(self) -> Result<f64, Mistake> {
@@ -55,7 +55,7 @@ impl<'a> Value<'a> {
         i64::from_str_radix(number.as_str(), number.radix()).ok()
     }
 
-    /// A whole number of a type.
+    /// Returns the value as an integer of a type with the range `least` to `most`.
     fn whole<T: TryFrom<i64> + Into<i128>>(self, least: T, most: T) -> Result<T, Mistake> {
         self.integer().and_then(|number| T::try_from(number).ok()).ok_or_else(|| {
             let wanted = format!("a whole number from {} to {}", least.into(), most.into());
@@ -77,7 +77,7 @@ impl<'a> Value<'a> {
     }
 }
 
-/// Methods for whole numbers of each type.
+/// Defines the methods for integers of each type.
 macro_rules! whole_numbers {
     ($($method:ident $visit:ident $number:ident,)*) => {$(
         fn $method<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
@@ -185,7 +185,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
     forward_to_deserialize_any! { i128 u128 char bytes byte_buf unit unit_struct tuple_struct ignored_any }
 }
 
-/// The name of a variant without contents.
+/// The name of an enum variant without contents.
 struct Name<'a>(&'a str);
 
 impl<'de> EnumAccess<'de> for Name<'_> {
@@ -198,7 +198,7 @@ impl<'de> EnumAccess<'de> for Name<'_> {
     }
 }
 
-/// No contents.
+/// The absent contents of such a variant.
 struct Bare;
 
 impl<'de> VariantAccess<'de> for Bare {
@@ -209,15 +209,15 @@ impl<'de> VariantAccess<'de> for Bare {
     }
 
     fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, _: S) -> Result<S::Value, Mistake> {
-        Err(Mistake::wanted("a table", "it is a text"))
+        Err(Mistake::wanted("a table", "it is text"))
     }
 
     fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Mistake> {
-        Err(Mistake::wanted("a list", "it is a text"))
+        Err(Mistake::wanted("a list", "it is text"))
     }
 
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], _: V) -> Result<V::Value, Mistake> {
-        Err(Mistake::wanted("a table", "it is a text"))
+        Err(Mistake::wanted("a table", "it is text"))
     }
 }
 
@@ -239,7 +239,7 @@ impl<'de> SeqAccess<'de> for List<'_> {
     }
 }
 
-/// The entries of a table as they stand in the text, so that the first mistake is told.
+/// The entries of a table in the order of the text, so that the first mistake is reported.
 struct Entries<'a> {
     entries: std::vec::IntoIter<(&'a Key<'a>, &'a Spanned<DeValue<'a>>)>,
     current: Option<(&'a Key<'a>, &'a Spanned<DeValue<'a>>)>,
@@ -266,7 +266,7 @@ impl<'de> MapAccess<'de> for Entries<'_> {
 
     fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Mistake> {
         let Some((key, value)) = self.current.take() else {
-            return Err(Kind::Other("a value was asked for before its key".to_owned()).into());
+            return Err(Kind::Other("a value was requested before its key".to_owned()).into());
         };
         seed.deserialize(Value(value)).map_err(|mistake| mistake.within(key.get_ref(), value.get_ref(), value.span()))
     }

@@ -1,7 +1,7 @@
-//! The continent at 2.56 km: where ranges rise, and the rivers that cut them.
+//! The base of the continent, at a spacing of 2.56 km: where ranges rise, and the rivers that cut them.
 //!
-//! The stream power law knows no scale but that of its hillslopes ([`erosion`]), so the continent is grown as a model
-//! 16 times smaller, in which a sample is 160 m wide, and its heights are stretched afterwards. Uplift follows the
+//! The only length scale of the stream power law is that of its hillslopes ([`erosion`]), so the continent is grown as
+//! a model 16 times smaller, with a sample spacing of 160 m, and its heights are scaled afterwards. Uplift follows the
 //! crests of a warped, ridged noise, thinned by a second one: chains that branch and end, with plains between them.
 
 use noise::{Fbm, MultiFractal, NoiseFn, Perlin};
@@ -11,19 +11,20 @@ use super::super::erosion;
 use super::super::raster::{Raster, is_border};
 use super::super::relief::hash;
 
-/// Between the samples of the model, in its own metres.
+/// Distance between the samples of the model, in the model's own metres.
 const MODEL_SPACING_M: f64 = 160.0;
 
-/// How often the grid is halved at first, and the steps of rivers on each grid, coarsest first.
+/// Steps of river incision on each grid, coarsest first. Each grid has twice the resolution of the one before.
 const STEPS: [usize; 3] = [70, 24, 9];
 
 /// Uplift at strength 1, in metres per duration of 1.
 const UPLIFT_M: f32 = 520.0;
 
-/// The highest ground of the base; furrows make it higher.
+/// Height of the highest ground of the base in metres, before valleys are deepened and the relief of the pieces is
+/// added.
 const HIGHEST_M: f32 = 3_900.0;
 
-/// The lowest.
+/// Height of the lowest ground of the base in metres.
 const LOWEST_M: f32 = 40.0;
 
 struct Relief {
@@ -50,11 +51,11 @@ impl Relief {
         }
     }
 
-    /// How fast the land rises, 0 to about 1; `x` and `y` run from −1 to 1 over the continent.
+    /// Returns how fast the land rises, 0 to about 1; `x` and `y` run from −1 to 1 over the continent.
     fn uplift(&self, x: f64, y: f64) -> f32 {
         let at = [1.6 * x, 1.6 * y];
         let (u, v) = (x + 0.3 * self.warp[0].get(at), y + 0.3 * self.warp[1].get(at));
-        // A chain stands where the noise crosses zero; one passes through the middle.
+        // A chain is where the noise crosses zero; one passes through the middle.
         let middle = self.chains.get([0.31, 0.17]);
         let crossing = self.chains.get([1.5 * u + 0.31, 1.5 * v + 0.17]) - middle;
         let second = self.chains.get([2.6 * u + 7.9, 2.6 * v - 3.1]);
@@ -72,7 +73,7 @@ impl Relief {
     }
 }
 
-/// `size`² heights in metres.
+/// Returns `size`² heights in metres.
 pub(super) fn grow(seed: u32, size: usize, progress: &dyn Progress) -> Vec<f32> {
     let relief = Relief::new(seed);
     let total: usize = STEPS.iter().enumerate().map(|(k, steps)| steps << (2 * k)).sum();

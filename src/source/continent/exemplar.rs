@@ -1,31 +1,33 @@
-//! Eroded land of which pieces are taken: its relief without what is wide, at every level, and where it is how rough.
+//! The exemplar: eroded land from which pieces are taken. Holds its relief without wide features, at every level, and
+//! the roughness of each piece.
 
 use super::{BASE_LEVEL, Field, Span};
 
-/// Relief wider than the samples of this level is left to the base.
+/// Relief that is wider than the samples of this level is removed, because the base provides it.
 const WIDE_LEVEL: u32 = 9;
 
-/// Samples of level 0 from the middle of a piece to its sides.
+/// Distance from the middle of a piece to its sides, in samples of level 0.
 pub(super) const REACH: u32 = 512;
 
-/// Places for the middles of pieces are this far apart: a whole number of samples of every level that is read.
+/// Distance between the possible middles of pieces, in samples of level 0: a whole number of samples of every level
+/// that is read.
 const PLACES_APART: u32 = 1 << (BASE_LEVEL - 2);
 
 /// Land to take pieces from.
 #[derive(Clone, Debug)]
 pub struct Exemplar {
     size: u32,
-    /// For each level below the one under [`BASE_LEVEL`] its heights in metres about those of wide relief, row by row.
+    /// For each level below [`BASE_LEVEL`] − 1, its heights in metres relative to the wide relief, row by row.
     levels_m: Vec<Vec<f32>>,
     /// Middles of pieces with their roughness in metres, the smoothest first.
     places: Vec<(f32, [u32; 2])>,
 }
 
 impl Exemplar {
-    /// From `size`² heights in metres, of which none is void.
+    /// Builds an exemplar from `size`² heights in metres, none of which may be no-data.
     ///
     /// # Panics
-    /// If `size` is no multiple of 512 or below 1536, or the heights are not as many.
+    /// Panics if `size` is not a multiple of 512 or is below 1536, or if the number of heights is not `size`².
     pub fn new(size: u32, heights_m: &[f32]) -> Self {
         assert!(size.is_multiple_of(1 << WIDE_LEVEL) && size > 2 * REACH && heights_m.len() == (size * size) as usize);
         let mut levels_m = vec![heights_m.to_vec()];
@@ -44,13 +46,13 @@ impl Exemplar {
         Self { size, levels_m, places }
     }
 
-    /// Samples along a side of `level`, and its heights.
+    /// Returns the samples along a side of `level`, and its heights.
     pub(super) fn level(&self, level: u32) -> (usize, &[f32]) {
         ((self.size >> level) as usize, &self.levels_m[level as usize])
     }
 
-    /// The middle of a piece about as rough as `roughness_m`, one of the nearest by `chance` (0 to 1), in samples of
-    /// level 0; and how rough it is.
+    /// Returns the middle of a piece about as rough as `roughness_m`, in samples of level 0, and its roughness;
+    /// `chance` (0 to 1) selects one of the nearest.
     pub(super) fn place(&self, roughness_m: f32, chance: f32) -> ([u32; 2], f32) {
         let at = self.places.partition_point(|place| place.0 < roughness_m);
         let choice = (self.places.len() / 6).max(1);
@@ -60,7 +62,8 @@ impl Exemplar {
     }
 }
 
-/// The middles of all pieces inside; their roughness is the deviation within half of their reach, on level 3.
+/// Returns the middles of all pieces inside, with their roughness: the standard deviation within half of their reach,
+/// on level 3.
 fn places(size: u32, level_3_m: &[f32]) -> Vec<(f32, [u32; 2])> {
     let width = (size >> 3) as usize;
     let along = (REACH..=size - REACH).step_by(PLACES_APART as usize);
@@ -81,7 +84,7 @@ fn places(size: u32, level_3_m: &[f32]) -> Vec<(f32, [u32; 2])> {
     places
 }
 
-/// Averages of two by two.
+/// Averages blocks of two by two samples.
 pub(super) fn halved(heights_m: &[f32], width: usize) -> Vec<f32> {
     let rows = heights_m.chunks_exact(2 * width);
     rows.flat_map(|rows| {
@@ -92,7 +95,7 @@ pub(super) fn halved(heights_m: &[f32], width: usize) -> Vec<f32> {
     .collect()
 }
 
-/// The bicubic surface over a whole level, at the samples of the next finer one.
+/// Evaluates the bicubic surface over a whole level at the samples of the next finer one.
 fn doubled(heights_m: &[f32], size: u32) -> Vec<f32> {
     let fine = Span { x: 0, y: 0, width: 2 * size, height: 2 * size };
     let span = fine.coarse();

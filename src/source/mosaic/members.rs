@@ -1,15 +1,15 @@
-//! How the members of a mosaic are opened that is drawn as it is.
+//! Chooses the options for opening the members of a mosaic that is drawn without baking.
 
 use std::path::{Path, PathBuf};
 
 use super::MosaicGrid;
 use crate::source::{OpenOptions, VoidMode, open_reader_with};
 
-/// Members may share so many rows or columns and still lie side by side: one, as tiles of SRTM do.
+/// Number of rows or columns that adjacent members may share: one, as tiles of SRTM do.
 const SHARED_SAMPLES: i64 = 1;
 
-/// The options with which each member is opened. Only those that no other overlaps are filled: a void of the others may
-/// be land in one that lies under them.
+/// Returns the options with which each member is opened. Holes are only filled in members that no other overlaps: a
+/// no-data sample of an upper member may be land in a lower one.
 pub fn member_options(files: &[PathBuf], options: &OpenOptions) -> Vec<OpenOptions> {
     if files.len() < 2 || options.voids == VoidMode::Holes {
         return vec![*options; files.len()];
@@ -26,8 +26,8 @@ pub fn member_options(files: &[PathBuf], options: &OpenOptions) -> Vec<OpenOptio
     apart.into_iter().map(|is_apart| if is_apart { *options } else { bare }).collect()
 }
 
-/// Columns and rows from and to of each member in one lattice; none where they have none in common. What cannot be opened
-/// is told by whoever opens it next.
+/// Returns the rectangle of each member in a common lattice (first column and row, then the ends); `None` if they have
+/// no common lattice. Files that cannot be opened are reported when they are opened the next time.
 fn rectangles(files: &[PathBuf], bare: &OpenOptions) -> Option<Vec<[i64; 4]>> {
     let open = |file: &PathBuf| open_reader_with(Path::new(file), bare).ok();
     let readers = files.iter().map(open).collect::<Option<Vec<_>>>()?;

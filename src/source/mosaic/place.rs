@@ -1,4 +1,5 @@
-//! How the grids of several DEMs lie in one: the lattice, its extent, and the way from it to each member's own grid.
+//! Combines the grids of several DEMs: the common lattice, its extent, and the transformation from it to each member's
+//! own grid.
 
 use proj4rs::Proj;
 use proj4rs::transform::transform;
@@ -6,44 +7,44 @@ use proj4rs::transform::transform;
 use super::super::georeference::{Crs, Georeference};
 use super::super::{Window, WorldMapping};
 
-/// Offsets from a whole number of samples that count as none.
+/// Offsets from a whole number of samples below this count as zero.
 const ALIGNED_SAMPLES: f64 = 1e-3;
 
-/// Nodes of a reprojection are this many samples apart; between them it is taken as bilinear.
+/// Spacing of the exact nodes of a reprojection in samples; between them it is interpolated bilinearly.
 const NODES_APART: u32 = 16;
 
-/// No mosaic has more samples on a side.
+/// Largest number of samples on a side of a mosaic.
 const LARGEST_SIDE: f64 = (1 << 24) as f64;
 
 /// The grid of a mosaic: the lattice of its finest member (the first of them), extended to all.
 #[derive(Debug)]
 pub struct MosaicGrid {
-    /// Where it lies.
     pub georeference: Georeference,
     /// Columns and rows.
     pub size: [u32; 2],
-    /// In the order given.
+    /// The members in the given order.
     pub members: Vec<Placed>,
 }
 
-/// A member's place in the grid.
+/// The position of a member in the grid.
 #[derive(Debug)]
 pub struct Placed {
-    /// Columns and rows of its own grid.
+    /// Columns and rows of the member's own grid.
     pub size: [u32; 2],
-    /// Its spacing in units of the mosaic's, 1 or more.
+    /// Sample spacing as a multiple of the mosaic's, 1 or more.
     pub ratio: f64,
     way: Way,
 }
 
-/// The way from the samples of one grid to those of another.
+/// The transformation from the samples of one grid to those of another.
 #[derive(Debug)]
 pub(crate) enum Way {
-    /// Its sample (0, 0) lies at this sample of the grid.
+    /// Sample (0, 0) of the target coincides with this sample of the grid.
     Whole([i64; 2]),
-    /// `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` of its coordinates by the grid's.
+    /// Affine coefficients `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]`: target coordinates from grid
+    /// coordinates.
     Affine([f64; 6]),
-    /// Through both reference systems.
+    /// A transformation through both reference systems.
     Projected { from: Box<Side>, to: Box<Side> },
 }
 
@@ -52,22 +53,23 @@ pub(crate) enum Way {
 pub(crate) struct Side {
     crs_from_grid: [f64; 6],
     proj: Proj,
-    /// What `proj` takes, radians or metres, for a unit of the CRS.
+    /// Factor from a unit of the CRS to the unit of `proj`, radians or metres.
     per_unit: f64,
 }
 
 impl MosaicGrid {
-    /// Of members with these places and sizes.
+    /// Builds the grid of members with these georeferences and sizes.
     ///
     /// # Errors
-    /// In one line: no member; reference systems between which there is no way; an extent that is no grid.
+    /// Fails, with one line, if there is no member, if no transformation between the reference systems is known, or if
+    /// the extent is not a valid grid.
     pub fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, String> {
         let spacings_m: Vec<f64> =
             members.iter().map(|(place, size)| spacing_m(place, *size)).collect::<Result<_, _>>()?;
         let finest_m = spacings_m.iter().copied().fold(f64::INFINITY, f64::min);
-        // A hundredth is the difference of two latitudes, not of two products.
+        // Spacings within one per cent are tiles of the same product at two latitudes, not two products.
         let first = spacings_m.iter().position(|&spacing_m| spacing_m < finest_m * 1.01);
-        let (lattice, lattice_size) = members[first.ok_or("it has no member")?];
+        let (lattice, lattice_size) = members[first.ok_or("it has no members")?];
         let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
         for (place, size) in members {
             let back = Way::between(place, lattice)?;
@@ -78,7 +80,7 @@ impl MosaicGrid {
                 for (column, row) in [(x, 0.0), (x, bottom), (0.0, y), (right, y)] {
                     let [x, y] = back.map(column, row);
                     if !(x.abs() < LARGEST_SIDE && y.abs() < LARGEST_SIDE) {
-                        return Err("its members lie too far from one another to be one grid".into());
+                        return Err("its members are too far apart to form one grid".into());
                     }
                     bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
                 }
@@ -99,7 +101,7 @@ impl MosaicGrid {
 }
 
 impl Placed {
-    /// Where the member's sample (0, 0) lies among the grid's, if its samples lie on the grid's.
+    /// Returns the position of the member's sample (0, 0) in the grid, if its samples coincide with the grid's.
     pub fn shift(&self) -> Option<[i64; 2]> {
         match self.way {
             Way::Whole(shift) => Some(shift),
@@ -107,8 +109,8 @@ impl Placed {
         }
     }
 
-    /// (column, row) in the member of `columns` × `rows` points of the grid, row by row: the first at `first`, `step`
-    /// apart, in samples. Points that a projection cannot show are NaN.
+    /// Returns (column, row) in the member for `columns` × `rows` points of the grid, row by row. The first point is at
+    /// `first`, and they are `step` apart, in samples of the grid. Points that a projection cannot represent are NaN.
     pub fn coordinates(&self, first: [f64; 2], step: [f64; 2], [columns, rows]: [u32; 2]) -> Vec<[f64; 2]> {
         let at = |column: u32, row: u32| {
             self.way.map(first[0] + step[0] * f64::from(column), first[1] + step[1] * f64::from(row))
@@ -134,13 +136,13 @@ impl Placed {
             .collect()
     }
 
-    /// Whether a place of the grid lies in the member or within half a sample of it.
+    /// Returns whether a position of the grid is in the member or within half a sample of it.
     pub fn holds(&self, place: [f64; 2]) -> bool {
         let place = self.way.map(place[0], place[1]);
         (0..2).all(|axis| (-0.5..=f64::from(self.size[axis]) - 0.5).contains(&place[axis]))
     }
 
-    /// Whether a window of the grid may hold something of the member.
+    /// Returns whether a window of the grid may overlap the member.
     pub fn meets(&self, window: Window) -> bool {
         let steps = [window.width, window.height].map(|count| f64::from(count) / 8.0);
         let first = [window.x, window.y].map(|c| f64::from(c) - 0.5);
@@ -157,10 +159,10 @@ impl Placed {
 }
 
 impl Way {
-    /// From the grid at `from` to that at `to`.
+    /// Returns the transformation from the grid at `from` to that at `to`.
     ///
     /// # Errors
-    /// In one line: one of them has no reference system, or there is none between them.
+    /// Fails, with one line, if one of them has no reference system, or if no transformation between them is known.
     pub fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
         let back = inverse(to.crs_from_grid);
         if !same(&from.crs, &to.crs) {
@@ -170,7 +172,7 @@ impl Way {
         let ([fx, a, b, fy, c, d], [bx, e, f, by, g, h]) = (from.crs_from_grid, back);
         let ways =
             [bx + e * fx + f * fy, e * a + f * c, e * b + f * d, by + g * fx + h * fy, g * a + h * c, g * b + h * d];
-        // Over 10⁵ samples nothing may add up to a part of one that would be seen.
+        // Over 10⁵ samples the error must not add up to a visible fraction of a sample.
         let unit = [1.0, 0.0, 0.0, 1.0];
         let is_unit =
             [ways[1], ways[2], ways[4], ways[5]].iter().zip(unit).all(|(way, unit)| (way - unit).abs() < 1e-8);
@@ -181,7 +183,7 @@ impl Way {
         Ok(Self::Affine(ways))
     }
 
-    /// (column, row) of a place; NaN where a projection cannot show it.
+    /// Returns the target's (column, row) of a position; NaN where a projection cannot represent it.
     pub fn map(&self, column: f64, row: f64) -> [f64; 2] {
         match self {
             Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
@@ -201,7 +203,7 @@ impl Way {
 impl Side {
     fn new(place: &Georeference) -> Result<Self, String> {
         let (text, per_unit) = match &place.crs {
-            Crs::Local => return Err("a member without a coordinate reference system lies beside one with one".into()),
+            Crs::Local => return Err("some members have a coordinate reference system and others have none".into()),
             Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => {
                 let shape = match *inverse_flattening {
                     0.0 => format!("+R={semi_major_axis_m}"),
@@ -212,8 +214,9 @@ impl Side {
             Crs::Projected { metres_per_unit, name } => {
                 let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
                 let known = code.and_then(crs_definitions::from_code);
-                let known = known.ok_or_else(|| format!("there is no way from {name} to other reference systems"))?;
-                // Everything in metres: the file's own unit goes before the code's.
+                let known = known
+                    .ok_or_else(|| format!("no transformation is known from {name} to other reference systems"))?;
+                // All lengths are in metres: the file's own unit takes precedence over that of the code.
                 let words = known
                     .proj4
                     .split_whitespace()
@@ -227,7 +230,7 @@ impl Side {
     }
 }
 
-/// Whether coordinates of one are coordinates of the other.
+/// Returns whether coordinates in one CRS are valid in the other.
 fn same(a: &Crs, b: &Crs) -> bool {
     match (a, b) {
         (
@@ -238,20 +241,24 @@ fn same(a: &Crs, b: &Crs) -> bool {
     }
 }
 
-/// The geometric mean of the steps along columns and rows in the middle of a grid, in metres.
+/// Returns the geometric mean of the sample spacing along columns and rows in the middle of a grid, in metres.
 fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
     let mapping = WorldMapping::new(place, size[0], size[1]).map_err(|error| error.to_string())?;
     let middle = size.map(|count| f64::from(count - 1) / 2.0);
     let at = |x: f64, y: f64| mapping.world_from_grid(middle[0] + x, middle[1] + y);
     let spacing_m = (at(0.5, 0.0).distance(at(-0.5, 0.0)) * at(0.0, 0.5).distance(at(0.0, -0.5))).sqrt();
-    if spacing_m > 0.0 && spacing_m.is_finite() { Ok(spacing_m) } else { Err("a member has no spacing".into()) }
+    if spacing_m > 0.0 && spacing_m.is_finite() {
+        Ok(spacing_m)
+    } else {
+        Err("a member's sample spacing is zero or not finite".into())
+    }
 }
 
 fn apply([x0, a, b, y0, c, d]: [f64; 6], x: f64, y: f64) -> [f64; 2] {
     [x0 + a * x + b * y, y0 + c * x + d * y]
 }
 
-/// A georeference's transform has an inverse.
+/// Inverts the transform of a georeference, which always has an inverse.
 fn inverse([x0, a, b, y0, c, d]: [f64; 6]) -> [f64; 6] {
     let determinant = a * d - b * c;
     let [e, f, g, h] = [d, -b, -c, a].map(|part| part / determinant);

@@ -1,19 +1,20 @@
-//! Holes: voids and spikes that touch each other, also at corners, and whether they are to be filled.
+//! Finds holes (no-data samples and spikes that touch each other, also at corners), and decides whether they are
+//! filled.
 
 use super::Way;
 use crate::source::reader::Window;
 
-/// A hole that is to be filled: the indices of its samples in the window it was found in, ascending.
+/// A hole that is to be filled: the ascending indices of its samples in the window in which it was found.
 pub struct Hole {
     pub samples: Vec<u32>,
-    /// The rectangle around them, in columns and rows of that window.
+    /// Bounding box of the samples, in columns and rows of that window.
     pub left: u32,
     pub top: u32,
     pub width: u32,
     pub height: u32,
 }
 
-/// The holes that have a sample in `within` and are to be filled. `spikes` is ascending.
+/// Returns the holes that have a sample in `within` and are to be filled. `spikes` must be ascending.
 pub fn find(heights_m: &[f32], spikes: &[u32], around: Window, within: Window, way: &Way) -> Vec<Hole> {
     let mut open: Vec<bool> = heights_m.iter().map(|height_m| !height_m.is_finite()).collect();
     spikes.iter().for_each(|&spike| open[spike as usize] = true);
@@ -34,7 +35,7 @@ pub fn find(heights_m: &[f32], spikes: &[u32], around: Window, within: Window, w
     holes
 }
 
-/// Takes all that touches a sample out of `open`.
+/// Removes the hole around a sample from `open` and returns it.
 fn flood(open: &mut [bool], around: Window, start: u32) -> Hole {
     let (mut left, mut top) = (around.width, around.height);
     let (mut right, mut bottom) = (0, 0);
@@ -59,14 +60,14 @@ fn flood(open: &mut [bool], around: Window, start: u32) -> Hole {
     Hole { samples, left, top, width: right - left + 1, height: bottom - top + 1 }
 }
 
-/// Whether there is land on all sides: the hole does not touch the border of the grid.
+/// Returns whether land is on all sides: the hole does not touch the border of the grid.
 fn is_closed(hole: &Hole, around: Window, size: [u32; 2]) -> bool {
     let (x, y) = (around.x + hole.left, around.y + hole.top);
     x > 0 && y > 0 && x + hole.width < size[0] && y + hole.height < size[1]
 }
 
-/// Whether a square of more than `most` samples is void in a hole. The largest square that ends at a sample is one more
-/// than the smallest of those that end to the left of it, above it, and both.
+/// Returns whether a hole contains a square of more than `most` samples. The largest square that ends at a sample is
+/// one more than the smallest of those that end to the left of it, above it, and both.
 fn is_wide(hole: &Hole, around: Window, most: u32) -> bool {
     if hole.width.min(hole.height) <= most {
         return false;

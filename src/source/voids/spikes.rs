@@ -1,23 +1,25 @@
-//! Spikes: single samples that stand far out of their neighbours, as those of radar do beside voids.
+//! Finds spikes: single samples far above or below their neighbours, as radar data has them near no-data.
 //!
-//! A sample is a spike if it is higher than all of its valid neighbours (or lower than all), and farther from their
-//! median than [`SLOPE`] times the spacing of samples and than [`OF_RELIEF`] of the range of the samples within two of it.
-//! The flanks of a summit go on beyond its neighbours, so that range is larger: a cone rises over the median of its
-//! neighbours by 0.66 of it, however steep it is. On a cliff the neighbour along it is as high or as low. Only samples
-//! within [`BESIDE`] of a void are looked at: that is where radar has spikes, and a grid without voids stays what it is.
+//! A sample is a spike if it is higher than all of its valid neighbours (or lower than all), and differs from their
+//! median by more than [`SLOPE`] times the sample spacing and by more than [`OF_RELIEF`] of the range of the samples
+//! within two of it. The flanks of a summit continue beyond its neighbours, so that this range is larger: a cone rises
+//! over the median of its neighbours by 0.66 of it, however steep it is. On a cliff the neighbour along it is as high
+//! or as low. Only samples within [`BESIDE`] of no-data are examined: radar has its spikes there, and a grid without
+//! no-data stays unchanged.
 
 use crate::source::reader::Window;
 
-/// How far from a void spikes are looked for, in rows and columns.
+/// Distance from no-data within which spikes are searched, in rows and columns.
 pub const BESIDE: u32 = 8;
-/// The least rise of a spike over the median of its neighbours, in spacings of samples: 27 degrees on all sides.
+/// Smallest rise of a spike over the median of its neighbours, as a multiple of the sample spacing: 27 degrees on all
+/// sides.
 const SLOPE: f64 = 0.5;
-/// And in parts of the relief around it.
+/// Smallest rise of a spike as a fraction of the relief around it.
 const OF_RELIEF: f64 = 0.8;
-/// With fewer valid neighbours nothing is said of a sample.
+/// Samples with fewer valid neighbours than this are not judged.
 const LEAST_NEIGHBOURS: usize = 3;
 
-/// The indices of spikes in the heights of a window, ascending.
+/// Returns the ascending indices of spikes in the heights of a window.
 pub fn find(heights_m: &[f32], window: Window, spacing_m: f64) -> Vec<u32> {
     let (width, height) = (window.width as usize, window.height as usize);
     let beside = beside_voids(heights_m, width, height);
@@ -60,7 +62,7 @@ fn stands_out(heights_m: &[f32], [width, height]: [usize; 2], index: usize, spac
     out_m > SLOPE * spacing_m && out_m > OF_RELIEF * (f64::from(high_m) - f64::from(low_m))
 }
 
-/// Where a void is within [`BESIDE`] rows and columns: by rows, then by columns.
+/// Marks the samples within [`BESIDE`] rows and columns of no-data: first along rows, then along columns.
 fn beside_voids(heights_m: &[f32], width: usize, height: usize) -> Vec<bool> {
     let mut by_rows = vec![false; heights_m.len()];
     for (row, heights_m) in heights_m.chunks_exact(width).enumerate() {

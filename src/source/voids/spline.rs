@@ -1,39 +1,40 @@
-//! The surface in a hole: a thin plate under tension that meets the heights and the slopes around it.
+//! The surface that fills a hole: a thin plate under tension that matches the heights and the slopes around it.
 //!
 //! The heights of a hole are those that minimise the sum of the squared second differences along rows, columns and
-//! diagonals (a thin plate: Briggs 1974, *Machine contouring using minimum curvature*), and [`TENSION`] times that of
-//! the squared first differences (Smith and Wessel 1990, *Gridding with continuous curvature splines in tension*). The
-//! plate makes slopes meet at the rim; tension takes it back to a membrane farther inside, so that the steep or noisy
-//! rim of a radar's hole does not throw up hills and wells. The two samples around the hole are given. Differences that
-//! would need other samples without heights are left out.
+//! diagonals (a thin plate: Briggs 1974, *Machine contouring using minimum curvature*), plus [`TENSION`] times the sum
+//! of the squared first differences (Smith and Wessel 1990, *Gridding with continuous curvature splines in tension*).
+//! The plate makes slopes meet at the rim; the tension turns it into a membrane farther inside, so that the steep or
+//! noisy rim of a hole in radar data does not cause hills and wells. The two samples around the hole are given.
+//! Differences that would need other samples without heights are left out.
 //!
-//! The equations are solved by conjugate gradients (Hestenes and Stiefel 1952), started from the inside growing layers
-//! of means, in an order and with numbers that depend on the hole alone.
+//! The equations are solved by conjugate gradients (Hestenes and Stiefel 1952). The initial guess grows from the rim
+//! inwards by layers of means, in an order and with numbers that depend on the hole alone.
 
 use std::cell::Cell;
 
 use super::holes::Hole;
 use crate::source::reader::Window;
 
-/// How many samples around a hole its surface depends on.
+/// Number of samples around a hole on which its surface depends.
 pub const RING: u32 = 2;
 
-/// Of a membrane against a plate: it takes over at the square root of the reciprocal, 24 samples from the rim.
+/// Weight of the membrane against the plate: it dominates beyond the square root of the reciprocal, 24 samples from the
+/// rim.
 const TENSION: f64 = 1.0 / 576.0;
 
-/// The residual at which the equations count as solved, of the one at the start.
+/// Residual, relative to the initial one, at which the equations count as solved.
 const TOLERANCE: f64 = 1e-7;
-/// And after so many steps all the same; a hole of the largest width needs fewer.
+/// Largest number of iterations; a hole of the largest width needs fewer.
 const MOST_STEPS: u32 = 3000;
 
-/// Columns and rows from a sample to those that one second difference may join it with.
+/// Offsets in columns and rows from a sample to those that share a second difference with it.
 const OFFSETS: [[i32; 2]; 13] =
     [[0, 0], [-1, 0], [1, 0], [0, -1], [0, 1], [-1, -1], [1, -1], [-1, 1], [1, 1], [-2, 0], [2, 0], [0, -2], [0, 2]];
 
-/// Samples beside one, and what each counts for.
+/// Offsets from a sample, with the factor of each.
 type Stencil = &'static [([i32; 2], f64)];
 
-/// Differences that are to be small: samples with weights, and the weight of the square.
+/// Differences that are minimised: samples with factors, and the weight of the square.
 const DIFFERENCES: [(Stencil, f64); 5] = [
     (&[([0, 0], 1.0), ([1, 0], -2.0), ([2, 0], 1.0)], 1.0),
     (&[([0, 0], 1.0), ([0, 1], -2.0), ([0, 2], 1.0)], 1.0),
@@ -42,18 +43,18 @@ const DIFFERENCES: [(Stencil, f64); 5] = [
     (&[([0, 0], 1.0), ([0, 1], -1.0)], TENSION),
 ];
 
-/// What a place around a hole is.
+/// The role of a sample in or around a hole.
 #[derive(Clone, Copy)]
 enum Place {
-    /// Beyond the grid, or without a height that is to be believed.
+    /// The sample is outside the grid or has no valid height.
     Absent,
-    /// Metres over the mean of all that are given.
+    /// The sample's height is given, in metres relative to the mean of all given heights.
     Given(f64),
-    /// The number of an unknown.
+    /// The height is an unknown with this number.
     Unknown(u32),
 }
 
-/// The heights in metres of a hole's samples, by their indices in the window.
+/// Returns the heights in metres of a hole's samples, with their indices in the window.
 pub fn fill(heights_m: &[f32], spikes: &[u32], window: Window, hole: &Hole) -> Vec<(u32, f32)> {
     let box_width = (hole.width + 2 * RING) as usize;
     let mut places = vec![Place::Absent; box_width * (hole.height + 2 * RING) as usize];
@@ -90,7 +91,7 @@ pub fn fill(heights_m: &[f32], spikes: &[u32], window: Window, hole: &Hole) -> V
     hole.samples.iter().zip(solved).map(|(&sample, over_m)| (sample, (mean_m + over_m) as f32)).collect()
 }
 
-/// A first guess: layer by layer from the rim, each sample the mean of its neighbours that have a height.
+/// Returns an initial guess: layer by layer from the rim, each sample is the mean of its neighbours that have a height.
 fn layers(places: &[Place], width: usize, cells: &[usize]) -> Vec<f64> {
     let known: Vec<Cell<Option<f64>>> = places
         .iter()
@@ -115,12 +116,13 @@ fn layers(places: &[Place], width: usize, cells: &[usize]) -> Vec<f64> {
     cells.iter().map(|&cell| known[cell].get().unwrap_or(0.0)).collect()
 }
 
-/// The cell at an offset; [`RING`] keeps it inside.
+/// Returns the cell at an offset, which [`RING`] keeps inside.
 fn moved(cell: usize, [x, y]: [i32; 2], width: usize) -> usize {
     (cell as isize + y as isize * width as isize + x as isize) as usize
 }
 
-/// The normal equations: by unknown its neighbours' numbers (its own where there is none) and their factors.
+/// The normal equations: for each unknown, the numbers of its neighbours (its own number where there is none) and their
+/// factors.
 struct Equations {
     neighbours: Vec<[u32; OFFSETS.len()]>,
     factors: Vec<[f64; OFFSETS.len()]>,
@@ -133,7 +135,7 @@ impl Equations {
         let mut right = vec![0.0; cells.len()];
         for (number, &cell) in cells.iter().enumerate() {
             for (samples, weight) in DIFFERENCES {
-                // Every difference that has this sample in one of its places.
+                // The loop visits every difference that contains this sample.
                 for (own, own_factor) in samples {
                     let place = |at: [i32; 2]| places[moved(cell, [at[0] - own[0], at[1] - own[1]], width)];
                     if samples.iter().any(|(at, _)| matches!(place(*at), Place::Absent)) {
@@ -168,7 +170,7 @@ impl Equations {
         }
     }
 
-    /// By conjugate gradients from a first guess.
+    /// Solves the equations by conjugate gradients from an initial guess.
     fn solve(&self, mut heights: Vec<f64>) -> Vec<f64> {
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let mut product = vec![0.0; heights.len()];

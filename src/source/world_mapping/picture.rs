@@ -1,9 +1,9 @@
-//! The place of a picture of the world that is seen from straight above, north up: what a world file, the tags of a
-//! GeoTIFF and a `.prj` say of it.
+//! The georeference of a picture of the world from straight above, north up, as world files, GeoTIFF tags and a `.prj`
+//! state it.
 //!
-//! The pixels of a projected grid's picture lie in the file's own CRS. Those of a geographic one lie in the projection
-//! in which the world has its metres, a transverse Mercator of its own that is written with its parameters; where the
-//! world is too wide for that, they lie in the file's longitudes and latitudes.
+//! A picture of a projected grid has the file's own CRS. A picture of a geographic grid has the projection in which the
+//! world has its metres, a transverse Mercator that is written with its parameters; if the world is too wide for that,
+//! the picture has the file's longitudes and latitudes.
 
 use glam::DVec2;
 
@@ -11,11 +11,11 @@ use super::super::geokeys::{self as key, GeoKey, GeoKeys, USER_DEFINED};
 use super::super::georeference::{Crs, Georeference};
 use super::{Projection, WorldMapping};
 
-/// Keys of a geographic CRS.
+/// GeoKeys of a geographic CRS.
 const GEOGRAPHIC_KEYS: std::ops::RangeInclusive<u16> = 2048..=2061;
-/// Keys of heights, of which a picture has none.
+/// GeoKeys of a vertical CRS, which a picture does not have.
 const VERTICAL_KEYS: std::ops::RangeInclusive<u16> = 4096..=4099;
-/// The transverse Mercator projection by its code and the keys of its parameters.
+/// GeoTIFF code of the transverse Mercator projection, and the GeoKeys of its parameters.
 const TRANSVERSE_MERCATOR: u16 = 1;
 const ORIGIN_LONGITUDE: u16 = 3080;
 const ORIGIN_LATITUDE: u16 = 3081;
@@ -24,8 +24,8 @@ const FALSE_NORTHING: u16 = 3083;
 const SCALE: u16 = 3092;
 
 impl WorldMapping {
-    /// The georeference of a picture whose first pixel has its centre at `first_m` and whose pixels have sides of
-    /// `pixel_m`; `world` is the georeference that this mapping was made of.
+    /// Returns the georeference of a picture whose first pixel has its centre at `first_m` and whose pixels have sides
+    /// of `pixel_m`, both in world metres; `world` is the georeference that this mapping was built from.
     #[must_use]
     pub fn picture_georeference(&self, world: &Georeference, first_m: DVec2, pixel_m: f64) -> Georeference {
         let north_up = |first: DVec2, step: DVec2| [first.x, step.x, 0.0, first.y, 0.0, -step.y];
@@ -51,7 +51,7 @@ impl WorldMapping {
         }
     }
 
-    /// The keys of the projection of the world's metres: on the file's own geographic CRS, about the world's origin.
+    /// Returns the GeoKeys of the world's projection: on the file's own geographic CRS, centred on the world's origin.
     fn transverse_mercator_keys(&self, world: &Georeference, radians_per_unit: f64) -> Vec<GeoKey> {
         let turn = std::f64::consts::TAU / radians_per_unit;
         let longitude = (self.centre_crs.x + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
@@ -77,7 +77,7 @@ impl WorldMapping {
     }
 }
 
-/// The keys of a geographic CRS of which the file had none.
+/// Returns the GeoKeys of a geographic CRS for files that have none.
 fn named_geographic_keys(crs: &Crs) -> Vec<GeoKey> {
     let Crs::Geographic { semi_major_axis_m, inverse_flattening, name, .. } = crs else { return Vec::new() };
     match name.strip_prefix("EPSG:").and_then(|code| code.parse().ok()) {

@@ -84,7 +84,7 @@ fn what_is_wrong_with_a_mesh_is_named() {
         (format!("{good}scale = 0\n"), "meshes.scale: of mesh 1: "),
         (format!("{good}scale = -1\n"), "meshes.scale: of mesh 1: "),
         (format!("{good}up = \"x\"\n"), "meshes.up cannot be \"x\""),
-        (format!("{good}colour = 3\n"), "there is no key \"meshes.colour\""),
+        (format!("{good}colour = 3\n"), "unknown key \"meshes.colour\""),
         (format!("{good}{good}scale = nan\n"), "meshes.scale: of mesh 2: "),
         ("[[meshes]]\nfile = \"hut.obj\"\n".to_owned(), "meshes.at: of mesh 1: it needs at = "),
         (format!("{good}instances = \"a.csv\"\n"), "meshes.instances: of mesh 1: it has both at and instances"),

@@ -12,7 +12,7 @@ fn mistakes_are_told_in_one_line() {
         RECIPE.replacen(from, to, 1)
     };
     let spoiled = [
-        (spoil("fill = 1.0", "fil = 1.0"), "mine.toml:12:1: there is no key \"touch.fil\"; did you mean \"fill\"?"),
+        (spoil("fill = 1.0", "fil = 1.0"), "mine.toml:12:1: unknown key \"touch.fil\"; did you mean \"fill\"?"),
         (spoil("seed = 7\n", ""), "the key \"tile.seed\" is missing"),
         (spoil("fill = 1.0", "fill = 1.5"), "touch.fill is 1.5, not between 0.05 and 1"),
         (spoil("softness = 0.1", "softness = 0.0"), "touch.softness is 0,"),
