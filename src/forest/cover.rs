@@ -61,19 +61,19 @@ pub enum CoverError {
     #[error(transparent)]
     Read(#[from] SourceError),
     /// Nobody knows where it lies.
-    #[error("{}: names no coordinate reference system, so it cannot be laid over the world", named(path))]
+    #[error("{}: has no coordinate reference system, so it cannot be aligned with the world", named(path))]
     Nowhere {
         /// Of the raster.
         path: PathBuf,
     },
     /// Nobody knows where the land lies.
-    #[error("{}: cannot be laid over the world, which has no coordinate reference system", named(path))]
+    #[error("{}: cannot be aligned with the world, which has no coordinate reference system", named(path))]
     WorldNowhere {
         /// Of the raster.
         path: PathBuf,
     },
     /// Nobody knows how their reference systems lie to one another.
-    #[error("{}: cannot be laid over the world: {cause}", named(path))]
+    #[error("{}: cannot be aligned with the world: {cause}", named(path))]
     NoWay {
         /// Of the raster.
         path: PathBuf,
@@ -81,13 +81,13 @@ pub enum CoverError {
         cause: String,
     },
     /// It would leave no tree.
-    #[error("{}: lies beside the world, or beside the other rasters of the forest", named(path))]
+    #[error("{}: does not overlap the world, or the other rasters of the forest", named(path))]
     OutsideWorld {
         /// Of the raster.
         path: PathBuf,
     },
     /// Land cover that is something else.
-    #[error("{}: holds {value}, and a class is a whole number", named(path))]
+    #[error("{}: has the value {value}, but a class must be a whole number", named(path))]
     NoClass {
         /// Of the raster.
         path: PathBuf,
@@ -245,5 +245,5 @@ fn unlisted_line(path: &Path, tally: &Tally, samples_per_point: f64) -> Option<S
     }
     let path = path.display();
     (!classes.is_empty())
-        .then(|| format!("{path}: no trees on classes that the scene does not list, with their samples: {names}"))
+        .then(|| format!("{path}: classes that the scene does not list have no trees; class (samples): {names}"))
 }

@@ -83,7 +83,7 @@ impl TreeModel {
         let from = if mesh.triangles.len() > MANY_TRIANGLES { &less } else { mesh };
         let middle = own.corners(&simplify(from, MIDDLE_TRIANGLES));
         if near.is_empty() || middle.is_empty() {
-            return Err("all of its triangles are without area".to_owned());
+            return Err("all of its triangles have zero area".to_owned());
         }
         let clump = Shape::of(&near).clump();
         let mut paints: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
@@ -120,7 +120,7 @@ impl Own {
         }
         if wide > WIDEST * size.z {
             let times = wide / size.z;
-            return Err(format!("it is {times:.0} times as wide as tall, which is no tree; up says what points up"));
+            return Err(format!("it is {times:.0} times as wide as tall, too wide for a tree; check up = \"y\" or \"z\""));
         }
         let [foot_low, foot_high] = bounds(places().filter(|at| at.z <= low.z + FOOT * size.z));
         let foot = ((foot_low + foot_high) * 0.5).truncate().extend(low.z);

@@ -39,13 +39,13 @@ pub struct Comparison {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
     /// A reference that is missing or broken is an error, never a pass.
-    #[error("no reference picture: {0}")]
+    #[error("cannot read the reference picture: {0}")]
     Reference(FileError),
     /// They have different sizes.
     #[error("the pictures have different sizes: {}x{} and {}x{}", .0[0], .0[1], .1[0], .1[1])]
     Size([u32; 2], [u32; 2]),
     /// A picture whose bytes do not fill its size.
-    #[error("a picture of {}x{} pixels with {bytes} bytes", .size_px[0], .size_px[1])]
+    #[error("a picture of {}x{} pixels needs 4 bytes per pixel, but has {bytes} bytes", .size_px[0], .size_px[1])]
     Bytes {
         /// Width and height.
         size_px: [u32; 2],
@@ -67,7 +67,7 @@ impl std::fmt::Display for Comparison {
         let [x, y] = self.worst_px;
         write!(
             f,
-            "{} of {} pixels differ by more than {} (allowed: {}); the worst by {} at ({x}, {y})",
+            "{} of {} pixels differ by more than {} (allowed: {}); the largest difference is {} at ({x}, {y})",
             self.outliers,
             self.pixels,
             self.tolerance.channel_difference,

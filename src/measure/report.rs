@@ -275,7 +275,7 @@ impl Report {
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);
-            Some(format!("{style}: in {frames} of {of} frames the surface was drawn to within {most:.2} px at most"))
+            Some(format!("{style}: {frames} of {of} frames were over the triangle budget; their allowed error rose to {most:.2} px"))
         };
         self.runs.iter().flat_map(|run| [strokes(run), terrain(run)]).flatten().collect()
     }

@@ -33,11 +33,11 @@ const PLOT_HEIGHT: f64 = 220.0;
 const COLUMNS: usize = 800;
 
 /// What the names of steadiness mean.
-const STEADINESS: &str = "Pairs of consecutive frames, followed by exact motion; what is not seen in both is masked. \
+const STEADINESS: &str = "Pairs of consecutive frames, compared along exact motion; pixels not visible in both are masked. \
     Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after (deaths). \
-    A stroke is born, or dies, when less than half of it goes on. Updates: frames that make strokes anew. Identity: line \
-    pixels that go on as other strokes only. Slip: how far the parameter along the same stroke moves under a place, in \
-    pixels per frame. E_warp: mean squared difference of encoded luminance, 0 to 1.";
+    A stroke is born, or dies, when less than half of it continues. Updates: frames that rebuild strokes. Identity: line \
+    pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at a fixed place, in \
+    pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
 
 /// Writes `report.html`, whole or not at all. `frames` are the runs of the report, in its order; the plots along the
 /// path need them.
@@ -64,7 +64,7 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     );
     let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
         plot(frames, value).map_or(String::new(), |svg| {
-            format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over seconds</p>\n{svg}")
+            format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over time in seconds</p>\n{svg}")
         })
     };
     page += &along("Frame time", "Milliseconds", |frame| frame.frame_ms);
@@ -77,8 +77,8 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
         page += &format!("<p class=\"warning\">{}</p>\n", escape(&line));
     }
     page += &metrics("Steadiness from frame to frame", STEADINESS, &report.runs, |run| run.temporal.as_ref());
-    page += &metrics("Agreement of both eyes", "", &report.runs, |run| run.stereo.as_ref());
-    page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – was not measured.</p>\n";
+    page += &metrics("Agreement between the two eyes", "", &report.runs, |run| run.stereo.as_ref());
+    page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – means not measured.</p>\n";
     page += "</body></html>\n";
     page
 }
@@ -171,7 +171,7 @@ fn bars(runs: &[Run]) -> String {
     svg += "</svg></div>\n";
     let names = names.iter().map(|&name| name.to_owned());
     format!(
-        "<h2>Passes</h2>\n<p class=\"faint\">GPU time of each pass by the frame, on average</p>\n{svg}{}",
+        "<h2>Passes</h2>\n<p class=\"faint\">Mean GPU time of each pass per frame</p>\n{svg}{}",
         key(names)
     )
 }
@@ -213,12 +213,12 @@ fn table(runs: &[Run]) -> String {
         ("tiles cancelled", |run| count(run.tiles.cancelled)),
         ("tiles failed", |run| count(run.tiles.failed)),
         ("late frames", |run| count(run.tiles.late_frames)),
-        ("late frames, later than 1 s after a jump", |run| count(run.tiles.late_frames_after_1s)),
+        ("late frames, more than 1 s after a jump", |run| count(run.tiles.late_frames_after_1s)),
         ("jumps", |run| count(run.tiles.full_detail_ms.map(|detail| detail.jumps))),
-        ("full detail after a jump ms, p50", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.p50))),
-        ("full detail after a jump ms, max", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.max))),
+        ("time to full detail after a jump ms, p50", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.p50))),
+        ("time to full detail after a jump ms, max", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.max))),
         ("hitches", |run| count(run.hitches)),
-        ("tiles and patches on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
+        ("tile and patch work on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
     ];
     let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
     format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
@@ -243,8 +243,8 @@ fn memory_by_pass(runs: &[Run]) -> String {
     };
     let rows = names.iter().map(|name| ((*name).to_owned(), runs.iter().map(|run| cell(run, name)).collect()));
     format!(
-        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the pictures and buffers that a pass reads / writes in a \
-         frame, each whole and once</p>\n{}",
+        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the textures and buffers that a pass reads / writes in a \
+         frame; each resource counts once, at its full size</p>\n{}",
         grid(runs, rows)
     )
 }

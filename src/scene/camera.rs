@@ -40,7 +40,7 @@ pub struct Camera {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// Too few or too many fields.
-    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), and `{}` has {found}", shown(text))]
+    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but `{}` has {found}", shown(text))]
     FieldCount {
         /// What was given.
         text: String,
@@ -128,7 +128,7 @@ fn in_range(field: &'static str, value: f64, [low, high]: [f64; 2], unit: &str) 
     if (low..=high).contains(&value) {
         return Ok(());
     }
-    let cause = format!("it must lie within {low} to {high} {unit}");
+    let cause = format!("it must be between {low} and {high} {unit}");
     let value = if value.abs() < 1e12 { value.to_string() } else { format!("{value:e}") };
     Err(CameraError::Field { field, value, cause })
 }

@@ -80,7 +80,7 @@ impl std::str::FromStr for SceneFocus {
     /// `EAST,NORTH,RADIUS`, and maybe a strength.
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            "it must be an east, a north and a radius in metres, and maybe a strength of 0 to 1, like \
+            "it must be EAST,NORTH,RADIUS in metres, and optionally a strength from 0 to 1, like \
                         1200,-300,2000,0.7"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
@@ -127,13 +127,13 @@ impl SceneFocus {
     pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let heights_m = self.height_m.unwrap_or(0.0);
         if !self.place_m.is_finite() || !heights_m.is_finite() {
-            return Err(("focus.place", "it must be an east, a north and maybe a height in finite metres"));
+            return Err(("focus.place", "it must be an east, a north and optionally a height, in finite metres"));
         }
         if !(self.radius_m.is_finite() && self.radius_m > 0.0) {
-            return Err(("focus.radius_m", "its radius must be finite and more than 0"));
+            return Err(("focus.radius_m", "the radius must be finite and greater than 0"));
         }
         if !(0.0..=1.0).contains(&self.strength) {
-            return Err(("focus.strength", "its strength must lie within 0 to 1"));
+            return Err(("focus.strength", "the strength must be between 0 and 1"));
         }
         Ok(())
     }

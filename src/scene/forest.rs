@@ -218,7 +218,7 @@ pub(super) fn within(
     range: RangeInclusive<f64>,
 ) -> Result<f64, WrongKey> {
     let value = value.unwrap_or(default);
-    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    let cause = || format!("it must be between {} and {}", range.start(), range.end());
     if range.contains(&value) { Ok(value) } else { Err((format!("{table}{key}"), cause())) }
 }
 
@@ -231,7 +231,7 @@ impl ForestToml {
         let number = |key, value, default, range| within("forest.", key, value, default, range);
         let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
         if self.species.len() > Forest::MOST_SPECIES {
-            return Err(("forest.species".to_owned(), format!("there may be {} at most", Forest::MOST_SPECIES)));
+            return Err(("forest.species".to_owned(), format!("at most {} are allowed", Forest::MOST_SPECIES)));
         }
         let own = self.species.iter().enumerate();
         let mut models = Vec::new();
@@ -264,9 +264,9 @@ impl SpeciesToml {
     fn form(&self, table: &str, scene: &Path, models: &mut Vec<TreeFile>) -> Result<Form, WrongKey> {
         let wrong = |key: &str, cause: &str| Err((format!("{table}{key}"), cause.to_owned()));
         let name = match (self.form, self.file.as_deref()) {
-            (Some(_), Some(_)) => return wrong(".file", "it stands beside form, and one of them is enough"),
+            (Some(_), Some(_)) => return wrong(".file", "it cannot be combined with form; remove one of them"),
             (None, None) => return wrong("", "it needs form = \"conifer\" or file = \"tree.obj\""),
-            (Some(_), None) if self.up.is_some() => return wrong(".up", "it is of a file, and there is none"),
+            (Some(_), None) if self.up.is_some() => return wrong(".up", "it is only used with file, which is missing"),
             (Some(form), None) => {
                 return Ok(match form {
                     FormToml::Conifer => Form::Conifer,
@@ -277,7 +277,7 @@ impl SpeciesToml {
             }
             (None, Some("")) => return wrong(".file", "it is empty"),
             (None, Some(name)) if name.contains("://") => {
-                return wrong(".file", "it must be a file of this machine");
+                return wrong(".file", "it must be a local file, not a URL");
             }
             (None, Some(name)) => name,
         };
@@ -295,14 +295,14 @@ impl SpeciesToml {
         let low_m = number("low_m", self.low_m, -HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         let high_m = number("high_m", self.high_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         if low_m > high_m {
-            return Err((format!("{table}low_m"), "it lies above high_m".to_owned()));
+            return Err((format!("{table}low_m"), "it is greater than high_m".to_owned()));
         }
         let own_color = |key: &str, text: &Option<String>| {
             let wrong = || (format!("{table}{key}"), "it must be written as \"#rrggbb\"".to_owned());
             text.as_deref().map(|text| color(text).ok_or_else(wrong)).transpose()
         };
         if self.bark_color.is_some() && form.name().is_none() {
-            return Err((format!("{table}bark_color"), "a model has its own materials".to_owned()));
+            return Err((format!("{table}bark_color"), "it is only used with form; a model has its own materials".to_owned()));
         }
         // A slope that is to look somewhere is one that should.
         let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };

@@ -81,26 +81,26 @@ impl CoverToml<'_> {
             match name.as_deref() {
                 None => Ok(None),
                 Some("") => wrong("it is empty"),
-                Some(name) if name.contains("://") => wrong("it must be a file of this machine"),
+                Some(name) if name.contains("://") => wrong("it must be a local file, not a URL"),
                 Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
             }
         };
         let land_cover = file("land_cover", self.land_cover)?;
         let wrong = |key: &str, cause: String| Err((format!("forest.{key}"), cause));
         match (&land_cover, self.classes) {
-            (None, [_, ..]) => return wrong("classes", "they are those of a land_cover, and there is none".to_owned()),
+            (None, [_, ..]) => return wrong("classes", "they describe land_cover, which is missing".to_owned()),
             (Some(_), []) => {
-                return wrong("land_cover", "it needs [[forest.classes]]: others have no trees".to_owned());
+                return wrong("land_cover", "it needs [[forest.classes]], because unlisted classes have no trees".to_owned());
             }
             (_, classes) if classes.len() > CoverFiles::MOST_CLASSES => {
-                return wrong("classes", format!("there may be {} at most", CoverFiles::MOST_CLASSES));
+                return wrong("classes", format!("at most {} are allowed", CoverFiles::MOST_CLASSES));
             }
             _ => {}
         }
         let mut classes: Vec<CoverClass> = Vec::new();
         for (number, class) in self.classes.iter().enumerate() {
             if classes.iter().any(|other| other.class == class.class) {
-                return wrong(&format!("classes[{number}].class"), format!("{} stands there twice", class.class));
+                return wrong(&format!("classes[{number}].class"), format!("{} is listed twice", class.class));
             }
             classes.push(class.checked(&format!("forest.classes[{number}]."), species)?);
         }
@@ -117,13 +117,13 @@ impl ClassToml {
         let wrong = |key: &str, cause: String| Err((format!("{table}{key}"), cause));
         let (key, shares) = match (&self.mix, &self.species) {
             (Some(_), Some(_)) => {
-                return wrong("mix", "it stands beside species, and one of them is enough".to_owned());
+                return wrong("mix", "it cannot be combined with species; remove one of them".to_owned());
             }
             (None, None) => ("class", species.iter().map(|species| species.share).collect()),
             (Some(mix), None) => ("mix", mix.shares(&format!("{table}mix."), species)?),
             (None, Some(shares)) if shares.len() != species.len() => {
                 let (given, wanted) = (shares.len(), species.len());
-                return wrong("species", format!("it has {given} shares, and the scene {wanted} species"));
+                return wrong("species", format!("it has {given} shares, but the scene has {wanted} species"));
             }
             (None, Some(shares)) => {
                 let shares =
@@ -132,7 +132,7 @@ impl ClassToml {
             }
         };
         if density > 0.0 && shares.iter().sum::<f64>() <= 0.0 {
-            return wrong(key, "no species has a share; density = 0 means no trees".to_owned());
+            return wrong(key, "all shares are 0; for a class without trees, set density = 0".to_owned());
         }
         Ok(CoverClass { class: self.class, density, shares })
     }
@@ -207,29 +207,29 @@ mod tests {
         let land = |class: &str| format!("land_cover = \"c.tif\"\n[[forest.classes]]\n{class}\n{SPECIES}");
         for (keys, expected) in [
             ("mask = \"\"".to_owned(), "4:8: forest.mask: it is empty"),
-            ("mask = \"https://x/m.png\"".to_owned(), "4:8: forest.mask: it must be a file of this machine"),
+            ("mask = \"https://x/m.png\"".to_owned(), "4:8: forest.mask: it must be a local file"),
             ("mask = 3".to_owned(), "4:8: forest.mask must be a text"),
             ("maks = \"m.png\"".to_owned(), "4:1: there is no key \"forest.maks\"; did you mean \"mask\"?"),
             ("land_cover = \"c.tif\"".to_owned(), "4:14: forest.land_cover: it needs [[forest.classes]]"),
-            ("[[forest.classes]]\nclass = 4".to_owned(), "forest.classes: they are those of a land_cover"),
-            (land("class = 4\ndensity = 1.5"), "7:11: forest.classes.density: it must lie within 0 to 1"),
+            ("[[forest.classes]]\nclass = 4".to_owned(), "forest.classes: they describe land_cover, which is missing"),
+            (land("class = 4\ndensity = 1.5"), "7:11: forest.classes.density: it must be between 0 and 1"),
             (land("density = 1"), "the key \"forest.classes.class\" is missing"),
             (
                 land("class = 4\nmix = { conifer = 1 }\nspecies = [1, 1, 1]"),
-                "7:7: forest.classes.mix: it stands beside",
+                "7:7: forest.classes.mix: it cannot be combined with species",
             ),
             (
                 land("class = 4\nspecies = [1, 1]"),
-                "7:11: forest.classes.species: it has 2 shares, and the scene 3 species",
+                "7:11: forest.classes.species: it has 2 shares, but the scene has 3 species",
             ),
-            (land("class = 4\nspecies = [1, -1, 1]"), "7:11: forest.classes.species: it must lie within 0 to 1000000"),
-            (land("class = 4\nspecies = [0, 0, 0]"), "7:11: forest.classes.species: no species has a share"),
+            (land("class = 4\nspecies = [1, -1, 1]"), "7:11: forest.classes.species: it must be between 0 and 1000000"),
+            (land("class = 4\nspecies = [0, 0, 0]"), "7:11: forest.classes.species: all shares are 0"),
             (
                 land("class = 4\nmix = { snag = 1 }"),
                 "7:16: forest.classes.mix.snag: the scene has no species of this form",
             ),
             (land("class = 4\nmix = { oak = 1 }"), "there is no key \"forest.classes.mix.oak\""),
-            (land("class = 4\n[[forest.classes]]\nclass = 4"), "8:9: forest.classes.class: 4 stands there twice"),
+            (land("class = 4\n[[forest.classes]]\nclass = 4"), "8:9: forest.classes.class: 4 is listed twice"),
             (land("class = 4.5"), "forest.classes.class must be a whole number"),
         ] {
             let error = forest(&keys).unwrap_err();

@@ -49,17 +49,17 @@ impl FromStr for MapArea {
             return Ok(Self::Whole);
         }
         let wrong = || {
-            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative \
+            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative first \
              number needs an equals sign, --map=-120,80,5000"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
         let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };
         if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
-            return Err(format!("its middle must lie within {LARGEST_COORDINATE_M} m of the world's"));
+            return Err(format!("the map's centre must be within {LARGEST_COORDINATE_M} m of the world's origin"));
         }
         let [least_m, most_m] = WIDTH_RANGE_M;
         if !(least_m..=most_m).contains(&width_m) {
-            return Err(format!("its width must be from {least_m} to {most_m} m"));
+            return Err(format!("the map's width must be between {least_m} and {most_m} m"));
         }
         Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
     }

@@ -37,7 +37,7 @@ pub struct MeshRow {
 #[derive(Debug, thiserror::Error)]
 pub enum MeshListError {
     /// The file cannot be read at all.
-    #[error("cannot read the instances {}: {cause}", named(path))]
+    #[error("cannot read the list of instances {}: {cause}", named(path))]
     Open {
         /// The file.
         path: PathBuf,
@@ -76,7 +76,7 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim).enumerate();
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).map(|(i, line)| (i + 1, line));
     let Some((head, header)) = lines.next() else {
-        return Err(wrong(1, "it has no header, and must begin with `x,y`".to_owned()));
+        return Err(wrong(1, "the header is missing; the first line must name the columns, like `x,y`".to_owned()));
     };
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     let mut place_of = [None; COLUMNS.len()];
@@ -84,20 +84,20 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
         let column = COLUMNS.iter().position(|column| column == name);
         let Some(column) = column else {
             let known = COLUMNS.join(", ");
-            return Err(wrong(head, format!("the header names {}, and the columns are {known}", quoted(name))));
+            return Err(wrong(head, format!("unknown column {} in the header; the columns are {known}", quoted(name))));
         };
         if place_of[column].replace(at).is_some() {
             return Err(wrong(head, format!("the header names {} twice", quoted(name))));
         }
     }
     if place_of[..NEEDED].contains(&None) {
-        return Err(wrong(head, format!("the header is `{}`, and must name x and y", shown(header))));
+        return Err(wrong(head, format!("the header is `{}`; it must name x and y", shown(header))));
     }
     let mut rows = Vec::new();
     for (line, text) in lines {
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         if fields.len() != names.len() {
-            return Err(wrong(line, format!("{} fields, and the header has {}", fields.len(), names.len())));
+            return Err(wrong(line, format!("this row has {} fields, but the header has {}", fields.len(), names.len())));
         }
         if rows.len() as u64 == MOST_STANDING {
             return Err(wrong(line, format!("there are more than {MOST_STANDING} places")));
@@ -119,7 +119,7 @@ fn row([x, y, z, yaw, scale]: [Option<&str>; COLUMNS.len()]) -> Result<MeshRow, 
     let (yaw_deg, scale) = (number("yaw", yaw, Some(0.0))?, number("scale", scale, Some(1.0))?);
     let at_m = DVec3::new(x_m, y_m, z_m);
     check_stance(at_m, yaw_deg, scale).map_err(|(key, cause)| match key.as_str() {
-        "at" => format!("the place must lie within {} m", super::camera::LARGEST_COORDINATE_M),
+        "at" => format!("x, y and z must be within ±{} m", super::camera::LARGEST_COORDINATE_M),
         "yaw_deg" => format!("yaw: {cause}"),
         _ => format!("{key}: {cause}"),
     })?;
@@ -150,14 +150,14 @@ mod tests {
     #[test]
     fn what_is_wrong_is_one_line_with_file_and_row() {
         for (text, cause) in [
-            ("\n# nothing\n", "huts.csv:1: it has no header"),
-            ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`, and must name x and y"),
-            ("x,y,colour\n1,2,3\n", "huts.csv:1: the header names \"colour\""),
+            ("\n# nothing\n", "huts.csv:1: the header is missing"),
+            ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`; it must name x and y"),
+            ("x,y,colour\n1,2,3\n", "huts.csv:1: unknown column \"colour\""),
             ("x,y,x\n1,2,3\n", "huts.csv:1: the header names \"x\" twice"),
-            ("x,y\n1,2\n1\n", "huts.csv:3: 1 fields, and the header has 2"),
+            ("x,y\n1,2\n1\n", "huts.csv:3: this row has 1 fields, but the header has 2"),
             ("x,y\n1,2\n\n1,b\n", "huts.csv:4: y is \"b\": not a number"),
             ("x,y\n1,\n", "huts.csv:2: y is missing"),
-            ("x,y\n1,nan\n", "huts.csv:2: the place must lie within "),
+            ("x,y\n1,nan\n", "huts.csv:2: x, y and z must be within ±"),
             ("x,y,z\n1,2,++3\n", "huts.csv:2: z is \"++3\""),
             ("x,y,yaw\n1,2,inf\n", "huts.csv:2: yaw: "),
             ("x,y,scale\n1,2,0\n", "huts.csv:2: scale: "),

@@ -144,21 +144,21 @@ pub(super) fn height_of(text: &str) -> Result<(f64, bool), String> {
     // As cameras have it: `++5` is a slip, not a number.
     let above = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
     let found = above.map_or_else(|| text.parse().map(|z_m| (z_m, false)), |number| number.parse().map(|h| (h, true)));
-    found.map_err(|_| format!("z is {}, and must be a number or \"+h\"", quoted(text)))
+    found.map_err(|_| format!("z is {}; it must be a number, or \"+h\" for h metres above the ground", quoted(text)))
 }
 
 /// A key and what is wrong with it.
 pub(super) type WrongKey = (String, String);
 
 fn within(key: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, WrongKey> {
-    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    let cause = || format!("it must be between {} and {}", range.start(), range.end());
     if range.contains(&value) { Ok(value) } else { Err((key.to_owned(), cause())) }
 }
 
 /// Whether a model may stand so; the error is the key and what is wrong with it.
 pub(super) fn check_stance(at_m: DVec3, yaw_deg: f64, scale: f64) -> Result<(), WrongKey> {
     if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
-        return Err(("at".to_owned(), format!("it must lie within {LARGEST_COORDINATE_M} m")));
+        return Err(("at".to_owned(), format!("each coordinate must be within ±{LARGEST_COORDINATE_M} m")));
     }
     within("yaw_deg", yaw_deg, TURNS_DEG)?;
     within("scale", scale, SCALES)?;
@@ -181,7 +181,7 @@ impl MeshToml {
                     // A number without a sign would better be one.
                     HeightToml::Text(text) => height_of(&text)
                         .and_then(|(z_m, is_above)| {
-                            let cause = || format!("z is {}, and must be a number or \"+h\"", quoted(&text));
+                            let cause = || format!("z is {}; it must be a number, or \"+h\" for h metres above the ground", quoted(&text));
                             is_above.then_some((z_m, true)).ok_or_else(cause)
                         })
                         .map_err(|cause| wrong("at", cause))?,
@@ -192,13 +192,13 @@ impl MeshToml {
             (None, Some(list), None) => Stands::Listed(beside(&list)),
             (None, None, Some(scatter)) => Stands::Scattered(scatter.checked()?),
             (None, None, None) => {
-                let cause = "it needs at = [x, y, \"+0\"] or instances = \"LIST.csv\" or scatter = { … }";
+                let cause = "it needs at = [x, y, \"+0\"], instances = \"LIST.csv\" or scatter = { … }";
                 return Err(wrong("at", cause.to_owned()));
             }
             (at, list, scatter) => {
                 let given = [("at", at.is_some()), ("instances", list.is_some()), ("scatter", scatter.is_some())];
                 let given: Vec<&str> = given.iter().filter(|name| name.1).map(|name| name.0).collect();
-                return Err(wrong(given[1], format!("it has both {}, and must have one of them", given.join(" and "))));
+                return Err(wrong(given[1], format!("it has both {}; only one of them is allowed", given.join(" and "))));
             }
         };
         let at_m = if let Stands::At(place) = &stands { place.at_m } else { DVec3::ZERO };
@@ -213,23 +213,23 @@ impl ScatterToml {
         let wrong = |key: &str, cause: String| Err((format!("scatter.{key}"), cause));
         let [west, south, east, north] = self.within;
         if !(self.within.iter().all(|along_m| along_m.abs() <= LARGEST_COORDINATE_M) && west < east && south < north) {
-            let cause = format!("it must be [west, south, east, north] in metres, within {LARGEST_COORDINATE_M} m");
+            let cause = format!("it must be [west, south, east, north] in metres, west < east, south < north, within ±{LARGEST_COORDINATE_M} m");
             return wrong("within", cause);
         }
         let density = match (self.per_ha, self.count) {
             (Some(per_ha), None) => Density::PerHa(within("scatter.per_ha", per_ha, 1e-6..=1e6)?),
             (None, Some(count)) => match u32::try_from(count) {
                 Ok(count) if (1..=MOST_STANDING).contains(&u64::from(count)) => Density::Count(count),
-                _ => return wrong("count", format!("it must lie within 1 to {MOST_STANDING}")),
+                _ => return wrong("count", format!("it must be between 1 and {MOST_STANDING}")),
             },
-            _ => return wrong("per_ha", "it must have one of per_ha and count".to_owned()),
+            _ => return wrong("per_ha", "scatter needs either per_ha or count".to_owned()),
         };
         let range = |key: &str, given: Option<[f64; 2]>, usual: [f64; 2], range: RangeInclusive<f64>| {
             let [low, high] = given.unwrap_or(usual);
             if range.contains(&low) && range.contains(&high) && low <= high {
                 return Ok([low, high]);
             }
-            let cause = format!("it must be two numbers within {} to {}, the lesser first", range.start(), range.end());
+            let cause = format!("it must be two numbers between {} and {}, the smaller one first", range.start(), range.end());
             Err((format!("scatter.{key}"), cause))
         };
         let scatter = Scatter {
@@ -248,7 +248,7 @@ impl ScatterToml {
             let points = per_ha * scatter.area_ha();
             return wrong(
                 "per_ha",
-                format!("it is {points:.0} points, and at most {} are asked", Scatter::MOST_POINTS),
+                format!("it makes {points:.0} points to test, but at most {} are allowed", Scatter::MOST_POINTS),
             );
         }
         Ok(scatter)

@@ -88,7 +88,7 @@ impl CameraPath {
         let rows = rows(name, text)?;
         if let Some(odd) = rows.iter().find(|row| row.camera.height_above_ground != rows[0].camera.height_above_ground)
         {
-            let cause = "z is above ground (+h) in some rows and not in others; write all rows alike".to_owned();
+            let cause = "z is above the ground (+h) in some rows and absolute in others; use one kind in all rows".to_owned();
             return Err(PathError::Line { path: name.to_owned(), line: odd.line, cause });
         }
         Ok(Self::through(&rows))
@@ -224,7 +224,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let csv_error = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
         match error.kind() {
-            csv::ErrorKind::Utf8 { .. } => wrong(line, "it is not in UTF-8".to_owned()),
+            csv::ErrorKind::Utf8 { .. } => wrong(line, "it is not valid UTF-8".to_owned()),
             _ => wrong(line, printable(&error.to_string(), 120)),
         }
     };
@@ -237,12 +237,12 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let header = reader.headers().map_err(csv_error)?;
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
     if names.iter().all(|name| name.is_empty()) {
-        return Err(wrong(1, format!("it has no header, and must begin with `{}`", HEADER.join(","))));
+        return Err(wrong(1, format!("the header is missing; the first line must be `{}`", HEADER.join(","))));
     }
     if names != HEADER {
         return Err(wrong(
             1,
-            format!("the header is `{}`, and must be `{}`", shown(&names.join(",")), HEADER.join(",")),
+            format!("the header is `{}`; it must be `{}`", shown(&names.join(",")), HEADER.join(",")),
         ));
     }
     let mut rows: Vec<Row> = Vec::new();
@@ -251,10 +251,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         let line = record.position().map_or(0, csv::Position::line);
         let fields: Vec<&str> = record.iter().collect();
         let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
-            .map_err(|fields| wrong(line, format!("{} fields, and there must be {}", fields.len(), HEADER.len())))?;
+            .map_err(|fields| wrong(line, format!("this row has {} fields; it must have {}", fields.len(), HEADER.len())))?;
         let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
-            return Err(wrong(line, format!("t is `{}`: it must lie within a year of 0, in seconds", shown(time))));
+            return Err(wrong(line, format!("t is `{}`; it must be in seconds, at most a year from 0", shown(time))));
         }
         if let Some(previous) = rows.last()
             && time_s - previous.time_s < SHORTEST_STEP_S
@@ -263,7 +263,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             let before = previous.time_s;
             return Err(wrong(
                 line,
-                format!("t is {time_s} after {before}; times must increase by 1 µs at least, or two rows be a jump"),
+                format!("t is {time_s} after {before}; times must increase by at least 1 µs (two rows with the same t are a jump)"),
             ));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;

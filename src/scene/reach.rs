@@ -47,7 +47,7 @@ impl Scene {
         let folder = Inside::of(file.parent().unwrap_or(Path::new("")));
         let check = |key: &'static str, path: &Path| match folder.holds(path) {
             true => Ok(()),
-            false => Err(outside(key, path.display().to_string(), "lies outside of the scene's folder")),
+            false => Err(outside(key, path.display().to_string(), "is outside the scene's folder")),
         };
         let check_dem = |path: &Path| {
             check("world.dem", path)?;

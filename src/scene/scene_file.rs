@@ -166,7 +166,7 @@ struct WorldToml {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "it must be a file's name or a list of them")]
+#[serde(untagged, expecting = "it must be a file name or a list of file names")]
 enum DemToml {
     One(String),
     Several(Vec<String>),
@@ -206,12 +206,12 @@ impl SunToml {
         let place = self.place.as_ref().map(|place| place.parse().map_err(|cause| ("sun.place", cause))).transpose()?;
         let Some(date) = &self.date else {
             return match place {
-                Some(_) => Err(("sun.place", "it is for a date, which is not given".to_owned())),
+                Some(_) => Err(("sun.place", "it is only used with sun.date, which is missing".to_owned())),
                 None => Ok(None),
             };
         };
         if self.azimuth_deg.is_some() || self.elevation_deg.is_some() {
-            return Err(("sun.date", "it stands instead of azimuth_deg and elevation_deg".to_owned()));
+            return Err(("sun.date", "it cannot be combined with azimuth_deg and elevation_deg".to_owned()));
         }
         Ok(Some(SunTime { moment: date.parse().map_err(|cause| ("sun.date", cause))?, place }))
     }
@@ -270,7 +270,7 @@ impl Scene {
 
         let no_data = file.world.nodata;
         if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
-            return Err(wrong("world.nodata", "it must be a finite height in metres, of a dem"));
+            return Err(wrong("world.nodata", "it must be a finite height in metres, and the world must be a dem"));
         }
         let voids = file.world.voids;
         let mut scene = Self::of_world(world(path, file.world).map_err(|wrong| wrong.in_text(&name, text))?);
@@ -284,15 +284,15 @@ impl Scene {
         };
         scene.sun_time = file.sun.time().map_err(|(key, cause)| wrong(key, &cause))?;
         if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
-            return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
+            return Err(wrong("sun.azimuth_deg", "it must be between -360 and 360"));
         }
         if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
-            return Err(wrong("sun.elevation_deg", "it must lie within -90 to 90"));
+            return Err(wrong("sun.elevation_deg", "it must be between -90 and 90"));
         }
         if let Some(distance_m) = file.haze.distance_m
             && !(distance_m.is_finite() && distance_m > 0.0)
         {
-            return Err(wrong("haze.distance_m", "it must be finite and more than 0"));
+            return Err(wrong("haze.distance_m", "it must be finite and greater than 0"));
         }
         let color_srgb = match &file.haze.color {
             Some(text) => Some(color(text).ok_or_else(|| wrong("haze.color", "it must be written as \"#rrggbb\""))?),
@@ -303,7 +303,7 @@ impl Scene {
         scene.focus = focus.transpose().map_err(|(key, cause)| wrong(key, cause))?;
         let refraction = file.earth.refraction.unwrap_or(0.0);
         if !(-1.0..1.0).contains(&refraction) {
-            return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
+            return Err(wrong("earth.refraction", "it must be at least -1 and less than 1"));
         }
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(forest) = &file.forest {
@@ -313,7 +313,7 @@ impl Scene {
             scene.wind = wind.checked().map_err(|(key, cause)| wrong(&key, &cause))?;
         }
         if file.water.sea_level_m.is_some_and(|level_m| !(-12_000.0..=9_000.0).contains(&level_m)) {
-            return Err(wrong("water.sea_level_m", "it must lie within -12000 to 9000"));
+            return Err(wrong("water.sea_level_m", "it must be between -12000 and 9000"));
         }
         scene.sea_level_m = file.water.sea_level_m;
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
@@ -329,7 +329,7 @@ impl Scene {
         for (number, mesh) in file.meshes.into_iter().enumerate() {
             let placement = mesh.checked(path);
             let placement = placement.map_err(|(key, cause)| {
-                let words = format!(": of mesh {}: {cause}", number + 1);
+                let words = format!(" (mesh {}): {cause}", number + 1);
                 Wrong::new(format!("meshes[{number}].{key}"), words).in_text(&name, text)
             })?;
             scene.meshes.push(placement);
@@ -345,7 +345,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
     let empty = || Wrong::told("world.dem", "world: dem is empty");
     match (world.dem, world.procedural, world.continent) {
         (None, None, None) => {
-            Err(wrong("it needs dem = \"FILE\" or procedural = { seed = 1 } or continent = {}".to_owned()))
+            Err(wrong("it needs dem = \"FILE\", procedural = { seed = 1 } or continent = {}".to_owned()))
         }
         (None, Some(procedural), None) => Ok(World::Procedural { seed: procedural.seed }),
         (None, None, Some(continent)) => self::continent(&continent),
@@ -354,14 +354,14 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
         (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
         (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
             _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err(empty()),
-            Some(url) => Err(wrong(format!("{}: a list holds files of this machine only", quoted(url)))),
+            Some(url) => Err(wrong(format!("{}: a list of DEMs must hold local files only", quoted(url)))),
             None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
         },
         (dem, procedural, continent) => {
             let names =
                 [("dem", dem.is_some()), ("procedural", procedural.is_some()), ("continent", continent.is_some())];
             let given: Vec<&str> = names.iter().filter(|name| name.1).map(|name| name.0).collect();
-            Err(wrong(format!("it has both {}, and must have one of them", given.join(" and "))))
+            Err(wrong(format!("it has both {}; only one of them is allowed", given.join(" and "))))
         }
     }
 }
@@ -369,7 +369,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
 fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
     let wrong = |key: &str, least: f64, most: f64| {
         let key = format!("continent.{key}");
-        Wrong::told(format!("world.{key}"), format!("world: {key} must lie within {least} to {most}"))
+        Wrong::told(format!("world.{key}"), format!("world: {key} must be between {least} and {most}"))
     };
     let size_samples = continent.size_samples.unwrap_or(SIZE_SAMPLES);
     if !(SMALLEST_SAMPLES..=SIZE_SAMPLES).contains(&size_samples) {

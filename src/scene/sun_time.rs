@@ -49,12 +49,12 @@ pub struct SunTime {
 pub enum SunTimeError {
     /// Nobody says where.
     #[error(
-        "the sun of {0} depends on the place, and the heights do not say in a way that hachure knows where on the earth \
-         they lie: --place LAT,LON does, or sun.place in a scene"
+        "the sun's position at {0} depends on the place, but the location of the elevation data on the earth is \
+         unknown; give --place LAT,LON, or sun.place in the scene"
     )]
     NoPlace(Moment),
     /// It is night.
-    #[error("at {moment} the sun is {below_deg:.1}° below the horizon of {place}")]
+    #[error("at {moment} the sun is {below_deg:.1}° below the horizon at {place}")]
     Night {
         /// When.
         moment: Moment,
@@ -64,7 +64,7 @@ pub enum SunTimeError {
         below_deg: f64,
     },
     /// Beyond the years of the algorithm.
-    #[error("the sun of {0} is not known: {1}")]
+    #[error("cannot compute the sun's position at {0}: {1}")]
     Unknown(Moment, String),
 }
 
@@ -140,7 +140,7 @@ impl FromStr for Moment {
 
     fn from_str(text: &str) -> Result<Self, String> {
         moment(text)
-            .ok_or_else(|| "it must be a date and an hour with its zone, like 2026-06-21T09:30+02:00 or …Z".to_owned())
+            .ok_or_else(|| "it must be a date and time with a time zone, like 2026-06-21T09:30+02:00 or …Z".to_owned())
     }
 }
 
@@ -165,7 +165,7 @@ impl FromStr for LatLon {
             Some(Self { latitude_deg: within(latitude, 90.0)?, longitude_deg: within(longitude, 180.0)? })
         });
         place.ok_or_else(|| {
-            "it must be a latitude of -90 to 90 and a longitude of -180 to 180, like 46.55,7.98".to_owned()
+            "it must be a latitude from -90 to 90 and a longitude from -180 to 180, like 46.55,7.98".to_owned()
         })
     }
 }

@@ -52,13 +52,13 @@ impl WaterToml {
         let file = |key: &'static str, name: &Option<String>| match name.as_deref() {
             None => Ok(None),
             Some("") => Err((key, "it is empty")),
-            Some(name) if name.contains("://") => Err((key, "it must be a file of this machine")),
+            Some(name) if name.contains("://") => Err((key, "it must be a local file, not a URL")),
             Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
         };
         let mask = file("water.mask", &self.mask)?;
         let polygons = file("water.polygons", &self.polygons)?;
         if self.only_given && mask.is_none() && polygons.is_none() {
-            return Err(("water.only_given", "it needs a mask or polygons"));
+            return Err(("water.only_given", "it needs water.mask or water.polygons"));
         }
         Ok(WaterFiles { mask, polygons, only_given: self.only_given })
     }

@@ -208,7 +208,7 @@ fn classes_that_are_not_listed_are_told_with_their_count() {
     let asks = Asks::Class { classes: &files.classes, numbers };
     let tally = resample(&laid, &grid, |values, tally| asks.answer(values, tally), |_, _| {}).unwrap();
     let line = unlisted_line(&path, &tally, laid.samples_per_point(&grid)).unwrap();
-    assert!(line.ends_with("with their samples: 11 (800), 12 (450)"), "{line}");
+    assert!(line.ends_with("class (samples): 11 (800), 12 (450)"), "{line}");
     // They have no trees, and the others do.
     let cover = dem.load(&files).unwrap();
     assert_eq!(cover.at([-900.0, 0.0]), Some([0, 0, 0, 255]));
@@ -271,8 +271,8 @@ fn canopies_are_as_tall_as_their_raster_says() {
     assert_eq!(at(3), Some([255, 0, 10, 255]));
     assert_eq!(at(20), Some([255, 0, 78, 255]));
     assert_eq!(at(30), Some([0, 0, 0, 255]), "no data");
-    assert_eq!(at(80), Some([255, 0, 255, 255]), "as tall as can be told");
-    assert_eq!(at(95), None, "beside the raster");
+    assert_eq!(at(80), Some([255, 0, 255, 255]), "the tallest that can be stored");
+    assert_eq!(at(95), None, "outside the raster");
 
     // With a mask of one half, and classes.
     let bytes = [128_u8; 16];
@@ -298,24 +298,24 @@ fn what_cannot_be_laid_over_a_world_is_named() {
     };
     let path = scratch.tiff(GeoTiffBuilder::new(100, 80), corner, step, size, |_, _| 41_u8);
     for files in [land(path.clone()), canopy(path.clone()), mask(path)] {
-        is(dem.load(&files), "raster.tif: names no coordinate reference system");
+        is(dem.load(&files), "raster.tif: has no coordinate reference system");
     }
     let path = scratch.path("bare.tif");
     GeoTiffBuilder::new(8, 6).write_2d(&path, Array2::<u8>::zeros((6, 8)).view()).unwrap();
-    is(dem.load(&land(path)), "bare.tif: names no coordinate reference system");
+    is(dem.load(&land(path)), "bare.tif: has no coordinate reference system");
     let path = scratch.tiff(builder(size, 1), corner, step, size, |_, _| 41_u8);
     is(dem.load(&land(path)), "raster.tif: its coordinate reference system EPSG:1 is unknown");
     let path = scratch.tiff(builder(size, 32611), [1e6, 2e6], step, size, |_, _| 41_u8);
-    is(dem.load(&land(path)), "raster.tif: lies beside the world");
+    is(dem.load(&land(path)), "raster.tif: does not overlap the world");
     let path = scratch.tiff(builder(size, 32610), corner, step, size, |_, _| 41.5_f32);
-    is(dem.load(&land(path)), "raster.tif: holds 41.5, and a class is a whole number");
+    is(dem.load(&land(path)), "raster.tif: has the value 41.5, but a class must be a whole number");
     let path = scratch.tiff(builder(size, 32610), corner, step, size, |_, _| 41_u8);
-    is(Dem::local().load(&land(path.clone())), "raster.tif: cannot be laid over the world, which has no coordinate");
+    is(Dem::local().load(&land(path.clone())), "raster.tif: cannot be aligned with the world, which has no coordinate");
     // Planted: the same file is good elsewhere.
     assert!(dem.load(&land(path.clone())).is_ok());
     let mut own = Dem::utm();
     own.0.crs = Crs::Projected { metres_per_unit: 1.0, name: "a farm's own".into() };
-    is(own.load(&land(path.clone())), "raster.tif: cannot be laid over the world: there is no way from a farm's own");
+    is(own.load(&land(path.clone())), "raster.tif: cannot be aligned with the world: there is no way from a farm's own");
 
     let whole = std::fs::read(&path).unwrap();
     for part in [0, 3, 100, whole.len() / 2, whole.len() - 400] {
