@@ -285,7 +285,10 @@ fn a_scene_says_where_trees_stand() {
         ("form = \"birch\"\nby_aspect = 2", "forest.species.by_aspect: it must be between 0 and 1"),
         ("share = 1", "scene.toml:3:1: forest.species: it needs form = \"conifer\" or file = \"tree.obj\""),
         ("form = \"birch\"\nfile = \"a.obj\"", "scene.toml:5:8: forest.species.file: it cannot be combined with form"),
-        ("form = \"birch\"\nup = \"z\"", "scene.toml:5:6: forest.species.up: it is only used with file, which is missing"),
+        (
+            "form = \"birch\"\nup = \"z\"",
+            "scene.toml:5:6: forest.species.up: it is only used with file, which is missing",
+        ),
         ("file = \"\"", "scene.toml:4:8: forest.species.file: it is empty"),
         ("file = \"https://x/a.obj\"", "scene.toml:4:8: forest.species.file: it must be a local file"),
         ("file = \"a.obj\"\nup = \"x\"", "scene.toml:5:6: "),

@@ -274,7 +274,10 @@ fn scene_errors_name_file_key_and_cause() {
             format!("{world}[sun]\nazimuth_deg = \"x\"\n"),
             "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, and \"x\" is a text",
         ),
-        (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml:4:17: sun.elevation_deg: it must be between"),
+        (
+            format!("{world}[sun]\nelevation_deg = nan\n"),
+            "terrain/alps.toml:4:17: sun.elevation_deg: it must be between",
+        ),
         (
             format!("{world}[wind]\nspeed_m_s = 61\n"),
             "terrain/alps.toml:4:13: wind.speed_m_s: it must be between 0 and 60",

@@ -120,7 +120,9 @@ impl Own {
         }
         if wide > WIDEST * size.z {
             let times = wide / size.z;
-            return Err(format!("it is {times:.0} times as wide as tall, too wide for a tree; check up = \"y\" or \"z\""));
+            return Err(format!(
+                "it is {times:.0} times as wide as tall, too wide for a tree; check up = \"y\" or \"z\""
+            ));
         }
         let [foot_low, foot_high] = bounds(places().filter(|at| at.z <= low.z + FOOT * size.z));
         let foot = ((foot_low + foot_high) * 0.5).truncate().extend(low.z);

@@ -275,7 +275,9 @@ impl Report {
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);
-            Some(format!("{style}: {frames} of {of} frames were over the triangle budget; their allowed error rose to {most:.2} px"))
+            Some(format!(
+                "{style}: {frames} of {of} frames were over the triangle budget; their allowed error rose to {most:.2} px"
+            ))
         };
         self.runs.iter().flat_map(|run| [strokes(run), terrain(run)]).flatten().collect()
     }

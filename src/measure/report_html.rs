@@ -170,10 +170,7 @@ fn bars(runs: &[Run]) -> String {
     }
     svg += "</svg></div>\n";
     let names = names.iter().map(|&name| name.to_owned());
-    format!(
-        "<h2>Passes</h2>\n<p class=\"faint\">Mean GPU time of each pass per frame</p>\n{svg}{}",
-        key(names)
-    )
+    format!("<h2>Passes</h2>\n<p class=\"faint\">Mean GPU time of each pass per frame</p>\n{svg}{}", key(names))
 }
 
 fn table(runs: &[Run]) -> String {

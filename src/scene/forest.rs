@@ -302,7 +302,10 @@ impl SpeciesToml {
             text.as_deref().map(|text| color(text).ok_or_else(wrong)).transpose()
         };
         if self.bark_color.is_some() && form.name().is_none() {
-            return Err((format!("{table}bark_color"), "it is only used with form; a model has its own materials".to_owned()));
+            return Err((
+                format!("{table}bark_color"),
+                "it is only used with form; a model has its own materials".to_owned(),
+            ));
         }
         // A slope that is to look somewhere is one that should.
         let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };

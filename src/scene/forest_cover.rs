@@ -1,4 +1,4 @@
-//! `[forest]` of a scene: the rasters that say where trees stand. [`crate::forest::cover`] reads them.
+//! `[forest]` of a scene: the rasters that control where trees grow. [`crate::forest::cover`] reads them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,36 +6,36 @@ use serde::Deserialize;
 
 use super::forest::{Form, Species, WrongKey, within};
 
-/// Rasters that say where trees stand; where there are several, all of them have to.
+/// Rasters that control where trees grow; the densities of several rasters are multiplied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoverFiles {
-    /// Shades of grey: from no trees to all that the rules allow.
+    /// Greyscale mask: black is no trees, white is as many as the rules allow.
     pub mask: Option<PathBuf>,
-    /// Numbers of classes.
+    /// Land cover: a raster of class numbers.
     pub land_cover: Option<PathBuf>,
-    /// What the classes of `land_cover` mean, [`CoverFiles::MOST_CLASSES`] at most; one that is not among them has no
-    /// trees.
+    /// Meanings of the classes of `land_cover`, at most [`CoverFiles::MOST_CLASSES`]. Classes that are not listed have
+    /// no trees.
     pub classes: Vec<CoverClass>,
-    /// How tall trees are, in metres.
+    /// Heights of trees above the ground, in metres.
     pub canopy_height: Option<PathBuf>,
 }
 
-/// What a class of land means.
+/// The meaning of a land-cover class.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoverClass {
-    /// Its number in the raster.
+    /// Number of the class in the raster.
     pub class: i32,
-    /// Of the trees that would stand there without it, 0 to 1.
+    /// Share of the trees allowed by the rules that grow in this class, 0 to 1.
     pub density: f64,
-    /// One for each of the scene's species, in place of its [`Species::share`].
+    /// Shares of the scene's species in this class, in place of each [`Species::share`].
     pub shares: Vec<f64>,
 }
 
 impl CoverFiles {
-    /// More are not told apart.
+    /// Class numbers are stored in 8 bits, and 0 is none.
     pub const MOST_CLASSES: usize = 255;
 
-    /// The rasters, each with its key in the scene file.
+    /// Returns the rasters, each with its key in the scene file.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
         let all = [
             ("forest.mask", &self.mask),
@@ -46,7 +46,7 @@ impl CoverFiles {
     }
 }
 
-/// The keys of `[forest]` that are about rasters.
+/// The keys of `[forest]` that concern rasters.
 pub(super) struct CoverToml<'a> {
     pub mask: &'a Option<String>,
     pub land_cover: &'a Option<String>,
@@ -73,8 +73,10 @@ struct MixToml {
 }
 
 impl CoverToml<'_> {
+    /// Validates the keys and resolves file names against the folder of the scene file at `scene`.
+    ///
     /// # Errors
-    /// The first key that is wrong.
+    /// The first wrong key.
     pub(super) fn checked(&self, scene: &Path, species: &[Species]) -> Result<CoverFiles, WrongKey> {
         let file = |key: &str, name: &Option<String>| {
             let wrong = |cause: &str| Err((format!("forest.{key}"), cause.to_owned()));
@@ -90,7 +92,10 @@ impl CoverToml<'_> {
         match (&land_cover, self.classes) {
             (None, [_, ..]) => return wrong("classes", "they describe land_cover, which is missing".to_owned()),
             (Some(_), []) => {
-                return wrong("land_cover", "it needs [[forest.classes]], because unlisted classes have no trees".to_owned());
+                return wrong(
+                    "land_cover",
+                    "it needs [[forest.classes]], because unlisted classes have no trees".to_owned(),
+                );
             }
             (_, classes) if classes.len() > CoverFiles::MOST_CLASSES => {
                 return wrong("classes", format!("at most {} are allowed", CoverFiles::MOST_CLASSES));
@@ -139,7 +144,8 @@ impl ClassToml {
 }
 
 impl MixToml {
-    /// The share of a form is that of its species together: they divide it as they divide all trees.
+    /// Returns a share for each species. The share of a form is divided among its species in proportion to their own
+    /// shares.
     fn shares(&self, table: &str, species: &[Species]) -> Result<Vec<f64>, WrongKey> {
         let mut shares = vec![0.0; species.len()];
         for (key, form, share) in [
@@ -197,7 +203,7 @@ mod tests {
             canopy_height: Some("/h.tif".into()),
         };
         assert_eq!(cover, expected);
-        // Planted: the share of the conifers, given to each of them.
+        // Planted: the conifers' share given to each of them in full.
         assert_ne!(cover.classes[0].shares, [4.0, 4.0, 1.0]);
         assert_eq!(forest("").unwrap().cover, CoverFiles::default());
     }

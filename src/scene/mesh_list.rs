@@ -97,7 +97,10 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     for (line, text) in lines {
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         if fields.len() != names.len() {
-            return Err(wrong(line, format!("this row has {} fields, but the header has {}", fields.len(), names.len())));
+            return Err(wrong(
+                line,
+                format!("this row has {} fields, but the header has {}", fields.len(), names.len()),
+            ));
         }
         if rows.len() as u64 == MOST_STANDING {
             return Err(wrong(line, format!("there are more than {MOST_STANDING} places")));

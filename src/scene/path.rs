@@ -88,7 +88,8 @@ impl CameraPath {
         let rows = rows(name, text)?;
         if let Some(odd) = rows.iter().find(|row| row.camera.height_above_ground != rows[0].camera.height_above_ground)
         {
-            let cause = "z is above the ground (+h) in some rows and absolute in others; use one kind in all rows".to_owned();
+            let cause =
+                "z is above the ground (+h) in some rows and absolute in others; use one kind in all rows".to_owned();
             return Err(PathError::Line { path: name.to_owned(), line: odd.line, cause });
         }
         Ok(Self::through(&rows))
@@ -250,8 +251,9 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         let record = record.map_err(csv_error)?;
         let line = record.position().map_or(0, csv::Position::line);
         let fields: Vec<&str> = record.iter().collect();
-        let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
-            .map_err(|fields| wrong(line, format!("this row has {} fields; it must have {}", fields.len(), HEADER.len())))?;
+        let [time, camera @ ..] = <[&str; 7]>::try_from(fields).map_err(|fields| {
+            wrong(line, format!("this row has {} fields; it must have {}", fields.len(), HEADER.len()))
+        })?;
         let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
             return Err(wrong(line, format!("t is `{}`; it must be in seconds, at most a year from 0", shown(time))));
@@ -263,7 +265,9 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             let before = previous.time_s;
             return Err(wrong(
                 line,
-                format!("t is {time_s} after {before}; times must increase by at least 1 µs (two rows with the same t are a jump)"),
+                format!(
+                    "t is {time_s} after {before}; times must increase by at least 1 µs (two rows with the same t are a jump)"
+                ),
             ));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;

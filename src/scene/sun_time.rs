@@ -1,8 +1,8 @@
 //! The sun by date and place, in place of its azimuth and elevation.
 //!
-//! The position is that of NREL's Solar Position Algorithm (Reda and Andreas 2004), as the crate `solar-positioning` has
-//! it, within 0.0003°, with the refraction of mean air: that is where an eye sees the sun. Azimuths of the world count
-//! from its own north, so that the convergence of the meridians is taken off.
+//! The position is that of NREL's Solar Position Algorithm (Reda and Andreas 2004), as the crate `solar-positioning`
+//! has it, within 0.0003°, with the refraction of mean air: that is where an eye sees the sun. Azimuths of the world
+//! count from its own north, so that the convergence of the meridians is taken off.
 
 use std::fmt;
 use std::str::FromStr;

@@ -3,8 +3,8 @@
 //! A tree leans with the wind, as the square of its speed and of the height above the foot: 0.5 m at 20 m in a wind of
 //! 10 m/s. Around that it moves by waves: three gusts, which the wind carries over the land as they are, and two that
 //! stand for how trees swing by themselves, so short that neighbours differ. All of it is a function of place and time:
-//! the same on every machine, in every frame, for both eyes. `shaders/shared/wind.wgsl` evaluates it; phases of its waves
-//! are counted here, in f64, since f32 has too few digits for the origin of a rig and for an hour.
+//! the same on every machine, in every frame, for both eyes. `shaders/shared/wind.wgsl` evaluates it; phases of its
+//! waves are counted here, in f64, since f32 has too few digits for the origin of a rig and for an hour.
 
 use std::f64::consts::TAU;
 

@@ -315,7 +315,10 @@ fn what_cannot_be_laid_over_a_world_is_named() {
     assert!(dem.load(&land(path.clone())).is_ok());
     let mut own = Dem::utm();
     own.0.crs = Crs::Projected { metres_per_unit: 1.0, name: "a farm's own".into() };
-    is(own.load(&land(path.clone())), "raster.tif: cannot be aligned with the world: there is no way from a farm's own");
+    is(
+        own.load(&land(path.clone())),
+        "raster.tif: cannot be aligned with the world: there is no way from a farm's own",
+    );
 
     let whole = std::fs::read(&path).unwrap();
     for part in [0, 3, 100, whole.len() / 2, whole.len() - 400] {

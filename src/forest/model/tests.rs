@@ -166,7 +166,11 @@ fn what_is_no_tree_is_told() {
     assert_eq!(told(sheet, false), "it has no height");
     assert!(TreeModel::new(&text(sheet), true).is_ok());
     let low = sheet.replace("v 50 0 50", "v 50 1 50");
-    assert!(told(&low, false).starts_with("it is 50 times as wide as tall, too wide for a tree"), "{}", told(&low, false));
+    assert!(
+        told(&low, false).starts_with("it is 50 times as wide as tall, too wide for a tree"),
+        "{}",
+        told(&low, false)
+    );
 }
 
 #[test]
