@@ -1,12 +1,12 @@
-//! Lists of places where a model stands: CSV with a header that names its columns, in any order.
+//! Lists of model positions: CSV with a header that names its columns, in any order.
 //!
 //! ```text
 //! x,y,z,yaw,scale
 //! 120,-40,+0,30,1
 //! ```
 //!
-//! `x` and `y` are metres in the world's frame, as the `at` of a scene. The others may be missing: `z` (`+0`, on the
-//! ground), `yaw` (0, degrees clockwise from above) and `scale` (1).
+//! `x` and `y` are metres in the world's frame, like `at` of a scene. The other columns are optional: `z` (default
+//! `+0`, on the ground), `yaw` (default 0, degrees clockwise from above) and `scale` (default 1).
 
 use std::path::{Path, PathBuf};
 
@@ -19,58 +19,58 @@ use crate::mesh::placed::MOST_STANDING;
 
 /// The columns that a list may have.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "yaw", "scale"];
-/// The first of [`COLUMNS`] must be there.
+/// The number of required columns, the first of [`COLUMNS`].
 const NEEDED: usize = 2;
 
 /// A row of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRow {
-    /// Where the model's origin is.
+    /// Position of the model's origin.
     pub place: MeshPlace,
-    /// Clockwise from above, in degrees.
+    /// Rotation, clockwise from above, in degrees.
     pub yaw_deg: f64,
-    /// What the scale of the scene's entry is multiplied by.
+    /// Factor on the scale of the scene's entry.
     pub scale: f64,
 }
 
-/// Why a file is no list of places. One line that names the file, the line and the cause.
+/// Why a file is not a valid list. One line that names the file, the line and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshListError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("cannot read the list of instances {}: {cause}", named(path))]
     Open {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         #[source]
         cause: std::io::Error,
     },
     /// A line is wrong.
     #[error("{}:{line}: {cause}", named(path))]
     Line {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Counted from 1, the header included.
+        /// Line number, counted from 1 with the header.
         line: usize,
-        /// What is wrong with it.
+        /// What is wrong with the line.
         cause: String,
     },
 }
 
-/// The rows of a file, at most [`MOST_STANDING`].
+/// Reads the rows of a file, at most [`MOST_STANDING`].
 ///
 /// # Errors
-/// A file that cannot be read or has no header with `x` and `y`; a row that says no place; too many rows.
+/// A file that cannot be read or has no header with `x` and `y`; an invalid row; too many rows.
 pub fn read(path: &Path) -> Result<Vec<MeshRow>, MeshListError> {
     let text = read_text(path, LARGEST_PATH_BYTES);
     let text = text.map_err(|cause| MeshListError::Open { path: path.to_owned(), cause })?;
     parse(path, &text)
 }
 
-/// As [`read`], from a text; `name` stands for the file in messages.
+/// Parses a list like [`read`], from text; `name` is the file name for messages.
 ///
 /// # Errors
-/// As [`read`].
+/// The same as [`read`].
 pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     let wrong = |line: usize, cause: String| MeshListError::Line { path: name.to_owned(), line, cause };
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim).enumerate();
@@ -97,10 +97,7 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     for (line, text) in lines {
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         if fields.len() != names.len() {
-            return Err(wrong(
-                line,
-                format!("this row has {} fields, but the header has {}", fields.len(), names.len()),
-            ));
+            return Err(wrong(line, format!("found {} fields, but the header has {}", fields.len(), names.len())));
         }
         if rows.len() as u64 == MOST_STANDING {
             return Err(wrong(line, format!("there are more than {MOST_STANDING} places")));
@@ -111,7 +108,7 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     Ok(rows)
 }
 
-/// A row by [`COLUMNS`].
+/// Parses a row; the fields are in the order of [`COLUMNS`].
 fn row([x, y, z, yaw, scale]: [Option<&str>; COLUMNS.len()]) -> Result<MeshRow, String> {
     let number = |name: &str, text: Option<&str>, usual: Option<f64>| match text {
         Some(text) => text.parse::<f64>().map_err(|_| format!("{name} is {}: not a number", quoted(text))),
@@ -157,7 +154,7 @@ mod tests {
             ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`; it must name x and y"),
             ("x,y,colour\n1,2,3\n", "huts.csv:1: unknown column \"colour\""),
             ("x,y,x\n1,2,3\n", "huts.csv:1: the header names \"x\" twice"),
-            ("x,y\n1,2\n1\n", "huts.csv:3: this row has 1 fields, but the header has 2"),
+            ("x,y\n1,2\n1\n", "huts.csv:3: found 1 fields, but the header has 2"),
             ("x,y\n1,2\n\n1,b\n", "huts.csv:4: y is \"b\": not a number"),
             ("x,y\n1,\n", "huts.csv:2: y is missing"),
             ("x,y\n1,nan\n", "huts.csv:2: x, y and z must be within ±"),

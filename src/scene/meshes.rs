@@ -145,7 +145,7 @@ pub(super) fn height_of(text: &str) -> Result<(f64, bool), String> {
     // As in cameras, `++5` is a typing error, not a number.
     let above = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
     let found = above.map_or_else(|| text.parse().map(|z_m| (z_m, false)), |number| number.parse().map(|h| (h, true)));
-    found.map_err(|_| format!("z is {}; it must be a number, or \"+h\" for h metres above the ground", quoted(text)))
+    found.map_err(|_| format!("z is {}; it must be a number or \"+h\" (above ground)", quoted(text)))
 }
 
 /// A key and what is wrong with its value.
@@ -182,12 +182,8 @@ impl MeshToml {
                     // A plain number in quotes is rejected: it should be written as a number.
                     HeightToml::Text(text) => height_of(&text)
                         .and_then(|(z_m, is_above)| {
-                            let cause = || {
-                                format!(
-                                    "z is {}; it must be a number, or \"+h\" for h metres above the ground",
-                                    quoted(&text)
-                                )
-                            };
+                            let cause =
+                                || format!("z is {}; it must be a number or \"+h\" (above ground)", quoted(&text));
                             is_above.then_some((z_m, true)).ok_or_else(cause)
                         })
                         .map_err(|cause| wrong("at", cause))?,

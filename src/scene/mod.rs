@@ -210,9 +210,7 @@ impl FromStr for Sun {
         let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
             Some(Self { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
         });
-        sun.ok_or_else(|| {
-            "it must be an azimuth from -360 to 360 and an elevation from -90 to 90, like 315,40".to_owned()
-        })
+        sun.ok_or_else(|| "it must be an azimuth (-360 to 360) and an elevation (-90 to 90), like 315,40".to_owned())
     }
 }
 
