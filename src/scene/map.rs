@@ -49,8 +49,8 @@ impl FromStr for MapArea {
             return Ok(Self::Whole);
         }
         let wrong = || {
-            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative first \
-             number needs an equals sign, --map=-120,80,5000"
+            "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative \
+             first number needs an equals sign, --map=-120,80,5000"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
         let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };

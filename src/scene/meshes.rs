@@ -218,9 +218,8 @@ impl ScatterToml {
         let wrong = |key: &str, cause: String| Err((format!("scatter.{key}"), cause));
         let [west, south, east, north] = self.within;
         if !(self.within.iter().all(|along_m| along_m.abs() <= LARGEST_COORDINATE_M) && west < east && south < north) {
-            let cause = format!(
-                "it must be [west, south, east, north] in metres, west < east, south < north, within ±{LARGEST_COORDINATE_M} m"
-            );
+            let cause =
+                format!("it must be [west, south, east, north] in metres, ascending, within ±{LARGEST_COORDINATE_M} m");
             return wrong("within", cause);
         }
         let density = match (self.per_ha, self.count) {

@@ -48,7 +48,6 @@ pub struct Scene {
     pub sun: Sun,
     /// Date and place from which the sun is computed; replaces `sun` once the heights are open.
     pub sun_time: Option<SunTime>,
-    /// Atmospheric haze.
     pub haze: Haze,
     /// Place with the strongest contrast; `None` leaves it to the style.
     pub focus: Option<SceneFocus>,

@@ -265,7 +265,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             return Err(wrong(
                 line,
                 format!(
-                    "t is {time_s} after {before}; times must increase by at least 1 µs (two rows with the same t are a jump)"
+                    "t is {time_s} after {before}; times must increase by at least 1 µs (rows with equal t are a jump)"
                 ),
             ));
         }

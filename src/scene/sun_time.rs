@@ -1,8 +1,8 @@
 //! The position of the sun from date and place, instead of azimuth and elevation.
 //!
 //! The position comes from NREL's Solar Position Algorithm (Reda and Andreas 2004), implemented by the crate
-//! `solar-positioning`, within 0.0003°, with the refraction of standard air, so it is the apparent position. Azimuths in
-//! the world count from grid north, so the convergence of the meridians is subtracted.
+//! `solar-positioning`, within 0.0003°, with the refraction of standard air, so it is the apparent position. Azimuths
+//! in the world count from grid north, so the convergence of the meridians is subtracted.
 
 use std::fmt;
 use std::str::FromStr;

@@ -2,8 +2,8 @@
 //!
 //! A tree leans with the wind, in proportion to the square of the wind speed and of the height above the foot: 0.5 m at
 //! 20 m in a wind of 10 m/s. Waves move it around that lean: three gusts, which the wind carries over the land
-//! unchanged, and two shorter waves, which stand for the trees' own oscillation and differ between neighbours. All of it
-//! is a function of position and time: the same on every machine, in every frame, for both eyes.
+//! unchanged, and two shorter waves, which stand for the trees' own oscillation and differ between neighbours. All of
+//! it is a function of position and time: the same on every machine, in every frame, for both eyes.
 //! `shaders/shared/wind.wgsl` evaluates it; the phases are computed here in f64, since f32 has too few digits for the
 //! origin of a rig and for an hour.
 
