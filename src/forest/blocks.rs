@@ -134,7 +134,6 @@ impl Thinning {
 pub struct Sight<'a> {
     /// Position of the eye in the world.
     pub eye_m: DVec3,
-    /// View frustum.
     pub frustum: &'a Frustum,
     /// Distance beyond which trees are not drawn.
     pub reach_m: f64,
@@ -148,7 +147,6 @@ pub struct Sight<'a> {
     pub shadow_m: DVec3,
     /// Largest distance that wind moves any part of a tree.
     pub sways_m: f64,
-    /// Thinning with distance.
     pub thinning: Thinning,
 }
 

@@ -91,7 +91,6 @@ pub enum CoverError {
     NoClass {
         /// Path of the raster.
         path: PathBuf,
-        /// The value.
         value: f32,
     },
 }

@@ -29,7 +29,7 @@ const _: () = assert!(FRAMES.is_multiple_of(2));
 pub struct ImpostorCorner {
     /// Position; z is up.
     pub at: DVec3,
-    /// Unit normal.
+    /// Unit normal of the surface.
     pub normal: DVec3,
     /// Lightness: 0 is black, 1 is as light as bare land.
     pub lightness: f64,

@@ -243,7 +243,7 @@ const WIDE: f64 = 0.85;
 /// Measures of a tree's outline seen from the side; the tree has height 1.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
-    /// Covered area.
+    /// Covered area, in squares of the tree's height.
     area: f64,
     /// Covered share of the width between the outermost points.
     fill: f64,

@@ -25,7 +25,6 @@ impl Tolerance {
 pub struct Comparison {
     /// Number of pixels of each picture.
     pub pixels: u64,
-    /// Number of outliers.
     pub outliers: u64,
     /// Largest difference of a channel, of 255, outlier or not.
     pub worst_difference: u8,
@@ -46,12 +45,7 @@ pub enum CompareError {
     Size([u32; 2], [u32; 2]),
     /// The number of bytes does not match the size.
     #[error("a picture of {}x{} pixels needs 4 bytes per pixel, but has {bytes} bytes", .size_px[0], .size_px[1])]
-    Bytes {
-        /// Width and height.
-        size_px: [u32; 2],
-        /// Number of bytes.
-        bytes: usize,
-    },
+    Bytes { size_px: [u32; 2], bytes: usize },
 }
 
 impl Comparison {

@@ -69,7 +69,7 @@ pub fn largest_px(
     Ok(errors_px.reduce_with(f64::max))
 }
 
-/// A tested pixel.
+/// A tested pixel: its position on the grid, its height and its distance from the eye.
 struct Drawn {
     grid: DVec2,
     z_m: f64,

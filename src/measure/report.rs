@@ -12,7 +12,6 @@ use crate::lines::strokes::LeftOut;
 /// Named numbers; the names include their units.
 pub type Metrics = BTreeMap<String, Option<f64>>;
 
-/// The whole report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The GPU and its driver.
@@ -99,7 +98,6 @@ pub struct Pass {
 /// Percentiles of a pass's time, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassTime {
-    /// Median.
     pub p50: f64,
     /// The time that 95 % of the frames do not exceed.
     pub p95: f64,
@@ -144,7 +142,6 @@ pub struct TileCounts {
 pub struct FullDetail {
     /// Number of jumps, including the opening.
     pub jumps: u64,
-    /// Median.
     pub p50: f64,
     /// Longest time. A jump that is followed by the next one before full detail counts with the time between them.
     pub max: f64,
@@ -153,11 +150,9 @@ pub struct FullDetail {
 /// Percentiles of the level-of-detail error, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LodError {
-    /// Median.
     pub p50: f64,
     /// The error that 99 % of the frames do not exceed.
     pub p99: f64,
-    /// Largest error.
     pub max: f64,
 }
 
@@ -277,7 +272,7 @@ impl Report {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);
             Some(format!(
-                "{style}: {frames} of {of} frames were over the triangle budget; their allowed error rose to {most:.2} px"
+                "{style}: {frames} of {of} frames were over the triangle budget; the allowed error rose to {most:.2} px"
             ))
         };
         self.runs.iter().flat_map(|run| [strokes(run), terrain(run)]).flatten().collect()

@@ -33,11 +33,11 @@ const PLOT_HEIGHT: f64 = 220.0;
 const COLUMNS: usize = 800;
 
 /// Explanation of the steadiness metrics.
-const STEADINESS: &str = "Pairs of consecutive frames, compared along exact motion; pixels not visible in both are masked. \
-    Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after (deaths). \
-    A stroke is born, or dies, when less than half of it continues. Updates: frames that rebuild strokes. Identity: line \
-    pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at a fixed place, in \
-    pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
+const STEADINESS: &str = "Pairs of consecutive frames, compared along exact motion; pixels not visible in both are \
+    masked. Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after \
+    (deaths). A stroke is born, or dies, when less than half of it continues. Updates: frames that rebuild strokes. \
+    Identity: line pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at \
+    a fixed place, in pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
 
 /// Writes `report.html`, as a complete file or not at all. `frames` are the report's runs, in its order, for the plots
 /// along the path.

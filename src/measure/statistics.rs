@@ -10,13 +10,11 @@ use crate::lines::strokes::LeftOut;
 /// Percentiles by nearest rank: each is one of the measured values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
-    /// Median.
     pub p50: f64,
     /// The value that 95 % of the values do not exceed.
     pub p95: f64,
     /// The value that 99 % of the values do not exceed.
     pub p99: f64,
-    /// Largest value.
     pub max: f64,
 }
 

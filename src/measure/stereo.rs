@@ -1,17 +1,17 @@
 //! Agreement of the drawings of two eyes.
 //!
 //! Both eyes see the same world at the same time, so where a pixel of one eye is in the other is known exactly; it is
-//! computed as between two frames ([`super::temporal`]). What only one eye sees is ignored. For the rest there are
+//! computed as between two frames ([`super::temporal`]). What only one eye sees is ignored. The measures are
 //!
-//! - *orphans*: ink of lines that the other eye lacks within [`REACH_PX`], of all ink. Each pixel counts with its ink, so
-//!   no threshold is needed;
+//! - *orphans*: ink of lines that the other eye lacks within [`REACH_PX`], of all ink. Each pixel counts with its ink,
+//!   so no threshold is needed;
 //! - *correlation of ink*, of lines and of marks: Pearson's correlation of the ink at a pixel and at its place in the
 //!   other eye. For lines, pixels count where either eye has a line; for marks, all pixels of surfaces. Places are
 //!   between pixels, and interpolation blurs thin lines, so the ink of both eyes is first spread over 3 × 3 pixels
 //!   (1 2 1 in each direction);
-//! - *identity* and *width* of strokes: of pixels along the centre lines of strokes that continue in the other eye, those
-//!   that do not continue as the same stroke within [`REACH_PX`]; and of the others, those with another width there (by
-//!   more than [`SAME_WIDTH`]);
+//! - *identity* and *width* of strokes: of pixels along the centre lines of strokes that continue in the other eye,
+//!   those that do not continue as the same stroke within [`REACH_PX`]; and of the others, those with another width
+//!   there (by more than [`SAME_WIDTH`]);
 //! - *coverage*: line pixels of each eye, for comparison with a single eye.
 
 use super::report::Metrics;
@@ -34,7 +34,6 @@ pub struct Correlation {
 }
 
 impl Correlation {
-    /// Adds a pair.
     pub fn add(&mut self, a: f64, b: f64) {
         self.count += 1.0;
         self.sums = [self.sums[0] + a, self.sums[1] + b];

@@ -42,7 +42,6 @@ pub enum CameraError {
     /// There are too few or too many fields.
     #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but `{}` has {found}", shown(text))]
     FieldCount {
-        /// The given text.
         text: String,
         /// Number of fields in it.
         found: usize,
@@ -52,7 +51,6 @@ pub enum CameraError {
     Field {
         /// One of x, y, z, yaw, pitch, fov.
         field: &'static str,
-        /// The given value.
         value: String,
         /// What is wrong with the value.
         cause: String,

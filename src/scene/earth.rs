@@ -7,7 +7,7 @@
 /// The mean radius of the earth in metres (IUGG).
 pub const RADIUS_M: f64 = 6_371_008.8;
 
-/// A curved earth.
+/// The earth as a sphere, seen through refracting air.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Earth {
     /// Refraction coefficient k: 0 for none, 0.13 for ordinary air.

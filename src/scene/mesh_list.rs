@@ -41,7 +41,6 @@ pub enum MeshListError {
     Open {
         /// Path of the file.
         path: PathBuf,
-        /// The system's error.
         #[source]
         cause: std::io::Error,
     },

@@ -51,7 +51,6 @@ pub struct MeshPlace {
 /// A rule that scatters copies of a model evenly over the land.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scatter {
-    /// Number of copies.
     pub density: Density,
     /// West, south, east and north limits, in the world's frame, in metres.
     pub within_m: [f64; 4],

@@ -96,7 +96,7 @@ pub enum World {
     },
 }
 
-/// A distant light.
+/// The direction of sunlight, a distant light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
     /// Azimuth, clockwise from north, in degrees.

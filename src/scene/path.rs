@@ -46,7 +46,6 @@ pub enum PathError {
     Open {
         /// Path of the file.
         path: PathBuf,
-        /// The system's error.
         #[source]
         cause: std::io::Error,
     },

@@ -112,7 +112,6 @@ pub enum SceneError {
     Open {
         /// Path of the scene file.
         path: PathBuf,
-        /// The system's error.
         #[source]
         cause: std::io::Error,
     },

@@ -38,7 +38,6 @@ pub struct LatLon {
 /// The date and place from which the sun's position is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunTime {
-    /// Date and time.
     pub moment: Moment,
     /// Place; `None` is the location of the heights.
     pub place: Option<LatLon>,
@@ -56,7 +55,6 @@ pub enum SunTimeError {
     /// The sun is below the horizon.
     #[error("at {moment} the sun is {below_deg:.1}° below the horizon at {place}")]
     Night {
-        /// Date and time.
         moment: Moment,
         /// Place on the earth.
         place: LatLon,

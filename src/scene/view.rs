@@ -47,9 +47,9 @@ pub struct Lens {
     pub left: f64,
     /// Extent to the right.
     pub right: f64,
-    /// Extent upward.
+    /// Extent above the axis.
     pub up: f64,
-    /// Extent downward.
+    /// Extent below the axis.
     pub down: f64,
 }
 

@@ -50,7 +50,7 @@ pub(super) struct Laid<'a> {
 /// The mapping from samples of the DEM to those of the raster.
 enum Lies {
     ByPlace(Way),
-    /// Factor and offset.
+    /// Factor and offset of each axis.
     Stretched(DVec2, DVec2),
 }
 

@@ -10,7 +10,6 @@ use super::patch::Patch;
 /// An ellipsoid of leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Blob {
-    /// Centre.
     pub at: DVec3,
     /// Radii along x, y and z.
     pub radii: DVec3,

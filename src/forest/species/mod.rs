@@ -75,7 +75,6 @@ impl Detail {
 }
 
 impl Grown {
-    /// All generated species.
     pub const ALL: [Self; 4] = [Self::Conifer, Self::Broadleaf, Self::Birch, Self::Snag];
 
     /// Returns the species' name in scene files.

@@ -16,7 +16,6 @@ const LEAST_AGREEMENT: f64 = 0.15;
 /// A smooth piece of surface.
 #[derive(Clone, Debug, Default)]
 pub struct Patch {
-    /// Vertices.
     pub places: Vec<DVec3>,
     /// Triangles as indices of vertices, counter-clockwise from outside.
     pub triangles: Vec<[usize; 3]>,
@@ -95,9 +94,7 @@ pub fn level(turn: f64) -> DVec3 {
 /// A point on the centre line of a limb, with the limb's radius there.
 #[derive(Clone, Copy, Debug)]
 pub struct Knot {
-    /// Position.
     pub at: DVec3,
-    /// Radius.
     pub radius: f64,
 }
 
@@ -146,7 +143,6 @@ pub struct Growth {
 }
 
 impl Growth {
-    /// Adds a piece.
     pub fn add(&mut self, patch: &Patch, part: Part) {
         self.add_seen(patch, part, |_| false);
     }

@@ -2,8 +2,8 @@
 //!
 //! The world does not move: the motion of a surface comes from its position, that of the sky from its direction. A line
 //! straddles the edge that it outlines, so half of its pixels are over what is behind. A line therefore moves with the
-//! *nearest* surface within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's pixel
-//! gives the motion, because on a plane seen at a grazing angle motion changes from row to row.
+//! *nearest* surface within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's
+//! pixel gives the motion, because on a plane seen at a grazing angle motion changes from row to row.
 //!
 //! Visibility in both frames is decided by the nearest distance around a point: the distance expected from one frame
 //! must be found in the other. Distances may change much from pixel to pixel on land seen at a grazing angle, and

@@ -18,7 +18,6 @@ pub struct TemporalTotals {
 }
 
 impl TemporalTotals {
-    /// Adds a pair.
     pub fn add(&mut self, pair: PairMeasures) {
         self.pairs += 1;
         self.e_warp += pair.e_warp;
