@@ -121,7 +121,7 @@ impl Own {
         if wide > WIDEST * size.z {
             let times = wide / size.z;
             return Err(format!(
-                "it is {times:.0} times as wide as tall, too wide for a tree; check up = \"y\" or \"z\""
+                "it is {times:.0} times as wide as tall, too wide for a tree; is up = \"y\" or \"z\" right?"
             ));
         }
         let [foot_low, foot_high] = bounds(places().filter(|at| at.z <= low.z + FOOT * size.z));

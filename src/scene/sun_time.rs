@@ -48,8 +48,8 @@ pub struct SunTime {
 pub enum SunTimeError {
     /// Neither the user nor the heights give a place.
     #[error(
-        "the sun's position at {0} depends on the place, but the location of the elevation data on the earth is \
-         unknown; give --place LAT,LON, or sun.place in the scene"
+        "the sun's position at {0} depends on the place, but the location of the elevation data is unknown; \
+         give --place LAT,LON, or sun.place in the scene"
     )]
     NoPlace(Moment),
     /// The sun is below the horizon.

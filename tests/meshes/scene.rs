@@ -95,7 +95,7 @@ fn what_is_wrong_with_a_mesh_is_named() {
         (rule.replace("count = 5", "per_ha = nan"), "meshes.scatter.per_ha (mesh 1): "),
         (rule.replace("count = 5", "per_ha = 1, count = 5"), "meshes.scatter.per_ha (mesh 1): scatter needs either"),
         (rule.replace("count = 5, ", ""), "meshes.scatter.per_ha (mesh 1): scatter needs either"),
-        (rule.replace("count = 5", "per_ha = 1000").replace("10, 10]", "1e5, 1e5]"), "and at most 4194304 are asked"),
+        (rule.replace("count = 5", "per_ha = 1000").replace("10, 10]", "1e5, 1e5]"), "but at most 4194304 are allowed"),
         (rule.replace("0, 0, 10, 10", "0, 10, 10, 0"), "meshes.scatter.within (mesh 1): "),
         (rule.replace(" }", ", scale = [2, 1] }"), "meshes.scatter.scale (mesh 1): "),
         (rule.replace(" }", ", steepest_deg = 91 }"), "meshes.scatter.steepest_deg (mesh 1): "),
