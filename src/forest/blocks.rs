@@ -1,10 +1,11 @@
-//! Which blocks of a forest an eye may see, and with how many of their points.
+//! The blocks of a forest that an eye may see, and how many of their points are evaluated.
 //!
-//! A block of level 0 has all of its points. Each further level is twice as wide and has a quarter of the points, those
-//! of lowest rank, so that every block has about 64: up to a tile, blocks are its parts, and above they are several
-//! tiles. Far away only trees of low rank are drawn ([`Thinning`]), so blocks are walked from the widest ones down, and
-//! one that has all points which may be drawn at its distance is not split. Beyond blocks whose tiles have one point
-//! each, only some tiles have one ([`chosen_tile`]). A view has some thousand blocks, whatever the density and the reach.
+//! A block of level 0 has all of its points. Each further level is twice as wide and keeps a quarter of the points,
+//! those of lowest rank, so every block has about 64 points. Up to the size of a tile, blocks are parts of a tile;
+//! larger ones contain several tiles. Far away only trees of low rank are drawn ([`Thinning`]), so blocks are visited
+//! from the widest down, and a block with all points that may be drawn at its distance is not split. In blocks so wide
+//! that their tiles have one point each, only some tiles have one ([`chosen_tile`]). A view has a few thousand blocks,
+//! whatever the density and the view distance.
 
 use glam::{DVec2, DVec3, IVec2};
 
@@ -13,52 +14,53 @@ use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
 use crate::gpu::wgsl::shared::tree_ranks::{CHOOSES, MOST_SPARSE};
 use crate::scene::frustum::{Bounds, Frustum};
 
-/// From this level on not all tiles have a point in a block: one of four in the next level, and so on.
+/// From the level above this one, not all tiles have a point in a block: one of four in the next level, and so on.
 pub const SPARSE: u32 = 6;
 const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
-/// The widest blocks.
+/// Level of the widest blocks.
 pub const WIDEST: u32 = SPARSE + MOST_SPARSE;
 
-/// A block of points in the world.
+/// A square block of candidate points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Block {
-    /// How often its side is twice that of the smallest.
+    /// Level; the side is 2^level times that of the smallest block.
     pub level: u32,
-    /// The tile that it is a part of, or the one in its south-west corner: east and north, from the world's origin.
+    /// The tile that contains the block, or the tile in its south-west corner: east and north, counted in tiles from
+    /// the world's origin.
     pub tile: IVec2,
-    /// Which part of its tile, row by row; 0 for whole tiles.
+    /// Index of the block in its tile, row by row; 0 for whole tiles.
     pub number: u32,
 }
 
 impl Block {
-    /// Of one of the widest, counted in its own size.
+    /// Returns one of the widest blocks; `at` counts in units of their size.
     fn widest(at: IVec2) -> Self {
         Self { level: WIDEST, tile: at * (1 << (WIDEST + 1 - LEVELS_OF_TILE)), number: 0 }
     }
 
-    /// Its side.
+    /// Returns the side in metres.
     pub fn side_m(self) -> f64 {
         TILE_M / f64::from(BLOCKS) * f64::from(1_u32 << self.level)
     }
 
-    /// Tiles along its side that have points; 1 for a part of one.
+    /// Returns the number of tiles with points along its side; 1 for a part of a tile.
     pub fn tiles(self) -> u32 {
         1 << (self.level.min(SPARSE) + 1).saturating_sub(LEVELS_OF_TILE)
     }
 
-    /// How often four groups of tiles have become one that has a point.
+    /// Returns how many times four groups of tiles were merged into one that has a point.
     pub fn sparseness(self) -> u32 {
         self.level.saturating_sub(SPARSE)
     }
 
-    /// Its corner with the least coordinates, in the world.
+    /// Returns its south-west corner in the world.
     pub fn corner_m(self) -> DVec2 {
         let side = (BLOCKS >> self.level).max(1);
         let in_tile = DVec2::new((self.number % side).into(), (self.number / side).into());
         self.tile.as_dvec2() * TILE_M + in_tile * self.side_m()
     }
 
-    /// The four of the level below.
+    /// Returns the four blocks of the level below.
     fn parts(self) -> [Self; 4] {
         let level = self.level - 1;
         [[0, 0], [1, 0], [0, 1], [1, 1]].map(|[x, y]| {
@@ -72,14 +74,14 @@ impl Block {
         })
     }
 
-    /// The points that each of its tiles has here, by rank.
+    /// Returns the points that each of its tiles has in this block, by rank.
     pub fn points(self, points: &Points) -> &[Point] {
         let own = points.of_block(self.level.min(LEVELS_OF_TILE - 1), self.number);
         if self.tiles() == 1 { own } else { &own[..(POINTS >> (2 * self.level.min(SPARSE))) as usize] }
     }
 }
 
-/// Of a group of 2^`sparseness` by as many tiles, counted in groups, the tile that has a point.
+/// Returns the tile that has a point, of a group of 2^`sparseness` × 2^`sparseness` tiles; `group` counts in groups.
 pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
     let mut at = group;
     for level in (0..sparseness).rev() {
@@ -89,7 +91,7 @@ pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
     at
 }
 
-/// The rank of the first point of a tile: below that of all others, and so much lower as the tile is chosen more often.
+/// Returns the rank of a tile's first point: below all others, and the lower the more levels choose the tile.
 pub fn first_rank(tile: IVec2) -> f64 {
     let mut level = 0;
     while level < WIDEST - SPARSE && chosen_tile(tile >> (level + 1) as i32, level + 1) == tile {
@@ -99,7 +101,7 @@ pub fn first_rank(tile: IVec2) -> f64 {
     (0.25 + 0.75 * own) / f64::from(POINTS) / f64::from(1_u32 << (2 * level))
 }
 
-/// As `shaders/shared/pcg.wgsl`.
+/// Hash function, the same as in `shaders/shared/pcg.wgsl`.
 fn pcg(value: [u32; 2]) -> [u32; 2] {
     let [mut x, mut y] = value.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     x = x.wrapping_add(y.wrapping_mul(1_664_525));
@@ -110,52 +112,50 @@ fn pcg(value: [u32; 2]) -> [u32; 2] {
     [x ^ (x >> 16), y ^ (y >> 16)]
 }
 
-/// Far away fewer trees are drawn, as many for a part of the picture as where they are as tall as trees may be that are
-/// drawn one by one; those of low rank stay, and lie evenly.
+/// Thinning with distance: fewer trees are drawn far away, so that their number per area of the picture stays the same
+/// as at `full_m`. Trees of low rank remain, and are evenly spaced.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thinning {
-    /// Of the points: the rank below which trees may stand at all.
+    /// Share of the points that can have trees: the rank below which trees may exist.
     pub density: f64,
-    /// Up to this distance all trees are drawn.
+    /// Distance up to which all trees are drawn, in metres.
     pub full_m: f64,
 }
 
 impl Thinning {
-    /// The rank below which trees are drawn at a distance, at most.
+    /// Returns an upper bound of the rank below which trees are drawn at a distance.
     pub fn rank_at(&self, away_m: f64) -> f64 {
         self.density * (self.full_m / away_m.max(self.full_m)).powi(2)
     }
 }
 
-/// An eye, and what it can see of a forest.
+/// An eye, and the limits of what it can see of a forest.
 #[derive(Clone, Debug)]
 pub struct Sight<'a> {
-    /// Where it is in the world.
+    /// Position of the eye in the world.
     pub eye_m: DVec3,
-    /// What it sees.
     pub frustum: &'a Frustum,
-    /// Trees that are farther away are not drawn.
+    /// Distance beyond which trees are not drawn.
     pub reach_m: f64,
-    /// Between which corners there is land.
+    /// South-west and north-east corners of the land.
     pub land_m: [DVec2; 2],
-    /// The least and the greatest height of the land.
+    /// Lowest and highest height of the land.
     pub range_m: [f64; 2],
-    /// The height of the tallest tree.
+    /// Height of the tallest tree.
     pub tallest_m: f64,
-    /// From its foot to where its shadow ends; 0 where there are no shadows.
+    /// Vector from a tree's foot to the end of its longest shadow; 0 without shadows.
     pub shadow_m: DVec3,
-    /// How far wind moves a tree, at most.
+    /// Largest distance that wind moves any part of a tree.
     pub sways_m: f64,
-    /// How few are drawn far away.
     pub thinning: Thinning,
 }
 
 impl Sight<'_> {
-    /// What holds the trees of a block and their shadows, from the eye.
+    /// Returns the box around the trees of a block and their shadows, relative to the eye.
     pub fn bounds(&self, block: Block) -> Bounds {
         let &Self { eye_m, range_m, tallest_m, shadow_m, sways_m, .. } = self;
         let corner_m = block.corner_m();
-        // Crowns lean over the borders of their blocks, canopies are wider than their trees, and the earth bends down.
+        // Crowns extend over the borders of blocks, canopies are wider than their trees, and the earth curves down.
         let margin_m = DVec3::splat(0.5 * tallest_m + sways_m + 0.25 * block.side_m());
         let low_m = corner_m.extend(range_m[0]);
         let high_m = (corner_m + block.side_m()).extend(range_m[1] + tallest_m);
@@ -166,7 +166,7 @@ impl Sight<'_> {
     }
 }
 
-/// The blocks within reach that the frustum may see, and the most trees that they may draw.
+/// Returns the blocks in range that the frustum may see, and an upper bound of the number of trees in them.
 pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
     let &Sight { eye_m, frustum, reach_m, land_m, thinning, .. } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
@@ -188,7 +188,7 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
             rest.extend(block.parts());
             continue;
         }
-        // The first of a tile may have a lower rank than its number says.
+        // The first point of a tile may have a lower rank than its number gives.
         let own = block.points(points).partition_point(|point| point.number == 0 || point.rank() < rank) as u64;
         if own > 0 {
             most += own * u64::from(block.tiles()).pow(2);
@@ -211,7 +211,7 @@ mod tests {
         Sight { eye_m, frustum, reach_m, land_m, range_m, tallest_m, shadow_m, sways_m, thinning }
     }
 
-    /// The trees of blocks: each one's tile and number.
+    /// Returns the trees of blocks, each as its tile and number.
     fn trees(blocks: &[Block], points: &Points) -> Vec<(IVec2, u32)> {
         let of = |block: &Block| {
             let own = block.points(points).to_vec();
@@ -244,7 +244,7 @@ mod tests {
             "{levels:?} {}",
             blocks.len()
         );
-        // Every tile in reach, every point of it, by hand.
+        // Every point of every tile in range, by brute force.
         let missing = |each: &BTreeSet<[i64; 3]>| {
             let (mut missing, mut drawn) = (0, 0_u64);
             for tile in (-84..84).flat_map(|y| (-84..84).map(move |x| IVec2::new(x, y))) {
@@ -266,7 +266,7 @@ mod tests {
         };
         let (lost, drawn) = missing(&each);
         assert!(lost == 0 && drawn > 300 && drawn <= most && most < 8 * drawn, "{lost} of {drawn}, at most {most}");
-        // Planted: blocks that are lost.
+        // Planted: half of the blocks are missing.
         let fewer = trees(&blocks[..blocks.len() / 2], &points);
         let fewer = fewer.iter().map(|(tile, number)| [tile.x.into(), tile.y.into(), i64::from(*number)]).collect();
         assert!(missing(&fewer).0 > 0);
@@ -294,7 +294,7 @@ mod tests {
             in_view(&sight, &points).0.len()
         };
         let (near, far) = (listed(0.5, 2500.0), listed(0.5, 40_000.0));
-        // Four octaves of distance: the area is 256 times as large.
+        // Four octaves of distance: 256 times the area.
         assert!(far < 8 * near, "{near} {far}");
     }
 }

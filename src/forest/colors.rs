@@ -1,7 +1,7 @@
-//! The colours that trees have of their own: palettes, which the corners of a tree number.
+//! Colours of trees: palettes that the corners of a tree index.
 //!
-//! What is here are hues. How light a tree is says its lightness, in every style; a style that wants colours takes from
-//! these how what is so light is coloured.
+//! The palettes supply hues only. The lightness of a tree is the same in every style; a style with colours takes from
+//! the palette how a surface of that lightness is coloured.
 
 use super::model::TreeModel;
 use super::species::{Grown, Part};
@@ -11,13 +11,13 @@ use crate::scene::forest::Species;
 /// Red, green and blue in linear light, 0 to 1.
 pub type Color = [f32; 3];
 
-/// What leaves and bark of a species have, unless a scene says otherwise; in sRGB.
+/// Default colours of leaves and bark of each species, in sRGB.
 const CONIFER: [u32; 2] = [0x45_60_4e, 0x6b_50_3f];
 const BROADLEAF: [u32; 2] = [0x5f_80_38, 0x66_55_44];
 const BIRCH: [u32; 2] = [0x98_a8_48, 0xf0_ed_e6];
 const SNAG: [u32; 2] = [0x8d_89_83, 0x8d_89_83];
 
-/// The number of a part in the palette of a species that is grown.
+/// Returns the palette index of a part of a generated species.
 pub fn paint_of(part: Part) -> u8 {
     match part {
         Part::Leaf => 0,
@@ -25,14 +25,14 @@ pub fn paint_of(part: Part) -> u8 {
     }
 }
 
-/// The palette of a species that is grown: of leaves, and of bark.
+/// Returns the palette of a generated species: leaves, bark.
 pub fn of_grown(grown: Grown, species: &Species) -> Vec<Color> {
     let [leaf, bark] = own(grown);
     vec![species.color_srgb.map_or(leaf, linear), species.bark_srgb.map_or(bark, linear)]
 }
 
-/// The palette of a model: of its materials, then of its canopy. What has no colour has that of leaves, which are those of
-/// the grown species whose outline is like the model's.
+/// Returns the palette of a model: its materials, then its canopy. Materials without a colour get the colour of leaves,
+/// by default those of the generated species with the most similar outline.
 pub fn of_model(model: &TreeModel, species: &Species) -> Vec<Color> {
     let leaf = species.color_srgb.map_or(own(model.clump)[0], linear);
     let mut palette: Vec<Color> = model.paints.iter().map(|paint| paint.unwrap_or(leaf)).collect();

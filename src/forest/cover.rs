@@ -1,18 +1,18 @@
-//! Where trees stand by rasters: a mask, classes of land, heights of a canopy.
+//! Forest cover from rasters: a density mask, land-cover classes, canopy heights.
 //!
-//! Whatever their reference systems and resolutions, they are resampled once, when a scene opens, to one grid whose axes
-//! are those of the world ([`Cover`]), which a shader then asks about any place. The grid covers what the world and all
-//! rasters have in common, so a small raster in a large world keeps its detail; its cells are squares, as small as the
-//! samples of the finest raster, or as [`MOST_CELLS`] along a side allow. Where the axes agree, cells are the samples of
-//! that raster.
+//! Whatever their reference systems and resolutions, the rasters are resampled once, when a scene opens, to one grid
+//! aligned with the world's axes ([`Cover`]), which a shader then samples. The grid covers the intersection of the
+//! world and all rasters, so a small raster in a large world keeps its detail. Its cells are squares as small as the
+//! samples of the finest raster, or as [`MOST_CELLS`] along a side allow. If the axes agree, cells coincide with the
+//! samples of that raster.
 //!
-//! `laid` takes a place of the world to the samples of a raster, through the samples of the DEM, as mosaics do it. A
-//! cell asks at points within it (`resample`), one where its raster is no finer than the grid, else several for each
-//! sample: its density is the mean over them, its class the one that has most trees there, its canopy the mean of those
-//! who have trees. Several rasters are multiplied.
+//! `laid` maps a position in the world to the samples of a raster, through the samples of the DEM, as mosaics do. A
+//! cell reads points within it (`resample`): one if its raster is no finer than the grid, otherwise several for each
+//! sample. Its density is the mean over them, its class the one with the most trees, its canopy height the mean over
+//! the points that have trees. The densities of several rasters are multiplied.
 //!
-//! A raster says nothing about what lies outside of it, or where it has no data: there are no trees. A mask without a
-//! georeference is stretched over the DEM, its upper edge in the north.
+//! Outside of a raster, or where it has no data, there are no trees. A mask without a georeference is stretched over
+//! the DEM, with its upper edge in the north.
 
 mod laid;
 mod resample;
@@ -32,71 +32,70 @@ use crate::scene::{CoverClass, CoverFiles};
 use crate::source::georeference::Georeference;
 use crate::source::{Holds, SourceError, open_values};
 
-/// Of a cover along each of its sides.
+/// Most cells along each side of a cover.
 pub const MOST_CELLS: u32 = 4096;
-/// What is lower is no tree.
+/// Canopy lower than this has no trees, in metres.
 pub const LOWEST_TREE_M: f32 = 2.0;
-/// So many classes are named in a warning.
+/// Most classes that a warning lists.
 const NAMED_CLASSES: usize = 24;
 
-/// What rasters say of the trees of a world. Where it does not reach, there are none.
+/// The forest cover of a world from rasters. Outside of it there are no trees.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cover {
-    /// The south-western corner of the first cell: east and north, in the world.
+    /// South-western corner of the first cell: east and north, in the world, in metres.
     pub low_m: [f64; 2],
-    /// The north-eastern corner of the last one.
+    /// North-eastern corner of the last cell.
     pub high_m: [f64; 2],
     /// Columns, counted from the west, and rows, counted from the south.
     pub size: [u32; 2],
-    /// Row by row: how many of the trees that the rules allow stand there (255 is all); which class it is, counted from
-    /// 1 in [`CoverFiles::classes`] (0 is none); how tall its trees are, in quarters of a metre (0 where no raster says
-    /// it, or nothing stands; 255 is that or more); 255.
+    /// Cells row by row, with four values each: the share of the trees allowed by the rules (255 is all); the class, as
+    /// an index into [`CoverFiles::classes`] plus 1 (0 is none); the height of its trees in quarters of a metre (0 if
+    /// no raster gives it or there are no trees; 255 is that or more); and 255.
     pub texels: Vec<[u8; 4]>,
 }
 
-/// Why rasters say nothing about a forest. One line.
+/// Why the rasters of a forest cannot be used. One line.
 #[derive(Debug, thiserror::Error)]
 pub enum CoverError {
-    /// It cannot be read.
+    /// The file cannot be read.
     #[error(transparent)]
     Read(#[from] SourceError),
-    /// Nobody knows where it lies.
-    #[error("{}: names no coordinate reference system, so it cannot be laid over the world", named(path))]
+    /// The raster has no reference system.
+    #[error("{}: has no coordinate reference system, so it cannot be aligned with the world", named(path))]
     Nowhere {
-        /// Of the raster.
+        /// Path of the raster.
         path: PathBuf,
     },
-    /// Nobody knows where the land lies.
-    #[error("{}: cannot be laid over the world, which has no coordinate reference system", named(path))]
+    /// The world has no reference system.
+    #[error("{}: cannot be aligned with the world, which has no coordinate reference system", named(path))]
     WorldNowhere {
-        /// Of the raster.
+        /// Path of the raster.
         path: PathBuf,
     },
-    /// Nobody knows how their reference systems lie to one another.
-    #[error("{}: cannot be laid over the world: {cause}", named(path))]
+    /// There is no transformation between the reference systems.
+    #[error("{}: cannot be aligned with the world: {cause}", named(path))]
     NoWay {
-        /// Of the raster.
+        /// Path of the raster.
         path: PathBuf,
-        /// What is not known.
+        /// What is not known about them.
         cause: String,
     },
-    /// It would leave no tree.
-    #[error("{}: lies beside the world, or beside the other rasters of the forest", named(path))]
+    /// The raster does not overlap the others, so there would be no trees.
+    #[error("{}: does not overlap the world, or the other rasters of the forest", named(path))]
     OutsideWorld {
-        /// Of the raster.
+        /// Path of the raster.
         path: PathBuf,
     },
-    /// Land cover that is something else.
-    #[error("{}: holds {value}, and a class is a whole number", named(path))]
+    /// A value of a land-cover raster is not a whole number.
+    #[error("{}: has the value {value}, but a class must be a whole number", named(path))]
     NoClass {
-        /// Of the raster.
+        /// Path of the raster.
         path: PathBuf,
-        /// What is none.
         value: f32,
     },
 }
 
-/// What a raster is asked about.
+/// The quantity that a raster gives.
 enum Asks<'a> {
     Mask { full: f32 },
     Class { classes: &'a [CoverClass], numbers: FxHashMap<i32, u8> },
@@ -104,11 +103,11 @@ enum Asks<'a> {
 }
 
 impl Cover {
-    /// Reads the rasters of a forest, for a world whose DEM lies at `place` and has `samples` columns and rows. None
-    /// where the forest has no rasters.
+    /// Reads the rasters of a forest, for a world whose DEM has the georeference `place` and `samples` columns and
+    /// rows. Returns `None` if the forest has no rasters.
     ///
     /// # Errors
-    /// The first raster that cannot be read, or laid over the world.
+    /// The first raster that cannot be read, or cannot be aligned with the world.
     pub fn load(files: &CoverFiles, place: &Georeference, samples: [u32; 2]) -> Result<Option<Self>, CoverError> {
         let Some((_, first)) = files.files().next() else { return Ok(None) };
         let ground = Ground::new(place, samples)
@@ -153,7 +152,7 @@ impl Cover {
         Ok(Some(Self { low_m, high_m, size: grid.size, texels }))
     }
 
-    /// What is said of a place in the world; none outside.
+    /// Returns the values of the cell at a position in the world; `None` outside of the grid.
     pub fn at(&self, [east_m, north_m]: [f64; 2]) -> Option<[u8; 4]> {
         let along = |at_m: f64, axis: usize| {
             let part = (at_m - self.low_m[axis]) / (self.high_m[axis] - self.low_m[axis]);
@@ -165,7 +164,7 @@ impl Cover {
 }
 
 impl Asks<'_> {
-    /// Of a cell with these values; NaN is no data.
+    /// Returns the answer for a cell with these values; NaN is no data.
     fn answer(&self, values: &[f32], tally: &mut Tally) -> Answer {
         let count = values.len() as f32;
         let none = Answer { density: 0.0, class: 0, quarters_m: 0 };
@@ -179,7 +178,7 @@ impl Asks<'_> {
                 Answer { density: shades.sum::<f32>() / (full * count), ..none }
             }
             Self::Class { classes, numbers } => {
-                // Of each class of the cell: how many values, and how many trees.
+                // For each class in the cell: the number of values.
                 let mut here: Vec<(u8, f32)> = Vec::new();
                 for value in values.iter().filter(|value| !value.is_nan()) {
                     let class = *value as i32;
@@ -211,10 +210,10 @@ impl Asks<'_> {
         }
     }
 
-    /// What is to be said when all cells have been asked, and what densities are to be multiplied by.
+    /// Checks the tally after all cells, logs unlisted classes, and returns a factor for the raster's densities.
     ///
     /// # Errors
-    /// A raster that is not what it should be.
+    /// The raster does not overlap the grid, or has values that are not classes.
     fn told(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
         if tally.inside == 0 {
             return Err(CoverError::OutsideWorld { path: path.to_owned() });
@@ -226,14 +225,15 @@ impl Asks<'_> {
             tracing::warn!("{line}");
         }
         Ok(match self {
-            // A mask of zeros and ones.
+            // The mask has only zeros and ones.
             Self::Mask { full } if tally.largest > 0.0 && tally.largest <= 1.0 => *full,
             _ => 1.0,
         })
     }
 }
 
-/// The classes that nobody listed, most frequent first, with about how many samples have them in the grid.
+/// Returns a warning about classes that the scene does not list, most frequent first, with their approximate numbers of
+/// samples in the grid.
 fn unlisted_line(path: &Path, tally: &Tally, samples_per_point: f64) -> Option<String> {
     let mut classes: Vec<(i32, u64)> = tally.unlisted.iter().map(|(class, count)| (*class, *count)).collect();
     classes.sort_by_key(|(class, count)| (std::cmp::Reverse(*count), *class));
@@ -245,5 +245,5 @@ fn unlisted_line(path: &Path, tally: &Tally, samples_per_point: f64) -> Option<S
     }
     let path = path.display();
     (!classes.is_empty())
-        .then(|| format!("{path}: no trees on classes that the scene does not list, with their samples: {names}"))
+        .then(|| format!("{path}: classes that the scene does not list have no trees; class (samples): {names}"))
 }

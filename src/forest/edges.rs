@@ -1,36 +1,37 @@
-//! The edges of a tree's mesh, each with what lies across it: of these are its contours and open borders.
+//! Edges of a tree's mesh, each with the corners opposite to it; contours and open borders are found among them.
 //!
-//! Corners of triangles that lie at one place are one vertex. An edge that more than two triangles share counts once for
-//! each pair of them, in the order of triangles; where one is left over it is a border. Which way triangles wind does not
-//! matter.
+//! Corners of triangles at the same position are one vertex. An edge shared by more than two triangles is listed once
+//! for each pair of them, in the order of triangles; a triangle that is left over makes it a border. The winding of
+//! triangles does not matter.
 
 use std::collections::HashMap;
 use std::collections::hash_map::Entry;
 
 use glam::DVec3;
 
-/// Corners by their numbers.
+/// An edge of a mesh, as indices of corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshEdge {
-    /// Where it begins and ends.
+    /// The two ends.
     pub ends: [usize; 2],
-    /// Of a triangle that has it, the corner that is not on it.
+    /// Of the first triangle, the corner opposite to the edge.
     pub across: usize,
-    /// Of the other one; none is a border.
+    /// Of the second triangle, the corner opposite to the edge; `None` at a border.
     pub across_other: Option<usize>,
 }
 
-/// Of three corners to a triangle, in the order in which triangles come; those of triangles without area are left out.
+/// Returns the edges of triangles with three corners each, in the order of triangles. Triangles with zero area are left
+/// out.
 pub fn edges(corners: &[DVec3]) -> Vec<MeshEdge> {
     let mut vertices: HashMap<[u64; 3], usize> = HashMap::new();
-    // Adding 0 makes one of both zeros.
+    // Adding 0.0 turns −0.0 into 0.0.
     let vertex_of: Vec<usize> = corners
         .iter()
         .enumerate()
         .map(|(corner, at)| *vertices.entry(at.to_array().map(|along| (along + 0.0).to_bits())).or_insert(corner))
         .collect();
     let mut edges: Vec<MeshEdge> = Vec::new();
-    // The edge between two vertices that waits for its second triangle.
+    // For each pair of vertices, the edge that still lacks its second triangle.
     let mut waiting: HashMap<[usize; 2], usize> = HashMap::new();
     for (number, triangle) in vertex_of.chunks_exact(3).enumerate() {
         let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
@@ -85,7 +86,7 @@ mod tests {
         let corners = places(Grown::Conifer);
         let borders = |corners: &[DVec3]| edges(corners).iter().filter(|edge| edge.across_other.is_none()).count();
         let closed = borders(&corners);
-        // Planted: a triangle of a spray is missing.
+        // Planted: one triangle of a spray is missing.
         let holed: Vec<DVec3> = corners[..corners.len() - 3].to_vec();
         assert_eq!(borders(&holed), closed + 3);
     }
@@ -99,7 +100,7 @@ mod tests {
             assert_eq!(found.len(), 5);
             assert_eq!(found.iter().filter(|edge| edge.across_other.is_some()).count(), 1);
         }
-        // Three triangles at an edge: a pair, and one that is left over.
+        // Three triangles at one edge: a pair and one left over.
         let fan = edges(&[a, b, c, a, b, d, a, b, DVec3::Z]);
         assert_eq!(fan.iter().filter(|edge| edge.across_other.is_some()).count(), 1);
         assert_eq!(fan.len(), 8);

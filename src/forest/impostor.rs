@@ -1,98 +1,98 @@
-//! Impostors: a tree as seen from many sides, each side a small picture of normals, depths, lightness and colours, from
-//! which it is drawn with two triangles.
+//! Impostors: pictures of a tree from many sides, with normals, depths, lightness and colours, from which the tree is
+//! drawn with two triangles.
 //!
-//! The sides lie evenly over the upper half of the directions, by the hemi-octahedral map (Cigolle and others 2014,
-//! "A Survey of Efficient Representations for Independent Unit Vectors", section 3.3): [`FRAMES`] by [`FRAMES`] of them,
-//! an even number, so that none looks straight down, where a picture has no upright. Each is an orthographic picture of
-//! the tree's sphere. A place is drawn by following the ray of its pixel through the depths of the picture that was taken
-//! from nearest to it (`shaders/surface/trees/impostor.wgsl`), so it has the depth of the mesh there, and lines, marks
-//! and both eyes see it as they see a mesh. Pictures are taken when a forest is first drawn, in f64, and are the same on
-//! every machine.
+//! The sides are evenly distributed over the upper half of the directions by the hemi-octahedral map (Cigolle and
+//! others 2014, "A Survey of Efficient Representations for Independent Unit Vectors", section 3.3): [`FRAMES`] ×
+//! [`FRAMES`] sides. [`FRAMES`] is even, so no side looks straight down, where a picture has no upright direction. Each
+//! picture is an orthographic projection of the tree's bounding sphere. To draw a pixel, its ray is traced through the
+//! depths of the picture from the nearest side (`shaders/surface/trees/impostor.wgsl`), so the pixel has the depth of
+//! the mesh, and lines, hatching marks and both eyes see it like a mesh. The pictures are taken when a forest is first
+//! drawn, in f64, and are the same on every machine.
 //!
-//! A tree of ten pixels that looked up single texels of a picture of a hundred would show other leaves whenever it moves
-//! by a part of a pixel, and its outline and lines would flicker. So there are coarser [levels](Level), each the mean of
-//! the texels of the one before, of which one that fits the pixels is read, smoothly. What of a texel is covered is
-//! counted with it: a place is in the tree where half of it is. Thin branches cover half of no texel; so coverage is
-//! scaled until as many texels of a level are covered by half as the tree covers in truth (Castaño 2010, "Computing Alpha
-//! Mipmaps").
+//! A tree of ten pixels that read single texels of a picture of a hundred would show different leaves after each move
+//! by a fraction of a pixel, and its outline and lines would flicker. So there are coarser [levels](Level), each the
+//! mean of the texels of the one before; the level that matches the pixel size is read with interpolation. Each texel
+//! has a coverage, and a point is inside of the tree where coverage is at least a half. Thin branches cover no texel by
+//! half, so coverage is scaled until as many texels of a level are covered by half as the tree really covers (Castaño
+//! 2010, "Computing Alpha Mipmaps").
 
 use glam::{DVec2, DVec3, Vec3};
 use half::f16;
 use rayon::prelude::*;
 
-/// Sides along each of the map's axes.
+/// Number of sides along each of the map's axes.
 pub const FRAMES: u32 = crate::gpu::wgsl::shared::tree_pictures::FRAMES as u32;
 const _: () = assert!(FRAMES.is_multiple_of(2));
 
-/// A corner of a triangle, three to each; in the space of a tree that is 1 tall.
+/// A corner of a triangle, three to each, of a tree of height 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ImpostorCorner {
-    /// Where it is.
+    /// Position; z is up.
     pub at: DVec3,
-    /// Unit.
+    /// Unit normal of the surface.
     pub normal: DVec3,
-    /// Of its colour: 0 is black, and 1 as light as bare land.
+    /// Lightness: 0 is black, 1 is as light as bare land.
     pub lightness: f64,
-    /// Of its colour: the number in a palette ([`super::colors`]). All three of a triangle have one.
+    /// Index of the colour in a palette ([`super::colors`]), the same for all corners of a triangle.
     pub paint: u8,
 }
 
 /// The pictures of a tree.
 pub struct Impostor {
-    /// The side of a picture.
+    /// Side of a picture in the finest level.
     pub frame_px: u32,
-    /// The middle of its sphere.
+    /// Centre of the tree's bounding sphere.
     pub middle: DVec3,
-    /// Of its sphere.
+    /// Radius of the tree's bounding sphere.
     pub radius: f64,
-    /// From the finest on, each with half as many texels along a side as the one before.
+    /// Levels from the finest on, each with half as many texels along a side as the one before.
     pub levels: Vec<Level>,
 }
 
-/// The pictures at one size. Row by row, [`FRAMES`] × [`Level::frame_px`] in each.
+/// All pictures at one size, in one atlas: row by row, [`FRAMES`] × [`Level::frame_px`] texels along each side.
 pub struct Level {
-    /// The side of a picture.
+    /// Side of one picture.
     pub frame_px: u32,
-    /// The normal in octahedral coordinates, how far toward the eye (by the radius, −1 to 1), and the lightness, which is
-    /// negative where less than half is covered; 0 is where nothing is seen.
+    /// Normal in octahedral coordinates (2), depth toward the eye relative to the radius (−1 to 1), and lightness,
+    /// which is negative where coverage is less than a half. 0 where nothing is seen.
     pub texels: Vec<[f16; 4]>,
-    /// How far toward the eye, times what is covered; and what is covered, scaled so that half of it is the outline.
+    /// Depth toward the eye times coverage, and coverage, scaled so that a half is the outline.
     pub outlines: Vec<[f16; 2]>,
-    /// Which colour of its palette a texel has; where nothing is seen, what a coarser level shows there.
+    /// Index of the texel's colour in the palette; where nothing is seen, that of a coarser level.
     pub paints: Vec<u8>,
 }
 
-/// Pictures are not halved below this.
+/// Pictures are not made smaller than this.
 const SMALLEST_PX: u32 = 5;
-/// Scaled by more than this the few texels that a thin tree covers would be spots.
+/// Largest scale of coverage; with a larger one, the few texels that a thin tree covers would show as spots.
 const MOST_SCALE: f32 = 4.0;
 
-/// What a texel shows, in the mean of what is covered.
+/// A texel; the values are means over what is covered.
 #[derive(Clone, Copy, Default)]
 struct Texel {
     normal: Vec3,
     toward: f32,
     lightness: f32,
-    /// The part of it, 0 to 1.
+    /// Coverage, 0 to 1.
     covered: f32,
-    /// Of what covers most of it.
+    /// Index of the colour that covers most of it.
     paint: u8,
 }
 
-/// Toward the eye that a side was taken from.
+/// Returns the unit vector toward the eye of a side.
 pub fn direction(frame: [u32; 2]) -> DVec3 {
     let [u, v] = frame.map(|at| 2.0 * f64::from(at) / f64::from(FRAMES - 1) - 1.0);
     let (x, y) = (0.5 * (u + v), 0.5 * (u - v));
     DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
 }
 
-/// The axes of a side's picture: right and up.
+/// Returns the axes of a side's picture: right and up.
 pub fn axes(direction: DVec3) -> [DVec3; 2] {
     let right = DVec3::new(-direction.y, direction.x, 0.0).normalize();
     [right, direction.cross(right)]
 }
 
-/// A unit vector on the octahedral map: −1 to 1 each.
+/// Returns a unit vector in octahedral coordinates, −1 to 1 each.
 pub fn octahedral(n: DVec3) -> DVec2 {
     let p = n / (n.x.abs() + n.y.abs() + n.z.abs());
     if p.z >= 0.0 {
@@ -103,16 +103,17 @@ pub fn octahedral(n: DVec3) -> DVec2 {
 }
 
 impl Impostor {
-    /// Takes the pictures, each of `frame_px` by as many.
+    /// Takes the pictures, each of `frame_px` × `frame_px`.
     pub fn take(corners: &[ImpostorCorner], frame_px: u32) -> Self {
         let low = corners.iter().map(|corner| corner.at).fold(DVec3::INFINITY, DVec3::min);
         let high = corners.iter().map(|corner| corner.at).fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };
         let farthest = corners.iter().map(|corner| corner.at.distance(middle)).fold(1e-6, f64::max);
-        // A texel is free all around.
+        // Leaves a margin of one empty texel all around.
         let radius = farthest * f64::from(frame_px) / f64::from(frame_px - 2);
         let sphere = (middle, radius);
-        // Finer than the finest level, so that its outlines have parts of texels too. Few at a time are that large.
+        // Drawn at twice the finest level, so that its outlines have partial coverage. Only a few are in memory at a
+        // time.
         let of_side = |side: u32| {
             let direction = direction([side % FRAMES, side / FRAMES]);
             halvings(&picture(corners, sphere, 2 * frame_px, direction), 2 * frame_px)
@@ -156,7 +157,7 @@ impl Level {
     }
 }
 
-/// Where nothing is seen, paints are those of the next coarser level: outlines are read between texels.
+/// Fills paints where nothing is seen from the next coarser level, because outlines are interpolated between texels.
 fn fill_paints(levels: &mut [Level]) {
     for finer in (0..levels.len().saturating_sub(1)).rev() {
         let (own, coarser) = levels.split_at_mut(finer + 1);
@@ -170,7 +171,7 @@ fn fill_paints(levels: &mut [Level]) {
     }
 }
 
-/// By what coverage is scaled so that half of it bounds as many texels as are covered in all.
+/// Returns the scale of coverage for which as many texels are covered by half as are covered in total.
 fn scale_of(pictures: &[&[Texel]]) -> f32 {
     let texels = pictures.iter().copied().flatten();
     let mut covered: Vec<f32> = texels.map(|texel| texel.covered).filter(|part| *part > 0.0).collect();
@@ -183,7 +184,7 @@ fn scale_of(pictures: &[&[Texel]]) -> f32 {
     (0.5 / *least).clamp(1.0, MOST_SCALE)
 }
 
-/// A picture of `px` by as many at half its size, at a quarter, and so on.
+/// Returns a picture of `px` × `px` at half its size, at a quarter, and so on.
 fn halvings(picture: &[Texel], mut px: u32) -> Vec<Vec<Texel>> {
     let mut levels = vec![halved(picture, px as usize)];
     px /= 2;
@@ -194,7 +195,7 @@ fn halvings(picture: &[Texel], mut px: u32) -> Vec<Vec<Texel>> {
     levels
 }
 
-/// A picture with half as many texels along a side.
+/// Returns a picture with half as many texels along a side.
 fn halved(picture: &[Texel], px: usize) -> Vec<Texel> {
     let half = px / 2;
     let mut coarser = vec![Texel::default(); half * half];
@@ -225,7 +226,7 @@ fn mean_of(four: [&Texel; 4]) -> Texel {
     mean
 }
 
-/// A side's picture: what is nearest at the middle of each texel.
+/// Draws a side's picture: the nearest triangle at the centre of each texel.
 fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px: u32, direction: DVec3) -> Vec<Texel> {
     let [right, up] = axes(direction);
     let half = 0.5 * f64::from(frame_px);
@@ -234,7 +235,7 @@ fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px:
         let at = (corner.at - middle) / radius;
         DVec3::new(half + half * at.dot(right), half - half * at.dot(up), at.dot(direction))
     };
-    // Most of what is drawn is hidden by what comes later; so attributes wait until it is known what is seen.
+    // Most of what is drawn is hidden by later triangles, so attributes are computed once the nearest ones are known.
     let mut nearest = vec![f64::NEG_INFINITY; px * px];
     let mut seen = vec![u32::MAX; px * px];
     for (number, triangle) in corners.chunks_exact(3).enumerate() {
@@ -262,7 +263,7 @@ fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px:
         let Some(shares) = Shares::of([a, b, c]) else { continue };
         let share = shares.at(at % px, at / px);
         let normal = triangle[0].normal * share.x + triangle[1].normal * share.y + triangle[2].normal * share.z;
-        // A sheet that is seen from behind.
+        // A sheet seen from behind gets the opposite normal.
         let normal = if normal.dot(direction) < 0.0 && shares.area > 0.0 { -normal } else { normal };
         let lightness = DVec3::new(triangle[0].lightness, triangle[1].lightness, triangle[2].lightness).dot(share);
         texels[at] = Texel {
@@ -276,18 +277,18 @@ fn picture(corners: &[ImpostorCorner], (middle, radius): (DVec3, f64), frame_px:
     texels
 }
 
-/// What part of a triangle's corners a place on the picture has: linear in it.
+/// Barycentric coordinates of points of the picture, linear in the pixel.
 struct Shares {
-    /// At the middle of the first texel.
+    /// Coordinates at the centre of the first texel.
     first: DVec3,
-    /// More with every texel to the right, and down.
+    /// Increments per texel to the right, and down.
     steps: [DVec3; 2],
-    /// Twice that of the triangle, with a sign.
+    /// Twice the signed area of the triangle.
     area: f64,
 }
 
 impl Shares {
-    /// `None` for a triangle that is seen from its edge.
+    /// Returns `None` for a triangle seen edge-on.
     fn of([a, b, c]: [DVec3; 3]) -> Option<Self> {
         let area = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
         if area == 0.0 {
@@ -326,7 +327,7 @@ mod tests {
             directions.map(nearest).fold(0.0, f64::max).to_degrees()
         };
         assert!(all.iter().all(|d| d.z > -1e-12) && farthest_deg(&all) < 6.0, "{}", farthest_deg(&all));
-        // Planted: some that are missing.
+        // Planted: some sides are missing.
         assert!(farthest_deg(&all[..all.len() - 20]) > 6.0);
         for d in all {
             let [right, up] = axes(d);
@@ -337,7 +338,7 @@ mod tests {
 
     #[test]
     fn a_ball_looks_the_same_from_everywhere() {
-        // Latitudes and longitudes.
+        // A sphere of latitudes and longitudes.
         let at = |i: i32, j: i32| {
             let (a, b) = (f64::from(i) / 32.0 * std::f64::consts::TAU, f64::from(j) / 16.0 * std::f64::consts::PI);
             DVec3::new(a.cos() * b.sin(), a.sin() * b.sin(), b.cos())

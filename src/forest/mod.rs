@@ -1,14 +1,14 @@
-//! Forests: where trees stand, without a list of them.
+//! Forests: the positions of trees, computed without a list of them.
 //!
-//! The world is covered with square tiles of [`TILE_M`], all of them with the same points ([`points`]), which lie evenly
-//! and fit together across the borders of tiles. A point has a rank: the points whose rank is below a density lie evenly,
-//! too. A tree exists because its point says so: the density that the land asks for there ([`Forest`]) is above the
-//! point's rank. All else about it (species, height, turn) follows from the number of its point and of its tile. So a
-//! world may have any number of trees, and a frame asks only about the blocks that an eye may see ([`blocks`]): near ones
-//! with all of their points, farther ones with the few of lowest rank.
+//! The world is covered with square tiles of [`TILE_M`], all with the same points ([`points`]), which are evenly
+//! spaced, also across the borders of tiles. Each point has a rank; the points whose rank is below a density are evenly
+//! spaced, too. A tree exists at a point if the density that the land allows there ([`Forest`]) is above the point's
+//! rank. All else about the tree (species, height, rotation) follows from the numbers of its point and its tile. So a
+//! world can have any number of trees, and a frame evaluates only the blocks that an eye may see ([`blocks`]): near
+//! blocks with all of their points, farther ones with the few of lowest rank.
 //!
-//! The points are a progressive sample (Yuksel 2015), repeated (as the point patterns of Lagae and Dutré 2006 are): what
-//! is repeated is where trees could stand, and the land and the numbers that differ from tile to tile hide it.
+//! The points are a progressive sample (Yuksel 2015), repeated like the point patterns of Lagae and Dutré 2006. What
+//! repeats is only where trees could be; the land, and numbers that differ from tile to tile, hide the repetition.
 
 pub mod blocks;
 pub mod colors;
@@ -21,15 +21,15 @@ pub mod species;
 
 use crate::scene::Forest;
 
-/// Side of a tile of points.
+/// Side of a tile of points, in metres.
 pub const TILE_M: f64 = 256.0;
 /// Blocks of level 0 along the side of a tile.
 pub const BLOCKS: u32 = 8;
-/// Of blocks that are parts of a tile, up to the whole tile.
+/// Number of levels at which blocks are parts of a tile or the whole tile.
 pub const LEVELS_OF_TILE: u32 = 4;
-/// Points of a tile.
+/// Number of points in a tile.
 pub const POINTS: u32 = 4096;
 
-// As many as there can be trees.
+// There is one point for each tree of the highest density.
 const _: () = assert!(POINTS as f64 * 10_000.0 == Forest::MOST_TREES_PER_HA * TILE_M * TILE_M);
 const _: () = assert!(BLOCKS >> (LEVELS_OF_TILE - 1) == 1);

@@ -1,9 +1,9 @@
-//! A species from a model: what a [`Mesh`] looks like as a tree that is 1 tall.
+//! Models of trees from files: a [`Mesh`] normalised to a tree of height 1, with its levels of detail.
 //!
-//! It stands on the plane of its lowest vertex, with the middle of what is lowest of it at the origin. Meshes of fewer
-//! triangles are those of [`simplify`]; far away it is the clump of a grown species whose outline is most like its own.
-//! Sheets of leaves have no outside: their triangles wind as their normals say, and what looks at them from behind sees
-//! normals that are turned to it, as of all trees.
+//! The tree's foot is on the plane of the lowest vertex, with the centre of its lowest part at the origin. Levels of
+//! detail come from [`simplify`]; far away the tree is the canopy of the generated species whose outline is most
+//! similar. Sheets of leaves have no outside: their triangles wind according to their normals, and normals of sheets
+//! seen from behind are flipped toward the eye, as for all trees.
 
 use glam::{DMat3, DVec2, DVec3};
 
@@ -13,77 +13,77 @@ use crate::mesh::silhouette::{SIDE_PX, cover};
 use crate::mesh::simplify::simplify;
 use crate::mesh::{Material, Mesh};
 
-/// Triangles of a tree that is near, at most.
+/// Most triangles of a near tree.
 pub const NEAR_TRIANGLES: usize = 1800;
-/// Triangles of one that is not, at most.
+/// Most triangles of a tree in the middle distance.
 pub const MIDDLE_TRIANGLES: usize = 300;
 
-/// Of so many triangles the tree of the middle distance is made of the near one.
+/// Meshes with more triangles than this get their middle level of detail from the near one, to save time.
 pub const MANY_TRIANGLES: usize = 50_000;
 
-/// What is wider, by its height, is no tree: more likely its height lies along another axis.
+/// Largest width relative to height: a wider model is no tree; probably another axis points up.
 const WIDEST: f64 = 20.0;
-/// What is lower, by the height, is the foot.
+/// Height of the foot, relative to the tree's height.
 const FOOT: f64 = 0.05;
-/// What is higher is the crown.
+/// Height above which the crown begins, relative to the tree's height.
 const CROWN: f64 = 0.35;
-/// The least cosine between a normal and that of its triangle: see [`super::species`].
+/// Least cosine between a vertex normal and the triangle's normal: see [`super::species`].
 const LEAST_AGREEMENT: f64 = 0.15;
 
-/// Of what nobody gave a colour.
+/// Lightness of materials without a chosen colour.
 const PLAIN_LIGHTNESS: f64 = 0.62;
-/// Of so many materials a tree has the colours.
+/// Most colours of a tree; further materials use the first.
 const MOST_PAINTS: usize = 255;
-/// No part of a tree is darker or lighter.
+/// Smallest and largest lightness of any part of a tree.
 const LIGHTNESS: [f64; 2] = [0.3, 0.97];
 
-/// A corner of a triangle of a tree that is 1 tall and stands at the origin.
+/// A corner of a triangle of a tree of height 1 whose foot is at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TreeCorner {
-    /// Where it is.
+    /// Position; z is up, 0 to 1.
     pub at: DVec3,
-    /// Of the surface there; of length 1.
+    /// Unit normal of the surface.
     pub normal: DVec3,
-    /// Of its colour: 0 is black, and 1 as light as bare land.
+    /// Lightness: 0 is black, 1 is as light as bare land.
     pub lightness: f64,
-    /// Of its colour: the number in a palette ([`super::colors`]). All three of a triangle have one.
+    /// Index of the colour in a palette ([`super::colors`]), the same for all corners of a triangle.
     pub paint: u8,
-    /// How far wind moves it: 0 at the foot, 1 at the ends of twigs.
+    /// Share of the wind's motion: 0 at the foot, 1 at the ends of twigs.
     pub sway: f64,
 }
 
-/// A model of a tree at all distances; three corners to a triangle.
+/// A model of a tree at all distances, as lists of triangles with three corners each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TreeModel {
-    /// Of at most [`NEAR_TRIANGLES`].
+    /// Near level of detail, at most [`NEAR_TRIANGLES`].
     pub near: Vec<TreeCorner>,
-    /// Of at most [`MIDDLE_TRIANGLES`].
+    /// Middle level of detail, at most [`MIDDLE_TRIANGLES`].
     pub middle: Vec<TreeCorner>,
-    /// Of what grown species its canopy is.
+    /// The generated species whose canopy is used far away.
     pub clump: Grown,
-    /// As [`canopy`], in the model's own lightness.
+    /// Triangles of that [`canopy`], with the lightness of the model's crown.
     pub canopy: Vec<TreeCorner>,
-    /// The colours of its materials in linear light, 255 at most; none is what nobody chose. The canopy's number is the
-    /// next one.
+    /// Colours of the materials in linear light, at most 255; `None` if nobody chose a colour. The canopy's index is
+    /// the next one.
     pub paints: Vec<Option<[f32; 3]>>,
-    /// How much of the crown's area has each of them; 1 in all.
+    /// Shares of the crown's area with each colour; they sum to 1.
     pub crown: Vec<f64>,
 }
 
 impl TreeModel {
-    /// Of a mesh of any size.
+    /// Builds the tree from a mesh of any size.
     ///
     /// # Errors
-    /// A cause in words: it has no height, or almost none.
+    /// A cause in words: the mesh has no height, is too wide, or has no area.
     pub fn new(mesh: &Mesh, z_up: bool) -> Result<Self, String> {
         let own = Own::of(mesh, z_up)?;
         let less = simplify(mesh, NEAR_TRIANGLES);
         let near = own.corners(&less);
-        // It would take as long once more.
+        // Simplifying a very large mesh again would double the time.
         let from = if mesh.triangles.len() > MANY_TRIANGLES { &less } else { mesh };
         let middle = own.corners(&simplify(from, MIDDLE_TRIANGLES));
         if near.is_empty() || middle.is_empty() {
-            return Err("all of its triangles are without area".to_owned());
+            return Err("all of its triangles have zero area".to_owned());
         }
         let clump = Shape::of(&near).clump();
         let mut paints: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
@@ -99,10 +99,10 @@ impl TreeModel {
     }
 }
 
-/// How a mesh becomes a tree that is 1 tall.
+/// The transform that makes a mesh a tree of height 1.
 struct Own {
     turn: DMat3,
-    /// In the mesh's units, turned up.
+    /// Foot of the tree in the mesh's units, after `turn`.
     foot: DVec3,
     height: f64,
 }
@@ -114,28 +114,30 @@ impl Own {
         let [low, high] = bounds(places());
         let size = high - low;
         let wide = size.truncate().max_element();
-        // Vertices are held in f32.
+        // Vertices are stored as f32.
         if size.z <= 1e-6 * wide.max(f64::MIN_POSITIVE) {
             return Err("it has no height".to_owned());
         }
         if wide > WIDEST * size.z {
             let times = wide / size.z;
-            return Err(format!("it is {times:.0} times as wide as tall, which is no tree; up says what points up"));
+            return Err(format!(
+                "it is {times:.0} times as wide as tall, too wide for a tree; is up = \"y\" or \"z\" right?"
+            ));
         }
         let [foot_low, foot_high] = bounds(places().filter(|at| at.z <= low.z + FOOT * size.z));
         let foot = ((foot_low + foot_high) * 0.5).truncate().extend(low.z);
         Ok(Self { turn, foot, height: size.z })
     }
 
-    /// Of this mesh, or of one that stands for it; from 0 to 1 high.
+    /// Returns the corners of this mesh or of a simplification of it, scaled to heights 0 to 1.
     fn corners(&self, mesh: &Mesh) -> Vec<TreeCorner> {
         let at: Vec<DVec3> = places(mesh, self.turn).map(|at| (at - self.foot) / self.height).collect();
         let [low, high] = bounds(at.iter().copied());
-        // What stands for it may be a little lower or taller.
+        // A simplification may be slightly lower or taller than its mesh.
         let tall = if high.z - low.z > 0.5 { high.z - low.z } else { 1.0 };
         let at: Vec<DVec3> = at.into_iter().map(|at| at.truncate().extend((at.z - low.z) / tall)).collect();
         let lightness: Vec<f64> = mesh.materials.iter().map(lightness_of).collect();
-        // What has no number is as what has no material.
+        // Materials beyond the palette are treated like no material.
         let paint = |material: u16| u8::try_from(material).ok().filter(|paint| usize::from(*paint) < MOST_PAINTS);
         let mut corners: Vec<TreeCorner> = Vec::with_capacity(3 * mesh.triangles.len());
         for triangle in &mesh.triangles {
@@ -174,7 +176,7 @@ fn bounds(places: impl Iterator<Item = DVec3>) -> [DVec3; 2] {
     places.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[low, high], at| [low.min(at), high.max(at)])
 }
 
-/// As grown trees sway: what is high more than what is low, and what is far from the trunk more than what is near.
+/// Sets the sway as for generated trees: it grows with height and with distance from the trunk.
 fn sway(corners: &mut [TreeCorner]) {
     let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(1e-6, f64::max);
     for corner in corners {
@@ -183,24 +185,24 @@ fn sway(corners: &mut [TreeCorner]) {
     }
 }
 
-/// The colour of a material, unless nobody chose it: nothing, or what programs write where there is a texture.
+/// Returns the colour of a material, or `None` if it is a default: none, or the grey that programs write for textures.
 fn chosen_color(material: &Material) -> Option<[f32; 3]> {
     let [red, green, blue] = material.color.map(f64::from);
     let is_left = red == green && green == blue && (0.35..0.9).contains(&red);
     (!is_left).then_some(material.color)
 }
 
-/// Of a material, where bare land is 1: the greens of leaves have 0.5 to 0.75.
+/// Returns the lightness of a material, with bare land at 1; the greens of leaves have 0.5 to 0.75.
 fn lightness_of(material: &Material) -> f64 {
     let Some(color) = chosen_color(material) else { return PLAIN_LIGHTNESS };
     let [red, green, blue] = color.map(f64::from);
     let luminance = 0.2126 * red + 0.7152 * green + 0.0722 * blue;
-    // L* of CIE 1976, but for the straight piece next to black.
+    // L* of CIE 1976 without its linear segment near black.
     let perceived = 116.0 * luminance.max(0.0).cbrt() - 16.0;
     (0.3 + 0.0062 * perceived).clamp(LIGHTNESS[0], LIGHTNESS[1])
 }
 
-/// The mean by area of what is high up; of all where nothing is.
+/// Returns the mean over the area of the crown, or over the whole tree if no triangle is that high.
 fn mean_of_crown(corners: &[TreeCorner], value: impl Fn(&TreeCorner) -> f64) -> Option<f64> {
     let mean = |above: f64| {
         let (mut sum, mut all) = (0.0, 0.0);
@@ -220,41 +222,41 @@ fn lightness_of_crown(corners: &[TreeCorner]) -> f64 {
     mean_of_crown(corners, |corner| corner.lightness).unwrap_or(PLAIN_LIGHTNESS)
 }
 
-/// How much of the crown has each paint; all of it the first where it has no area.
+/// Returns the share of the crown that has each colour; if the tree has no area, all of it has the first.
 fn crown_shares(corners: &[TreeCorner], paints: usize) -> Vec<f64> {
     let share = |paint: usize| mean_of_crown(corners, |corner| f64::from(u8::from(usize::from(corner.paint) == paint)));
     (0..paints).map(|paint| share(paint).unwrap_or(if paint == 0 { 1.0 } else { 0.0 })).collect()
 }
 
-/// Sides that a shape is taken from, over half a turn.
+/// Number of views of an outline, over half a turn.
 const SIDES: u32 = 6;
-/// The rows at the top of a picture that are its tip.
+/// Number of rows at the top of a view that are the tip.
 const TIP_ROWS: usize = 9;
 
-// Models of dead trees have a fill of 0.53 and 0.54, all others at least 0.87; tips of conifers 0.09 to 0.23, and those of
-// other trees at least 0.3. Bushes may be pointed and are wide.
+// Models of dead trees have a fill of 0.53 and 0.54, all others at least 0.87; tips of conifers have 0.09 to 0.23,
+// those of other trees at least 0.3. Bushes may be pointed, but are wide.
 const LEAST_FILL: f64 = 0.7;
 const LEAST_AREA: f64 = 0.05;
 const BLUNT_TIP: f64 = 0.265;
 const WIDE: f64 = 0.85;
 
-/// What an outline is like, seen from the level; the tree is 1 tall.
+/// Measures of a tree's outline seen from the side; the tree has height 1.
 #[derive(Clone, Copy, Debug)]
 struct Shape {
-    /// How much it covers.
+    /// Covered area, in squares of the tree's height.
     area: f64,
-    /// The part of its width that it covers.
+    /// Covered share of the width between the outermost points.
     fill: f64,
-    /// The width of its widest height.
+    /// Width at the widest height.
     width: f64,
-    /// The width of the topmost seventh, by that of the widest height.
+    /// Width of the topmost seventh, relative to the largest width.
     tip: f64,
 }
 
 impl Shape {
     fn of(corners: &[TreeCorner]) -> Self {
         let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(1e-6, f64::max);
-        // Of each height: what is covered, and what lies between the outermost of it.
+        // For each height: the covered width, and the width between the outermost covered points.
         let mut heights = [[0.0_f64; 2]; SIDE_PX];
         for side in 0..SIDES {
             let right = DVec2::from_angle(f64::from(side) / f64::from(SIDES) * std::f64::consts::PI);
@@ -279,7 +281,7 @@ impl Shape {
         Self { area: area / SIDE_PX as f64, fill: area / between.iter().sum::<f64>().max(1e-9), width, tip }
     }
 
-    /// The grown species whose canopy is most like that of such trees.
+    /// Returns the generated species with the most similar canopy.
     fn clump(self) -> Grown {
         if self.fill < LEAST_FILL || self.area < LEAST_AREA {
             Grown::Snag

@@ -1,42 +1,42 @@
-//! The points at which trees can stand: evenly spread over a square that fits to itself at its borders, in an order of
-//! which each beginning is spread evenly as well.
+//! The points at which trees can grow: evenly spread over a square that tiles seamlessly, in an order of which each
+//! prefix is evenly spread as well.
 //!
-//! Sample elimination (Yuksel 2015, sections 3 and 4): of five times as many points at random, the one that is crowded
-//! most goes, again and again, until as many are left as were asked for. Going on to the half, the quarter and so on
-//! gives the order: what went last comes first.
+//! Sample elimination (Yuksel 2015, sections 3 and 4): starting with five times as many random points, the most crowded
+//! point is removed until the requested number is left. Continuing to a half, a quarter and so on gives the order: the
+//! points removed last come first.
 
 use std::cmp::Ordering;
 use std::collections::BinaryHeap;
 
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS};
 
-/// A point of a tile.
+/// A candidate point of a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// In the tile, whose side is 1.
+    /// Position in the tile, whose side is 1.
     pub at: [f64; 2],
-    /// Its place in the order: its tree has this number in the tile.
+    /// Index in the progressive order, and number of its tree in the tile.
     pub number: u32,
 }
 
 impl Point {
-    /// Of a tree that exists where the density is above it: 0 to 1.
+    /// Returns the rank, 0 to 1: the tree exists where the density is above it.
     pub fn rank(&self) -> f64 {
         (f64::from(self.number) + 0.5) / f64::from(POINTS)
     }
 }
 
-/// The points of a tile as its blocks have them: of level 0 all, of each further one the quarter of lowest rank.
+/// The points of a tile, sorted by blocks: level 0 has all points, each further level the quarter of lowest rank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Points {
-    /// Level by level, block by block; those of a block by rank.
+    /// Points, level by level and block by block; by rank within a block.
     pub points: Vec<Point>,
-    /// For each level where the points of each block begin, row by row, and their end.
+    /// For each level, the start of each block's points, row by row, and the end.
     pub starts: [Vec<u32>; LEVELS_OF_TILE as usize],
 }
 
 impl Points {
-    /// The same on every machine.
+    /// Generates the points, the same on every machine.
     pub fn new() -> Self {
         let order = progressive(&random(5 * POINTS as usize), POINTS as usize);
         let ordered = order.iter().zip(0..).map(|(at, number)| Point { at: *at, number });
@@ -46,7 +46,7 @@ impl Points {
             let side = BLOCKS >> level;
             let first = points.len() as u32;
             let mut own = ordered[..POINTS as usize >> (2 * level)].to_vec();
-            // Stable: by rank within a block.
+            // The sort is stable, so points stay sorted by rank within a block.
             own.sort_by_key(|point| block_of(point.at, side));
             let mut starts = vec![0; (side * side + 1) as usize];
             own.iter().for_each(|point| starts[block_of(point.at, side) as usize + 1] += 1);
@@ -58,7 +58,7 @@ impl Points {
         Self { points, starts }
     }
 
-    /// Those of a block of a tile.
+    /// Returns the points of a block of a tile.
     pub fn of_block(&self, level: u32, number: u32) -> &[Point] {
         let starts = &self.starts[level as usize];
         &self.points[starts[number as usize] as usize..starts[number as usize + 1] as usize]
@@ -76,7 +76,7 @@ fn block_of(at: [f64; 2], side: u32) -> u32 {
     y * side + x
 }
 
-/// How far two points of a square that repeats itself are from each other.
+/// Returns the distance between two points of a square that repeats.
 pub fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     let along = |i: usize| {
         let d = (a[i] - b[i]).abs();
@@ -85,7 +85,7 @@ pub fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     along(0).hypot(along(1))
 }
 
-/// SplitMix64 (Steele, Lea, Flood 2014).
+/// Returns random points from SplitMix64 (Steele, Lea, Flood 2014).
 fn random(count: usize) -> Vec<[f64; 2]> {
     let mut state = 0x7ee5_u64;
     let mut next = || {
@@ -98,11 +98,11 @@ fn random(count: usize) -> Vec<[f64; 2]> {
     (0..count).map(|_| [next(), next()]).collect()
 }
 
-/// The best `count` of the points, in an order of which each beginning is good.
+/// Returns the best `count` of the points, in an order of which each prefix is evenly spread.
 fn progressive(points: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     let (mut kept, _) = eliminate(points, count);
     let mut order = Vec::with_capacity(count);
-    // From the end of the order to its beginning.
+    // The order is built from its end to its beginning.
     while kept.len() > 1 {
         let (fewer, gone) = eliminate(&kept, kept.len() / 2);
         order.extend(gone);
@@ -113,7 +113,7 @@ fn progressive(points: &[[f64; 2]], count: usize) -> Vec<[f64; 2]> {
     order
 }
 
-/// A point with how crowded it was when it was looked at: points only become less crowded.
+/// How crowded a point was when it was last updated, and its index. Points only become less crowded.
 struct Crowded(f64, usize);
 
 impl PartialEq for Crowded {
@@ -136,9 +136,9 @@ impl Ord for Crowded {
     }
 }
 
-/// Those that are left, and those that went, in the order in which they did.
+/// Removes the most crowded points until `left` remain. Returns those that remain, and the removed ones in order.
 fn eliminate(points: &[[f64; 2]], left: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>) {
-    // The greatest radius of so many discs (section 3.2), doubled.
+    // Twice the largest radius of this many discs (section 3.2).
     let reach = 2.0 * (1.0 / (2.0 * 3.0_f64.sqrt() * left as f64)).sqrt();
     let neighbours = neighbours(points, reach);
     let weight = |d: f64| (1.0 - d / reach).powi(8);
@@ -162,7 +162,7 @@ fn eliminate(points: &[[f64; 2]], left: usize) -> (Vec<[f64; 2]>, Vec<[f64; 2]>)
     (kept, gone)
 }
 
-/// Of each point those within `reach`, with their distances.
+/// Returns for each point the others within `reach`, with their distances.
 fn neighbours(points: &[[f64; 2]], reach: f64) -> Vec<Vec<(usize, f64)>> {
     let side = ((1.0 / reach).floor() as usize).clamp(1, 256);
     let place = |at: f64| ((at * side as f64) as usize).min(side - 1);
@@ -171,7 +171,7 @@ fn neighbours(points: &[[f64; 2]], reach: f64) -> Vec<Vec<(usize, f64)>> {
         boxes[place(*y) * side + place(*x)].push(i);
     }
     let around = |at: usize| {
-        // Fewer than three boxes are their own neighbours.
+        // With fewer than three boxes, a box is its own neighbour.
         let mut all: Vec<usize> = [side - 1, 0, 1].map(|by| (at + by) % side).to_vec();
         all.sort_unstable();
         all.dedup();
@@ -189,7 +189,7 @@ fn neighbours(points: &[[f64; 2]], reach: f64) -> Vec<Vec<(usize, f64)>> {
 mod tests {
     use super::*;
 
-    /// The least distance of the points of a rank below `density`, by the greatest that so many could have.
+    /// Smallest distance of points with rank below `density`, relative to the largest that this many points could have.
     fn evenness(points: &[Point], density: f64) -> f64 {
         let some: Vec<[f64; 2]> = points.iter().filter(|point| point.rank() < density).map(|point| point.at).collect();
         let most = 2.0 * (1.0 / (2.0 * 3.0_f64.sqrt() * some.len() as f64)).sqrt();
@@ -206,7 +206,7 @@ mod tests {
             let even = evenness(all, density);
             assert!(even > 0.6, "{density}: {even}");
         }
-        // Planted: points at random, and a border that is not the other one's.
+        // Planted: random points, and points whose opposite borders do not match.
         let at_random: Vec<Point> = random(POINTS as usize).into_iter().map(|at| Point { at, number: 0 }).collect();
         assert!(evenness(&at_random, 1.0) < 0.1);
         let shrunk = |point: &Point| Point { at: point.at.map(|along| 0.5 * along), ..*point };
@@ -224,7 +224,7 @@ mod tests {
                 let own = points.of_block(level, block);
                 assert!(own.iter().all(|point| block_of(point.at, side) == block));
                 assert!(own.is_sorted_by(|a, b| a.number < b.number));
-                // Evenly: no block is empty or crowded.
+                // Evenly spread: no block is empty or crowded.
                 assert!((40..90).contains(&own.len()), "{level}: {}", own.len());
                 numbers.extend(own.iter().map(|point| point.number));
             }

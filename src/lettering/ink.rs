@@ -1,18 +1,18 @@
-//! How much of each pixel strokes of a pen cover: one row of pixels after the other, so that a picture need not be held.
+//! Coverage of pixels by pen strokes, one row of pixels at a time, so that a picture need not be in memory.
 
 use glam::DVec2;
 
 /// A stroke of a round pen.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PenStroke {
-    /// Of its middle, in pixels; y goes down.
+    /// Points on its centre line, in pixels; y goes down.
     pub points: Vec<DVec2>,
-    /// Of the pen, in pixels.
+    /// Width of the pen, in pixels.
     pub width_px: f64,
 }
 
 impl PenStroke {
-    /// A straight one.
+    /// Returns a straight stroke.
     pub fn line(from: DVec2, to: DVec2, width_px: f64) -> Self {
         Self { points: vec![from, to], width_px }
     }
@@ -24,8 +24,8 @@ impl PenStroke {
     }
 }
 
-/// Adds to the pixels of row `row`, which begins at column `first`, how much of each the strokes cover: 0 to 1, the most
-/// of any stroke. Lines narrower than a pixel cover as much of it less.
+/// Adds the coverage of strokes to the pixels of row `row`, which begins at column `first`: 0 to 1, the largest of any
+/// stroke. Lines narrower than a pixel cover it in proportion to their width.
 pub fn cover(strokes: &[PenStroke], first: f64, row: f64, covered: &mut [f32]) {
     let y = row + 0.5;
     for stroke in strokes {
@@ -60,7 +60,7 @@ pub fn cover(strokes: &[PenStroke], first: f64, row: f64, covered: &mut [f32]) {
 mod tests {
     use super::*;
 
-    /// The ink of a stroke on a sheet, in pixels.
+    /// Total ink of a stroke, in pixels.
     fn ink(stroke: &PenStroke) -> f64 {
         let mut sum = 0.0;
         for row in 0..40 {

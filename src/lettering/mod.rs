@@ -1,7 +1,7 @@
-//! Text as strokes of a pen: the letters are lines without a width, so that pictures, SVG and plotters have the same.
+//! Text as pen strokes: the letters are lines without width, so that pictures, SVG and plotters draw the same.
 //!
-//! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` has them, where they come from, and its format.
-//! They are as high as capitals are: a length of 1 is the height of an A.
+//! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` contains them and describes their source and
+//! format. The unit of length is the height of a capital letter.
 
 pub mod ink;
 
@@ -10,24 +10,24 @@ use std::sync::LazyLock;
 
 use glam::DVec2;
 
-/// Of capitals, in the units of the table.
+/// Height of capitals, in the units of the table.
 const CAPITALS: f64 = 21.0;
-/// What stands for a character that has no letter.
+/// Drawn in place of a character without a letter.
 const REPLACEMENT: char = '?';
-/// What stands for the end of a text that is cut.
+/// Drawn at the end of a text that is cut.
 const ELLIPSIS: char = '…';
 
-/// A letter, in heights of capitals, from the left end of its base line; y goes up.
+/// A letter, in heights of capitals, from the left end of its baseline; y goes up.
 #[derive(Clone, Debug, Default, PartialEq)]
 struct Letter {
-    /// Where the next letter begins.
+    /// Distance to the start of the next letter.
     advance: f64,
     strokes: Vec<Vec<DVec2>>,
 }
 
 static LETTERS: LazyLock<BTreeMap<char, Letter>> = LazyLock::new(|| table(include_str!("letters.txt")));
 
-/// Reads the table. What does not hold is left out; a test holds the table against that.
+/// Parses the table. Invalid lines are skipped; a test checks that there are none.
 fn table(text: &str) -> BTreeMap<char, Letter> {
     text.lines().filter(|line| !line.starts_with('#')).filter_map(letter).collect()
 }
@@ -49,12 +49,12 @@ fn letter(line: &str) -> Option<(char, Letter)> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Line {
     text: String,
-    /// Characters that have no letter, each once, as they stand in the text.
+    /// Characters without a letter, each once, in the order of the text.
     pub replaced: Vec<char>,
 }
 
 impl Line {
-    /// Blanks and line breaks of any number become one blank, and what has no letter a question mark.
+    /// Creates a line: each run of white space becomes one blank, and each character without a letter a question mark.
     pub fn new(text: &str) -> Self {
         let mut replaced = Vec::new();
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -70,18 +70,19 @@ impl Line {
         Self { text: text.chars().map(known).collect(), replaced }
     }
 
-    /// The text as it is drawn.
+    /// Returns the text as it is drawn.
     pub fn text(&self) -> &str {
         &self.text
     }
 
-    /// In heights of capitals.
+    /// Returns the width, in heights of capitals.
     pub fn width(&self) -> f64 {
         self.letters().map(|letter| letter.advance).sum()
     }
 
-    /// The line in a room of so many units: as high as `height` where it fits, else less, but not under `least`; what
-    /// then is too long ends in an ellipsis. Returns it with its height. A room that holds no letter has an empty line.
+    /// Fits the line into a width of `room` units: at `height` if it fits, otherwise smaller, but not below `least`; a
+    /// text that is still too long ends in an ellipsis. Returns the line with its height; it is empty if no letter
+    /// fits.
     pub fn fitted(&self, room: f64, height: f64, least: f64) -> (Self, f64) {
         let width = self.width();
         let height = if width * height <= room { height } else { (room / width).clamp(least.min(height), height) };
@@ -99,7 +100,8 @@ impl Line {
         (Self { text: String::new(), replaced: self.replaced.clone() }, height)
     }
 
-    /// The strokes of letters that are `height` high, from `at`, the left end of the base line. y goes down, as pixels do.
+    /// Returns the strokes of letters of `height`, starting at `at`, the left end of the baseline. y goes down, as in
+    /// pixels.
     pub fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
         let mut strokes = Vec::new();
         let mut x = 0.0;
@@ -127,11 +129,11 @@ mod tests {
         assert!(holds(text) && LETTERS.len() > 190);
         assert!(!holds(&text.replacen(",", ";", 1)) || text.find(',') < text.find("U+"), "planted: damage");
         assert!(!holds(&text.replace("U+0041 18 9,21", "U+0041 18 9;21")), "planted: damage");
-        // ASCII and Latin-1 are there, but for the soft hyphen, which nobody sees.
+        // ASCII and Latin-1 are complete, except for the soft hyphen, which is invisible.
         let latin = (0x20..0x7f).chain(0xa0..0x100).filter(|code| *code != 0xad).filter_map(char::from_u32);
         let missing: Vec<char> = latin.filter(|character| !LETTERS.contains_key(character)).collect();
         assert!(missing.is_empty(), "{missing:?}");
-        // Letters stand on the line, are as high as they are, and stay within their room.
+        // Letters are on the baseline, have plausible heights, and stay within their advance.
         let of = |character: char| LETTERS[&character].strokes.concat();
         let high = |points: &[DVec2]| points.iter().map(|point| point.y).fold(f64::MIN, f64::max);
         assert!((high(&of('H')) - 1.0).abs() < 1e-9 && high(&of('É')) > 1.2 && high(&of('x')) < 0.7);

@@ -1,63 +1,57 @@
-//! Whether two pictures are the same: a threshold for each pixel **and** a bound on the share of pixels beyond it.
-//! A mean would hide a lost line; the share does not.
+//! Comparison of two pictures: a threshold for each pixel **and** a bound on the share of pixels beyond it. A mean
+//! would not notice a lost line; the share does.
 
 use std::path::Path;
 
 use crate::file::FileError;
 use crate::file::png::{Picture, read_rgba8};
 
-/// What still counts as the same.
+/// How different two pictures may be and still count as equal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tolerance {
-    /// A pixel is an outlier if one of its four channels differs by more than this, of 255.
+    /// Threshold for each channel, of 255; a pixel is an outlier if one of its four channels differs by more.
     pub channel_difference: u8,
-    /// The share of pixels that may be outliers, 0 to 1.
+    /// Share of pixels that may be outliers, 0 to 1.
     pub outlier_share: f64,
 }
 
 impl Tolerance {
-    /// Every byte is the same.
+    /// Every byte must be equal.
     pub const EXACT: Self = Self { channel_difference: 0, outlier_share: 0.0 };
 }
 
-/// How far two pictures are apart.
+/// The difference between two pictures.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Comparison {
-    /// The number of pixels of each picture.
+    /// Number of pixels of each picture.
     pub pixels: u64,
-    /// How many of them are outliers.
     pub outliers: u64,
-    /// The largest difference of a channel, of 255, outlier or not.
+    /// Largest difference of a channel, of 255, outlier or not.
     pub worst_difference: u8,
-    /// Column and row of the first pixel that has it.
+    /// Column and row of the first pixel with that difference.
     pub worst_px: [u32; 2],
-    /// What they were compared by.
+    /// The tolerance of the comparison.
     pub tolerance: Tolerance,
 }
 
-/// Why two pictures were not compared.
+/// Why two pictures cannot be compared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum CompareError {
-    /// A reference that is missing or broken is an error, never a pass.
-    #[error("no reference picture: {0}")]
+    /// The reference is missing or broken: an error, never a pass.
+    #[error("cannot read the reference picture: {0}")]
     Reference(FileError),
-    /// They have different sizes.
+    /// The pictures have different sizes.
     #[error("the pictures have different sizes: {}x{} and {}x{}", .0[0], .0[1], .1[0], .1[1])]
     Size([u32; 2], [u32; 2]),
-    /// A picture whose bytes do not fill its size.
-    #[error("a picture of {}x{} pixels with {bytes} bytes", .size_px[0], .size_px[1])]
-    Bytes {
-        /// Width and height.
-        size_px: [u32; 2],
-        /// How many bytes it has.
-        bytes: usize,
-    },
+    /// The number of bytes does not match the size.
+    #[error("a picture of {}x{} pixels needs 4 bytes per pixel, but has {bytes} bytes", .size_px[0], .size_px[1])]
+    Bytes { size_px: [u32; 2], bytes: usize },
 }
 
 impl Comparison {
-    /// Whether the share of outliers is within the tolerance. Empty pictures do not pass: they show nothing.
+    /// Whether the share of outliers is within the tolerance. Empty pictures do not pass, because they show nothing.
     pub fn passes(&self) -> bool {
-        // A tolerance that is no number passes nothing.
+        // A NaN tolerance passes nothing.
         self.pixels > 0 && self.outliers as f64 <= self.tolerance.outlier_share * self.pixels as f64
     }
 }
@@ -67,7 +61,7 @@ impl std::fmt::Display for Comparison {
         let [x, y] = self.worst_px;
         write!(
             f,
-            "{} of {} pixels differ by more than {} (allowed: {}); the worst by {} at ({x}, {y})",
+            "{} of {} pixels differ by more than {} (allowed: {}); the largest difference is {} at ({x}, {y})",
             self.outliers,
             self.pixels,
             self.tolerance.channel_difference,
@@ -80,7 +74,7 @@ impl std::fmt::Display for Comparison {
 /// Compares two pictures.
 ///
 /// # Errors
-/// Different sizes; bytes that do not fill them.
+/// The pictures have different sizes, or their bytes do not fill them.
 pub fn compare(picture: &Picture, reference: &Picture, tolerance: Tolerance) -> Result<Comparison, CompareError> {
     for Picture { width, height, rgba } in [picture, reference] {
         if u64::from(*width) * u64::from(*height) * 4 != rgba.len() as u64 {
@@ -108,7 +102,7 @@ pub fn compare(picture: &Picture, reference: &Picture, tolerance: Tolerance) -> 
 /// Compares a picture with a reference in a PNG file.
 ///
 /// # Errors
-/// A reference that is missing or not readable; different sizes.
+/// The reference is missing or not readable, or has another size.
 pub fn compare_with_file(
     picture: &Picture,
     reference: &Path,

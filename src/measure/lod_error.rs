@@ -1,4 +1,4 @@
-//! How far the surface as drawn is from the full-resolution heights, in pixels: measured, not taken from the bound.
+//! Measured error of the drawn surface against the full-resolution heights, in pixels (not the bound).
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -11,12 +11,13 @@ use crate::surface::id::Kind;
 use crate::surface::{POSITION, SURFACE_ID};
 use crate::tiles::Terrain;
 
-/// Pixels looked at, at most; spread over the picture.
+/// Most pixels that are tested, spread over the picture.
 const SAMPLES: u32 = 2048;
 
-/// The largest projected error among pixels on a lattice over the picture that `frame` drew last: the height of the
-/// drawn position against the level-0 surface at the same place, |dz| · focal length / distance. Pixels of the sky,
-/// of meshes, beyond the extent and in voids do not count; none if no pixel does. Another `turn` shifts the lattice.
+/// Returns the largest projected error on a lattice of pixels of the picture that `renderer` drew last: the height of
+/// the drawn position against the level-0 surface at the same place, |dz| · focal length / distance. Pixels of the sky,
+/// of meshes, beyond the extent and in no-data areas are ignored; `None` if no pixel is left. `turn` shifts the
+/// lattice.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -35,7 +36,7 @@ pub fn largest_px(
     let ids: Vec<u32> = readback::read_as(gpu, surface_id, [0, 0], [width, height])?;
     let pixels = f64::from(width) * f64::from(height);
     let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;
-    // 5 and 7 have no factor in common with most strides: the lattice visits other pixels at every turn.
+    // 5 and 7 have no factor in common with most strides, so each turn visits other pixels.
     let [left, top] = [turn.wrapping_mul(5) % stride, turn.wrapping_mul(7) % stride];
     let lattice = (top..height)
         .step_by(stride as usize)
@@ -55,7 +56,7 @@ pub fn largest_px(
         })
         .filter(|drawn| drawn.grid.is_finite())
         .collect();
-    // By tiles, so that each is read once.
+    // Sorted by tile, so that each tile is read once.
     drawn.sort_by_key(Drawn::tile);
     let focal_px = view.focal_px();
     let ground = terrain.ground();
@@ -68,7 +69,7 @@ pub fn largest_px(
     Ok(errors_px.reduce_with(f64::max))
 }
 
-/// What a pixel shows.
+/// A tested pixel: its position on the grid, its height and its distance from the eye.
 struct Drawn {
     grid: DVec2,
     z_m: f64,
@@ -76,7 +77,7 @@ struct Drawn {
 }
 
 impl Drawn {
-    /// Row and column of the level-0 tile; far outside, any.
+    /// Returns row and column of the level-0 tile; arbitrary far outside.
     fn tile(&self) -> [i64; 2] {
         let side = f64::from(TILE_SAMPLES);
         [(self.grid.y / side).floor() as i64, (self.grid.x / side).floor() as i64]

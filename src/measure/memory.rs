@@ -1,6 +1,6 @@
-//! The memory of this process.
+//! Memory of this process.
 
-/// The resident memory of this process in bytes, as Linux tells it in `/proc/self/status`; none elsewhere.
+/// Returns the resident memory of this process in bytes, from Linux's `/proc/self/status`; `None` elsewhere.
 pub fn rss_bytes() -> Option<u64> {
     rss_in(&std::fs::read_to_string("/proc/self/status").ok()?)
 }

@@ -1,5 +1,5 @@
-//! What a drawing cost, how steady it is, and how far it is from another: statistics of runs, the report of a bench,
-//! comparison of pictures and of frames.
+//! Measurements: what a drawing costs, how steady it is, and how far two drawings differ. Statistics of runs, the
+//! report of a benchmark, comparison of pictures and of frames.
 
 pub mod image_compare;
 pub mod lod_error;

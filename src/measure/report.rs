@@ -1,4 +1,4 @@
-//! `report.json`: what a bench measured. What it did not measure is null, never 0.
+//! `report.json`: the results of a benchmark. What was not measured is null, never 0.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -9,162 +9,156 @@ use super::statistics::{FrameRecord, Percentiles, pass_names};
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
-/// Named numbers; names carry their units.
+/// Named numbers; the names include their units.
 pub type Metrics = BTreeMap<String, Option<f64>>;
 
-/// The whole report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The GPU and its driver.
     pub adapter: String,
     /// Width and height of the pictures, in pixels.
     pub size: [u32; 2],
-    /// What was flown over.
+    /// Size of the world.
     pub world: WorldSize,
-    /// One for each style and setting.
+    /// One run for each style and setting.
     pub runs: Vec<Run>,
 }
 
-/// How large the world is.
+/// The size of a world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct WorldSize {
-    /// The number of height samples at full resolution; null where the heights are computed.
+    /// Number of height samples at full resolution; null if the heights are procedural.
     pub samples: Option<u64>,
-    /// East and north, in metres.
+    /// Extent to the east and to the north, in metres.
     pub extent_m: [f64; 2],
 }
 
 /// One flight with one style.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
-    /// The name of the style.
+    /// Name of the style.
     pub style: String,
-    /// mono, side-by-side or anaglyph.
+    /// `mono`, `side-by-side` or `anaglyph`.
     pub eyes: String,
-    /// none or temporal.
+    /// `none` or `temporal`.
     pub antialias: String,
-    /// How many were drawn.
+    /// Number of frames drawn.
     pub frames: u64,
-    /// From the begin of a frame to its end, by the CPU's clock.
+    /// Time from the beginning of a frame to its end, by the CPU's clock.
     pub frame_ms: Option<Percentiles>,
-    /// A whole frame on the GPU.
+    /// Time of a whole frame on the GPU.
     pub gpu_ms: Option<Percentiles>,
-    /// Of a frame, what the frame thread spends on tiles and patches.
+    /// Time per frame that the frame thread spends on tiles and patches.
     pub prepare_ms: Option<Percentiles>,
-    /// Frames that took more than twice the median because of streaming: without what the frame thread spent on tiles
-    /// and patches beyond its median, they would not have.
+    /// Frames that took more than twice the median because of streaming: they would not have without the time beyond
+    /// the median that the frame thread spent on tiles and patches.
     pub hitches: Option<u64>,
-    /// In drawing order.
+    /// Passes in drawing order.
     pub passes: Vec<Pass>,
-    /// At the end of the run.
+    /// Memory at the end of the run.
     pub memory: Memory,
-    /// Over the whole run.
+    /// Tiles over the whole run.
     pub tiles: TileCounts,
-    /// Of the frames' largest projected errors; without frames that were late or over budget.
+    /// Percentiles of the frames' largest projected errors, without frames that were late or over budget.
     pub lod_error_px: Option<LodError>,
-    /// The error that the terrain's mesh was allowed in the frames: more than what was asked for where they were over
-    /// budget.
+    /// Percentiles of the error that the terrain's mesh was allowed: more than requested in frames over budget.
     pub allowed_error_px: Option<LodError>,
-    /// Frames in which the error that was asked for takes more triangles than a frame has.
+    /// Number of frames in which the requested error needs more triangles than a frame may have.
     pub over_budget_frames: Option<u64>,
-    /// In the median frame.
+    /// Median number of triangles per frame.
     pub triangles: Option<u64>,
-    /// In the median of the frames in which they were counted.
+    /// Median number of strokes, over the frames in which they were counted.
     pub strokes: Option<u64>,
-    /// What of the strokes found no room: the most of each in a frame.
+    /// Largest numbers of edges, segments and strokes that were left out of a frame for lack of room.
     pub strokes_left_out: Option<LeftOut>,
-    /// How steady the drawing is from frame to frame: [`super::temporal::TemporalTotals::metrics`].
+    /// Steadiness from frame to frame: [`super::temporal::TemporalTotals::metrics`].
     pub temporal: Option<Metrics>,
-    /// How well both eyes agree.
+    /// Agreement of the two eyes: [`super::stereo::StereoTotals::metrics`].
     pub stereo: Option<Metrics>,
 }
 
 /// A pass of the frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// As the profiler and `frame_passes.md` name it.
+    /// Name, as in the profiler and `frame_passes.md`.
     pub name: String,
-    /// Its time on the GPU in the frames that had it; null where the GPU has no timers.
+    /// GPU time in the frames that ran it; null if the GPU has no timestamp queries.
     pub gpu_ms: Option<PassTime>,
-    /// The frames that had it: some passes run now and then.
+    /// Number of frames that ran it: some passes do not run in every frame.
     pub frames: Option<u64>,
-    /// Its time on the GPU by the frame, over all frames of the run, also those that did not have it.
+    /// Mean GPU time per frame, over all frames of the run, including those without the pass.
     pub mean_ms: Option<f64>,
-    /// Bytes of the pictures and buffers that it reads in a frame, each whole and once; null where no frame was traced
-    /// that had it.
+    /// Bytes of the textures and buffers that it reads in a frame, each resource once at its full size; null if no
+    /// frame with it was traced.
     pub bytes_read: Option<u64>,
-    /// The same of what it writes.
+    /// Bytes of the textures and buffers that it writes, counted in the same way.
     pub bytes_written: Option<u64>,
 }
 
 /// Percentiles of a pass's time, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassTime {
-    /// The median.
     pub p50: f64,
-    /// 95 % of the frames took at most this.
+    /// The time that 95 % of the frames do not exceed.
     pub p95: f64,
-    /// 99 % of the frames took at most this.
+    /// The time that 99 % of the frames do not exceed.
     pub p99: f64,
 }
 
-/// What is held, in bytes.
+/// Memory in use, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
-    /// The tiles that are held on the GPU: the used part of the room that `gpu_bytes` has for them.
+    /// Tiles on the GPU: the used part of their share of `gpu_bytes`.
     pub tile_cache_bytes: Option<u64>,
-    /// Decoded tiles in memory.
+    /// Decoded tiles in main memory.
     pub cpu_tile_bytes: Option<u64>,
-    /// The whole process, resident: [`super::memory::rss_bytes`].
+    /// Resident memory of the process: [`super::memory::rss_bytes`].
     pub rss_bytes: Option<u64>,
 }
 
-/// What became of the tiles.
+/// Counts of tiles by outcome, and of late frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileCounts {
-    /// Read and brought to the GPU.
+    /// Tiles read and uploaded to the GPU.
     pub loaded: Option<u64>,
-    /// Given up for others.
+    /// Tiles replaced by others.
     pub evicted: Option<u64>,
-    /// No longer wanted before they were there.
+    /// Tiles no longer wanted before they arrived.
     pub cancelled: Option<u64>,
-    /// Not readable.
+    /// Tiles that could not be read.
     pub failed: Option<u64>,
-    /// Frames in which some of the terrain was coarser than its error allows.
+    /// Frames in which some terrain was coarser than its allowed error.
     pub late_frames: Option<u64>,
-    /// Those among them that were drawn more than a second after the start or after a jump.
+    /// Late frames that were drawn more than a second after the start or after a jump.
     pub late_frames_after_1s: Option<u64>,
-    /// From a jump of the camera (and from the opening of the world) until nothing is late.
+    /// Time from a jump of the camera (and from the opening of the world) until no frame is late.
     pub full_detail_ms: Option<FullDetail>,
 }
 
-/// How long the terrain takes to full detail, in milliseconds.
+/// Time until the terrain has full detail, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FullDetail {
-    /// Jumps, the opening included.
+    /// Number of jumps, including the opening.
     pub jumps: u64,
-    /// The median.
     pub p50: f64,
-    /// The longest. A jump before whose detail the next one came counts with that time.
+    /// Longest time. A jump that is followed by the next one before full detail counts with the time between them.
     pub max: f64,
 }
 
 /// Percentiles of the level-of-detail error, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LodError {
-    /// The median.
     pub p50: f64,
-    /// 99 % of the frames have at most this.
+    /// The error that 99 % of the frames do not exceed.
     pub p99: f64,
-    /// The largest.
     pub max: f64,
 }
 
 impl Run {
-    /// The statistics of a run's frames. Memory (also that of the passes), tiles (but for the late frames), temporal
-    /// and stereo are left unmeasured, for the caller to fill in.
+    /// Computes the statistics of a run's frames. Memory (also that of passes), tiles (except late frames), `temporal`
+    /// and `stereo` are left unmeasured, for the caller to fill in.
     pub fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
         let passes = pass_names(frames).into_iter().map(|name| {
             let times = frames.iter().flat_map(|frame| &frame.pass_gpu_ms).filter(|(pass, _)| pass == name);
@@ -173,14 +167,15 @@ impl Run {
             Pass {
                 name: name.to_owned(),
                 frames: gpu_ms.map(|_| times_ms.len() as u64),
-                // Picoseconds are not measured, and digits that say nothing do not survive a text.
+                // Picoseconds are beyond the timer's precision, and meaningless digits do not survive a round trip
+                // through text.
                 mean_ms: gpu_ms.map(|_| (times_ms.iter().sum::<f64>() / frames.len() as f64 * 1e6).round() / 1e6),
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
                 bytes_read: None,
                 bytes_written: None,
             }
         });
-        // A late frame makes no promise, and one over budget another.
+        // Late frames and frames over budget do not keep the requested error.
         let punctual = frames.iter().filter(|frame| frame.late != Some(true) && frame.over_budget != Some(true));
         let lod_error_px = Percentiles::of(punctual.filter_map(|frame| frame.lod_error_px));
         let prepare_ms = Percentiles::of(frames.iter().filter_map(|frame| frame.prepare_ms));
@@ -218,7 +213,7 @@ impl Run {
     }
 }
 
-/// See [`Run::hitches`].
+/// Computes [`Run::hitches`].
 fn hitches(frames: &[FrameRecord]) -> Option<u64> {
     let times: Vec<(f64, f64)> = frames.iter().filter_map(|frame| Some((frame.frame_ms?, frame.prepare_ms?))).collect();
     let frame_ms = Percentiles::of(times.iter().map(|(frame_ms, _)| *frame_ms))?.p50;
@@ -229,7 +224,7 @@ fn hitches(frames: &[FrameRecord]) -> Option<u64> {
     Some(times.iter().filter(is_hitch).count() as u64)
 }
 
-/// See [`TileCounts::late_frames_after_1s`].
+/// Computes [`TileCounts::late_frames_after_1s`].
 fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
     let (mut since_s, mut late) = (0.0, None);
     for frame in frames {
@@ -242,7 +237,7 @@ fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
     late
 }
 
-/// See [`TileCounts::full_detail_ms`].
+/// Computes [`TileCounts::full_detail_ms`].
 fn full_detail_ms(frames: &[FrameRecord]) -> Option<FullDetail> {
     let (mut times_ms, mut since_s) = (Vec::new(), None);
     let mut last_s = 0.0;
@@ -269,21 +264,24 @@ fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
 }
 
 impl Report {
-    /// A line for each run in which strokes found no room, or the terrain too few triangles.
+    /// Returns a line for each run in which strokes were left out, or in which the terrain was over its triangle
+    /// budget.
     pub fn warnings(&self) -> Vec<String> {
         let strokes = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);
-            Some(format!("{style}: in {frames} of {of} frames the surface was drawn to within {most:.2} px at most"))
+            Some(format!(
+                "{style}: {frames} of {of} frames were over the triangle budget; the allowed error rose to {most:.2} px"
+            ))
         };
         self.runs.iter().flat_map(|run| [strokes(run), terrain(run)]).flatten().collect()
     }
 
-    /// Writes `report.json`, whole or not at all.
+    /// Writes `report.json`, as a complete file or not at all.
     ///
     /// # Errors
-    /// A file that cannot be written.
+    /// The file cannot be written.
     pub fn write_json(&self, path: &Path) -> Result<(), FileError> {
         let mut json = serde_json::to_vec_pretty(self).map_err(|error| FileError::write(path, error))?;
         json.push(b'\n');

@@ -1,4 +1,4 @@
-//! `report.html`: the report for people. One page that needs nothing else: plots as SVG inside, no script, no network.
+//! `report.html`: the report for people. A self-contained page: plots as inline SVG, no scripts, no network.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
 use crate::file::{FileError, atomic};
 
-/// Colours that stand apart on light and on dark ground.
+/// Colours that are distinct on light and on dark backgrounds.
 const COLORS: [&str; 10] =
     ["#4269d0", "#d99a0b", "#ff725c", "#5bb3a0", "#3ca951", "#f072a5", "#a463f2", "#7ba5e8", "#9c6b4e", "#8f8b86"];
 
@@ -25,30 +25,30 @@ th:first-child, td:first-child { text-align: left; } .faint, th { color: var(--f
 .key { display: inline-block; width: .8em; height: .8em; margin: 0 .35em 0 1em; border-radius: 2px; }
 ";
 
-/// The plots' frame, in SVG units: width, left margin.
+/// Width and left margin of the plots, in SVG units.
 const WIDTH: f64 = 900.0;
 const LEFT: f64 = 48.0;
-/// The height of a line plot without its axis, and the places along x that it tells apart.
+/// Height of a line plot without its axis, and its horizontal resolution in columns.
 const PLOT_HEIGHT: f64 = 220.0;
 const COLUMNS: usize = 800;
 
-/// What the names of steadiness mean.
-const STEADINESS: &str = "Pairs of consecutive frames, followed by exact motion; what is not seen in both is masked. \
-    Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after (deaths). \
-    A stroke is born, or dies, when less than half of it goes on. Updates: frames that make strokes anew. Identity: line \
-    pixels that go on as other strokes only. Slip: how far the parameter along the same stroke moves under a place, in \
-    pixels per frame. E_warp: mean squared difference of encoded luminance, 0 to 1.";
+/// Explanation of the steadiness metrics.
+const STEADINESS: &str = "Pairs of consecutive frames, compared along exact motion; pixels not visible in both are \
+    masked. Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after \
+    (deaths). A stroke is born, or dies, when less than half of it continues. Updates: frames that rebuild strokes. \
+    Identity: line pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at \
+    a fixed place, in pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
 
-/// Writes `report.html`, whole or not at all. `frames` are the runs of the report, in its order; the plots along the
-/// path need them.
+/// Writes `report.html`, as a complete file or not at all. `frames` are the report's runs, in its order, for the plots
+/// along the path.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// The file cannot be written.
 pub fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> Result<(), FileError> {
     atomic::write(path, html(report, frames).as_bytes()).map_err(|error| FileError::write(path, error))
 }
 
-/// The page as text.
+/// Returns the page as text.
 pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     let [width_px, height_px] = report.size;
     let [east_m, north_m] = report.world.extent_m;
@@ -64,7 +64,7 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
     );
     let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
         plot(frames, value).map_or(String::new(), |svg| {
-            format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over seconds</p>\n{svg}")
+            format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over time in seconds</p>\n{svg}")
         })
     };
     page += &along("Frame time", "Milliseconds", |frame| frame.frame_ms);
@@ -77,13 +77,13 @@ pub fn html(report: &Report, frames: &[RunFrames]) -> String {
         page += &format!("<p class=\"warning\">{}</p>\n", escape(&line));
     }
     page += &metrics("Steadiness from frame to frame", STEADINESS, &report.runs, |run| run.temporal.as_ref());
-    page += &metrics("Agreement of both eyes", "", &report.runs, |run| run.stereo.as_ref());
-    page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – was not measured.</p>\n";
+    page += &metrics("Agreement between the two eyes", "", &report.runs, |run| run.stereo.as_ref());
+    page += "<p class=\"faint\">p50, p95 and p99 are percentiles over the frames; – means not measured.</p>\n";
     page += "</body></html>\n";
     page
 }
 
-/// A line for each run, with a key below; none if nothing was measured.
+/// Returns a plot with a line for each run and a key below; `None` if nothing was measured.
 fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<String> {
     let points: Vec<Vec<[f64; 2]>> = runs
         .iter()
@@ -115,7 +115,7 @@ fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<St
         svg += &format!("<text x=\"{:.1}\" y=\"{y}\" text-anchor=\"middle\">{}</text>\n", x_of(t_s), short(t_s));
     }
     for (run, points) in points.iter().enumerate().filter(|(_, points)| !points.is_empty()) {
-        // A long run has many frames in a column of the plot: its largest stands for it, so that no spike is lost.
+        // A long run has many frames per column of the plot: the largest is drawn, so that no spike is lost.
         let per_column = points.len().div_ceil(COLUMNS).max(1);
         let peaks = points.chunks(per_column).filter_map(|chunk| chunk.iter().max_by(|a, b| a[1].total_cmp(&b[1])));
         let line: Vec<String> = peaks.map(|&[t_s, value]| format!("{:.1},{:.1}", x_of(t_s), y_of(value))).collect();
@@ -130,8 +130,8 @@ fn plot(runs: &[RunFrames], value: fn(&FrameRecord) -> Option<f64>) -> Option<St
     Some(svg + &key(names))
 }
 
-/// A bar for each run, stacked from the means of its passes over all frames: what runs now and then counts for what it
-/// takes on average.
+/// Returns a bar for each run, stacked from the means of its passes over all frames, so a pass that does not run in
+/// every frame counts with its average.
 fn bars(runs: &[Run]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for pass in runs.iter().flat_map(|run| &run.passes) {
@@ -170,10 +170,7 @@ fn bars(runs: &[Run]) -> String {
     }
     svg += "</svg></div>\n";
     let names = names.iter().map(|&name| name.to_owned());
-    format!(
-        "<h2>Passes</h2>\n<p class=\"faint\">GPU time of each pass by the frame, on average</p>\n{svg}{}",
-        key(names)
-    )
+    format!("<h2>Passes</h2>\n<p class=\"faint\">Mean GPU time of each pass per frame</p>\n{svg}{}", key(names))
 }
 
 fn table(runs: &[Run]) -> String {
@@ -213,18 +210,18 @@ fn table(runs: &[Run]) -> String {
         ("tiles cancelled", |run| count(run.tiles.cancelled)),
         ("tiles failed", |run| count(run.tiles.failed)),
         ("late frames", |run| count(run.tiles.late_frames)),
-        ("late frames, later than 1 s after a jump", |run| count(run.tiles.late_frames_after_1s)),
+        ("late frames, more than 1 s after a jump", |run| count(run.tiles.late_frames_after_1s)),
         ("jumps", |run| count(run.tiles.full_detail_ms.map(|detail| detail.jumps))),
-        ("full detail after a jump ms, p50", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.p50))),
-        ("full detail after a jump ms, max", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.max))),
+        ("time to full detail after a jump ms, p50", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.p50))),
+        ("time to full detail after a jump ms, max", |run| run.tiles.full_detail_ms.map_or(none(), |ms| short(ms.max))),
         ("hitches", |run| count(run.hitches)),
-        ("tiles and patches on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
+        ("tile and patch work on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
     ];
     let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
     format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
 }
 
-/// What the passes of each run read and write; none if nothing was traced.
+/// Returns a table of what the passes of each run read and write; empty if nothing was traced.
 fn memory_by_pass(runs: &[Run]) -> String {
     let mut names: Vec<&str> = Vec::new();
     for pass in runs.iter().flat_map(|run| &run.passes).filter(|pass| pass.bytes_read.is_some()) {
@@ -243,8 +240,8 @@ fn memory_by_pass(runs: &[Run]) -> String {
     };
     let rows = names.iter().map(|name| ((*name).to_owned(), runs.iter().map(|run| cell(run, name)).collect()));
     format!(
-        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the pictures and buffers that a pass reads / writes in a \
-         frame, each whole and once</p>\n{}",
+        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the textures and buffers that a pass reads / writes in a \
+         frame; each resource counts once, at its full size</p>\n{}",
         grid(runs, rows)
     )
 }
@@ -260,7 +257,7 @@ fn metrics(title: &str, meaning: &str, runs: &[Run], of: fn(&Run) -> Option<&Met
     format!("<h2>{title}</h2>\n{meaning}{}", grid(runs, rows))
 }
 
-/// A table with a column for each run.
+/// Returns a table with a column for each run.
 fn grid(runs: &[Run], rows: impl Iterator<Item = (String, Vec<String>)>) -> String {
     let heads: String =
         runs.iter().map(|run| format!("<th>{}, {}</th>", escape(&run.style), escape(&run.eyes))).collect();
@@ -287,7 +284,7 @@ fn none() -> String {
     "–".to_owned()
 }
 
-/// Three digits that count, without an exponent; nothing below 1e-9.
+/// Formats a number with about three significant digits, without an exponent; much less than 1e-9 becomes 0.
 fn short(value: f64) -> String {
     let decimals = match value.abs() {
         size if size >= 100.0 || size == 0.0 => 0,
@@ -301,7 +298,7 @@ fn short(value: f64) -> String {
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// 1, 2 or 5 times a power of ten, at least `least`; 1 where that is 0.
+/// Returns 1, 2 or 5 times a power of ten, at least `least`; 1 if that is 0.
 fn nice_step(least: f64) -> f64 {
     if least <= 0.0 || !least.is_finite() {
         return 1.0;

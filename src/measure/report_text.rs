@@ -1,9 +1,8 @@
-//! The report on a terminal: a row for each run, with its ratio to the first; what strokes found no room; and a table
-//! of steadiness.
+//! The report for a terminal: a row for each run, with its ratio to the first run; warnings; and a table of steadiness.
 
 use super::report::{Report, Run};
 
-/// The heads of the columns.
+/// Headings of the columns.
 const HEADS: [&str; 12] = [
     "style",
     "frames",
@@ -19,7 +18,7 @@ const HEADS: [&str; 12] = [
     "late",
 ];
 
-/// The columns of steadiness: head, name of the number, what it is multiplied by, decimals.
+/// Columns of steadiness: heading, name of the metric, factor, decimals.
 const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("pairs", "pairs", 1.0, 0),
     ("lines %", "line_coverage", 100.0, 2),
@@ -35,7 +34,7 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("E_warp ×1e-6", "e_warp", 1e6, 1),
 ];
 
-/// The tables: what frames cost, and how steady they are where that was measured. – is what was not measured.
+/// Returns the tables: what frames cost, and how steady they are if that was measured. – is not measured.
 pub fn table(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
@@ -54,7 +53,7 @@ pub fn table(report: &Report) -> String {
     format!("{costs}\n{}", columns(std::iter::once(heads).chain(rows).collect()))
 }
 
-/// Rows of as many cells each, the first one to the left and the others to the right.
+/// Formats rows of equal length as a table; the first column is left-aligned, the others right-aligned.
 fn columns(rows: Vec<Vec<String>>) -> String {
     let widest = |column: usize| rows.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
     let widths: Vec<usize> = (0..rows.first().map_or(0, Vec::len)).map(widest).collect();

@@ -1,4 +1,4 @@
-//! Percentiles of a run, and the table of its frames.
+//! Percentiles of a run, and the CSV table of its frames.
 
 use std::path::Path;
 
@@ -7,79 +7,77 @@ use serde::{Deserialize, Serialize};
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
-/// Percentiles by nearest rank: each is one of the values measured.
+/// Percentiles by nearest rank: each is one of the measured values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Percentiles {
-    /// The median.
     pub p50: f64,
-    /// 95 % of the values are at most this.
+    /// The value that 95 % of the values do not exceed.
     pub p95: f64,
-    /// 99 % of the values are at most this.
+    /// The value that 99 % of the values do not exceed.
     pub p99: f64,
-    /// The largest.
     pub max: f64,
 }
 
 impl Percentiles {
-    /// Of the finite values among these; none if there are none.
+    /// Returns the percentiles of the finite values; `None` if there are none.
     pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
-        // In integers: 0.95 × 20 must be rank 19.
+        // With integers, because 0.95 × 20 must give rank 19 exactly.
         let at = |percent: usize| values.get((values.len() * percent).div_ceil(100).saturating_sub(1)).copied();
         Some(Self { p50: at(50)?, p95: at(95)?, p99: at(99)?, max: at(100)? })
     }
 }
 
-/// What was measured of one frame; none is what was not.
+/// The measurements of one frame; `None` is not measured.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct FrameRecord {
-    /// Counted from 0.
+    /// Number of the frame, from 0.
     pub frame: u64,
-    /// The time on the camera path, in seconds.
+    /// Time on the camera path, in seconds.
     pub t_s: f64,
-    /// From the begin of the frame to its end, as the CPU's clock sees it.
+    /// Time from the beginning of the frame to its end, by the CPU's clock.
     pub frame_ms: Option<f64>,
-    /// The time of the whole frame on the GPU.
+    /// Time of the whole frame on the GPU.
     pub gpu_ms: Option<f64>,
-    /// The time of each pass on the GPU, in milliseconds, under its own name and in drawing order.
+    /// GPU time of each pass in milliseconds, by name and in drawing order.
     pub pass_gpu_ms: Vec<(String, f64)>,
-    /// The largest projected error of the terrain in this frame, in pixels.
+    /// Largest projected error of the terrain, in pixels.
     pub lod_error_px: Option<f64>,
-    /// Triangles drawn.
+    /// Number of drawn triangles.
     pub triangles: Option<u64>,
-    /// Strokes drawn.
+    /// Number of drawn strokes.
     pub strokes: Option<u64>,
-    /// What of the strokes found no room.
+    /// Numbers of edges, segments and strokes that were left out for lack of room.
     pub strokes_left_out: Option<LeftOut>,
-    /// Tiles that arrived during the frame.
+    /// Number of tiles that arrived during the frame.
     pub tiles_loaded: Option<u64>,
-    /// Whether some of the terrain was coarser than its error allows: tiles were on their way.
+    /// Whether some terrain was coarser than its allowed error because tiles were still loading.
     pub late: Option<bool>,
-    /// The error that the terrain's mesh was allowed, in pixels: what was asked for, or more.
+    /// Allowed error of the terrain's mesh, in pixels: the requested error, or more if over budget.
     pub allowed_error_px: Option<f64>,
-    /// Whether it was more, because what was asked for takes more triangles than a frame has.
+    /// Whether the allowed error was raised, because the requested one needs more triangles than a frame may have.
     pub over_budget: Option<bool>,
-    /// What the frame thread spent on tiles and patches.
+    /// Time that the frame thread spent on tiles and patches.
     pub prepare_ms: Option<f64>,
     /// Whether the camera jumped to this frame.
     pub jumped: Option<bool>,
-    /// The time since the run began, by the clock on the wall, when the frame was done.
+    /// Wall-clock time from the start of the run to the end of the frame.
     pub wall_s: Option<f64>,
 }
 
 /// The frames of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct RunFrames {
-    /// The name of the style.
+    /// Name of the style.
     pub style: String,
-    /// mono, side-by-side or anaglyph.
+    /// `mono`, `side-by-side` or `anaglyph`.
     pub eyes: String,
-    /// In time order.
+    /// Frames in order of time.
     pub frames: Vec<FrameRecord>,
 }
 
-/// Names in the order in which they first appear.
+/// Returns the names of passes in order of their first appearance.
 pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) -> Vec<&'a str> {
     let mut names: Vec<&str> = Vec::new();
     for (name, _) in frames.into_iter().flat_map(|frame| &frame.pass_gpu_ms) {
@@ -90,11 +88,11 @@ pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) 
     names
 }
 
-/// Writes one line per frame of all runs, whole or not at all. After the fixed columns stands one `gpu_ms.PASS` for
-/// each pass; what was not measured is empty.
+/// Writes a row for each frame of all runs, as a complete file or not at all. After the fixed columns there is a column
+/// `gpu_ms.PASS` for each pass. What was not measured is empty.
 ///
 /// # Errors
-/// A file that cannot be written.
+/// The file cannot be written.
 pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError> {
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());

@@ -1,26 +1,27 @@
-//! How well the drawings of two eyes agree.
+//! Agreement of the drawings of two eyes.
 //!
-//! Both eyes see one world at one time, so where a pixel of one eye lies in the other is known exactly; it is found as
-//! between two frames ([`super::temporal`]). What one eye does not see counts for nothing. From the rest come
+//! Both eyes see the same world at the same time, so where a pixel of one eye is in the other is known exactly; it is
+//! computed as between two frames ([`super::temporal`]). What only one eye sees is ignored. The measures are
 //!
-//! - *orphans*: ink of lines that the other eye lacks within [`REACH_PX`], of all ink. A faint pixel counts for as much
-//!   as it has ink, and needs no threshold;
-//! - *correlation of ink*, of lines and of marks: Pearson's, of the ink at a pixel and at its place in the other eye.
-//!   Of lines, pixels count where either eye has a line; of marks, all pixels of the surface. Places lie between
-//!   pixels, and a thin line that is fetched from there is blurred; so the ink of both eyes is first spread over
-//!   3 × 3 pixels (1 2 1 in each direction);
-//! - *identity* and *width* of strokes: pixels along their middles that go on in the other eye, but not as the same stroke within
-//!   [`REACH_PX`]; and those that do, with another width there (by more than [`SAME_WIDTH`]);
-//! - *coverage*: line pixels of each eye, for a comparison with one eye alone.
+//! - *orphans*: ink of lines that the other eye lacks within [`REACH_PX`], of all ink. Each pixel counts with its ink,
+//!   so no threshold is needed;
+//! - *correlation of ink*, of lines and of marks: Pearson's correlation of the ink at a pixel and at its place in the
+//!   other eye. For lines, pixels count where either eye has a line; for marks, all pixels of surfaces. Places are
+//!   between pixels, and interpolation blurs thin lines, so the ink of both eyes is first spread over 3 × 3 pixels
+//!   (1 2 1 in each direction);
+//! - *identity* and *width* of strokes: of pixels along the centre lines of strokes that continue in the other eye,
+//!   those that do not continue as the same stroke within [`REACH_PX`]; and of the others, those with another width
+//!   there (by more than [`SAME_WIDTH`]);
+//! - *coverage*: line pixels of each eye, for comparison with a single eye.
 
 use super::report::Metrics;
 use super::temporal::follow::{Follower, SurfaceOfFrame, Whose};
 use super::temporal::lines::Fates;
 use super::temporal::{DrawnFrame, LINE_INK, Share, TemporalError};
 
-/// A line has a partner if the other eye has ink within this distance.
+/// A line has a counterpart if the other eye has ink within this distance.
 pub const REACH_PX: f64 = 2.0;
-/// Two widths are the same if they differ by no more than this share.
+/// Two widths are equal if they differ by no more than this share.
 pub const SAME_WIDTH: f32 = 0.05;
 
 /// Sums over pairs of values, for their correlation.
@@ -33,7 +34,6 @@ pub struct Correlation {
 }
 
 impl Correlation {
-    /// Takes a pair.
     pub fn add(&mut self, a: f64, b: f64) {
         self.count += 1.0;
         self.sums = [self.sums[0] + a, self.sums[1] + b];
@@ -41,7 +41,7 @@ impl Correlation {
         self.products += a * b;
     }
 
-    /// Pearson's; none where either side does not vary.
+    /// Returns Pearson's correlation; `None` if either side does not vary.
     pub fn value(&self) -> Option<f64> {
         let spread = |i: usize| self.count * self.squares[i] - self.sums[i] * self.sums[i];
         let both = (spread(0) * spread(1)).sqrt();
@@ -49,13 +49,13 @@ impl Correlation {
     }
 }
 
-/// How two eyes agree, summed over pairs of pictures.
+/// Sums over pairs of pictures of two eyes.
 #[derive(Clone, Debug, Default)]
 pub struct StereoTotals {
     pairs: u64,
     has_lines: bool,
     has_strokes: bool,
-    /// Of the left eye, of the right one.
+    /// For the left eye and for the right one.
     orphans: [Share; 2],
     coverage: Share,
     masked: Share,
@@ -67,10 +67,10 @@ pub struct StereoTotals {
 }
 
 impl StereoTotals {
-    /// Holds the pictures of two eyes against each other.
+    /// Compares the pictures of two eyes and adds the result.
     ///
     /// # Errors
-    /// [`TemporalError::Size`] when the pictures do not have the pixels of one size.
+    /// [`TemporalError::Size`] if the pictures have different sizes, or pixels that do not fill them.
     pub fn add(&mut self, left: &DrawnFrame, right: &DrawnFrame) -> Result<(), TemporalError> {
         if left.view.part.size_px != right.view.part.size_px || !left.is_whole() || !right.is_whole() {
             return Err(TemporalError::Size);
@@ -108,7 +108,7 @@ impl StereoTotals {
             if !fate.is_line() || id == 0 || there.line.is_none() {
                 continue;
             }
-            // Lines lie close to each other: the stroke itself is looked for, not whichever is nearest.
+            // Lines are close to each other: look for the stroke itself, not for the nearest one.
             let around = follower.to.within(there.place, REACH_PX).map(|(at, _)| at);
             let mut same = around.filter(|at| strokes_there.id[*at] == id && ink_there[*at] > 0.0).peekable();
             self.other_identity += Share { part: f64::from(u8::from(same.peek().is_none())), whole: 1.0 };
@@ -120,17 +120,17 @@ impl StereoTotals {
         }
     }
 
-    /// The numbers for a report; none before the first pair. What could not be measured is null:
+    /// Returns the numbers for a report; `None` before the first pair. What could not be measured is null:
     ///
     /// | name | |
     /// | --- | --- |
-    /// | `pairs` | how many pairs of pictures |
-    /// | `orphans_left`, `orphans_right`, `orphans` | ink of lines that the other eye should have and has not, of all ink that both could have; and the mean |
+    /// | `pairs` | number of pairs of pictures |
+    /// | `orphans_left`, `orphans_right`, `orphans` | ink of lines that the other eye should have and lacks, of all ink that both could have; and the mean |
     /// | `line_coverage` | line pixels, of all pixels |
     /// | `line_masked` | line pixels that the other eye does not see, of all line pixels: they count for nothing else |
-    /// | `line_correlation`, `mark_correlation` | of the ink of both eyes |
-    /// | `picture_correlation` | of the luma of both eyes, where both see the surface |
-    /// | `other_identity`, `other_width` | line pixels of strokes that are other strokes for the other eye, and the same of another width |
+    /// | `line_correlation`, `mark_correlation` | correlation of the ink of both eyes |
+    /// | `picture_correlation` | correlation of the luma of both eyes, where both see a surface |
+    /// | `other_identity`, `other_width` | line pixels of strokes that are other strokes in the other eye; and those of the same stroke with another width |
     pub fn metrics(&self) -> Option<Metrics> {
         let [left, right] = self.orphans.map(Share::value);
         let metrics = [
@@ -150,7 +150,7 @@ impl StereoTotals {
     }
 }
 
-/// Where an eye has ink of lines that the other one lacks, pixel by pixel; none where either has no lines.
+/// Returns the ink of lines that an eye has and the other one lacks, pixel by pixel; `None` if either has no lines.
 pub fn orphans(own: &DrawnFrame, other: &DrawnFrame) -> Option<Vec<f32>> {
     let (ink, ink_there) = own.ink.as_ref().zip(other.ink.as_ref())?;
     let seen = [SurfaceOfFrame::new(own), SurfaceOfFrame::new(other)];
@@ -162,7 +162,7 @@ pub fn orphans(own: &DrawnFrame, other: &DrawnFrame) -> Option<Vec<f32>> {
     Some(lacking)
 }
 
-/// What both eyes have on the surface that both see.
+/// Adds both eyes' values on surfaces that both see.
 fn correlate(sums: &mut Correlation, follower: &Follower<'_>, own: &[f32], other: &[f32]) {
     let (soft, soft_there) = (spread(own, follower.from.width()), spread(other, follower.to.width()));
     for (pixel, value) in soft.iter().enumerate().filter(|(pixel, _)| follower.from.is_surface(*pixel)) {
@@ -172,7 +172,7 @@ fn correlate(sums: &mut Correlation, follower: &Follower<'_>, own: &[f32], other
     }
 }
 
-/// A picture, each pixel spread over 3 × 3 by 1 2 1 in each direction; the outermost ones go on.
+/// Spreads each pixel over 3 × 3 by 1 2 1 in each direction; beyond the border the outermost pixels continue.
 fn spread(picture: &[f32], width: usize) -> Vec<f32> {
     let height = picture.len() / width;
     let rows: Vec<f32> = (0..picture.len())

@@ -1,24 +1,24 @@
-//! How steady a drawing is from frame to frame, whatever its lines are made of.
+//! Steadiness of a drawing from frame to frame, for any kind of lines.
 //!
-//! Two frames that follow each other are held against each other in both directions. The world stands still, so where
-//! a pixel of one frame lies in the other is known exactly (`follow`); what is not seen in both is masked. A **line
-//! pixel** has ink of at least [`LINE_INK`]; the line goes on where the other frame has a line pixel within
-//! [`REACH_PX`] of its place. From this come
+//! Two consecutive frames are compared in both directions. The world does not move, so where a pixel of one frame is in
+//! the other is known exactly (`follow`); what is not visible in both is masked. A **line pixel** has ink of at least
+//! [`LINE_INK`]; the line continues where the other frame has a line pixel within [`REACH_PX`] of its place. The measures
+//! are
 //!
-//! - *flicker*: the share of line pixels that do not go on, of those that are not masked; births are seen from the
-//!   later frame, deaths from the earlier one. In the ink-weighted form a pixel counts with the ink that the other
-//!   frame lacks within the same reach, and needs no threshold;
-//! - *births and deaths of strokes*: strokes of which less than half goes on;
-//! - *change of identity*: line pixels that go on as strokes of other identities, and not as their own;
-//! - *slip*: how far the parameter along a stroke (what a texture is laid by) moved under a place (`parameter`);
-//! - *E_warp*: the mean squared difference between the later picture and the earlier one, bilinearly fetched from where
+//! - *flicker*: the share of line pixels that do not continue, of those that are not masked; births are measured from
+//!   the later frame, deaths from the earlier one. In the ink-weighted form a pixel counts with the ink that the other
+//!   frame lacks within the same reach, and no threshold is needed;
+//! - *births and deaths of strokes*: strokes of which less than half continues;
+//! - *change of identity*: line pixels that continue as strokes of other identities, and not as their own;
+//! - *slip*: how far the parameter along a stroke (by which a texture is mapped) moved at a fixed point (`parameter`);
+//! - *E_warp*: the mean squared difference between the later picture and the earlier one, read bilinearly from where
 //!   each pixel was.
 //!
-//! All of them are cheap for an empty page: line coverage stands beside them ([`TemporalTotals::metrics`]).
+//! An empty page scores well in all of them, so line coverage is reported with them ([`TemporalTotals::metrics`]).
 //!
 //! E_warp is the warping error of Lai et al. 2018 (Learning Blind Video Temporal Consistency, section 4) with exact
-//! motion in the place of an estimate. Paper grain is fixed to the sheet and not to the world: E_warp counts it as a
-//! change, since eyes do.
+//! motion instead of an estimate. Paper grain is fixed to the page and not to the world: E_warp counts it as a change,
+//! as a viewer sees it.
 //!
 //! Why: `docs/decisions/temporal-steadiness.md`.
 
@@ -39,62 +39,60 @@ pub use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_o
 pub use self::totals::TemporalTotals;
 use crate::scene::view::View;
 
-/// A pixel with at least this much ink is a line pixel: faint strokes of the far distance have 0.15.
+/// Least ink of a line pixel: faint strokes in the far distance have 0.15.
 pub const LINE_INK: f32 = 0.1;
-/// A line goes on if the other frame has one within this distance.
+/// A line continues if the other frame has one within this distance.
 pub const REACH_PX: f64 = 1.5;
-/// Of a stroke that goes on, at least this share of its line pixels does.
+/// Least share of a stroke's line pixels that continue if the stroke continues.
 pub const HELD_SHARE: f64 = 0.5;
 
-/// What a frame drew, read back. All pictures are row by row, of `view.part.size_px`.
+/// What a frame drew, read back. All pictures are stored row by row, with `view.part.size_px` pixels.
 #[derive(Clone, Debug)]
 pub struct DrawnFrame {
-    /// The eye.
+    /// View of the eye.
     pub view: View,
-    /// What positions count from in the world: the origin of the rig that the eye belongs to.
+    /// Origin of positions in the world: that of the rig.
     pub origin_m: DVec3,
-    /// Metres from the origin (east, north, up); the fourth is the distance along the view axis, and 0 is the sky.
+    /// Metres from the origin (east, north, up), and the distance along the view axis, which is 0 for the sky.
     pub position: Vec<[f32; 4]>,
-    /// Ink of lines and strokes, 0 to 1; none where a style draws no lines.
+    /// Ink of lines and strokes, 0 to 1; `None` if the style draws no lines.
     pub ink: Option<Vec<f32>>,
-    /// Of a style with strokes.
+    /// Strokes at each pixel, in styles with strokes.
     pub strokes: Option<StrokePictures>,
-    /// The middles of strokes, of an eye of a pair.
+    /// Centre lines of strokes, for an eye of a stereo pair.
     pub centres: Option<StrokePictures>,
-    /// Ink of marks, of hatching and of rows, 0 to 1; none where a style has neither.
+    /// Ink of marks of hatching and of rows, 0 to 1; `None` if the style has neither.
     pub marks: Option<Vec<f32>>,
-    /// sRGB-encoded luminance of the final picture: 0 black to 1 white.
+    /// sRGB-encoded luminance of the final picture, 0 black to 1 white.
     pub luma: Vec<f32>,
 }
 
-/// Which strokes lie where. Row by row, as the frame's other pictures.
+/// The stroke at each pixel, row by row like the frame's other pictures.
 #[derive(Clone, Debug)]
 pub struct StrokePictures {
-    /// A stroke's identity; 0 is none.
+    /// Identity of the stroke; 0 is none.
     pub id: Vec<u32>,
-    /// Its parameter in pixels at the pixel's centre; NaN where there is none.
+    /// Parameter along the stroke at the pixel's centre, in pixels; NaN if there is none.
     pub along_px: Vec<f32>,
-    /// Its half width at full pressure; NaN where there is none.
+    /// Half width of the stroke at full pressure; NaN if there is none.
     pub half_width_px: Vec<f32>,
-    /// Its distance along the view axis; NaN where there is none.
+    /// Distance along the view axis; NaN if there is none.
     pub depth_m: Vec<f32>,
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
-    /// The frame made its strokes anew (an update); else it moved those of the frame before.
+    /// Whether the frame rebuilt its strokes (an update); otherwise it moved those of the previous frame.
     pub made_anew: bool,
 }
 
-/// A part of a whole: a number that can be summed over frames before it becomes a share.
+/// Part and whole of a share, kept apart so that shares can be summed over frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Share {
-    /// How much of it.
     pub part: f64,
-    /// All of it.
     pub whole: f64,
 }
 
 impl Share {
-    /// The quotient; none of nothing.
+    /// Returns part / whole; `None` if the whole is 0.
     pub fn value(self) -> Option<f64> {
         (self.whole > 0.0).then(|| self.part / self.whole)
     }
@@ -112,61 +110,61 @@ impl std::ops::AddAssign for Share {
 pub struct LineChange {
     /// Line pixels that cannot be followed, of all line pixels.
     pub masked: Share,
-    /// Line pixels that do not go on, of those that can be followed.
+    /// Line pixels that do not continue, of those that can be followed.
     pub lone: Share,
     /// Ink that the other frame lacks, of all ink that can be followed.
     pub lone_ink: Share,
 }
 
-/// Lines of two frames.
+/// Measurements of the lines of two frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineMeasures {
     /// Line pixels, of all pixels of the later frame.
     pub coverage: Share,
-    /// From the later frame to the earlier one.
+    /// Changes from the later frame to the earlier one.
     pub births: LineChange,
-    /// From the earlier frame to the later one.
+    /// Changes from the earlier frame to the later one.
     pub deaths: LineChange,
 }
 
-/// Strokes of two frames.
+/// Measurements of the strokes of two frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct StrokeMeasures {
-    /// Strokes that were not there before, of the later frame's strokes that can be followed.
+    /// Strokes that did not exist before, of the later frame's strokes that can be followed.
     pub born: Share,
-    /// Strokes that are there no more, of the earlier frame's strokes that can be followed.
+    /// Strokes that no longer exist, of the earlier frame's strokes that can be followed.
     pub died: Share,
-    /// Line pixels that were of other strokes only, of those that go on; none where identities do not last.
+    /// Line pixels that belonged only to other strokes, of those that continue; `None` if identities do not persist.
     pub identity_change: Option<Share>,
-    /// Of each line pixel that was of the same stroke before: how far the parameter moved, in pixels.
+    /// For each line pixel that belonged to the same stroke before, how far the parameter moved, in pixels.
     pub slips_px: Vec<f32>,
-    /// The later frame made its strokes anew.
+    /// Whether the later frame rebuilt its strokes.
     pub made_anew: bool,
 }
 
-/// What two frames tell.
+/// Measurements of two consecutive frames.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PairMeasures {
-    /// None where one of them has no lines.
+    /// Lines; `None` if one of the frames has none.
     pub lines: Option<LineMeasures>,
-    /// None where one of them has no strokes.
+    /// Strokes; `None` if one of the frames has none.
     pub strokes: Option<StrokeMeasures>,
-    /// The sum of squared differences of luma, and the pixels of the later frame that can be followed.
+    /// Sum of squared differences of luma, and number of pixels of the later frame that can be followed.
     pub e_warp: Share,
 }
 
-/// Why two frames cannot be held against each other.
+/// Why two frames cannot be compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TemporalError {
-    /// Pictures of different sizes, or pixels that do not fill them.
+    /// The pictures have different sizes, or pixels that do not fill them.
     #[error("the pictures of two frames have different sizes")]
     Size,
 }
 
-/// Holds two frames that follow each other against each other.
+/// Compares two consecutive frames.
 ///
 /// # Errors
-/// [`TemporalError::Size`] when the pictures do not have the pixels of one size.
+/// [`TemporalError::Size`] if the pictures have different sizes, or pixels that do not fill them.
 pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, TemporalError> {
     if before.view.part.size_px != now.view.part.size_px || !before.is_whole() || !now.is_whole() {
         return Err(TemporalError::Size);
@@ -198,7 +196,7 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
 }
 
 impl DrawnFrame {
-    /// Whether all pictures have the pixels of one size.
+    /// Whether all pictures have the same number of pixels, that of the view.
     pub(super) fn is_whole(&self) -> bool {
         let [width, height] = self.view.part.size_px.map(|side| side as usize);
         let pixels = width * height;
@@ -211,10 +209,10 @@ impl DrawnFrame {
     }
 }
 
-/// See [`PairMeasures::e_warp`].
+/// Computes [`PairMeasures::e_warp`].
 fn e_warp(back: &Follower<'_>, before: &DrawnFrame, now: &DrawnFrame) -> Share {
     let squared = |pixel: usize| {
-        // The ink beside an edge moves with what it outlines.
+        // Ink next to an edge moves with what it outlines.
         let has_ink = now.ink.as_ref().is_some_and(|ink| ink[pixel] >= LINE_INK);
         let place = back.place(pixel, if has_ink { Whose::Line } else { Whose::Surface })?;
         let difference = f64::from(now.luma[pixel]) - back.to.bilinear(&before.luma, place);

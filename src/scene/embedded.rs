@@ -1,5 +1,5 @@
-//! What lies inside the program: the scenes and camera paths of `terrain/`, with the models that they name. An
-//! installed program has them without its sources. A file of the same name comes first.
+//! Built-in scenes and camera paths: those of `terrain/`, with the models that they name, compiled into the program so
+//! that an installed program has them. A file of the same name takes precedence.
 
 use std::path::Path;
 
@@ -8,17 +8,17 @@ use super::scene_file::SceneError;
 use crate::mesh::{Mesh, MeshError, obj};
 use crate::source::{Progress, Silent};
 
-/// A scene inside the program.
+/// A built-in scene.
 #[derive(Debug, PartialEq)]
 pub struct EmbeddedScene {
-    /// As WORLD names it.
+    /// Its name, as given for WORLD on the command line.
     pub name: &'static str,
     text: &'static str,
-    /// The models that lie beside it, by their names there.
+    /// Its models, as (file name, OBJ text).
     models: &'static [(&'static str, &'static str)],
 }
 
-/// All of them, by name.
+/// All built-in scenes, sorted by name.
 pub static SCENES: [EmbeddedScene; 4] = [
     EmbeddedScene { name: "continent", text: include_str!("../../terrain/continent.toml"), models: &[] },
     EmbeddedScene { name: "continent_small", text: include_str!("../../terrain/continent_small.toml"), models: &[] },
@@ -30,7 +30,7 @@ pub static SCENES: [EmbeddedScene; 4] = [
     },
 ];
 
-/// The camera paths inside the program, by name.
+/// The built-in camera paths, sorted by name.
 pub const PATHS: [(&str, &str); 4] = [
     ("ascent", include_str!("../../terrain/paths/ascent.csv")),
     ("teleport", include_str!("../../terrain/paths/teleport.csv")),
@@ -38,33 +38,33 @@ pub const PATHS: [(&str, &str); 4] = [
     ("valley", include_str!("../../terrain/paths/valley.csv")),
 ];
 
-/// The scene that a WORLD names, where there is no file of that name.
+/// Returns the scene that WORLD names, unless a file of that name exists.
 pub fn scene(world: &str) -> Option<&'static EmbeddedScene> {
     let found = SCENES.iter().find(|scene| scene.name == world)?;
     is_free(world.as_ref()).then_some(found)
 }
 
-/// The camera path that is meant, where there is no file of that name.
+/// Returns the text of the camera path of that name, unless a file of that name exists.
 pub fn path(name: &Path) -> Option<&'static str> {
     let (_, text) = PATHS.iter().find(|(known, _)| Path::new(known) == name)?;
     is_free(name).then_some(text)
 }
 
 fn is_free(name: &Path) -> bool {
-    // What cannot be looked at may be there.
+    // If this cannot be checked, assume that the file exists.
     !name.try_exists().unwrap_or(true)
 }
 
-/// For messages: what a name without a file could have been.
+/// Returns the names of all built-in scenes, for messages.
 pub fn scene_names() -> String {
     SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
 }
 
 impl EmbeddedScene {
-    /// What it says.
+    /// Parses the scene.
     ///
     /// # Errors
-    /// None that a test would let through.
+    /// None in practice: a test parses every built-in scene.
     pub fn read(&'static self) -> Result<Scene, SceneError> {
         let scene = Scene::parse(Path::new(self.name), self.text)?;
         Ok(Scene { file: None, embedded: Some(self), ..scene })
@@ -76,7 +76,7 @@ impl EmbeddedScene {
 }
 
 impl Scene {
-    /// A model of the scene: from its file, or from the program where the scene is from there.
+    /// Reads a model of the scene: from its file, or from the program if the scene is built in.
     ///
     /// # Errors
     /// [`MeshError::Read`].
@@ -84,7 +84,7 @@ impl Scene {
         self.read_mesh_with(file, &Silent)
     }
 
-    /// As [`Scene::read_mesh`], with progress for long files.
+    /// Reads a model like [`Scene::read_mesh`], with progress for long files.
     ///
     /// # Errors
     /// [`MeshError::Read`].
@@ -120,7 +120,7 @@ mod tests {
         for EmbeddedScene { name, .. } in &SCENES {
             let scene = scene(name).unwrap().read().unwrap();
             for mesh in &scene.meshes {
-                // Beside the tests there is no such file: it can only come from inside.
+                // The working directory of tests has no such file: it can only come from the program.
                 assert!(!mesh.file.exists(), "{}", mesh.file.display());
                 assert!(!scene.read_mesh(&mesh.file).unwrap().triangles.is_empty());
             }

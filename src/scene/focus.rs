@@ -1,8 +1,8 @@
-//! The focus of a picture: a place, a distance or a part of the sheet about which everything has its full contrast.
+//! The focus of a picture: a place, a distance or a region of the page around which everything has full contrast.
 //!
-//! Draughtsmen give one place the darkest darks, the sharpest edges and the most detail, and hold back around it. What
-//! is left of contrast at a distance d from the focus is 1 − strength · (1 − exp(−(d / extent − 1)²)), and all of it
-//! within `extent`. It is a function of the place alone, so it does not flicker as the camera moves. The GPU's side is
+//! Draughtsmen give one place the darkest darks, the sharpest edges and the most detail, and hold back around it. The
+//! remaining contrast at a distance d from the focus is 1 − strength · (1 − exp(−(d / extent − 1)²)), and 1 within
+//! `extent`. It depends on the position alone, so it does not flicker as the camera moves. The GPU implementation is
 //! `shaders/shared/focus.wgsl`. Why: `docs/decisions/focus.md`.
 
 use glam::{DVec2, DVec3};
@@ -15,59 +15,59 @@ pub use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
 use crate::gpu::wgsl::shared::focus::{AT_DISTANCE, AT_PLACE, NO_FOCUS, ON_PICTURE, THINNER};
 use crate::gpu::wgsl::shared::view::View as ViewUniform;
 
-/// Where the strongest contrast is.
+/// Where contrast is strongest, and how it falls off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Focus {
-    /// What it is about.
+    /// The centre of the focus.
     pub about: FocusAbout,
-    /// Full contrast reaches so far: in metres, or on the picture in parts of its height. More than 0.
+    /// Radius of full contrast: in metres, or in picture heights for [`FocusAbout::Picture`]. Greater than 0.
     pub extent: f64,
-    /// How much of the contrast is gone far from it, 0 to 1.
+    /// Share of the contrast that is lost far from the focus, 0 to 1.
     pub strength: f64,
 }
 
-/// What a focus is about.
+/// The centre of a focus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FocusAbout {
     /// A distance from the eye.
     Distance {
-        /// More than 0.
+        /// Distance in metres, greater than 0.
         distance_m: f64,
     },
-    /// A place on the picture.
+    /// A point of the picture.
     Picture {
-        /// From the upper left corner, in parts of its width and of its height.
+        /// Position from the upper left corner, in fractions of width and height.
         at: DVec2,
     },
     /// A place in the world.
     Place {
-        /// East, north and up; in the light of a frame from the origin of its rig, on the bent earth.
+        /// East, north and up, in metres; in a frame's light relative to the rig's origin, on the curved earth.
         at_m: DVec3,
-        /// Whether it matters how high a place lies.
+        /// Whether height counts in the distance from the place.
         has_height: bool,
-        /// Unit: away from the earth's centre.
+        /// Unit vector away from the earth's centre.
         up: DVec3,
     },
 }
 
-/// The focus of a scene: a place, and what a scene says of it.
+/// The focus of a scene: a place and its fall-off.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SceneFocus {
-    /// East and north in the world's metres.
+    /// East and north in the world's frame, in metres.
     pub place_m: DVec2,
-    /// None means that any height is in the focus.
+    /// Height in metres; `None` puts every height above the place into the focus.
     pub height_m: Option<f64>,
-    /// Full contrast reaches so far; more than 0.
+    /// Radius of full contrast in metres, greater than 0.
     pub radius_m: f64,
-    /// How much of the contrast is gone far from it, 0 to 1.
+    /// Share of the contrast that is lost far from the place, 0 to 1.
     pub strength: f64,
 }
 
-/// How much of the contrast is gone where a scene does not say it.
+/// Default share of the contrast that is lost far from the focus.
 pub const STRENGTH: f64 = 0.7;
 
 impl std::fmt::Display for SceneFocus {
-    /// As [`SceneFocus`] is read.
+    /// Writes `EAST,NORTH,RADIUS,STRENGTH`, which can be parsed again.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let Self { place_m, radius_m, strength, .. } = self;
         write!(f, "{},{},{radius_m},{strength}", place_m.x, place_m.y)
@@ -77,10 +77,10 @@ impl std::fmt::Display for SceneFocus {
 impl std::str::FromStr for SceneFocus {
     type Err = String;
 
-    /// `EAST,NORTH,RADIUS`, and maybe a strength.
+    /// Parses `EAST,NORTH,RADIUS` and an optional strength.
     fn from_str(text: &str) -> Result<Self, String> {
         let wrong = || {
-            "it must be an east, a north and a radius in metres, and maybe a strength of 0 to 1, like \
+            "it must be EAST,NORTH,RADIUS in metres, and optionally a strength from 0 to 1, like \
                         1200,-300,2000,0.7"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
@@ -106,7 +106,7 @@ pub(super) struct FocusToml {
 }
 
 impl FocusToml {
-    /// The focus; else which key makes no sense, and why.
+    /// Validates the section; the error is the key and what is wrong with it.
     pub(super) fn checked(&self) -> Result<SceneFocus, (&'static str, &'static str)> {
         let (place_m, height_m) = match *self.place.as_slice() {
             [east_m, north_m] => ([east_m, north_m], None),
@@ -120,25 +120,25 @@ impl FocusToml {
 }
 
 impl SceneFocus {
-    /// That its numbers make sense; else which key does not, and why.
+    /// Checks that the numbers are in range.
     ///
     /// # Errors
-    /// A key of the scene's section `focus`, and the cause.
+    /// The key in the scene's section `focus`, and the cause.
     pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let heights_m = self.height_m.unwrap_or(0.0);
         if !self.place_m.is_finite() || !heights_m.is_finite() {
-            return Err(("focus.place", "it must be an east, a north and maybe a height in finite metres"));
+            return Err(("focus.place", "it must be an east, a north and optionally a height, in finite metres"));
         }
         if !(self.radius_m.is_finite() && self.radius_m > 0.0) {
-            return Err(("focus.radius_m", "its radius must be finite and more than 0"));
+            return Err(("focus.radius_m", "the radius must be finite and greater than 0"));
         }
         if !(0.0..=1.0).contains(&self.strength) {
-            return Err(("focus.strength", "its strength must lie within 0 to 1"));
+            return Err(("focus.strength", "the strength must be between 0 and 1"));
         }
         Ok(())
     }
 
-    /// In the world.
+    /// Returns the focus in the world's frame.
     pub fn focus(&self) -> Focus {
         let (at_m, has_height) = (self.place_m.extend(self.height_m.unwrap_or(0.0)), self.height_m.is_some());
         let about = FocusAbout::Place { at_m, has_height, up: DVec3::Z };
@@ -147,8 +147,8 @@ impl SceneFocus {
 }
 
 impl Focus {
-    /// The same for a rig at `origin_m` in the world: `bend` takes places of the flat map, from that origin, to where
-    /// they are seen.
+    /// Returns the focus for a rig at `origin_m` in the world. `bend` maps positions on the flat map, relative to that
+    /// origin, to positions on the curved earth.
     #[must_use]
     pub fn seen_from(self, origin_m: DVec3, bend: impl Fn(DVec3) -> DVec3) -> Self {
         let FocusAbout::Place { at_m, has_height, .. } = self.about else { return self };
@@ -157,7 +157,7 @@ impl Focus {
         Self { about: FocusAbout::Place { at_m: bend(flat_m), has_height, up }, ..self }
     }
 
-    /// What is left of contrast at a place, `at_m` from the rig's origin, which is seen at `px` of the targets.
+    /// Returns the remaining contrast, 0 to 1, of a point `at_m` from the rig's origin that is seen at pixel `px`.
     pub fn left(&self, view: &ViewUniform, at_m: [f32; 3], px: [f32; 2]) -> f32 {
         let at_m = DVec3::from_array(at_m.map(f64::from));
         let off = match self.about {
@@ -179,23 +179,23 @@ impl Focus {
         (1.0 - self.strength * (1.0 - (-t * t).exp())) as f32
     }
 
-    /// How wide a line is where so much of its contrast is left, by its full width.
+    /// Returns the relative width of a line where the share `left` of its contrast remains.
     pub fn width(left: f32) -> f32 {
         1.0 - THINNER * (1.0 - left)
     }
 }
 
-/// What shaders read. It is no uniform: a driver fails where branches depend on more than three of those
-/// (`docs/decisions/software-drivers.md`).
+/// The focus for shaders. It is a storage buffer because one driver fails where branches depend on more than three
+/// uniform buffers (`docs/decisions/software-drivers.md`).
 const FOCUS: BufferKind = BufferKind::storage("focus");
 
 impl FocusUniform {
-    /// For the passes of this frame.
+    /// Uploads the focus and returns its binding for the passes of this frame.
     pub fn on_gpu(recorder: &mut Recorder<'_>, focus: Option<&Focus>) -> Resource {
         recorder.upload(&FOCUS, &[Self::new(focus)]).binding()
     }
 
-    /// As shaders read it: of a frame's light.
+    /// Converts the focus of a frame's light to its GPU form.
     pub fn new(focus: Option<&Focus>) -> Self {
         let Some(&Focus { about, extent, strength }) = focus else {
             return Self { about: NO_FOCUS, ..Self::default() };

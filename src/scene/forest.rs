@@ -1,4 +1,4 @@
-//! `[forest]` of a scene: which trees stand where.
+//! `[forest]` of a scene: which trees grow where.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -8,53 +8,54 @@ use serde::Deserialize;
 use super::forest_cover::{ClassToml, CoverFiles, CoverToml};
 use super::scene_file::{UpToml, color};
 
-/// Where trees stand: by rules, which the land answers.
+/// Rules for where trees grow; they are evaluated on the terrain.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Forest {
-    /// Another seed is another forest.
+    /// Seed of the random generator; each seed gives a different forest.
     pub seed: u32,
-    /// Where nothing is against them; at most [`Forest::MOST_TREES_PER_HA`].
+    /// Density of the forest where nothing limits it; at most [`Forest::MOST_TREES_PER_HA`].
     pub trees_per_ha: f64,
-    /// They stand below this height.
+    /// Height above the sea above which no trees grow, in metres.
     pub tree_line_m: f64,
-    /// By how much the tree line strays, and over how much height the forest thins out below it.
+    /// How far the tree line varies up and down, and the height over which the forest thins out below it, in metres.
     pub raggedness_m: f64,
-    /// Where the land is steeper there is none.
+    /// Steepest slope on which trees grow, in degrees.
     pub steepest_deg: f64,
-    /// Whether land that is level, as lakes and the sea are in elevation data, is water, where none stands.
+    /// Whether level land is water without trees, as lakes and the sea are level in elevation data.
     pub level_is_water: bool,
-    /// Of 1 to [`Forest::MOST_SPECIES`] kinds.
+    /// The species, 1 to [`Forest::MOST_SPECIES`].
     pub species: Vec<Species>,
-    /// What [`Form::Model`] counts: each file once.
+    /// The files that [`Form::Model`] indexes, each listed once.
     pub models: Vec<TreeFile>,
-    /// Rasters that say where they stand, beside the rules.
+    /// Rasters that control where trees grow, in addition to the rules.
     pub cover: CoverFiles,
 }
 
-/// A kind of tree, and where it prefers to stand.
+/// A species of tree, and where it prefers to grow.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Species {
-    /// What it looks like.
+    /// Shape of the trees.
     pub form: Form,
-    /// Of all trees, by those of the other species, where all are as well off.
+    /// Share of all trees, relative to the shares of the other species, where conditions suit all species equally.
     pub share: f64,
-    /// Of a tree in the mean.
+    /// Mean height of a tree, in metres.
     pub height_m: f64,
-    /// It stands between these heights above the sea, and becomes rarer over [`Species::FADES_OVER_M`] beyond them.
+    /// Heights above the sea between which it grows, in metres; it becomes rarer over [`Species::FADES_OVER_M`] beyond
+    /// them.
     pub heights_m: [f64; 2],
-    /// Clockwise from north: where a slope should look.
+    /// Preferred aspect of slopes, clockwise from north, in degrees.
     pub aspect_deg: f64,
-    /// How much that matters: at 1 the species does not stand on steep slopes that look the other way.
+    /// Strength of that preference, 0 to 1: at 1 the species does not grow on steep slopes of the opposite aspect.
     pub by_aspect: f64,
-    /// −1 to 1: how much it prefers hollows to ridges, or the other way round.
+    /// Preference for terrain shape: 1 prefers hollows, −1 ridges.
     pub by_hollow: f64,
-    /// Of leaves, and of what a model gives no colour; each 0 to 1. None is the species' own.
+    /// Colour of leaves, and of model parts without a colour; sRGB, 0 to 1. `None` is the species' own colour.
     pub color_srgb: Option<[f32; 3]>,
-    /// Of the bark of a tree that the program grows.
+    /// Colour of the bark of generated trees; sRGB, 0 to 1. `None` is the species' own colour.
     pub bark_srgb: Option<[f32; 3]>,
 }
 
-/// What a tree looks like.
+/// The shape of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Form {
     /// A spruce.
@@ -65,12 +66,12 @@ pub enum Form {
     Birch,
     /// A dead trunk.
     Snag,
-    /// A model of the user's: one of [`Forest::models`].
+    /// A model from a file; indexes [`Forest::models`].
     Model(usize),
 }
 
 impl Form {
-    /// What scenes call one that the program grows.
+    /// Returns the name of a generated form in scene files; `None` for a model.
     pub fn name(self) -> Option<&'static str> {
         match self {
             Self::Conifer => Some("conifer"),
@@ -82,22 +83,22 @@ impl Form {
     }
 }
 
-/// A model of a tree.
+/// A model file of a tree.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TreeFile {
-    /// An OBJ file.
+    /// Path of the OBJ file.
     pub file: PathBuf,
-    /// Whether the file's z points up; else its y does.
+    /// Whether the file's z axis points up; otherwise its y axis does.
     pub z_up: bool,
 }
 
 impl Forest {
-    /// There are no more points for trees.
+    /// Highest density: the number of candidate points per hectare.
     pub const MOST_TREES_PER_HA: f64 = 625.0;
-    /// More are not told apart.
+    /// Most species that a forest can have.
     pub const MOST_SPECIES: usize = 8;
 
-    /// The species that are models, each with its own.
+    /// Returns the species that are models, each with its file.
     pub fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
         self.species.iter().filter_map(|species| match species.form {
             Form::Model(number) => Some((species, self.models.get(number)?)),
@@ -105,22 +106,22 @@ impl Forest {
         })
     }
 
-    /// Whether there is a height above which no tree stands.
+    /// Whether the scene sets a tree line.
     pub fn has_tree_line(&self) -> bool {
         self.tree_line_m < HIGHEST_M
     }
 
-    /// The mean height of the tallest species.
+    /// Returns the mean height of the tallest species, in metres.
     pub fn height_m(&self) -> f64 {
         self.species.iter().map(|species| species.height_m).fold(0.0, f64::max)
     }
 }
 
 impl Species {
-    /// Above and below the heights of a species it becomes rarer over as much.
+    /// Height range beyond the limits of a species over which it becomes rarer, in metres.
     pub const FADES_OVER_M: f64 = crate::gpu::wgsl::shared::forest::FADES_OVER_M as f64;
 
-    /// Anywhere.
+    /// Returns a species that grows anywhere.
     pub fn new(form: Form, share: f64, height_m: f64) -> Self {
         let heights_m = [-HIGHEST_M, HIGHEST_M];
         Self {
@@ -136,7 +137,8 @@ impl Species {
         }
     }
 
-    /// A mixed forest whose conifers are `height_m` tall: broadleaves in hollows, birches and dead trunks between.
+    /// Returns a mixed forest whose conifers are `height_m` tall: broadleaves in hollows, birches and dead trunks
+    /// between.
     pub fn mixed(height_m: f64) -> Vec<Self> {
         let conifers = Self::new(Form::Conifer, 6.0, height_m);
         let broadleaves = Self { by_hollow: 0.6, ..Self::new(Form::Broadleaf, 3.0, 0.85 * height_m) };
@@ -206,10 +208,10 @@ fn one() -> u32 {
     1
 }
 
-/// A key and what is wrong with it.
+/// A key and what is wrong with its value.
 pub(super) type WrongKey = (String, String);
 
-/// A number of a table; `table` ends with a dot.
+/// Returns a number of a table, or its default, if it is in range; `table` ends with a dot.
 pub(super) fn within(
     table: &str,
     key: &str,
@@ -218,20 +220,20 @@ pub(super) fn within(
     range: RangeInclusive<f64>,
 ) -> Result<f64, WrongKey> {
     let value = value.unwrap_or(default);
-    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    let cause = || format!("it must be between {} and {}", range.start(), range.end());
     if range.contains(&value) { Ok(value) } else { Err((format!("{table}{key}"), cause())) }
 }
 
 impl ForestToml {
-    /// Of the scene file at `scene`, beside which rasters lie.
+    /// Validates the section and resolves file names against the folder of the scene file at `scene`.
     ///
     /// # Errors
-    /// The first key that is wrong.
+    /// The first wrong key.
     pub(super) fn checked(&self, scene: &Path) -> Result<Forest, WrongKey> {
         let number = |key, value, default, range| within("forest.", key, value, default, range);
         let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
         if self.species.len() > Forest::MOST_SPECIES {
-            return Err(("forest.species".to_owned(), format!("there may be {} at most", Forest::MOST_SPECIES)));
+            return Err(("forest.species".to_owned(), format!("at most {} are allowed", Forest::MOST_SPECIES)));
         }
         let own = self.species.iter().enumerate();
         let mut models = Vec::new();
@@ -247,7 +249,7 @@ impl ForestToml {
         Ok(Forest {
             seed: self.seed,
             trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MOST_TREES_PER_HA)?,
-            // No land is as high.
+            // Higher than any land, so there is no tree line.
             tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
             raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,
             steepest_deg: number("steepest_deg", self.steepest_deg, 38.0, 1.0..=89.0)?,
@@ -260,13 +262,13 @@ impl ForestToml {
 }
 
 impl SpeciesToml {
-    /// What it looks like. A model that is not among those of the scene yet is added.
+    /// Returns the form. A model that is not in `models` yet is added to it.
     fn form(&self, table: &str, scene: &Path, models: &mut Vec<TreeFile>) -> Result<Form, WrongKey> {
         let wrong = |key: &str, cause: &str| Err((format!("{table}{key}"), cause.to_owned()));
         let name = match (self.form, self.file.as_deref()) {
-            (Some(_), Some(_)) => return wrong(".file", "it stands beside form, and one of them is enough"),
+            (Some(_), Some(_)) => return wrong(".file", "it cannot be combined with form; remove one of them"),
             (None, None) => return wrong("", "it needs form = \"conifer\" or file = \"tree.obj\""),
-            (Some(_), None) if self.up.is_some() => return wrong(".up", "it is of a file, and there is none"),
+            (Some(_), None) if self.up.is_some() => return wrong(".up", "it is only used with file, which is missing"),
             (Some(form), None) => {
                 return Ok(match form {
                     FormToml::Conifer => Form::Conifer,
@@ -277,7 +279,7 @@ impl SpeciesToml {
             }
             (None, Some("")) => return wrong(".file", "it is empty"),
             (None, Some(name)) if name.contains("://") => {
-                return wrong(".file", "it must be a file of this machine");
+                return wrong(".file", "it must be a local file, not a URL");
             }
             (None, Some(name)) => name,
         };
@@ -295,16 +297,19 @@ impl SpeciesToml {
         let low_m = number("low_m", self.low_m, -HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         let high_m = number("high_m", self.high_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?;
         if low_m > high_m {
-            return Err((format!("{table}low_m"), "it lies above high_m".to_owned()));
+            return Err((format!("{table}low_m"), "it is greater than high_m".to_owned()));
         }
         let own_color = |key: &str, text: &Option<String>| {
             let wrong = || (format!("{table}{key}"), "it must be written as \"#rrggbb\"".to_owned());
             text.as_deref().map(|text| color(text).ok_or_else(wrong)).transpose()
         };
         if self.bark_color.is_some() && form.name().is_none() {
-            return Err((format!("{table}bark_color"), "a model has its own materials".to_owned()));
+            return Err((
+                format!("{table}bark_color"),
+                "it is only used with form; a model has its own materials".to_owned(),
+            ));
         }
-        // A slope that is to look somewhere is one that should.
+        // An aspect without a strength is meant to count fully.
         let by_aspect = if self.aspect_deg.is_some() { 1.0 } else { 0.0 };
         Ok(Species {
             form,

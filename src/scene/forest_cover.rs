@@ -1,4 +1,4 @@
-//! `[forest]` of a scene: the rasters that say where trees stand. [`crate::forest::cover`] reads them.
+//! `[forest]` of a scene: the rasters that control where trees grow. [`crate::forest::cover`] reads them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,36 +6,36 @@ use serde::Deserialize;
 
 use super::forest::{Form, Species, WrongKey, within};
 
-/// Rasters that say where trees stand; where there are several, all of them have to.
+/// Rasters that control where trees grow; the densities of several rasters are multiplied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoverFiles {
-    /// Shades of grey: from no trees to all that the rules allow.
+    /// Greyscale mask: black is no trees, white is as many as the rules allow.
     pub mask: Option<PathBuf>,
-    /// Numbers of classes.
+    /// Land cover: a raster of class numbers.
     pub land_cover: Option<PathBuf>,
-    /// What the classes of `land_cover` mean, [`CoverFiles::MOST_CLASSES`] at most; one that is not among them has no
-    /// trees.
+    /// Meanings of the classes of `land_cover`, at most [`CoverFiles::MOST_CLASSES`]. Classes that are not listed have
+    /// no trees.
     pub classes: Vec<CoverClass>,
-    /// How tall trees are, in metres.
+    /// Heights of trees above the ground, in metres.
     pub canopy_height: Option<PathBuf>,
 }
 
-/// What a class of land means.
+/// The meaning of a land-cover class.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CoverClass {
-    /// Its number in the raster.
+    /// Number of the class in the raster.
     pub class: i32,
-    /// Of the trees that would stand there without it, 0 to 1.
+    /// Share of the trees allowed by the rules that grow in this class, 0 to 1.
     pub density: f64,
-    /// One for each of the scene's species, in place of its [`Species::share`].
+    /// Shares of the scene's species in this class, in place of each [`Species::share`].
     pub shares: Vec<f64>,
 }
 
 impl CoverFiles {
-    /// More are not told apart.
+    /// Class numbers are stored in 8 bits, and 0 is none.
     pub const MOST_CLASSES: usize = 255;
 
-    /// The rasters, each with its key in the scene file.
+    /// Returns the rasters, each with its key in the scene file.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
         let all = [
             ("forest.mask", &self.mask),
@@ -46,7 +46,7 @@ impl CoverFiles {
     }
 }
 
-/// The keys of `[forest]` that are about rasters.
+/// The keys of `[forest]` that concern rasters.
 pub(super) struct CoverToml<'a> {
     pub mask: &'a Option<String>,
     pub land_cover: &'a Option<String>,
@@ -73,34 +73,39 @@ struct MixToml {
 }
 
 impl CoverToml<'_> {
+    /// Validates the keys and resolves file names against the folder of the scene file at `scene`.
+    ///
     /// # Errors
-    /// The first key that is wrong.
+    /// The first wrong key.
     pub(super) fn checked(&self, scene: &Path, species: &[Species]) -> Result<CoverFiles, WrongKey> {
         let file = |key: &str, name: &Option<String>| {
             let wrong = |cause: &str| Err((format!("forest.{key}"), cause.to_owned()));
             match name.as_deref() {
                 None => Ok(None),
                 Some("") => wrong("it is empty"),
-                Some(name) if name.contains("://") => wrong("it must be a file of this machine"),
+                Some(name) if name.contains("://") => wrong("it must be a local file, not a URL"),
                 Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
             }
         };
         let land_cover = file("land_cover", self.land_cover)?;
         let wrong = |key: &str, cause: String| Err((format!("forest.{key}"), cause));
         match (&land_cover, self.classes) {
-            (None, [_, ..]) => return wrong("classes", "they are those of a land_cover, and there is none".to_owned()),
+            (None, [_, ..]) => return wrong("classes", "they describe land_cover, which is missing".to_owned()),
             (Some(_), []) => {
-                return wrong("land_cover", "it needs [[forest.classes]]: others have no trees".to_owned());
+                return wrong(
+                    "land_cover",
+                    "it needs [[forest.classes]], because unlisted classes have no trees".to_owned(),
+                );
             }
             (_, classes) if classes.len() > CoverFiles::MOST_CLASSES => {
-                return wrong("classes", format!("there may be {} at most", CoverFiles::MOST_CLASSES));
+                return wrong("classes", format!("at most {} are allowed", CoverFiles::MOST_CLASSES));
             }
             _ => {}
         }
         let mut classes: Vec<CoverClass> = Vec::new();
         for (number, class) in self.classes.iter().enumerate() {
             if classes.iter().any(|other| other.class == class.class) {
-                return wrong(&format!("classes[{number}].class"), format!("{} stands there twice", class.class));
+                return wrong(&format!("classes[{number}].class"), format!("{} is listed twice", class.class));
             }
             classes.push(class.checked(&format!("forest.classes[{number}]."), species)?);
         }
@@ -117,13 +122,13 @@ impl ClassToml {
         let wrong = |key: &str, cause: String| Err((format!("{table}{key}"), cause));
         let (key, shares) = match (&self.mix, &self.species) {
             (Some(_), Some(_)) => {
-                return wrong("mix", "it stands beside species, and one of them is enough".to_owned());
+                return wrong("mix", "it cannot be combined with species; remove one of them".to_owned());
             }
             (None, None) => ("class", species.iter().map(|species| species.share).collect()),
             (Some(mix), None) => ("mix", mix.shares(&format!("{table}mix."), species)?),
             (None, Some(shares)) if shares.len() != species.len() => {
                 let (given, wanted) = (shares.len(), species.len());
-                return wrong("species", format!("it has {given} shares, and the scene {wanted} species"));
+                return wrong("species", format!("it has {given} shares, but the scene has {wanted} species"));
             }
             (None, Some(shares)) => {
                 let shares =
@@ -132,14 +137,15 @@ impl ClassToml {
             }
         };
         if density > 0.0 && shares.iter().sum::<f64>() <= 0.0 {
-            return wrong(key, "no species has a share; density = 0 means no trees".to_owned());
+            return wrong(key, "all shares are 0; for a class without trees, set density = 0".to_owned());
         }
         Ok(CoverClass { class: self.class, density, shares })
     }
 }
 
 impl MixToml {
-    /// The share of a form is that of its species together: they divide it as they divide all trees.
+    /// Returns a share for each species. The share of a form is divided among its species in proportion to their own
+    /// shares.
     fn shares(&self, table: &str, species: &[Species]) -> Result<Vec<f64>, WrongKey> {
         let mut shares = vec![0.0; species.len()];
         for (key, form, share) in [
@@ -197,7 +203,7 @@ mod tests {
             canopy_height: Some("/h.tif".into()),
         };
         assert_eq!(cover, expected);
-        // Planted: the share of the conifers, given to each of them.
+        // Planted: the conifers' share given to each of them in full.
         assert_ne!(cover.classes[0].shares, [4.0, 4.0, 1.0]);
         assert_eq!(forest("").unwrap().cover, CoverFiles::default());
     }
@@ -207,29 +213,29 @@ mod tests {
         let land = |class: &str| format!("land_cover = \"c.tif\"\n[[forest.classes]]\n{class}\n{SPECIES}");
         for (keys, expected) in [
             ("mask = \"\"".to_owned(), "4:8: forest.mask: it is empty"),
-            ("mask = \"https://x/m.png\"".to_owned(), "4:8: forest.mask: it must be a file of this machine"),
+            ("mask = \"https://x/m.png\"".to_owned(), "4:8: forest.mask: it must be a local file"),
             ("mask = 3".to_owned(), "4:8: forest.mask must be text"),
             ("maks = \"m.png\"".to_owned(), "4:1: unknown key \"forest.maks\"; did you mean \"mask\"?"),
             ("land_cover = \"c.tif\"".to_owned(), "4:14: forest.land_cover: it needs [[forest.classes]]"),
-            ("[[forest.classes]]\nclass = 4".to_owned(), "forest.classes: they are those of a land_cover"),
-            (land("class = 4\ndensity = 1.5"), "7:11: forest.classes.density: it must lie within 0 to 1"),
+            ("[[forest.classes]]\nclass = 4".to_owned(), "forest.classes: they describe land_cover, which is missing"),
+            (land("class = 4\ndensity = 1.5"), "7:11: forest.classes.density: it must be between 0 and 1"),
             (land("density = 1"), "the key \"forest.classes.class\" is missing"),
             (
                 land("class = 4\nmix = { conifer = 1 }\nspecies = [1, 1, 1]"),
-                "7:7: forest.classes.mix: it stands beside",
+                "7:7: forest.classes.mix: it cannot be combined with species",
             ),
             (
                 land("class = 4\nspecies = [1, 1]"),
-                "7:11: forest.classes.species: it has 2 shares, and the scene 3 species",
+                "7:11: forest.classes.species: it has 2 shares, but the scene has 3 species",
             ),
-            (land("class = 4\nspecies = [1, -1, 1]"), "7:11: forest.classes.species: it must lie within 0 to 1000000"),
-            (land("class = 4\nspecies = [0, 0, 0]"), "7:11: forest.classes.species: no species has a share"),
+            (land("class = 4\nspecies = [1, -1, 1]"), "7:11: forest.classes.species: it must be between 0 and 1000000"),
+            (land("class = 4\nspecies = [0, 0, 0]"), "7:11: forest.classes.species: all shares are 0"),
             (
                 land("class = 4\nmix = { snag = 1 }"),
                 "7:16: forest.classes.mix.snag: the scene has no species of this form",
             ),
             (land("class = 4\nmix = { oak = 1 }"), "unknown key \"forest.classes.mix.oak\""),
-            (land("class = 4\n[[forest.classes]]\nclass = 4"), "8:9: forest.classes.class: 4 stands there twice"),
+            (land("class = 4\n[[forest.classes]]\nclass = 4"), "8:9: forest.classes.class: 4 is listed twice"),
             (land("class = 4.5"), "forest.classes.class must be a whole number"),
         ] {
             let error = forest(&keys).unwrap_err();

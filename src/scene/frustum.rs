@@ -1,8 +1,8 @@
-//! What a view can see of a box.
+//! The view frustum, and visibility of boxes and spheres in it.
 
 use glam::DVec3;
 
-/// A box, relative to the camera, in metres.
+/// An axis-aligned box relative to the camera, in metres.
 #[derive(Clone, Copy, Debug)]
 pub struct Bounds {
     /// The corner with the least coordinates.
@@ -12,18 +12,18 @@ pub struct Bounds {
 }
 
 impl Bounds {
-    /// The distance from the camera to the nearest point of the box; 0 inside.
+    /// Returns the distance from the camera to the nearest point of the box; 0 inside.
     pub fn distance_m(&self) -> f64 {
         DVec3::ZERO.clamp(self.low_m, self.high_m).length()
     }
 
-    /// The distance from the camera to the farthest point of the box.
+    /// Returns the distance from the camera to the farthest point of the box.
     pub fn farthest_m(&self) -> f64 {
         self.low_m.abs().max(self.high_m.abs()).length()
     }
 }
 
-/// The side planes of a view's pyramid, by their inward normals; all pass through the camera.
+/// The side planes of a view's pyramid, as inward unit normals; all planes pass through the camera.
 #[derive(Clone, Debug)]
 pub struct Frustum {
     normals: [DVec3; 4],
@@ -31,8 +31,8 @@ pub struct Frustum {
 }
 
 impl Frustum {
-    /// From the rays through the picture's corners, in order around it (upper left, upper right, lower right, lower
-    /// left).
+    /// Builds the frustum from the rays through the picture's corners, in order around it (upper left, upper right,
+    /// lower right, lower left).
     pub fn new(corner_rays: [DVec3; 4]) -> Self {
         let middle: DVec3 = corner_rays.iter().sum();
         let side = |i: usize| {
@@ -42,12 +42,12 @@ impl Frustum {
         Self { normals: [side(0), side(1), side(2), side(3)], forward: middle.normalize_or_zero() }
     }
 
-    /// Its axis, away from the camera: of length 1.
+    /// Returns the unit vector along the axis, away from the camera.
     pub fn forward(&self) -> DVec3 {
         self.forward
     }
 
-    /// The same, wider by an angle in radians on every side; at most a half space for each.
+    /// Returns the frustum widened by an angle in radians on every side; each side opens to a half space at most.
     pub fn widened(&self, angle_rad: f64) -> Self {
         let (sin, cos) = angle_rad.sin_cos();
         let normals = self.normals.map(|normal| {
@@ -58,18 +58,18 @@ impl Frustum {
         Self { normals, forward: self.forward }
     }
 
-    /// The angle between the axis and the middle of a box, in radians; 0 inside the box.
+    /// Returns the angle between the axis and the centre of a box, in radians; 0 if the camera is inside the box.
     pub fn aside(&self, bounds: &Bounds) -> f64 {
         let middle = (bounds.low_m + bounds.high_m) * 0.5;
         if bounds.distance_m() == 0.0 { 0.0 } else { middle.angle_between(self.forward) }
     }
 
-    /// Whether any of a sphere may be in view: never false for one that is.
+    /// Whether part of a sphere may be in view. Conservative: never `false` for a visible sphere.
     pub fn may_see_sphere(&self, middle_m: DVec3, radius_m: f64) -> bool {
         self.normals.iter().all(|normal| normal.dot(middle_m) >= -radius_m)
     }
 
-    /// Whether any of the box may be in view: never false for one that is.
+    /// Whether part of a box may be in view. Conservative: never `false` for a visible box.
     pub fn may_see(&self, bounds: &Bounds) -> bool {
         self.normals.iter().all(|normal| {
             let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.high_m, bounds.low_m);

@@ -1,9 +1,9 @@
-//! A map: a picture of the land from straight above, north up, on which every place lies where its east and north say,
-//! however high it is.
+//! Maps: pictures of the land from straight above, north up, on which every point is at its east and north, whatever
+//! its height.
 //!
-//! Passes measure pixels by a distance and a focal length, so a map is seen by an eye that stands very far up and looks
-//! through a very long lens: rays are parallel to within [`SHIFT_PX`] of what relief may move a place. Why not by rays
-//! that are parallel altogether: `docs/decisions/maps.md`.
+//! Passes measure pixels by a distance and a focal length, so a map is drawn by an eye very far up with a very long
+//! lens: rays are so close to parallel that relief moves no point by more than [`SHIFT_PX`]. Why the rays are not
+//! exactly parallel: `docs/decisions/maps.md`.
 
 use std::fmt;
 use std::str::FromStr;
@@ -14,29 +14,29 @@ use super::camera::{Camera, FOV_RANGE_DEG, LARGEST_COORDINATE_M};
 use super::view::Pose;
 use super::{Haze, Scene};
 
-/// By how much relief moves a place in a corner of the picture, at most, in pixels.
+/// Largest shift by relief of a point in a corner of the picture, in pixels.
 pub const SHIFT_PX: f64 = 0.25;
-/// What stands on the land may rise so high above it, or reach so far below, in metres.
+/// Allowance for objects on the land: how far they may rise above it or reach below it, in metres.
 const STANDING_M: f64 = 50.0;
-/// A whole world leaves so much of the picture's side free, at each end: the line around the land has a place.
+/// Free margin at each end of the picture's side around a whole world, so that its outline fits.
 const FREE_PART: f64 = 0.01;
-/// Haze that takes nothing from any distance, in metres.
+/// Haze distance that has no visible effect, in metres.
 const NO_HAZE_M: f64 = 1e20;
-/// The widest and the narrowest map, in metres.
+/// Smallest and largest width of a map, in metres.
 const WIDTH_RANGE_M: [f64; 2] = [1e-3, LARGEST_COORDINATE_M];
 
-/// What a map shows.
+/// The area that a map shows.
 ///
-/// Written and parsed as `whole` or `EAST,NORTH,WIDTH` in metres.
+/// It is written and parsed as `whole` or `EAST,NORTH,WIDTH` in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum MapArea {
-    /// The world, as large as it fits.
+    /// The whole world, as large as it fits.
     Whole,
-    /// The land around a place.
+    /// The land around a point.
     Around {
-        /// East and north of the middle in the world's frame, in metres.
+        /// East and north of the centre in the world's frame, in metres.
         centre_m: DVec2,
-        /// Of the picture.
+        /// Width of the picture in metres.
         width_m: f64,
     },
 }
@@ -50,16 +50,16 @@ impl FromStr for MapArea {
         }
         let wrong = || {
             "it must be EAST,NORTH,WIDTH in metres, like 1200,-350,5000, or nothing for the whole world; a negative \
-             number needs an equals sign, --map=-120,80,5000"
+             first number needs an equals sign, --map=-120,80,5000"
         };
         let numbers: Option<Vec<f64>> = text.split(',').map(|number| number.trim().parse().ok()).collect();
         let Some(&[east_m, north_m, width_m]) = numbers.as_deref() else { return Err(wrong().to_owned()) };
         if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
-            return Err(format!("its middle must lie within {LARGEST_COORDINATE_M} m of the world's"));
+            return Err(format!("the map's centre must be within {LARGEST_COORDINATE_M} m of the world's origin"));
         }
         let [least_m, most_m] = WIDTH_RANGE_M;
         if !(least_m..=most_m).contains(&width_m) {
-            return Err(format!("its width must be from {least_m} to {most_m} m"));
+            return Err(format!("the map's width must be between {least_m} and {most_m} m"));
         }
         Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
     }
@@ -74,19 +74,19 @@ impl fmt::Display for MapArea {
     }
 }
 
-/// Where the pixels of a map lie in the world.
+/// The mapping from the pixels of a map to the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Map {
-    /// East and north of the picture's middle, in metres.
+    /// East and north of the picture's centre, in metres.
     pub centre_m: DVec2,
-    /// The side of a pixel.
+    /// Side of a pixel in metres.
     pub pixel_m: f64,
-    /// Of the picture.
+    /// Size of the picture.
     pub size_px: [u32; 2],
 }
 
 impl Map {
-    /// Of an area in a world from `low_m` to `high_m` (east, north).
+    /// Returns the map of an area in a world that extends from `low_m` to `high_m` (east, north).
     pub fn new(area: MapArea, [low_m, high_m]: [DVec2; 2], size_px: [u32; 2]) -> Self {
         let size = DVec2::new(f64::from(size_px[0]), f64::from(size_px[1]));
         match area {
@@ -98,7 +98,7 @@ impl Map {
         }
     }
 
-    /// The same on a picture that is longer below by so many rows.
+    /// Returns the map on a picture that is `foot_px` rows longer at the bottom.
     #[must_use]
     pub fn with_foot(self, foot_px: u32) -> Self {
         let [width, height] = self.size_px;
@@ -106,19 +106,19 @@ impl Map {
         Self { centre_m: self.centre_m - DVec2::new(0.0, down_m), size_px: [width, height + foot_px], ..self }
     }
 
-    /// East and north of a place in the picture; (0, 0) is its upper left corner.
+    /// Returns east and north of a point of the picture; (0, 0) is its upper left corner.
     pub fn world_from_px(&self, px: DVec2) -> DVec2 {
         let from_centre = px - 0.5 * self.size();
         self.centre_m + self.pixel_m * DVec2::new(from_centre.x, -from_centre.y)
     }
 
-    /// The south-western and the north-eastern corner.
+    /// Returns the south-western and the north-eastern corner.
     pub fn corners_m(&self) -> [DVec2; 2] {
         let half_m = 0.5 * self.pixel_m * self.size();
         [self.centre_m - half_m, self.centre_m + half_m]
     }
 
-    /// The eye that sees it, over land of these heights.
+    /// Returns the pose of the eye that draws the map, over land between the two heights.
     pub fn pose(&self, [low_m, high_m]: [f64; 2]) -> Pose {
         let reach_m = 0.5 * (high_m - low_m).max(0.0) + STANDING_M;
         let above_m = reach_m * 0.5 * self.size().length() / SHIFT_PX;
@@ -132,7 +132,7 @@ impl Map {
         }
     }
 
-    /// The camera that is nearest to a pose: what reads it may know no lens that is so long.
+    /// Returns the nearest valid camera to a pose: the pose's lens may be longer than cameras allow.
     pub fn camera(pose: &Pose) -> Camera {
         let fov_deg = pose.fov_rad.to_degrees().clamp(FOV_RANGE_DEG[0], FOV_RANGE_DEG[1]);
         let lowest_m = DVec3::splat(-LARGEST_COORDINATE_M);
@@ -140,14 +140,14 @@ impl Map {
         Camera { position_m, height_above_ground: false, yaw_deg: 0.0, pitch_deg: -90.0, fov_deg }
     }
 
-    /// Of the picture in pixels.
+    /// Returns the size of the picture in pixels.
     pub fn size(&self) -> DVec2 {
         DVec2::new(f64::from(self.size_px[0]), f64::from(self.size_px[1]))
     }
 }
 
 impl Scene {
-    /// The same without what depends on where the eye stands: haze, and the curvature of the earth.
+    /// Returns the scene without what depends on the eye's position: haze, and the curvature of the earth.
     #[must_use]
     pub fn for_map(self) -> Self {
         let haze = Haze { distance_m: Some(NO_HAZE_M), ..self.haze };
@@ -171,7 +171,7 @@ mod tests {
         }
     }
 
-    /// How far the picture of a place is from where the map has it, in pixels, at most over corners and heights.
+    /// Largest distance, in pixels, between where a point is seen and where the map has it, over corners and heights.
     fn shift_px(map: &Map, range_m: [f64; 2], pose: &Pose) -> f64 {
         let view = View::whole(*pose, *pose, map.size_px);
         let mut most_px = 0.0_f64;
@@ -194,7 +194,7 @@ mod tests {
             let pose = map.pose(range_m);
             let found_px = shift_px(&map, range_m, &pose);
             assert!(found_px <= SHIFT_PX, "{size_px:?}: {found_px}");
-            // An eye at a quarter of that height, with the lens that shows as much, is told apart.
+            // Planted: an eye at a fifth of that height, whose lens shows the same area.
             let mut low = pose;
             low.position_m.z *= 0.2;
             low.fov_rad *= 5.0;

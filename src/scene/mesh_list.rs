@@ -1,12 +1,12 @@
-//! Lists of places where a model stands: CSV with a header that names its columns, in any order.
+//! Lists of model positions: CSV with a header that names its columns, in any order.
 //!
 //! ```text
 //! x,y,z,yaw,scale
 //! 120,-40,+0,30,1
 //! ```
 //!
-//! `x` and `y` are metres in the world's frame, as the `at` of a scene. The others may be missing: `z` (`+0`, on the
-//! ground), `yaw` (0, degrees clockwise from above) and `scale` (1).
+//! `x` and `y` are metres in the world's frame, like `at` of a scene. The other columns are optional: `z` (default
+//! `+0`, on the ground), `yaw` (default 0, degrees clockwise from above) and `scale` (default 1).
 
 use std::path::{Path, PathBuf};
 
@@ -19,64 +19,63 @@ use crate::mesh::placed::MOST_STANDING;
 
 /// The columns that a list may have.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "yaw", "scale"];
-/// The first of [`COLUMNS`] must be there.
+/// The number of required columns, the first of [`COLUMNS`].
 const NEEDED: usize = 2;
 
 /// A row of a list.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshRow {
-    /// Where the model's origin is.
+    /// Position of the model's origin.
     pub place: MeshPlace,
-    /// Clockwise from above, in degrees.
+    /// Rotation, clockwise from above, in degrees.
     pub yaw_deg: f64,
-    /// What the scale of the scene's entry is multiplied by.
+    /// Factor on the scale of the scene's entry.
     pub scale: f64,
 }
 
-/// Why a file is no list of places. One line that names the file, the line and the cause.
+/// Why a file is not a valid list. One line that names the file, the line and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum MeshListError {
-    /// The file cannot be read at all.
-    #[error("cannot read the instances {}: {cause}", named(path))]
+    /// The file cannot be read.
+    #[error("cannot read the list of instances {}: {cause}", named(path))]
     Open {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
         #[source]
         cause: std::io::Error,
     },
     /// A line is wrong.
     #[error("{}:{line}: {cause}", named(path))]
     Line {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Counted from 1, the header included.
+        /// Line number, counted from 1 with the header.
         line: usize,
-        /// What is wrong with it.
+        /// What is wrong with the line.
         cause: String,
     },
 }
 
-/// The rows of a file, at most [`MOST_STANDING`].
+/// Reads the rows of a file, at most [`MOST_STANDING`].
 ///
 /// # Errors
-/// A file that cannot be read or has no header with `x` and `y`; a row that says no place; too many rows.
+/// A file that cannot be read or has no header with `x` and `y`; an invalid row; too many rows.
 pub fn read(path: &Path) -> Result<Vec<MeshRow>, MeshListError> {
     let text = read_text(path, LARGEST_PATH_BYTES);
     let text = text.map_err(|cause| MeshListError::Open { path: path.to_owned(), cause })?;
     parse(path, &text)
 }
 
-/// As [`read`], from a text; `name` stands for the file in messages.
+/// Parses a list like [`read`], from text; `name` is the file name for messages.
 ///
 /// # Errors
-/// As [`read`].
+/// The same as [`read`].
 pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     let wrong = |line: usize, cause: String| MeshListError::Line { path: name.to_owned(), line, cause };
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim).enumerate();
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).map(|(i, line)| (i + 1, line));
     let Some((head, header)) = lines.next() else {
-        return Err(wrong(1, "it has no header, and must begin with `x,y`".to_owned()));
+        return Err(wrong(1, "the header is missing; the first line must name the columns, like `x,y`".to_owned()));
     };
     let names: Vec<&str> = header.split(',').map(str::trim).collect();
     let mut place_of = [None; COLUMNS.len()];
@@ -84,20 +83,20 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
         let column = COLUMNS.iter().position(|column| column == name);
         let Some(column) = column else {
             let known = COLUMNS.join(", ");
-            return Err(wrong(head, format!("the header names {}, and the columns are {known}", quoted(name))));
+            return Err(wrong(head, format!("unknown column {} in the header; the columns are {known}", quoted(name))));
         };
         if place_of[column].replace(at).is_some() {
             return Err(wrong(head, format!("the header names {} twice", quoted(name))));
         }
     }
     if place_of[..NEEDED].contains(&None) {
-        return Err(wrong(head, format!("the header is `{}`, and must name x and y", shown(header))));
+        return Err(wrong(head, format!("the header is `{}`; it must name x and y", shown(header))));
     }
     let mut rows = Vec::new();
     for (line, text) in lines {
         let fields: Vec<&str> = text.split(',').map(str::trim).collect();
         if fields.len() != names.len() {
-            return Err(wrong(line, format!("{} fields, and the header has {}", fields.len(), names.len())));
+            return Err(wrong(line, format!("found {} fields, but the header has {}", fields.len(), names.len())));
         }
         if rows.len() as u64 == MOST_STANDING {
             return Err(wrong(line, format!("there are more than {MOST_STANDING} places")));
@@ -108,7 +107,7 @@ pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     Ok(rows)
 }
 
-/// A row by [`COLUMNS`].
+/// Parses a row; the fields are in the order of [`COLUMNS`].
 fn row([x, y, z, yaw, scale]: [Option<&str>; COLUMNS.len()]) -> Result<MeshRow, String> {
     let number = |name: &str, text: Option<&str>, usual: Option<f64>| match text {
         Some(text) => text.parse::<f64>().map_err(|_| format!("{name} is {}: not a number", quoted(text))),
@@ -119,7 +118,7 @@ fn row([x, y, z, yaw, scale]: [Option<&str>; COLUMNS.len()]) -> Result<MeshRow, 
     let (yaw_deg, scale) = (number("yaw", yaw, Some(0.0))?, number("scale", scale, Some(1.0))?);
     let at_m = DVec3::new(x_m, y_m, z_m);
     check_stance(at_m, yaw_deg, scale).map_err(|(key, cause)| match key.as_str() {
-        "at" => format!("the place must lie within {} m", super::camera::LARGEST_COORDINATE_M),
+        "at" => format!("x, y and z must be within ±{} m", super::camera::LARGEST_COORDINATE_M),
         "yaw_deg" => format!("yaw: {cause}"),
         _ => format!("{key}: {cause}"),
     })?;
@@ -150,14 +149,14 @@ mod tests {
     #[test]
     fn what_is_wrong_is_one_line_with_file_and_row() {
         for (text, cause) in [
-            ("\n# nothing\n", "huts.csv:1: it has no header"),
-            ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`, and must name x and y"),
-            ("x,y,colour\n1,2,3\n", "huts.csv:1: the header names \"colour\""),
+            ("\n# nothing\n", "huts.csv:1: the header is missing"),
+            ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`; it must name x and y"),
+            ("x,y,colour\n1,2,3\n", "huts.csv:1: unknown column \"colour\""),
             ("x,y,x\n1,2,3\n", "huts.csv:1: the header names \"x\" twice"),
-            ("x,y\n1,2\n1\n", "huts.csv:3: 1 fields, and the header has 2"),
+            ("x,y\n1,2\n1\n", "huts.csv:3: found 1 fields, but the header has 2"),
             ("x,y\n1,2\n\n1,b\n", "huts.csv:4: y is \"b\": not a number"),
             ("x,y\n1,\n", "huts.csv:2: y is missing"),
-            ("x,y\n1,nan\n", "huts.csv:2: the place must lie within "),
+            ("x,y\n1,nan\n", "huts.csv:2: x, y and z must be within ±"),
             ("x,y,z\n1,2,++3\n", "huts.csv:2: z is \"++3\""),
             ("x,y,yaw\n1,2,inf\n", "huts.csv:2: yaw: "),
             ("x,y,scale\n1,2,0\n", "huts.csv:2: scale: "),

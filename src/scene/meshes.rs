@@ -1,5 +1,5 @@
-//! `[[meshes]]` of a scene: models, and where each of them stands: once, at the places of a list
-//! ([`super::mesh_list`]), or by a rule ([`Scatter`], which the land answers when the scene opens).
+//! `[[meshes]]` of a scene: models and where each is placed: once, at the positions of a list ([`super::mesh_list`]),
+//! or by a rule ([`Scatter`]) that is evaluated on the terrain when the scene opens.
 
 use std::ops::RangeInclusive;
 use std::path::{Path, PathBuf};
@@ -12,77 +12,76 @@ use super::scene_file::UpToml;
 use crate::file::message::quoted;
 use crate::mesh::placed::MOST_STANDING;
 
-/// A model and where it stands.
+/// A model and where it is placed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshPlacement {
-    /// An OBJ file.
+    /// Path of the OBJ file.
     pub file: PathBuf,
-    /// Once or many times.
+    /// One position, a list or a rule.
     pub stands: Stands,
-    /// Clockwise from above, in degrees. Turns of a list and of a rule come on top of it.
+    /// Rotation, clockwise from above, in degrees. Rotations from a list or a rule are added to it.
     pub yaw_deg: f64,
-    /// Metres for each unit of the file. Scales of a list and of a rule are multiplied with it.
+    /// Metres per unit of the file. Scales from a list or a rule are multiplied with it.
     pub scale: f64,
-    /// Whether the file's z points up; else its y does, and its z to the south.
+    /// Whether the file's z axis points up; otherwise y points up and z south.
     pub z_up: bool,
 }
 
-/// Where a model stands.
+/// Where the copies of a model are placed.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Stands {
-    /// At one place.
+    /// One copy at a given position.
     At(MeshPlace),
-    /// At the places of a CSV file.
+    /// One copy for each row of a CSV file.
     Listed(PathBuf),
-    /// Where a rule says it.
+    /// Copies scattered by a rule.
     Scattered(Scatter),
 }
 
-/// Where the origin of a model is.
+/// The position of a model's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshPlace {
-    /// East, north, up in the world's frame, in metres. z is above the ground there if
+    /// East, north, up in the world's frame, in metres. z is relative to the ground if
     /// [`MeshPlace::height_above_ground`].
     pub at_m: DVec3,
-    /// Whether z counts from the ground (it was given as `+h`).
+    /// Whether z is relative to the ground (it was given as `+h`).
     pub height_above_ground: bool,
 }
 
-/// Spreads a model evenly over the land.
+/// A rule that scatters copies of a model evenly over the land.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scatter {
-    /// How many.
     pub density: Density,
-    /// Least east and north, then greatest, in the world's frame, in metres.
+    /// West, south, east and north limits, in the world's frame, in metres.
     pub within_m: [f64; 4],
-    /// Only where the ground has these heights.
+    /// Lowest and highest ground on which copies are placed, in metres.
     pub heights_m: [f64; 2],
-    /// Only where the ground is not steeper, in degrees.
+    /// Steepest ground on which copies are placed, in degrees; `None` is no limit.
     pub steepest_deg: Option<f64>,
-    /// Another seed stands elsewhere.
+    /// Seed of the random generator; each seed gives different positions.
     pub seed: u32,
-    /// Scales lie between these.
+    /// Smallest and largest scale.
     pub scale: [f64; 2],
-    /// Turns lie between these, clockwise from above, in degrees.
+    /// Smallest and largest rotation, clockwise from above, in degrees.
     pub turn_deg: [f64; 2],
-    /// The model's origin above the ground, in metres.
+    /// Height of the model's origin above the ground, in metres.
     pub up_m: f64,
 }
 
-/// How many models a rule asks for.
+/// How many copies a rule places.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Density {
-    /// So many on each hectare, less those that heights and steepness forbid.
+    /// Copies per hectare, before limits of height and slope remove some.
     PerHa(f64),
-    /// So many in all, as long as heights and steepness leave room for them.
+    /// Total number of copies, as far as limits of height and slope leave room for them.
     Count(u32),
 }
 
 impl Scatter {
-    /// Points that the land is asked about for one rule, at most.
+    /// Most points at which one rule may sample the terrain.
     pub const MOST_POINTS: u64 = 1 << 22;
 
-    /// Of the land within which it stands.
+    /// Returns the area within the limits, in hectares.
     pub fn area_ha(&self) -> f64 {
         let [west, south, east, north] = self.within_m;
         (east - west) * (north - south) * 1e-4
@@ -134,31 +133,32 @@ fn first_seed() -> u32 {
     1
 }
 
-/// Turns of models, in degrees.
+/// Allowed rotations of models, in degrees.
 const TURNS_DEG: RangeInclusive<f64> = -360_000.0..=360_000.0;
-/// Scales of models.
+/// Allowed scales of models.
 const SCALES: RangeInclusive<f64> = 1e-6..=1e6;
 
-/// A height as a text of a scene or of a list: metres, or `+h` above the ground.
+/// Parses a height of a scene or of a list: metres, or `+h` above the ground. Returns it and whether it is above
+/// ground.
 pub(super) fn height_of(text: &str) -> Result<(f64, bool), String> {
-    // As cameras have it: `++5` is a slip, not a number.
+    // As in cameras, `++5` is a typing error, not a number.
     let above = text.strip_prefix('+').filter(|number| !number.starts_with('+'));
     let found = above.map_or_else(|| text.parse().map(|z_m| (z_m, false)), |number| number.parse().map(|h| (h, true)));
-    found.map_err(|_| format!("z is {}, and must be a number or \"+h\"", quoted(text)))
+    found.map_err(|_| format!("z is {}; it must be a number or \"+h\" (above ground)", quoted(text)))
 }
 
-/// A key and what is wrong with it.
+/// A key and what is wrong with its value.
 pub(super) type WrongKey = (String, String);
 
 fn within(key: &str, value: f64, range: RangeInclusive<f64>) -> Result<f64, WrongKey> {
-    let cause = || format!("it must lie within {} to {}", range.start(), range.end());
+    let cause = || format!("it must be between {} and {}", range.start(), range.end());
     if range.contains(&value) { Ok(value) } else { Err((key.to_owned(), cause())) }
 }
 
-/// Whether a model may stand so; the error is the key and what is wrong with it.
+/// Checks position, rotation and scale of a model; the error is the key and what is wrong with it.
 pub(super) fn check_stance(at_m: DVec3, yaw_deg: f64, scale: f64) -> Result<(), WrongKey> {
     if !(at_m.is_finite() && at_m.abs().max_element() <= LARGEST_COORDINATE_M) {
-        return Err(("at".to_owned(), format!("it must lie within {LARGEST_COORDINATE_M} m")));
+        return Err(("at".to_owned(), format!("each coordinate must be within ±{LARGEST_COORDINATE_M} m")));
     }
     within("yaw_deg", yaw_deg, TURNS_DEG)?;
     within("scale", scale, SCALES)?;
@@ -166,7 +166,7 @@ pub(super) fn check_stance(at_m: DVec3, yaw_deg: f64, scale: f64) -> Result<(), 
 }
 
 impl MeshToml {
-    /// The error is the key and what is wrong with it.
+    /// Validates the entry; the error is the key and what is wrong with it.
     pub(super) fn checked(self, scene_path: &Path) -> Result<MeshPlacement, WrongKey> {
         let wrong = |key: &str, cause: String| (key.to_owned(), cause);
         if self.file.is_empty() {
@@ -178,10 +178,11 @@ impl MeshToml {
             (Some((x_m, y_m, z)), None, None) => {
                 let (z_m, height_above_ground) = match z {
                     HeightToml::Height(z_m) => (z_m, false),
-                    // A number without a sign would better be one.
+                    // A plain number in quotes is rejected: it should be written as a number.
                     HeightToml::Text(text) => height_of(&text)
                         .and_then(|(z_m, is_above)| {
-                            let cause = || format!("z is {}, and must be a number or \"+h\"", quoted(&text));
+                            let cause =
+                                || format!("z is {}; it must be a number or \"+h\" (above ground)", quoted(&text));
                             is_above.then_some((z_m, true)).ok_or_else(cause)
                         })
                         .map_err(|cause| wrong("at", cause))?,
@@ -192,13 +193,16 @@ impl MeshToml {
             (None, Some(list), None) => Stands::Listed(beside(&list)),
             (None, None, Some(scatter)) => Stands::Scattered(scatter.checked()?),
             (None, None, None) => {
-                let cause = "it needs at = [x, y, \"+0\"] or instances = \"LIST.csv\" or scatter = { … }";
+                let cause = "it needs at = [x, y, \"+0\"], instances = \"LIST.csv\" or scatter = { … }";
                 return Err(wrong("at", cause.to_owned()));
             }
             (at, list, scatter) => {
                 let given = [("at", at.is_some()), ("instances", list.is_some()), ("scatter", scatter.is_some())];
                 let given: Vec<&str> = given.iter().filter(|name| name.1).map(|name| name.0).collect();
-                return Err(wrong(given[1], format!("it has both {}, and must have one of them", given.join(" and "))));
+                return Err(wrong(
+                    given[1],
+                    format!("it has both {}; only one of them is allowed", given.join(" and ")),
+                ));
             }
         };
         let at_m = if let Stands::At(place) = &stands { place.at_m } else { DVec3::ZERO };
@@ -213,23 +217,25 @@ impl ScatterToml {
         let wrong = |key: &str, cause: String| Err((format!("scatter.{key}"), cause));
         let [west, south, east, north] = self.within;
         if !(self.within.iter().all(|along_m| along_m.abs() <= LARGEST_COORDINATE_M) && west < east && south < north) {
-            let cause = format!("it must be [west, south, east, north] in metres, within {LARGEST_COORDINATE_M} m");
+            let cause =
+                format!("it must be [west, south, east, north] in metres, ascending, within ±{LARGEST_COORDINATE_M} m");
             return wrong("within", cause);
         }
         let density = match (self.per_ha, self.count) {
             (Some(per_ha), None) => Density::PerHa(within("scatter.per_ha", per_ha, 1e-6..=1e6)?),
             (None, Some(count)) => match u32::try_from(count) {
                 Ok(count) if (1..=MOST_STANDING).contains(&u64::from(count)) => Density::Count(count),
-                _ => return wrong("count", format!("it must lie within 1 to {MOST_STANDING}")),
+                _ => return wrong("count", format!("it must be between 1 and {MOST_STANDING}")),
             },
-            _ => return wrong("per_ha", "it must have one of per_ha and count".to_owned()),
+            _ => return wrong("per_ha", "scatter needs either per_ha or count".to_owned()),
         };
         let range = |key: &str, given: Option<[f64; 2]>, usual: [f64; 2], range: RangeInclusive<f64>| {
             let [low, high] = given.unwrap_or(usual);
             if range.contains(&low) && range.contains(&high) && low <= high {
                 return Ok([low, high]);
             }
-            let cause = format!("it must be two numbers within {} to {}, the lesser first", range.start(), range.end());
+            let cause =
+                format!("it must be two numbers between {} and {}, the smaller one first", range.start(), range.end());
             Err((format!("scatter.{key}"), cause))
         };
         let scatter = Scatter {
@@ -248,7 +254,7 @@ impl ScatterToml {
             let points = per_ha * scatter.area_ha();
             return wrong(
                 "per_ha",
-                format!("it is {points:.0} points, and at most {} are asked", Scatter::MOST_POINTS),
+                format!("it makes {points:.0} points to test, but at most {} are allowed", Scatter::MOST_POINTS),
             );
         }
         Ok(scatter)

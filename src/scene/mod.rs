@@ -1,4 +1,4 @@
-//! What is looked at and from where: camera, camera path, views and rigs of eyes, light, scene file.
+//! Scenes: camera, camera path, views and stereo rigs, light, and the scene file.
 
 pub mod anaglyph;
 pub mod camera;
@@ -35,40 +35,39 @@ pub use wind::Wind;
 
 use crate::source::{OpenOptions, VoidMode};
 
-/// Everything that decides what is drawn, but for the style.
+/// Everything that decides what is drawn, except the style.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// The scene file that says all this; none where nobody wrote one.
+    /// The scene file that defines the scene; `None` if there is no file.
     pub file: Option<PathBuf>,
-    /// The scene of the program that says it.
+    /// The built-in scene that defines it, if it is one.
     pub embedded: Option<&'static embedded::EmbeddedScene>,
-    /// The terrain.
+    /// Where the heights come from.
     pub world: World,
-    /// The light.
+    /// Direction of the sunlight.
     pub sun: Sun,
-    /// When the sun is to stand where it stands, in place of `sun`, which follows from it when the heights are open.
+    /// Date and place from which the sun is computed; replaces `sun` once the heights are open.
     pub sun_time: Option<SunTime>,
-    /// The air.
     pub haze: Haze,
-    /// Where the strongest contrast is; none means that the style says it, if anybody does.
+    /// Place with the strongest contrast; `None` leaves it to the style.
     pub focus: Option<SceneFocus>,
-    /// Where a flight starts; none means a view that the world's extent suggests.
+    /// Where a flight starts; `None` picks a view from the world's extent.
     pub start: Option<Camera>,
-    /// The curvature of the earth; none is a flat map.
+    /// Curvature of the earth; `None` draws a flat map.
     pub earth: Option<earth::Earth>,
-    /// What heights are multiplied by; 1 is true to nature.
+    /// Factor on all heights; 1 is true to scale.
     pub vertical_exaggeration: f64,
-    /// What stands on the land.
+    /// Models placed on the land.
     pub meshes: Vec<MeshPlacement>,
-    /// Trees.
+    /// Where trees grow, and of which species.
     pub forest: Option<Forest>,
-    /// What moves them, if anything does.
+    /// Wind that moves the trees; `None` is still air.
     pub wind: Option<Wind>,
-    /// Land that is no higher is the sea, in metres as the file has heights; none is no sea but where it is level.
+    /// Land at or below this height is sea, in metres in the file's heights; `None`: only level areas are water.
     pub sea_level_m: Option<f64>,
-    /// Files that say where water is, beside what heights show.
+    /// Files that mark water, in addition to what is found in the heights.
     pub water: WaterFiles,
-    /// What is said of height files that do not say it themselves.
+    /// Properties of the height files that the files themselves do not declare.
     pub heights: OpenOptions,
 }
 
@@ -77,53 +76,54 @@ pub struct Scene {
 pub enum World {
     /// A DEM file or a baked pyramid.
     File(PathBuf),
-    /// The address of one.
+    /// The URL of a DEM or a baked pyramid.
     Url(String),
     /// The embedded procedural world.
     Procedural {
-        /// Another seed is another world.
+        /// Seed of the random generator; each seed gives a different world.
         seed: u32,
     },
-    /// Several DEMs in one world, in order of their precedence among equal spacings.
+    /// Several DEMs in one world; of those with equal spacing, an earlier one takes precedence.
     Files(Vec<PathBuf>),
-    /// The procedural continent, or a square from its middle.
+    /// The procedural continent, or a square cut from its middle.
     Continent {
-        /// Another seed is another continent.
+        /// Seed of the random generator; each seed gives a different continent.
         seed: u32,
-        /// Samples along a side.
+        /// Samples along each side.
         size_samples: u32,
-        /// Metres between them; other than 10 stretches the land.
+        /// Distance between samples in metres; values other than 10 stretch the land horizontally.
         spacing_m: f64,
     },
 }
 
-/// A distant light.
+/// The direction of sunlight, a distant light.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sun {
-    /// Where it stands, clockwise from north, in degrees.
+    /// Azimuth, clockwise from north, in degrees.
     pub azimuth_deg: f64,
-    /// Above the horizon, in degrees, −90 to 90.
+    /// Elevation above the horizon, in degrees, −90 to 90.
     pub elevation_deg: f64,
 }
 
-/// Air that takes contrast with distance d: a share of 1 − exp(−(d / distance_m)²), clear near and hazy far.
+/// Haze that reduces contrast with distance d: the share taken is 1 − exp(−(d / distance_m)²), so near land stays
+/// clear.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
 pub struct Haze {
-    /// The distance at which haze has taken 63 %, in metres; none means [`Haze::distance_over_m`].
+    /// Distance at which haze has taken 63 % of the contrast, in metres; `None` means [`Haze::distance_over_m`].
     pub distance_m: Option<f64>,
-    /// What distance fades to, as sRGB-encoded red, green, blue of 0 to 1; none means the style's paper.
+    /// Colour that distant land fades to, sRGB-encoded, 0 to 1; `None` means the style's paper.
     pub color_srgb: Option<[f32; 3]>,
 }
 
 impl Default for Scene {
-    /// The procedural world, light from the north-west as maps have it, no exaggeration.
+    /// Returns the procedural world with light from the north-west, as is usual on maps, and no exaggeration.
     fn default() -> Self {
         Self::of_world(World::Procedural { seed: 1 })
     }
 }
 
 impl Scene {
-    /// A world with everything else at its default: what a bare DEM means on the command line.
+    /// Returns a scene of a world with all else at its default: what a bare DEM on the command line means.
     pub fn of_world(world: World) -> Self {
         Self {
             file: None,
@@ -146,27 +146,28 @@ impl Scene {
     }
 }
 
-/// The scene's light and air, as a frame needs them.
+/// Light and haze of a scene, as a frame needs them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {
-    /// Unit, in the world.
+    /// Unit vector from the ground toward the sun, in the world's frame.
     pub to_sun: DVec3,
-    /// Distance at which haze has taken 63 %.
+    /// Distance at which haze has taken 63 % of the contrast, in metres.
     pub haze_m: f64,
-    /// What distance fades to, in sRGB of 0 to 1; none means the style's.
+    /// Colour that distant land fades to, sRGB-encoded, 0 to 1; `None` means the style's.
     pub haze_srgb: Option<[f32; 3]>,
-    /// Where the strongest contrast is.
+    /// Place with the strongest contrast.
     pub focus: Option<Focus>,
 }
 
-/// Haze of clear air: two thirds of the contrast are gone at this distance.
+/// Distance at which clear air has taken 63 % of the contrast, in metres.
 const CLEAR_AIR_M: f64 = 30_000.0;
-/// Height in which air becomes thinner by a factor of e, in metres.
+/// Scale height of the atmosphere: air density falls by a factor of e over it, in metres.
 const THINNING_M: f64 = 8000.0;
 
 impl Light {
-    /// The same for an eye that is `height_m` above the highest land: air thins with height, so a map's view from above
-    /// is clear. Haze reaches farther by what a ray from the land has less of air than a level one.
+    /// Returns the light for an eye `height_m` above the highest land. Air thins with height, so a map seen from far
+    /// above is clear: haze reaches farther by the ratio of the air along a level ray to the air along a ray from the
+    /// land.
     pub fn from_above(self, height_m: f64) -> Self {
         let t = (height_m / THINNING_M).max(1e-6);
         Self { haze_m: self.haze_m * t / -(-t).exp_m1(), ..self }
@@ -174,7 +175,7 @@ impl Light {
 }
 
 impl Scene {
-    /// The lists of places where its models stand.
+    /// Returns the CSV files that list positions of the scene's models.
     pub fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
         self.meshes.iter().filter_map(|mesh| match &mesh.stands {
             Stands::Listed(list) => Some(list),
@@ -182,7 +183,7 @@ impl Scene {
         })
     }
 
-    /// The light over a world of `extent_m` (east, north).
+    /// Returns the light over a world of `extent_m` (east, north).
     pub fn light(&self, extent_m: [f64; 2]) -> Light {
         Light {
             to_sun: self.sun.direction(),
@@ -202,18 +203,18 @@ impl Default for Sun {
 impl FromStr for Sun {
     type Err = String;
 
-    /// `315,40`.
+    /// Parses `AZIMUTH,ELEVATION` in degrees, like `315,40`.
     fn from_str(text: &str) -> Result<Self, String> {
         let within = |text: &str, most: f64| text.trim().parse().ok().filter(|number| (-most..=most).contains(number));
         let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
             Some(Self { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
         });
-        sun.ok_or_else(|| "it must be an azimuth of -360 to 360 and an elevation of -90 to 90, like 315,40".to_owned())
+        sun.ok_or_else(|| "it must be an azimuth (-360 to 360) and an elevation (-90 to 90), like 315,40".to_owned())
     }
 }
 
 impl Sun {
-    /// The unit vector from the ground toward the sun, in the world's frame.
+    /// Returns the unit vector from the ground toward the sun, in the world's frame.
     pub fn direction(&self) -> DVec3 {
         let (sin_azimuth, cos_azimuth) = self.azimuth_deg.to_radians().sin_cos();
         let (sin_elevation, cos_elevation) = self.elevation_deg.to_radians().sin_cos();
@@ -222,9 +223,9 @@ impl Sun {
 }
 
 impl Haze {
-    /// The distance in use over a world of `extent_m` (east, north): the one given, else 0.45 of the extent's diagonal,
-    /// so that mountains in the middle stand clear before those at the far edge, and 30 km at most, which is clear air:
-    /// a large world has near, middle and far as a small one has.
+    /// Returns the haze distance over a world of `extent_m` (east, north), in metres: the scene's own, or else 0.45 of
+    /// the extent's diagonal, so that mountains in the middle are clear against those at the far edge. It is at most 30
+    /// km, which is clear air, so that a large world has a near, a middle and a far distance like a small one.
     pub fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
         self.distance_m.unwrap_or_else(|| (0.45 * extent_m[0].hypot(extent_m[1])).clamp(1.0, CLEAR_AIR_M))
     }

@@ -1,11 +1,11 @@
-//! Camera paths: CSV with the header `t,x,y,z,yaw,pitch,fov`, and a C1 spline between its rows.
+//! Camera paths: CSV with the header `t,x,y,z,yaw,pitch,fov`, and a C1 spline through its rows.
 //!
-//! The spline is a cubic Hermite one over the rows' own times. A row's tangent is the derivative of the parabola
-//! through it and its two neighbours, which on evenly spaced rows is Catmull-Rom's; the first and last row take the
-//! slope of their only side.
+//! The spline is a cubic Hermite spline over the rows' own times. A row's tangent is the derivative of the parabola
+//! through the row and its two neighbours, which on evenly spaced rows equals Catmull-Rom; the first and last row take
+//! the slope of the one segment that they have.
 //!
-//! Two rows at one time are a jump: the curve ends at the first and begins anew at the second, and at that very time
-//! the second holds. Neither looks across for its slope.
+//! Two rows with the same time are a jump: one curve ends at the first row and another begins at the second, and at
+//! that time the second row applies. No tangent takes a slope across a jump.
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -17,19 +17,19 @@ use super::embedded;
 use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 
-/// The columns, in order.
+/// The columns in the required order.
 const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
 
-/// Rows nearer in time than this (in seconds) are taken as a mistake; it also keeps slopes finite.
+/// Smallest allowed time between rows, in seconds; shorter steps are probably mistakes, and slopes must stay finite.
 const SHORTEST_STEP_S: f64 = 1e-6;
 
-/// The latest time a path may hold, in seconds: a year.
+/// Largest allowed absolute time, in seconds: a year.
 const LATEST_S: f64 = 366.0 * 86_400.0;
 
-/// What the spline interpolates: x, y, z, yaw (unwrapped), pitch, fov.
+/// The interpolated values: x, y, z, yaw (unwrapped), pitch, fov.
 type Values = [f64; 6];
 
-/// A camera that moves: a C1 curve through the rows of a file.
+/// A moving camera: a C1 curve through the rows of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
     times_s: Vec<f64>,
@@ -38,31 +38,30 @@ pub struct CameraPath {
     height_above_ground: bool,
 }
 
-/// Why a file is no camera path. One line that names the file, the line and the cause.
+/// Why a file is not a valid camera path. One line that names the file, the line and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum PathError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("cannot read the camera path {}: {cause}", named(path))]
     Open {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
         #[source]
         cause: std::io::Error,
     },
     /// A line is wrong.
     #[error("{}:{line}: {cause}", named(path))]
     Line {
-        /// The file.
+        /// Path of the file.
         path: PathBuf,
-        /// Counted from 1, the header included.
+        /// Line number, counted from 1 with the header.
         line: u64,
-        /// What is wrong with it.
+        /// What is wrong with the line.
         cause: String,
     },
 }
 
-/// One row of the file, with the line it stood on for messages.
+/// One row of the file, with its line number for messages.
 struct Row {
     line: u64,
     time_s: f64,
@@ -70,43 +69,44 @@ struct Row {
 }
 
 impl CameraPath {
-    /// Reads a path whose z are either all in the world's frame or all above ground (`+h`). In the second case the
-    /// sampled cameras are above ground as well, so that the flight follows the terrain.
+    /// Reads a path whose z values are either all in the world's frame or all above the ground (`+h`). In the second
+    /// case the sampled cameras are above the ground as well, so the flight follows the terrain.
     ///
     /// # Errors
-    /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is no camera;
-    /// times that do not increase but for jumps; z of both kinds.
+    /// A file that cannot be read; a header other than `t,x,y,z,yaw,pitch,fov`; no row; a row that is not a valid
+    /// camera; times that do not increase, except for jumps; a mixture of both kinds of z.
     pub fn read(path: &Path) -> Result<Self, PathError> {
         Self::parse(path, Self::read_text(path)?.as_bytes())
     }
 
-    /// As [`CameraPath::read`], from a text. `name` stands for the file in messages.
+    /// Parses a path like [`CameraPath::read`], from text. `name` is the file name for messages.
     ///
     /// # Errors
-    /// As [`CameraPath::read`].
+    /// The same as [`CameraPath::read`].
     pub fn parse(name: &Path, text: impl Read) -> Result<Self, PathError> {
         let rows = rows(name, text)?;
         if let Some(odd) = rows.iter().find(|row| row.camera.height_above_ground != rows[0].camera.height_above_ground)
         {
-            let cause = "z is above ground (+h) in some rows and not in others; write all rows alike".to_owned();
+            let cause =
+                "z is above the ground (+h) in some rows and absolute in others; use one kind in all rows".to_owned();
             return Err(PathError::Line { path: name.to_owned(), line: odd.line, cause });
         }
         Ok(Self::through(&rows))
     }
 
-    /// Reads a path whose z may be of both kinds: rows above ground are set on the ground where they stand, and the
-    /// path runs in the world's frame. `ground_m(x, y)` is the height of the ground in metres.
+    /// Reads a path whose z values may be of both kinds: rows above the ground are converted with the ground height at
+    /// their position, so the path is in the world's frame. `ground_m(x, y)` is the height of the ground in metres.
     ///
     /// # Errors
-    /// As [`CameraPath::read`], but for the last.
+    /// The same as [`CameraPath::read`], except that z of both kinds is allowed.
     pub fn read_on_ground(path: &Path, ground_m: impl Fn(f64, f64) -> f64) -> Result<Self, PathError> {
         Self::parse_on_ground(path, Self::read_text(path)?.as_bytes(), ground_m)
     }
 
-    /// As [`CameraPath::read_on_ground`], from a text. `name` stands for the file in messages.
+    /// Parses a path like [`CameraPath::read_on_ground`], from text. `name` is the file name for messages.
     ///
     /// # Errors
-    /// As [`CameraPath::read_on_ground`].
+    /// The same as [`CameraPath::read_on_ground`].
     pub fn parse_on_ground(
         name: &Path,
         text: impl Read,
@@ -119,11 +119,11 @@ impl CameraPath {
         Ok(Self::through(&rows))
     }
 
-    /// The text of a file, or of a path inside the program, for whoever parses it twice: it may be a pipe, which can be
-    /// read once.
+    /// Returns the text of a file, or of a built-in path, for callers that parse it twice: a pipe can be read only
+    /// once.
     ///
     /// # Errors
-    /// A file that cannot be read, is too long, or is no text.
+    /// A file that cannot be read, is too long, or is not text.
     pub fn read_text(path: &Path) -> Result<String, PathError> {
         if let Some(text) = embedded::path(path) {
             return Ok(text.to_owned());
@@ -131,7 +131,7 @@ impl CameraPath {
         read_text(path, LARGEST_PATH_BYTES).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
     }
 
-    /// A camera that stands still.
+    /// Returns the path of a camera that does not move.
     pub fn still(camera: Camera) -> Self {
         Self::through(&[Row { line: 1, time_s: 0.0, camera }])
     }
@@ -143,7 +143,7 @@ impl CameraPath {
             let DVec3 { x, y, z } = camera.position_m;
             let mut yaw_deg = camera.yaw_deg;
             if let Some(previous) = values.last() {
-                // The shorter way round from the row before: a step within −180 to 180.
+                // The shorter way round from the previous row: a step within −180 to 180.
                 yaw_deg = previous[3] + (yaw_deg - previous[3] + 180.0).rem_euclid(360.0) - 180.0;
             }
             values.push([x, y, z, yaw_deg, camera.pitch_deg, camera.fov_deg]);
@@ -152,18 +152,18 @@ impl CameraPath {
         Self { times_s, values, tangents, height_above_ground: rows[0].camera.height_above_ground }
     }
 
-    /// The times of the rows in seconds, increasing but for jumps, which have their time twice; at least one.
+    /// Returns the times of the rows in seconds, at least one. They increase, except at jumps, whose time occurs twice.
     pub fn times_s(&self) -> &[f64] {
         &self.times_s
     }
 
-    /// From the first row to the last, in seconds; 0 for one row.
+    /// Returns the time from the first row to the last, in seconds; 0 for one row.
     pub fn duration_s(&self) -> f64 {
         self.times_s[self.times_s.len() - 1] - self.times_s[0]
     }
 
-    /// The camera at `time_s` on the file's own clock; before the first row the first, after the last row the last.
-    /// The yaw runs on over 360 rather than jump.
+    /// Returns the camera at `time_s` on the file's own clock; before the first row the first camera, after the last
+    /// row the last. The yaw continues beyond 360 instead of jumping.
     pub fn sample(&self, time_s: f64) -> Camera {
         let last = self.times_s.len() - 1;
         if last == 0 || time_s.is_nan() || time_s <= self.times_s[0] {
@@ -194,37 +194,37 @@ impl CameraPath {
             position_m: DVec3::new(x, y, z),
             height_above_ground: self.height_above_ground,
             yaw_deg,
-            // The spline may swing past rows that stand at the limits.
+            // The spline may overshoot rows at the limits.
             pitch_deg: pitch_deg.clamp(-90.0, 90.0),
             fov_deg: fov_deg.clamp(FOV_RANGE_DEG[0], FOV_RANGE_DEG[1]),
         }
     }
 
-    /// How many frames [`CameraPath::frames`] gives: at least one. `fps` must be positive and finite.
+    /// Returns the number of frames of [`CameraPath::frames`], at least one. `fps` must be positive and finite.
     pub fn frame_count(&self, fps: f64) -> usize {
-        // The last row is a frame as well, and rounding must not lose it: 0.1 s at 30 fps is 3 steps, not 2.99….
+        // The last row is a frame as well, and rounding must not drop it: 0.1 s at 30 fps is 3 steps, not 2.99….
         (self.duration_s() * fps + 1e-6).floor() as usize + 1
     }
 
-    /// The cameras of a film at `fps` frames per second, from the first row on.
+    /// Returns the cameras of a film at `fps` frames per second, starting at the first row.
     pub fn frames(&self, fps: f64) -> impl ExactSizeIterator<Item = Camera> + '_ {
         (0..self.frame_count(fps)).map(move |frame| self.sample(self.times_s[0] + frame as f64 / fps))
     }
 
-    /// `count` cameras, evenly spread in time from the first row to the last, both included.
+    /// Returns `count` cameras, evenly spaced in time from the first row to the last, both included.
     pub fn spread(&self, count: usize) -> impl ExactSizeIterator<Item = Camera> + '_ {
         let step_s = self.duration_s() / count.saturating_sub(1).max(1) as f64;
         (0..count).map(move |frame| self.sample(self.times_s[0] + frame as f64 * step_s))
     }
 }
 
-/// The rows of a path: the header is right, there is at least one, and the times increase but for jumps.
+/// Parses the rows of a path and checks the header, that there is at least one row, and that times increase.
 fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let wrong = |line: u64, cause: String| PathError::Line { path: name.to_owned(), line, cause };
     let csv_error = |error: csv::Error| {
         let line = error.position().map_or(1, csv::Position::line);
         match error.kind() {
-            csv::ErrorKind::Utf8 { .. } => wrong(line, "it is not in UTF-8".to_owned()),
+            csv::ErrorKind::Utf8 { .. } => wrong(line, "it is not valid UTF-8".to_owned()),
             _ => wrong(line, printable(&error.to_string(), 120)),
         }
     };
@@ -237,12 +237,12 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     let header = reader.headers().map_err(csv_error)?;
     let names: Vec<&str> = header.iter().map(|name| name.trim_start_matches('\u{feff}')).collect();
     if names.iter().all(|name| name.is_empty()) {
-        return Err(wrong(1, format!("it has no header, and must begin with `{}`", HEADER.join(","))));
+        return Err(wrong(1, format!("the header is missing; the first line must be `{}`", HEADER.join(","))));
     }
     if names != HEADER {
         return Err(wrong(
             1,
-            format!("the header is `{}`, and must be `{}`", shown(&names.join(",")), HEADER.join(",")),
+            format!("the header is `{}`; it must be `{}`", shown(&names.join(",")), HEADER.join(",")),
         ));
     }
     let mut rows: Vec<Row> = Vec::new();
@@ -251,10 +251,10 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
         let line = record.position().map_or(0, csv::Position::line);
         let fields: Vec<&str> = record.iter().collect();
         let [time, camera @ ..] = <[&str; 7]>::try_from(fields)
-            .map_err(|fields| wrong(line, format!("{} fields, and there must be {}", fields.len(), HEADER.len())))?;
+            .map_err(|fields| wrong(line, format!("found {} fields; there must be {}", fields.len(), HEADER.len())))?;
         let time_s: f64 = time.parse().map_err(|_| wrong(line, format!("t is `{}`: not a number", shown(time))))?;
         if time_s.is_nan() || time_s.abs() > LATEST_S {
-            return Err(wrong(line, format!("t is `{}`: it must lie within a year of 0, in seconds", shown(time))));
+            return Err(wrong(line, format!("t is `{}`; it must be in seconds, at most a year from 0", shown(time))));
         }
         if let Some(previous) = rows.last()
             && time_s - previous.time_s < SHORTEST_STEP_S
@@ -263,7 +263,9 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             let before = previous.time_s;
             return Err(wrong(
                 line,
-                format!("t is {time_s} after {before}; times must increase by 1 µs at least, or two rows be a jump"),
+                format!(
+                    "t is {time_s} after {before}; times must increase by at least 1 µs (rows with equal t are a jump)"
+                ),
             ));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
@@ -275,7 +277,7 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
     Ok(rows)
 }
 
-/// Whether a row at `time_s` after these begins anew at their last time: once, and not at the very start.
+/// Whether a row at `time_s` after these is a valid jump: the second row of that time, and not at the very start.
 fn is_jump(rows: &[Row], time_s: f64) -> bool {
     matches!(rows, [.., before, last] if time_s == last.time_s && before.time_s < last.time_s)
 }
@@ -283,7 +285,7 @@ fn is_jump(rows: &[Row], time_s: f64) -> bool {
 fn tangents(times_s: &[f64], values: &[Values]) -> Vec<Values> {
     let last = times_s.len() - 1;
     let slope = |row: usize, k: usize| (values[row + 1][k] - values[row][k]) / (times_s[row + 1] - times_s[row]);
-    // Across a jump there is no slope.
+    // There is no slope across a jump.
     let step_s = |row: usize| Some(times_s.get(row + 1)? - times_s[row]).filter(|&step_s| step_s > 0.0);
     let tangent = |row: usize, k: usize| match (row.checked_sub(1).and_then(step_s), step_s(row)) {
         (None, None) => 0.0,

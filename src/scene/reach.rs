@@ -1,5 +1,5 @@
-//! What a scene file may name: files beside and below it. A scene from somebody else can then neither show other files
-//! of this machine nor make hachure contact servers. The user lifts the restriction for scenes that are trusted.
+//! What a scene file may name: files in its folder and below. So a scene from somebody else can neither show other
+//! files of this machine nor make hachure contact servers. The user lifts the restriction for scenes that are trusted.
 
 use std::path::{Component, Path, PathBuf};
 
@@ -11,29 +11,29 @@ use crate::source::{self, Kind};
 /// How far the names in a scene file may lead.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Reach {
-    /// To the folder of the scene file and what lies below it. Links that lead out of it count as outside.
+    /// The folder of the scene file and everything below it. Symbolic links that lead out of it count as outside.
     #[default]
     SceneFolder,
-    /// Anywhere on this machine, and to the network.
+    /// Anywhere on this machine, and on the network.
     Anywhere,
 }
 
 impl Reach {
-    /// As the command line says it.
+    /// Returns the reach for the command line's `--trust-scene`.
     #[must_use]
     pub fn trusting(trusts: bool) -> Self {
         if trusts { Self::Anywhere } else { Self::SceneFolder }
     }
 }
 
-/// Tiles lie so deep in their folder: `z/x/y.png`.
+/// Depth of folders of tiles, `z/x/y.png`.
 const TILE_LEVELS: usize = 3;
 
 impl Scene {
-    /// Whether all that the scene file at `file` names may be reached.
+    /// Checks that everything that the scene file at `file` names is within reach.
     ///
     /// # Errors
-    /// [`SceneError::Outside`], with the name that leads out.
+    /// [`SceneError::Outside`], with the first name that leads out.
     pub fn check_reach(&self, file: &Path, reach: Reach) -> Result<(), SceneError> {
         if reach == Reach::Anywhere {
             return Ok(());
@@ -47,7 +47,7 @@ impl Scene {
         let folder = Inside::of(file.parent().unwrap_or(Path::new("")));
         let check = |key: &'static str, path: &Path| match folder.holds(path) {
             true => Ok(()),
-            false => Err(outside(key, path.display().to_string(), "lies outside of the scene's folder")),
+            false => Err(outside(key, path.display().to_string(), "is outside the scene's folder")),
         };
         let check_dem = |path: &Path| {
             check("world.dem", path)?;
@@ -78,9 +78,9 @@ impl Scene {
 
 /// A folder that paths may not leave.
 struct Inside {
-    /// Without links; none where the folder is not there.
+    /// The path with links resolved; `None` if the folder does not exist.
     real: Option<PathBuf>,
-    /// By its name alone.
+    /// The absolute path with `..` resolved by name alone.
     named: PathBuf,
 }
 
@@ -90,7 +90,7 @@ impl Inside {
         Self { real: folder.canonicalize().ok(), named: without_dots(folder) }
     }
 
-    /// An existing file is judged by its place after all links, a missing one by its name.
+    /// Whether a path is inside. Links are resolved for an existing file; a missing one is judged by its name.
     fn holds(&self, path: &Path) -> bool {
         match (path.canonicalize(), &self.real) {
             (Ok(place), Some(real)) => place.starts_with(real),
@@ -99,7 +99,7 @@ impl Inside {
     }
 }
 
-/// An absolute path in which `..` has taken away what stands before it.
+/// Returns the absolute path with `.` and `..` resolved by name alone.
 fn without_dots(path: &Path) -> PathBuf {
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
     absolute.components().fold(PathBuf::new(), |mut whole, part| {
@@ -114,7 +114,7 @@ fn without_dots(path: &Path) -> PathBuf {
     })
 }
 
-/// The links among all that is looked at when a folder of height files, or of tiles, is read.
+/// Returns the symbolic links among the files that are read when a folder of height files, or of tiles, is opened.
 fn links_read_in(folder: &Path) -> Vec<PathBuf> {
     match source::kind_of(folder) {
         Kind::File => Vec::new(),
@@ -130,10 +130,10 @@ fn links_read_in(folder: &Path) -> Vec<PathBuf> {
     }
 }
 
-/// The links in a folder and in the folders in it, `levels` deep.
+/// Returns the symbolic links in a folder and its subfolders, `levels` deep.
 fn links_in(folder: &Path, levels: usize) -> Vec<PathBuf> {
     let mut links = Vec::new();
-    // What cannot be read fails when it is opened.
+    // Unreadable folders fail later, when they are opened.
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         match entry.file_type() {
             Ok(kind) if kind.is_symlink() => links.push(entry.path()),

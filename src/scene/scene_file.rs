@@ -1,88 +1,88 @@
-//! The scene file: TOML, every key optional but the world. [`super::reach`] says what it may name.
+//! The scene file: TOML; every key is optional except the world. [`super::reach`] limits which files it may name.
 //!
 //! ```toml
 //! vertical_exaggeration = 1.0
 //!
 //! [world]
-//! dem = "mountain.tif"              # beside the scene file, or an address (https://…, s3://…)
-//! # dem = ["a.tif", "b.tif"]        # several in one world; a folder means all DEMs in it
-//! # nodata = -9999                  # heights that are voids, in metres, beside those that the DEM declares
-//! # voids = "holes"                 # leaves small holes as they are; "fill", the default, closes them smoothly
+//! dem = "mountain.tif"              # relative to the scene file, or a URL (https://…, s3://…)
+//! # dem = ["a.tif", "b.tif"]        # several DEMs in one world; a folder means all DEMs in it
+//! # nodata = -9999                  # additional no-data value, in metres
+//! # voids = "holes"                 # keeps small holes; the default, "fill", closes them smoothly
 //! # procedural = { seed = 1 }       # instead of dem
-//! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # likewise; all of it optional
+//! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # instead of dem; each key is optional
 //!
 //! [sun]
 //! azimuth_deg = 315                 # clockwise from north
 //! elevation_deg = 40
-//! # date = "2026-06-21T09:30+02:00"   # instead of both
-//! # place = "46.55,7.98"            # latitude and longitude, where the DEM does not say where it lies
+//! # date = "2026-06-21T09:30+02:00"   # computes both angles
+//! # place = "46.55,7.98"            # latitude and longitude for date; default: the DEM's location
 //!
 //! [haze]
-//! distance_m = 20000                # where haze has taken 63 %; without it, the diagonal of the extent
-//! color = "#dfe6ea"                 # without it, the style's paper
+//! distance_m = 20000                # where haze has taken 63 %; default: from the extent
+//! color = "#dfe6ea"                 # default: the style's paper
 //!
-//! [focus]                           # where the strongest contrast is; without it, the style says it
-//! place = [1200, -300]              # east and north in metres, and maybe a height
-//! radius_m = 2000                   # contrast is full so far around it
-//! strength = 0.7                    # how much of it is gone far away, 0 to 1; without it, 0.7
+//! [focus]                           # where contrast is strongest; default: the style's
+//! place = [1200, -300]              # east and north in metres, and optionally a height
+//! radius_m = 2000                   # radius of full contrast
+//! strength = 0.7                    # share of contrast lost far away, 0 to 1; default: 0.7
 //!
 //! [earth]
-//! curvature = true                  # bends the map; without it, the map is flat
-//! refraction = 0.13                 # of the air; without it, 0
+//! curvature = true                  # curves the map; default: a flat map
+//! refraction = 0.13                 # coefficient of the air; default: 0
 //!
 //! [camera]
 //! start = "0,-2000,+300,0,-10,50"   # x,y,z,yaw,pitch,fov
 //!
-//! [[meshes]]                        # as many as there are
-//! file = "hut.obj"                  # beside the scene file
-//! at = [120, -40, "+0"]             # of the file's origin: east, north, up; "+h" is above the ground
-//! yaw_deg = 30                      # clockwise from above; without it, 0
-//! scale = 1                         # metres for each unit of the file
-//! up = "y"                          # or "z": what points up in the file
-//! # instead of at, to let it stand many times:
-//! # instances = "huts.csv"          # columns x, y and maybe z, yaw, scale: see `super::mesh_list`
+//! [[meshes]]                        # once per model
+//! file = "hut.obj"                  # relative to the scene file
+//! at = [120, -40, "+0"]             # position of the file's origin: east, north, up; "+h" is above the ground
+//! yaw_deg = 30                      # clockwise from above; default: 0
+//! scale = 1                         # metres per unit of the file
+//! up = "y"                          # or "z": the axis that points up in the file
+//! # instead of at, for many copies:
+//! # instances = "huts.csv"          # columns x, y and optionally z, yaw, scale: see `super::mesh_list`
 //! # scatter = { count = 500, within = [-900, -900, 900, 900], heights_m = [800, 2000], steepest_deg = 25 }
 //! #   per_ha instead of count; seed = 1; scale = [0.8, 1.2]; turn_deg = [0, 360]; up_m = 0 above the ground
 //!
 //! [water]
-//! sea_level_m = 0                   # land that is no higher is the sea; without it, water is what is level
-//! # polygons = "lakes.geojson"      # water beside that: polygons, on WGS 84 or as the file says
-//! # mask = "water.tif"              # likewise a raster, of which all but 0 is water
-//! # only_given = true               # what is level is no water then
+//! sea_level_m = 0                   # land at or below this height is sea; default: only level areas are water
+//! # polygons = "lakes.geojson"      # additional water: polygons, in WGS 84 or the file's own CRS
+//! # mask = "water.tif"              # additional water: every non-zero value of a raster
+//! # only_given = true               # then level areas are not water
 //!
-//! [wind]                            # moves trees; without it, they stand still
-//! speed_m_s = 4                     # in the mean, at most 60; without it, 5
-//! from_deg = 240                    # where it comes from, clockwise from north; without it, 270
+//! [wind]                            # moves trees; default: still air
+//! speed_m_s = 4                     # mean speed, at most 60; default: 5
+//! from_deg = 240                    # direction it comes from, clockwise from north; default: 270
 //!
-//! [forest]                          # trees by rules; every key is optional
+//! [forest]                          # trees by rules; each key is optional
 //! seed = 1
 //! trees_per_ha = 300                # at most 625
-//! tree_line_m = 2000                # without it, they stand at any height
+//! tree_line_m = 2000                # default: trees grow at any height
 //! raggedness_m = 80                 # of the tree line
 //! steepest_deg = 38
-//! height_m = 18                     # of a tree in the mean, where its species says nothing
-//! mask = "mask.png"                 # where they stand: grey, white is all of them; or a GeoTIFF
-//! land_cover = "cover.tif"          # a GeoTIFF of classes, of which `forest.classes` tells
-//! canopy_height = "chm.tif"         # a GeoTIFF of how tall trees are, in metres; below 2 m there is none
+//! height_m = 18                     # mean height of trees whose species has none of its own
+//! mask = "mask.png"                 # density in grey, white is full; or a GeoTIFF
+//! land_cover = "cover.tif"          # a GeoTIFF of classes, explained by `forest.classes`
+//! canopy_height = "chm.tif"         # a GeoTIFF of tree heights in metres; below 2 m there are no trees
 //!
-//! [[forest.classes]]                # of land_cover; a class that is not listed has no trees
+//! [[forest.classes]]                # of land_cover; classes that are not listed have no trees
 //! class = 43
-//! density = 0.8                     # of trees_per_ha; without it, 1
-//! mix = { conifer = 3, broadleaf = 1 }   # shares of forms; or of species: species = [3, 1, 0]
+//! density = 0.8                     # share of trees_per_ha; default: 1
+//! mix = { conifer = 3, broadleaf = 1 }   # shares of forms; or of each species: species = [3, 1, 0]
 //!
-//! [[forest.species]]                # up to 8; without them, a mixed forest
+//! [[forest.species]]                # up to 8; default: a mixed forest
 //! form = "conifer"                  # or "broadleaf", "birch", "snag"
-//! # file = "oak.obj"                # instead of form: a model, as tall as height_m in the mean
-//! # up = "y"                        # or "z": what points up in the file
-//! share = 6                         # of all trees, by those of the others
+//! # file = "oak.obj"                # instead of form: a model, scaled to height_m on average
+//! # up = "y"                        # or "z": the axis that points up in the file
+//! share = 6                         # of all trees, relative to the other shares
 //! height_m = 22
-//! low_m = 800                       # it stands between these heights
+//! low_m = 800                       # the species grows between these heights
 //! high_m = 1900
-//! aspect_deg = 0                    # on slopes that look there, clockwise from north
-//! by_aspect = 0.7                   # how much that matters, 0 to 1
-//! by_hollow = 0.5                   # −1 to 1: in hollows rather than on ridges, or the other way round
-//! color = "#3a5a2a"                 # of leaves, and of what a model gives no colour; without it, the species' own
-//! bark_color = "#6b503f"            # of a form only
+//! aspect_deg = 0                    # slopes that face this way are preferred, clockwise from north
+//! by_aspect = 0.7                   # strength of that preference, 0 to 1
+//! by_hollow = 0.5                   # 1 prefers hollows, −1 ridges
+//! color = "#3a5a2a"                 # of leaves and of model parts without a colour; default: the species' own
+//! bark_color = "#6b503f"            # with form only
 //! ```
 
 use std::path::{Path, PathBuf};
@@ -104,31 +104,30 @@ use crate::pyramid::store::continent_store::SMALLEST_SAMPLES;
 use crate::source::VoidMode;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
 
-/// Why a file is no scene. One line that names the file, the place in it, the key and the cause.
+/// Why a file is not a valid scene. One line that names the file, the position in it, the key and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
-    /// The file cannot be read at all.
+    /// The file cannot be read.
     #[error("cannot read the scene {}: {cause}", named(path))]
     Open {
-        /// The file.
+        /// Path of the scene file.
         path: PathBuf,
-        /// What the system said.
         #[source]
         cause: std::io::Error,
     },
-    /// It is not TOML, has a key that scenes do not have, or a value that makes no sense.
+    /// The file is not valid TOML, has an unknown key, or has a value out of range.
     #[error(transparent)]
     Toml(#[from] TomlError),
-    /// A name that leads farther than a scene may by itself: see [`super::reach::Reach`].
+    /// A name that leads outside of what a scene may use without the user's trust: see [`super::reach::Reach`].
     #[error("{}: {key}: {} {what}; --trust-scene allows it", named(path), named(name))]
     Outside {
-        /// The file.
+        /// Path of the scene file.
         path: PathBuf,
-        /// The key with its section.
+        /// The key with its section, like `world.dem`.
         key: &'static str,
-        /// What it names, without passwords.
+        /// The name that the key holds, without passwords.
         name: String,
-        /// Why that is outside.
+        /// Why the name is outside.
         what: &'static str,
     },
 }
@@ -166,7 +165,7 @@ struct WorldToml {
 }
 
 #[derive(Deserialize)]
-#[serde(untagged, expecting = "it must be a file's name or a list of them")]
+#[serde(untagged, expecting = "it must be a file name or a list of file names")]
 enum DemToml {
     One(String),
     Several(Vec<String>),
@@ -201,17 +200,17 @@ struct SunToml {
 }
 
 impl SunToml {
-    /// The sun by its date; else which key makes no sense, and why.
+    /// Returns the sun's date and place, if given; the error is the key and what is wrong with it.
     fn time(&self) -> Result<Option<SunTime>, (&'static str, String)> {
         let place = self.place.as_ref().map(|place| place.parse().map_err(|cause| ("sun.place", cause))).transpose()?;
         let Some(date) = &self.date else {
             return match place {
-                Some(_) => Err(("sun.place", "it is for a date, which is not given".to_owned())),
+                Some(_) => Err(("sun.place", "it is only used with sun.date, which is missing".to_owned())),
                 None => Ok(None),
             };
         };
         if self.azimuth_deg.is_some() || self.elevation_deg.is_some() {
-            return Err(("sun.date", "it stands instead of azimuth_deg and elevation_deg".to_owned()));
+            return Err(("sun.date", "it cannot be combined with azimuth_deg and elevation_deg".to_owned()));
         }
         Ok(Some(SunTime { moment: date.parse().map_err(|cause| ("sun.date", cause))?, place }))
     }
@@ -247,7 +246,7 @@ pub(super) enum UpToml {
 }
 
 impl Scene {
-    /// Reads a scene file. A relative `world.dem` counts from the folder of the scene file.
+    /// Reads a scene file. Relative paths in it are relative to its folder.
     ///
     /// # Errors
     /// A file that cannot be read or is not TOML; unknown keys; no world, or two; values out of range.
@@ -257,10 +256,10 @@ impl Scene {
         Self::parse(path, &text)
     }
 
-    /// As [`Scene::read`], from a text; `path` is where it stands, or would.
+    /// Parses a scene like [`Scene::read`], from text. `path` is the scene's file name, whether or not the file exists.
     ///
     /// # Errors
-    /// As [`Scene::read`].
+    /// The same as [`Scene::read`].
     pub fn parse(path: &Path, text: &str) -> Result<Self, SceneError> {
         let name = path.to_string_lossy();
         let file: FileToml = toml_text::read(&name, text)?;
@@ -270,7 +269,7 @@ impl Scene {
 
         let no_data = file.world.nodata;
         if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
-            return Err(wrong("world.nodata", "it must be a finite height in metres, of a dem"));
+            return Err(wrong("world.nodata", "it must be a finite height in metres, and the world must be a dem"));
         }
         let voids = file.world.voids;
         let mut scene = Self::of_world(world(path, file.world).map_err(|wrong| wrong.in_text(&name, text))?);
@@ -284,15 +283,15 @@ impl Scene {
         };
         scene.sun_time = file.sun.time().map_err(|(key, cause)| wrong(key, &cause))?;
         if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
-            return Err(wrong("sun.azimuth_deg", "it must lie within -360 to 360"));
+            return Err(wrong("sun.azimuth_deg", "it must be between -360 and 360"));
         }
         if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
-            return Err(wrong("sun.elevation_deg", "it must lie within -90 to 90"));
+            return Err(wrong("sun.elevation_deg", "it must be between -90 and 90"));
         }
         if let Some(distance_m) = file.haze.distance_m
             && !(distance_m.is_finite() && distance_m > 0.0)
         {
-            return Err(wrong("haze.distance_m", "it must be finite and more than 0"));
+            return Err(wrong("haze.distance_m", "it must be finite and greater than 0"));
         }
         let color_srgb = match &file.haze.color {
             Some(text) => Some(color(text).ok_or_else(|| wrong("haze.color", "it must be written as \"#rrggbb\""))?),
@@ -303,7 +302,7 @@ impl Scene {
         scene.focus = focus.transpose().map_err(|(key, cause)| wrong(key, cause))?;
         let refraction = file.earth.refraction.unwrap_or(0.0);
         if !(-1.0..1.0).contains(&refraction) {
-            return Err(wrong("earth.refraction", "it must lie within -1 to 1"));
+            return Err(wrong("earth.refraction", "it must be at least -1 and less than 1"));
         }
         scene.earth = file.earth.curvature.then_some(Earth { refraction });
         if let Some(forest) = &file.forest {
@@ -313,7 +312,7 @@ impl Scene {
             scene.wind = wind.checked().map_err(|(key, cause)| wrong(&key, &cause))?;
         }
         if file.water.sea_level_m.is_some_and(|level_m| !(-12_000.0..=9_000.0).contains(&level_m)) {
-            return Err(wrong("water.sea_level_m", "it must lie within -12000 to 9000"));
+            return Err(wrong("water.sea_level_m", "it must be between -12000 and 9000"));
         }
         scene.sea_level_m = file.water.sea_level_m;
         scene.water = file.water.files(path).map_err(|(key, cause)| wrong(key, cause))?;
@@ -329,7 +328,7 @@ impl Scene {
         for (number, mesh) in file.meshes.into_iter().enumerate() {
             let placement = mesh.checked(path);
             let placement = placement.map_err(|(key, cause)| {
-                let words = format!(": of mesh {}: {cause}", number + 1);
+                let words = format!(" (mesh {}): {cause}", number + 1);
                 Wrong::new(format!("meshes[{number}].{key}"), words).in_text(&name, text)
             })?;
             scene.meshes.push(placement);
@@ -345,7 +344,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
     let empty = || Wrong::told("world.dem", "world: dem is empty");
     match (world.dem, world.procedural, world.continent) {
         (None, None, None) => {
-            Err(wrong("it needs dem = \"FILE\" or procedural = { seed = 1 } or continent = {}".to_owned()))
+            Err(wrong("it needs dem = \"FILE\", procedural = { seed = 1 } or continent = {}".to_owned()))
         }
         (None, Some(procedural), None) => Ok(World::Procedural { seed: procedural.seed }),
         (None, None, Some(continent)) => self::continent(&continent),
@@ -354,14 +353,14 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
         (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
         (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
             _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err(empty()),
-            Some(url) => Err(wrong(format!("{}: a list holds files of this machine only", quoted(url)))),
+            Some(url) => Err(wrong(format!("{}: a list of DEMs must hold local files only", quoted(url)))),
             None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
         },
         (dem, procedural, continent) => {
             let names =
                 [("dem", dem.is_some()), ("procedural", procedural.is_some()), ("continent", continent.is_some())];
             let given: Vec<&str> = names.iter().filter(|name| name.1).map(|name| name.0).collect();
-            Err(wrong(format!("it has both {}, and must have one of them", given.join(" and "))))
+            Err(wrong(format!("it has both {}; only one of them is allowed", given.join(" and "))))
         }
     }
 }
@@ -369,7 +368,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
 fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
     let wrong = |key: &str, least: f64, most: f64| {
         let key = format!("continent.{key}");
-        Wrong::told(format!("world.{key}"), format!("world: {key} must lie within {least} to {most}"))
+        Wrong::told(format!("world.{key}"), format!("world: {key} must be between {least} and {most}"))
     };
     let size_samples = continent.size_samples.unwrap_or(SIZE_SAMPLES);
     if !(SMALLEST_SAMPLES..=SIZE_SAMPLES).contains(&size_samples) {
@@ -382,7 +381,7 @@ fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
     Ok(World::Continent { seed: continent.seed, size_samples, spacing_m })
 }
 
-/// `#rrggbb` as three numbers of 0 to 1.
+/// Parses `#rrggbb` as three numbers, 0 to 1.
 pub(super) fn color(text: &str) -> Option<[f32; 3]> {
     let digits = text.strip_prefix('#').filter(|d| d.len() == 6 && d.bytes().all(|byte| byte.is_ascii_hexdigit()))?;
     let number = u32::from_str_radix(digits, 16).ok()?;

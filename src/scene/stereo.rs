@@ -1,4 +1,4 @@
-//! Two eyes beside a camera, and which of them a picture shows.
+//! Stereo pairs: two eyes placed around a camera, and which of them a picture shows.
 //!
 //! Why: `docs/decisions/stereo.md`.
 
@@ -7,32 +7,33 @@ use std::str::FromStr;
 
 use super::view::{Lens, Pose, Rig, View};
 
-/// Between the eyes of most people.
+/// Mean distance between human eyes, in metres.
 pub const IPD_M: f64 = 0.065;
 
-/// Eyes so far apart, of the nearest land that is seen, show a mountain as a thing on a table.
+/// Ratio of eye separation to the nearest visible land at which a mountain looks like a model on a table.
 pub const HYPERSTEREO: f64 = 1.0 / 30.0;
 
 /// Which eyes a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Eyes {
-    /// One, at the camera.
+    /// A single eye at the camera.
     #[default]
     Mono,
-    /// The left one of a pair.
+    /// The left eye of a stereo pair.
     Left,
-    /// The right one of a pair.
+    /// The right eye of a stereo pair.
     Right,
-    /// Both, the left one on the left.
+    /// Both eyes, the left one on the left.
     SideBySide,
-    /// Both in one picture: the left one for a red glass, the right one for a cyan glass.
+    /// Both eyes in one picture, for red-cyan glasses: the left eye for the red glass, the right eye for the cyan
+    /// glass.
     Anaglyph,
-    /// The same without colours of its own.
+    /// An anaglyph in greyscale.
     GreyAnaglyph,
 }
 
 impl Eyes {
-    /// Their names, in the order of the variants.
+    /// The names on the command line, in the order of the variants.
     pub const NAMES: [(&str, Self); 6] = [
         ("mono", Self::Mono),
         ("left", Self::Left),
@@ -42,7 +43,7 @@ impl Eyes {
         ("grey-anaglyph", Self::GreyAnaglyph),
     ];
 
-    /// Which eyes of a pair are read, left to right: 0 is the left one.
+    /// Returns the eyes of a pair that are shown, left to right: 0 is the left one. Empty for mono.
     pub fn of_pair(self) -> &'static [usize] {
         match self {
             Self::Mono => &[],
@@ -52,7 +53,7 @@ impl Eyes {
         }
     }
 
-    /// Whether both are in the same pixels.
+    /// Whether both eyes share the same pixels.
     pub fn are_merged(self) -> bool {
         matches!(self, Self::Anaglyph | Self::GreyAnaglyph)
     }
@@ -76,13 +77,13 @@ impl fmt::Display for Eyes {
     }
 }
 
-/// How two eyes stand to each other.
+/// The geometry of a stereo pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pair {
-    /// From the left eye to the right one, along the camera's right.
+    /// Distance from the left eye to the right one, along the camera's right axis.
     pub ipd_m: f64,
-    /// Along the axis: what is there has no parallax on the picture. None is infinitely far. The axes are parallel all
-    /// the same; the lenses are shifted.
+    /// Distance along the axis that has no parallax in the picture; `None` is infinity. The axes stay parallel; the
+    /// lenses are shifted instead.
     pub convergence_m: Option<f64>,
 }
 
@@ -93,12 +94,12 @@ impl Default for Pair {
 }
 
 impl Pair {
-    /// The left and the right eye of a camera, whose place is the origin of both.
+    /// Returns the left and the right eye of a camera, whose position is the rig's origin.
     pub fn rig(&self, camera: &View) -> Rig {
         self.rig_after(self, camera)
     }
 
-    /// As [`Pair::rig`], of eyes that stood otherwise a frame ago.
+    /// Returns [`Pair::rig`] for eyes that had the geometry `before` in the previous frame.
     pub fn rig_after(&self, before: &Self, camera: &View) -> Rig {
         let eye = |side: f64| {
             let seen = |pair: &Self, pose: Pose| {
@@ -113,8 +114,8 @@ impl Pair {
         Rig { origin_m: camera.pose.position_m, eyes: vec![eye(-1.0), eye(1.0)] }
     }
 
-    /// Of an eye that stands aside: the middle of its picture is where the camera's axis is at the convergence. None is
-    /// the camera's own.
+    /// Returns the lens of an eye at `aside_m` to the right of the camera: the centre of its picture is on the camera's
+    /// axis at the convergence distance. `None` is the camera's own lens.
     fn lens(&self, aside_m: f64, pose: &Pose, picture_px: [u32; 2]) -> Option<Lens> {
         let shift = self.convergence_m.map_or(0.0, |away_m| aside_m / away_m);
         let up = (0.5 * pose.fov_rad).tan();
@@ -137,7 +138,7 @@ mod tests {
         View::whole(pose, pose, SIZE_PX)
     }
 
-    /// How far to the right of the left eye's picture of it the right eye has a point, in pixels.
+    /// How far a point is to the right in the right eye's picture, compared with the left eye's, in pixels.
     fn parallax_px(pair: &Pair, at_m: DVec3) -> f64 {
         let [left, right] = [0, 1].map(|eye| {
             let view = pair.rig(&camera()).eyes[eye];
@@ -163,14 +164,14 @@ mod tests {
             [(None, 4.0), (None, 1e6), (Some(10.0), 4.0), (Some(10.0), 10.0), (Some(2.0), 1e6)]
         {
             let pair = Pair { ipd_m: 0.5, convergence_m };
-            // At any place across the axis.
+            // At any position across the axis.
             for aside_m in [DVec2::ZERO, DVec2::new(0.3, -0.2)] {
                 let at_m = camera.pose.position_m + DVec3::new(aside_m.x, 1.0, aside_m.y) * away_m;
                 let inverse = convergence_m.map_or(0.0, f64::recip);
                 let expected = 0.5 * focal_px * (inverse - 1.0 / away_m);
                 let found = parallax_px(&pair, at_m);
                 assert!((found - expected).abs() < 1e-6, "{convergence_m:?}, {away_m} m: {found}, not {expected} px");
-                // Planted: eyes exchanged.
+                // Planted: the eyes are swapped.
                 let exchanged = parallax_px(&Pair { ipd_m: -0.5, convergence_m }, at_m);
                 assert!(expected.abs() < 1e-3 || (exchanged - expected).abs() > 1e-3);
             }

@@ -1,8 +1,8 @@
-//! The sun by date and place, in place of its azimuth and elevation.
+//! The position of the sun from date and place, instead of azimuth and elevation.
 //!
-//! The position is that of NREL's Solar Position Algorithm (Reda and Andreas 2004), as the crate `solar-positioning` has
-//! it, within 0.0003°, with the refraction of mean air: that is where an eye sees the sun. Azimuths of the world count
-//! from its own north, so that the convergence of the meridians is taken off.
+//! The position comes from NREL's Solar Position Algorithm (Reda and Andreas 2004), implemented by the crate
+//! `solar-positioning`, within 0.0003°, with the refraction of standard air, so it is the apparent position. Azimuths
+//! in the world count from grid north, so the convergence of the meridians is subtracted.
 
 use std::fmt;
 use std::str::FromStr;
@@ -13,7 +13,7 @@ use solar_positioning::{Location, RefractionCorrection, SolarPositions, delta_t}
 use super::Sun;
 use crate::source::EarthPlace;
 
-/// A moment with its zone: `2026-06-21T09:30+02:00`.
+/// A date and time with a time zone: `2026-06-21T09:30+02:00`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moment {
     year: i32,
@@ -22,55 +22,53 @@ pub struct Moment {
     hour: u32,
     minute: u32,
     second: u32,
-    /// East of Greenwich.
+    /// Offset of the time zone from UTC, in minutes, positive to the east.
     zone_min: i32,
 }
 
-/// A place on the earth in degrees: `46.55,7.98`.
+/// Latitude and longitude in degrees: `46.55,7.98`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LatLon {
-    /// North of the equator.
+    /// Latitude, north of the equator positive.
     pub latitude_deg: f64,
-    /// East of Greenwich.
+    /// Longitude, east of Greenwich positive.
     pub longitude_deg: f64,
 }
 
-/// When the sun stands where it stands, and over which place.
+/// The date and place from which the sun's position is computed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SunTime {
-    /// When.
     pub moment: Moment,
-    /// Where; none is where the heights lie.
+    /// Place; `None` is the location of the heights.
     pub place: Option<LatLon>,
 }
 
-/// Why there is no sun.
+/// Why the sun's position cannot be computed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SunTimeError {
-    /// Nobody says where.
+    /// Neither the user nor the heights give a place.
     #[error(
-        "the sun of {0} depends on the place, and the heights do not say in a way that hachure knows where on the earth \
-         they lie: --place LAT,LON does, or sun.place in a scene"
+        "the sun's position at {0} depends on the place, but the location of the elevation data is unknown; \
+         give --place LAT,LON, or sun.place in the scene"
     )]
     NoPlace(Moment),
-    /// It is night.
-    #[error("at {moment} the sun is {below_deg:.1}° below the horizon of {place}")]
+    /// The sun is below the horizon.
+    #[error("at {moment} the sun is {below_deg:.1}° below the horizon at {place}")]
     Night {
-        /// When.
         moment: Moment,
-        /// Where.
+        /// Place on the earth.
         place: LatLon,
-        /// How far.
+        /// Angle below the horizon, in degrees.
         below_deg: f64,
     },
-    /// Beyond the years of the algorithm.
-    #[error("the sun of {0} is not known: {1}")]
+    /// The date is outside of the years that the algorithm covers.
+    #[error("cannot compute the sun's position at {0}: {1}")]
     Unknown(Moment, String),
 }
 
 impl SunTime {
-    /// The sun over a world whose heights lie at `earth`, if that is known. Azimuths count from the world's north, or
-    /// from true north where it is not known.
+    /// Computes the sun over a world whose heights are located at `earth`, if that is known. Azimuths count from the
+    /// world's grid north, or from true north if grid north is not known.
     ///
     /// # Errors
     /// [`SunTimeError`].
@@ -97,13 +95,13 @@ impl SunTime {
     }
 }
 
-/// A number of exactly so many digits, up to `most`.
+/// Parses a number of exactly `count` digits, at most `most`.
 fn digits(text: &str, count: usize, most: u32) -> Option<u32> {
     let is_number = text.len() == count && text.bytes().all(|byte| byte.is_ascii_digit());
     text.parse().ok().filter(|number| is_number && *number <= most)
 }
 
-/// Of a month.
+/// Returns the number of days of a month.
 fn days(year: u32, month: u32) -> u32 {
     let is_leap = year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     match month {
@@ -140,7 +138,7 @@ impl FromStr for Moment {
 
     fn from_str(text: &str) -> Result<Self, String> {
         moment(text)
-            .ok_or_else(|| "it must be a date and an hour with its zone, like 2026-06-21T09:30+02:00 or …Z".to_owned())
+            .ok_or_else(|| "it must be a date and time with a time zone, like 2026-06-21T09:30+02:00 or …Z".to_owned())
     }
 }
 
@@ -165,7 +163,7 @@ impl FromStr for LatLon {
             Some(Self { latitude_deg: within(latitude, 90.0)?, longitude_deg: within(longitude, 180.0)? })
         });
         place.ok_or_else(|| {
-            "it must be a latitude of -90 to 90 and a longitude of -180 to 180, like 46.55,7.98".to_owned()
+            "it must be a latitude from -90 to 90 and a longitude from -180 to 180, like 46.55,7.98".to_owned()
         })
     }
 }

@@ -1,74 +1,74 @@
-//! One eye's view, in f64, and as the shaders read it.
+//! One eye's view, in f64, and its uniform for shaders.
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
 pub use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::scene::frustum::Frustum;
 
-/// The near plane. Reversed infinite depth loses nothing by a small one.
+/// Distance of the near plane. With reversed infinite depth a small one costs no precision.
 pub const NEAR_M: f64 = 1e-4;
 
-/// Where an eye is and where it looks.
+/// The position and orientation of an eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Pose {
-    /// In the world: east, north, up.
+    /// Position in the world: east, north, up, in metres.
     pub position_m: DVec3,
-    /// Unit; so are the next two, and each is perpendicular to the others.
+    /// Viewing direction. `forward`, `right` and `up` are unit vectors, perpendicular to each other.
     pub forward: DVec3,
-    /// Unit.
+    /// Unit vector to the right of the picture.
     pub right: DVec3,
-    /// Unit.
+    /// Unit vector to the top of the picture.
     pub up: DVec3,
-    /// Vertical field of view of a lens that is symmetric.
+    /// Vertical field of view, in radians, of a symmetric lens.
     pub fov_rad: f64,
 }
 
-/// A part of a picture: large pictures are rendered in several.
+/// A rectangle of a picture: large pictures are rendered in several parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Part {
-    /// Its first pixel in the picture; may lie outside by a margin.
+    /// Upper left pixel in the picture; may be outside of it by a margin.
     pub origin_px: [i32; 2],
-    /// Its size.
+    /// Width and height.
     pub size_px: [u32; 2],
 }
 
 impl Part {
-    /// All of a picture.
+    /// Returns the part that covers the whole picture.
     pub fn whole(size_px: [u32; 2]) -> Self {
         Self { origin_px: [0, 0], size_px }
     }
 }
 
-/// How far a picture reaches to each side of the axis: tangents of the angles. A headset's pictures reach farther
-/// outward than toward the nose.
+/// How far a picture extends to each side of the optical axis, as tangents of angles. A headset's pictures extend
+/// farther outward than toward the nose.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lens {
-    /// To the left; below 0 where the picture begins on the right of the axis.
+    /// Extent to the left; negative if the picture begins to the right of the axis.
     pub left: f64,
-    /// To the right.
+    /// Extent to the right.
     pub right: f64,
-    /// Upward.
+    /// Extent above the axis.
     pub up: f64,
-    /// Downward.
+    /// Extent below the axis.
     pub down: f64,
 }
 
-/// When a frame is drawn, in seconds since any moment: trees sway by it.
+/// The time of a frame, in seconds from an arbitrary start; it drives the swaying of trees.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Clock {
-    /// Of this frame.
+    /// Time of this frame.
     pub now_s: f64,
-    /// Of the frame before, for motion.
+    /// Time of the previous frame, for motion vectors.
     pub before_s: f64,
 }
 
 impl Clock {
-    /// No time has passed since the frame before.
+    /// Returns a clock in which no time has passed since the previous frame.
     pub fn still(now_s: f64) -> Self {
         Self { now_s, before_s: now_s }
     }
 
-    /// Whether no time has passed.
+    /// Whether no time has passed since the previous frame.
     pub fn is_still(&self) -> bool {
         self.now_s == self.before_s
     }
@@ -77,57 +77,57 @@ impl Clock {
 /// A view of a part of a picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
-    /// The eye.
+    /// Pose of the eye.
     pub pose: Pose,
-    /// The eye one frame ago, for motion.
+    /// Pose of the eye in the previous frame, for motion vectors.
     pub previous: Pose,
-    /// Its lens now; none is symmetric, with square pixels and the field of view of the pose.
+    /// Lens of this frame; `None` is a symmetric lens with square pixels and the field of view of the pose.
     pub lens: Option<Lens>,
-    /// Its lens one frame ago.
+    /// Lens of the previous frame.
     pub previous_lens: Option<Lens>,
-    /// By how much the content of the picture is moved, in pixels: for samples beside the centres of pixels.
+    /// Shift of the picture's content in pixels, for samples away from pixel centres (temporal anti-aliasing).
     pub jitter_px: DVec2,
-    /// One for all eyes of a rig.
+    /// Time of the frame, the same for all eyes of a rig.
     pub clock: Clock,
-    /// Of the whole picture.
+    /// Size of the whole picture.
     pub picture_px: [u32; 2],
-    /// What is rendered of it.
+    /// The part of the picture that is rendered.
     pub part: Part,
 }
 
-/// Eyes that are drawn together: of one world, with one choice of tiles and patches.
+/// Eyes that are drawn together, of one world, with one selection of tiles and patches.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rig {
-    /// What positions count from, in the world.
+    /// The position in the world that GPU coordinates are relative to.
     pub origin_m: DVec3,
-    /// At least one.
+    /// The eyes, at least one.
     pub eyes: Vec<View>,
 }
 
 impl Rig {
-    /// Of one eye, at its origin.
+    /// Returns a rig of one eye, whose position is the origin.
     pub fn mono(view: View) -> Self {
         Self { origin_m: view.pose.position_m, eyes: vec![view] }
     }
 
-    /// The same at another time.
+    /// Returns the rig at another time.
     #[must_use]
     pub fn at(mut self, clock: Clock) -> Self {
         self.eyes.iter_mut().for_each(|eye| eye.clock = clock);
         self
     }
 
-    /// When all eyes see.
+    /// Returns the time of the frame.
     pub fn clock(&self) -> Clock {
         self.eyes.first().map(|eye| eye.clock).unwrap_or_default()
     }
 
-    /// How far to the right of the origin an eye stands, as the first one looks.
+    /// Returns how far an eye is to the right of the origin, along the first eye's right axis, in metres.
     pub fn aside_m(&self, eye: usize) -> f64 {
         self.eyes.get(eye).map_or(0.0, |at| (at.pose.position_m - self.origin_m).dot(self.eyes[0].pose.right))
     }
 
-    /// How far two eyes stand apart; 0 of one eye.
+    /// Returns the distance between the two eyes in metres; 0 for a single eye.
     pub fn apart_m(&self) -> f64 {
         match self.eyes.as_slice() {
             [left, right] => left.pose.position_m.distance(right.pose.position_m),
@@ -135,57 +135,58 @@ impl Rig {
         }
     }
 
-    /// Whether it is of two eyes that stand apart. Two at one place see the same, and have nothing to agree on.
+    /// Whether the rig has two eyes at different positions. Two eyes at one position see the same picture.
     pub fn is_pair(&self) -> bool {
         matches!(self.eyes.as_slice(), [left, right] if left.pose.position_m != right.pose.position_m)
     }
 }
 
 impl Pose {
-    /// Clockwise from north, 0 to 360; that of the picture's right side when the eye looks straight up or down.
+    /// Returns the yaw clockwise from north, 0 to 360; it is well defined even when the eye looks straight up or down.
     pub fn yaw_deg(&self) -> f64 {
-        // The right side is level, and a quarter turn ahead of the yaw.
+        // `right` is level and always 90° clockwise from the yaw.
         (-self.right.y).atan2(self.right.x).to_degrees().rem_euclid(360.0)
     }
 }
 
 impl View {
-    /// All of a picture through a symmetric lens.
+    /// Returns a view of a whole picture through a symmetric lens.
     pub fn whole(previous: Pose, pose: Pose, picture_px: [u32; 2]) -> Self {
         Self::of_part(previous, pose, picture_px, Part::whole(picture_px))
     }
 
-    /// The same at another time.
+    /// Returns the view at another time.
     #[must_use]
     pub fn at(self, clock: Clock) -> Self {
         Self { clock, ..self }
     }
 
-    /// A part of a picture through a symmetric lens.
+    /// Returns a view of a part of a picture through a symmetric lens.
     pub fn of_part(previous: Pose, pose: Pose, picture_px: [u32; 2], part: Part) -> Self {
         let (lens, jitter_px, clock) = (None, DVec2::ZERO, Clock::default());
         Self { pose, previous, lens, previous_lens: None, jitter_px, clock, picture_px, part }
     }
 
-    /// Pixels per radian around the axis, in the direction that has more of them.
+    /// Returns the pixels per radian at the axis, in the direction that has more of them.
     pub fn focal_px(&self) -> f64 {
         self.projection().focal_px.max_element()
     }
 
-    /// Vertical field of view.
+    /// Returns the vertical field of view in radians.
     pub fn fov_rad(&self) -> f64 {
         self.lens.map_or(self.pose.fov_rad, |lens| lens.up.atan() + lens.down.atan())
     }
 
-    /// The direction through a point of the picture (0, 0 is its upper left corner), at unit distance along the axis.
+    /// Returns the direction through a point of the picture ((0, 0) is its upper left corner), of length 1 along the
+    /// axis.
     pub fn ray(&self, picture: DVec2) -> DVec3 {
         let Projection { focal_px, axis_px } = self.projection();
         let from_axis = (picture - axis_px) / focal_px;
         self.pose.forward + self.pose.right * from_axis.x - self.pose.up * from_axis.y
     }
 
-    /// Where a way from the eye, or a direction, appears in the picture: the inverse of [`View::ray`]. None beside or
-    /// behind the eye.
+    /// Returns the point of the picture at which a vector from the eye, or a direction, is seen: the inverse of
+    /// [`View::ray`]. `None` if it points sideways or behind the eye.
     pub fn place_px(&self, way: DVec3) -> Option<DVec2> {
         let ahead = way.dot(self.pose.forward);
         let across = DVec2::new(way.dot(self.pose.right), -way.dot(self.pose.up));
@@ -193,7 +194,7 @@ impl View {
         (ahead > 1e-6 * way.length()).then(|| axis_px + across * (focal_px / ahead))
     }
 
-    /// What the part sees.
+    /// Returns the frustum of the part.
     pub fn frustum(&self) -> Frustum {
         let low = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));
         let high = low + DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
@@ -205,7 +206,7 @@ impl View {
         ])
     }
 
-    /// For the shaders: positions count from `origin_m`, that of the rig.
+    /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
     pub fn uniform(&self, origin_m: DVec3) -> ViewUniform {
         let Projection { focal_px, .. } = self.projection();
         let previous_projection = Projection::new(self.previous_lens, &self.previous, self.picture_px);
@@ -232,19 +233,19 @@ impl View {
         }
     }
 
-    /// As [`View::uniform`], of the picture without its jitter, of which the shaders are told all the same.
+    /// Returns [`View::uniform`] without the jitter in its matrices, but with its `jitter_px`.
     pub fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
         let still = Self { jitter_px: DVec2::ZERO, ..*self };
         ViewUniform { jitter_px: self.jitter_px.as_vec2().to_array(), ..still.uniform(origin_m) }
     }
 
-    /// Of this frame, jitter and all. The motion of a pixel is without it: the previous frame's has none.
+    /// Returns the projection of this frame with jitter. Motion vectors leave it out: the previous frame has none.
     fn projection(&self) -> Projection {
         let Projection { focal_px, axis_px } = Projection::new(self.lens, &self.pose, self.picture_px);
         Projection { focal_px, axis_px: axis_px + self.jitter_px }
     }
 
-    /// Reversed infinite projection of the part: depth is near / distance along the axis, 0 at infinity.
+    /// Returns the reversed infinite projection of the part: depth is near / distance along the axis, 0 at infinity.
     fn clip_from_camera(&self, pose: &Pose, projection: Projection) -> DMat4 {
         let Projection { focal_px, axis_px } = projection;
         let size = DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
@@ -261,12 +262,12 @@ impl View {
     }
 }
 
-/// A lens over the pixels of a picture.
+/// A lens applied to the pixels of a picture.
 #[derive(Clone, Copy, Debug)]
 struct Projection {
     /// Pixels per unit of tangent, across and down.
     focal_px: DVec2,
-    /// Where the axis meets the picture.
+    /// The point at which the axis meets the picture.
     axis_px: DVec2,
 }
 

@@ -1,31 +1,32 @@
-//! `[water]` of a scene: files that say where water is. [`crate::world::given_water`] reads them.
+//! `[water]` of a scene: files that mark water. [`crate::world::given_water`] reads them.
 
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-/// Files that say where water is, beside what heights show.
+/// Files that mark water, in addition to what is found in the heights.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct WaterFiles {
-    /// A raster: what is not 0 is water.
+    /// A raster; non-zero values are water.
     pub mask: Option<PathBuf>,
-    /// Polygons as GeoJSON.
+    /// A GeoJSON file with polygons.
     pub polygons: Option<PathBuf>,
-    /// Whether what heights show is no water.
+    /// Whether only these files count, and level areas in the heights are not water.
     pub only_given: bool,
 }
 
-/// Files whose names end so are polygons.
+/// Extensions of polygon files.
 const POLYGON_ENDINGS: [&str; 2] = ["geojson", "json"];
 
 impl WaterFiles {
-    /// The files, each with its key in the scene file.
+    /// Returns the files, each with its key in the scene file.
     pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
         let all = [("water.mask", &self.mask), ("water.polygons", &self.polygons)];
         all.into_iter().filter_map(|(key, file)| Some((key, file.as_ref()?)))
     }
 
-    /// With another file, which comes before that of the same kind: polygons or a mask, by its name.
+    /// Returns these files with another one, which replaces that of the same kind: polygons or a mask, by its
+    /// extension.
     #[must_use]
     pub fn with(mut self, file: &Path) -> Self {
         let ending = file.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
@@ -47,18 +48,18 @@ pub(super) struct WaterToml {
 }
 
 impl WaterToml {
-    /// Its files; else which key makes no sense, and why.
+    /// Validates the section and returns its files; the error is the key and what is wrong with it.
     pub(super) fn files(&self, scene: &Path) -> Result<WaterFiles, (&'static str, &'static str)> {
         let file = |key: &'static str, name: &Option<String>| match name.as_deref() {
             None => Ok(None),
             Some("") => Err((key, "it is empty")),
-            Some(name) if name.contains("://") => Err((key, "it must be a file of this machine")),
+            Some(name) if name.contains("://") => Err((key, "it must be a local file, not a URL")),
             Some(name) => Ok(Some(scene.parent().unwrap_or(Path::new("")).join(name))),
         };
         let mask = file("water.mask", &self.mask)?;
         let polygons = file("water.polygons", &self.polygons)?;
         if self.only_given && mask.is_none() && polygons.is_none() {
-            return Err(("water.only_given", "it needs a mask or polygons"));
+            return Err(("water.only_given", "it needs water.mask or water.polygons"));
         }
         Ok(WaterFiles { mask, polygons, only_given: self.only_given })
     }

@@ -1,10 +1,11 @@
 //! `[wind]` of a scene: how trees sway.
 //!
-//! A tree leans with the wind, as the square of its speed and of the height above the foot: 0.5 m at 20 m in a wind of
-//! 10 m/s. Around that it moves by waves: three gusts, which the wind carries over the land as they are, and two that
-//! stand for how trees swing by themselves, so short that neighbours differ. All of it is a function of place and time:
-//! the same on every machine, in every frame, for both eyes. `shaders/shared/wind.wgsl` evaluates it; phases of its waves
-//! are counted here, in f64, since f32 has too few digits for the origin of a rig and for an hour.
+//! A tree leans with the wind, in proportion to the square of the wind speed and of the height above the foot: 0.5 m at
+//! 20 m in a wind of 10 m/s. Waves move it around that lean: three gusts, which the wind carries over the land
+//! unchanged, and two shorter waves, which stand for the trees' own oscillation and differ between neighbours. All of
+//! it is a function of position and time: the same on every machine, in every frame, for both eyes.
+//! `shaders/shared/wind.wgsl` evaluates it; the phases are computed here in f64, since f32 has too few digits for the
+//! origin of a rig and for an hour.
 
 use std::f64::consts::TAU;
 
@@ -19,30 +20,30 @@ pub use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUnifor
 /// Wind over the whole world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wind {
-    /// In the mean, at the height of trees; at most [`Wind::FASTEST_M_S`].
+    /// Mean speed at the height of trees; at most [`Wind::FASTEST_M_S`].
     pub speed_m_s: f64,
-    /// Where it comes from, clockwise from north.
+    /// Direction it comes from, clockwise from north.
     pub from_deg: f64,
 }
 
-/// How trees lean in a wind of 1 m/s, in metres for each square metre of their height.
+/// Lean of trees in a wind of 1 m/s, in metres per square metre of height.
 const LEAN_PER_M2: f64 = 0.5 / (20.0 * 20.0) / (10.0 * 10.0);
-/// How far leaves flutter in a wind of 10 m/s, and in any.
+/// Amplitude of the flutter of leaves in a wind of 10 m/s, and its maximum in any wind, in metres.
 const FLUTTER_M: f64 = 0.04;
 const MOST_FLUTTER_M: f64 = 0.07;
 
-/// A wave: how much it moves a tree along the wind and across it, as shares of its lean in the mean.
+/// A wave: how much it moves a tree along the wind and across it, as shares of the mean lean.
 struct Wave {
     kind: Kind,
     along: f64,
     across: f64,
 }
 
-/// How a wave runs.
+/// How a wave moves.
 enum Kind {
-    /// With the wind: its length, and how far it is turned from the wind, counter-clockwise.
+    /// Carried by the wind: its wavelength, and its direction relative to the wind, counter-clockwise.
     Gust { length_m: f64, turned_deg: f64 },
-    /// By itself: radians per metre east, north and up, and how often in a second.
+    /// Stationary oscillation: radians per metre east, north and up, and frequency.
     Swing { per_m: [f64; 3], hz: f64 },
 }
 
@@ -54,24 +55,24 @@ const SWAYS: [Wave; 5] = [
     Wave { kind: Kind::Swing { per_m: [-0.83, 1.57, 0.0], hz: 0.41 }, along: 0.06, across: 0.09 },
 ];
 
-/// Of leaves: what they move across the wind is up and down.
+/// Waves of leaves; their motion across the wind is up and down.
 const FLUTTERS: [Wave; 2] = [
     Wave { kind: Kind::Swing { per_m: [4.1, 1.3, 2.2], hz: 1.1 }, along: 0.7, across: 0.3 },
     Wave { kind: Kind::Swing { per_m: [-1.7, 3.9, 3.1], hz: 1.7 }, along: 0.3, across: 0.7 },
 ];
 
 impl Wind {
-    /// A hurricane.
+    /// Fastest allowed wind: a hurricane.
     pub const FASTEST_M_S: f64 = 60.0;
 
-    /// Unit: where it blows to, east and north.
+    /// Returns the unit vector (east, north) along which the wind blows.
     pub fn toward(&self) -> DVec2 {
         let (sin, cos) = self.from_deg.to_radians().sin_cos();
         -DVec2::new(sin, cos)
     }
 
-    /// By how much a tree leans at `up_m` above its foot, which stands at `foot_m`: east and north, in metres. What the
-    /// shader does, in f64.
+    /// Returns the lean (east, north) of a tree at `up_m` above its foot at `foot_m`, in metres. The same formula as in
+    /// the shader, in f64.
     pub fn lean_m(&self, foot_m: DVec2, up_m: f64, time_s: f64) -> DVec2 {
         let toward = self.toward();
         let (along, across) = SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| {
@@ -82,7 +83,7 @@ impl Wind {
         sway * up_m * up_m / (1.0 + (sway.length() * up_m / f64::from(MOST_LEAN)).powi(2)).sqrt()
     }
 
-    /// No part of a tree that is `tall_m` moves farther aside than this, in metres: leaves included.
+    /// Returns an upper bound of how far any part of a tree `tall_m` high moves aside, leaves included, in metres.
     pub fn reach_m(&self, tall_m: f64) -> f64 {
         let (along, across) =
             SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| (along + wave.along, across + wave.across));
@@ -90,7 +91,7 @@ impl Wind {
         most.min(f64::from(MOST_LEAN) * tall_m) + 2.0 * self.flutter_m()
     }
 
-    /// For the shaders: places count from `origin_m`, that of the rig.
+    /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
     pub fn uniform(&self, origin_m: DVec2, clock: Clock) -> WindUniform {
         let wave = |wave: &Wave| {
             let (per_m, now) = wave.phase(self, origin_m, clock.now_s);
@@ -126,13 +127,13 @@ impl Wind {
 }
 
 impl Wave {
-    /// Radians per metre, and where it is at a place of the ground, in radians.
+    /// Returns the wave vector in radians per metre, and the phase at a point of the ground in radians.
     fn phase(&self, wind: &Wind, at_m: DVec2, time_s: f64) -> ([f64; 3], f64) {
         match self.kind {
             Kind::Gust { length_m, turned_deg } => {
                 let toward = wind.toward();
                 let per_m = DVec2::from_angle(turned_deg.to_radians()).rotate(toward) * (TAU / length_m);
-                // The wind carries it.
+                // The wind carries the wave.
                 let carried_m = toward * wind.speed_m_s * time_s;
                 ([per_m.x, per_m.y, 0.0], per_m.dot(at_m - carried_m))
             }
@@ -152,10 +153,10 @@ pub(super) struct WindToml {
 }
 
 impl WindToml {
-    /// None where there is no air that moves.
+    /// Validates the section; `None` for a wind speed of 0.
     ///
     /// # Errors
-    /// The first key that is wrong.
+    /// The first wrong key.
     pub(super) fn checked(&self) -> Result<Option<Wind>, WrongKey> {
         let number = |key, value, default, range| within("wind.", key, value, default, range);
         let speed_m_s = number("speed_m_s", self.speed_m_s, 5.0, 0.0..=Wind::FASTEST_M_S)?;
@@ -170,7 +171,7 @@ mod tests {
 
     const WIND: Wind = Wind { speed_m_s: 10.0, from_deg: 240.0 };
 
-    /// Leans of many trees over many seconds.
+    /// Leans of many trees at many times.
     fn leans(wind: Wind, up_m: f64) -> Vec<DVec2> {
         let place = |i: u32| DVec2::new(f64::from(i % 50) * 13.7, f64::from(i / 50) * 17.3);
         (0..2000).map(|i| wind.lean_m(place(i), up_m, f64::from(i) * 0.37)).collect()
@@ -186,13 +187,13 @@ mod tests {
         let most_m = at_top.iter().map(|lean| lean.length()).fold(0.0, f64::max);
         assert!((mean(&at_top).dot(WIND.toward()) - 0.5).abs() < 0.03, "{}", mean(&at_top));
         assert!((0.6..1.0).contains(&most_m) && most_m <= WIND.reach_m(20.0), "{most_m}");
-        // With the square of the height; not at all at the foot.
+        // It grows with the square of the height and is 0 at the foot.
         let half = mean(&leans(WIND, 10.0)).length() / mean(&at_top).length();
         assert!((half - 0.25).abs() < 0.01 && mean(&leans(WIND, 0.0)) == DVec2::ZERO, "{half}");
-        // Planted: twice the wind, and a wind from elsewhere.
+        // Planted: twice the wind speed, and another wind direction.
         assert!(mean(&leans(Wind { speed_m_s: 20.0, ..WIND }, 20.0)).length() > 1.5);
         assert!(mean(&leans(Wind { from_deg: 60.0, ..WIND }, 20.0)).dot(WIND.toward()) < -0.4);
-        // No storm breaks it.
+        // The lean stays bounded in a storm.
         for lean in leans(Wind { speed_m_s: 60.0, ..WIND }, 40.0) {
             assert!(lean.length() < f64::from(MOST_LEAN) * 40.0 && lean.length() > 6.0, "{lean}");
         }
@@ -203,7 +204,7 @@ mod tests {
         let gust = |at_m: DVec2, time_s: f64| SWAYS[1].phase(&WIND, at_m, time_s).1;
         let (at_m, carried_m) = (DVec2::new(1e5, -2e5), WIND.toward() * 30.0);
         assert!((gust(at_m + carried_m, 3.0) - gust(at_m, 0.0)).abs() < 1e-6);
-        // Planted: what is carried the other way.
+        // Planted: carried the other way.
         assert!((gust(at_m - carried_m, 3.0) - gust(at_m, 0.0)).abs() > 1.0);
     }
 
@@ -218,7 +219,7 @@ mod tests {
                 let phase = there.x * told.per_m[0] + there.y * told.per_m[1] + told.now;
                 let exact = wave.phase(&WIND, at_m, clock.now_s).1;
                 assert!((f64::from(phase).sin() - exact.sin()).abs() < 1e-3);
-                // Planted: a place that is 10 m off.
+                // Planted: a point 10 m away.
                 let off = wave.phase(&WIND, at_m + 10.0, clock.now_s).1;
                 assert!((f64::from(phase).sin() - off.sin()).abs() > 1e-3);
             }

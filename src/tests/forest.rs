@@ -277,17 +277,20 @@ fn a_scene_says_where_trees_stand() {
     };
     assert_eq!(parse(text).unwrap().forest, Some(expected));
     let many = "[[forest.species]]\nform = \"birch\"\n".repeat(9);
-    assert!(parse(&many).unwrap_err().contains("forest.species: there may be 8 at most"));
+    assert!(parse(&many).unwrap_err().contains("forest.species: at most 8 are allowed"));
     for (wrong, told) in [
         ("form = \"oak\"", "oak"),
-        ("form = \"birch\"\nshare = -1", "scene.toml:5:9: forest.species.share: it must lie within 0 to 1000000"),
-        ("form = \"birch\"\nlow_m = 3\nhigh_m = 2", "forest.species.low_m: it lies above high_m"),
-        ("form = \"birch\"\nby_aspect = 2", "forest.species.by_aspect: it must lie within 0 to 1"),
+        ("form = \"birch\"\nshare = -1", "scene.toml:5:9: forest.species.share: it must be between 0 and 1000000"),
+        ("form = \"birch\"\nlow_m = 3\nhigh_m = 2", "forest.species.low_m: it is greater than high_m"),
+        ("form = \"birch\"\nby_aspect = 2", "forest.species.by_aspect: it must be between 0 and 1"),
         ("share = 1", "scene.toml:3:1: forest.species: it needs form = \"conifer\" or file = \"tree.obj\""),
-        ("form = \"birch\"\nfile = \"a.obj\"", "scene.toml:5:8: forest.species.file: it stands beside form"),
-        ("form = \"birch\"\nup = \"z\"", "scene.toml:5:6: forest.species.up: it is of a file, and there is none"),
+        ("form = \"birch\"\nfile = \"a.obj\"", "scene.toml:5:8: forest.species.file: it cannot be combined with form"),
+        (
+            "form = \"birch\"\nup = \"z\"",
+            "scene.toml:5:6: forest.species.up: it is only used with file, which is missing",
+        ),
         ("file = \"\"", "scene.toml:4:8: forest.species.file: it is empty"),
-        ("file = \"https://x/a.obj\"", "scene.toml:4:8: forest.species.file: it must be a file of this machine"),
+        ("file = \"https://x/a.obj\"", "scene.toml:4:8: forest.species.file: it must be a local file"),
         ("file = \"a.obj\"\nup = \"x\"", "scene.toml:5:6: "),
         ("file = 3", "scene.toml:4:8: "),
     ] {
@@ -295,10 +298,10 @@ fn a_scene_says_where_trees_stand() {
         assert!(error.contains(told) && error.lines().count() == 1, "{error}");
     }
     for (wrong, told) in [
-        ("trees_per_ha = 626", "scene.toml:4:16: forest.trees_per_ha: it must lie within 0 to 625"),
-        ("trees_per_ha = -1", "it must lie within 0 to 625"),
-        ("height_m = 0", "forest.height_m: it must lie within 0.01 to 1000"),
-        ("steepest_deg = nan", "forest.steepest_deg: it must lie within 1 to 89"),
+        ("trees_per_ha = 626", "scene.toml:4:16: forest.trees_per_ha: it must be between 0 and 625"),
+        ("trees_per_ha = -1", "it must be between 0 and 625"),
+        ("height_m = 0", "forest.height_m: it must be between 0.01 and 1000"),
+        ("steepest_deg = nan", "forest.steepest_deg: it must be between 1 and 89"),
         ("tree_line_m = inf", "forest.tree_line_m"),
         ("raggedness_m = -3", "forest.raggedness_m"),
         ("seed = -1", "seed"),

@@ -396,7 +396,7 @@ fn scenes_say_colours_of_species() {
             "form = \"birch\"\nbark_color = \"#12345\"",
             "scene.toml:6:14: forest.species.bark_color: it must be written as \"#rrggbb\"",
         ),
-        ("file = \"a.obj\"\nbark_color = \"#123456\"", "forest.species.bark_color: a model has its own materials"),
+        ("file = \"a.obj\"\nbark_color = \"#123456\"", "forest.species.bark_color: it is only used with form"),
     ] {
         let error = scene(wrong).unwrap_err();
         println!("{error}");

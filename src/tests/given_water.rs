@@ -291,8 +291,8 @@ fn scenes_name_files() {
     assert_eq!((water.mask, water.only_given), (Some("land/m.tif".into()), true));
     for (wrong, expected) in [
         ("mask = \"\"\n", "water.mask: it is empty"),
-        ("polygons = \"https://x/y.geojson\"\n", "water.polygons: it must be a file of this machine"),
-        ("only_given = true\n", "water.only_given: it needs a mask or polygons"),
+        ("polygons = \"https://x/y.geojson\"\n", "water.polygons: it must be a local file"),
+        ("only_given = true\n", "water.only_given: it needs water.mask or water.polygons"),
     ] {
         let error = scene(wrong).unwrap_err();
         assert!(error.contains(expected) && error.starts_with("land/water.toml:"), "{error}");

@@ -140,9 +140,7 @@ fn frames_table_has_a_column_for_each_pass() {
 #[test]
 fn page_stands_alone() {
     let page = html(&report(), &frames());
-    for needed in
-        ["<svg", "<polyline", "<rect", "Renderer time along the path", "flicker_share", "prefers-color-scheme"]
-    {
+    for needed in ["<svg", "<polyline", "<rect", "Frame time along the path", "flicker_share", "prefers-color-scheme"] {
         assert!(page.contains(needed), "{needed}");
     }
     for foreign in ["http", "<script", "src=", "@import", "url(", "NaN", "a <b>"] {

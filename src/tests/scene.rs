@@ -85,7 +85,7 @@ fn camera_errors_name_the_field() {
         }
     }
     let error = "1,2,3".parse::<Camera>().unwrap_err().to_string();
-    assert_eq!(error, "a camera is x,y,z,yaw,pitch,fov (6 numbers), and `1,2,3` has 3");
+    assert_eq!(error, "a camera is x,y,z,yaw,pitch,fov (6 numbers), but `1,2,3` has 3");
 }
 
 #[test]
@@ -115,9 +115,9 @@ fn path_errors_name_file_line_and_cause() {
         ("t,x,y\n0,0,0\n".to_owned(), "flight.csv:1: the header is `t,x,y`"),
         (header.to_owned(), "flight.csv:2: a camera path needs at least one row"),
         (format!("{header}{row}{row}"), "flight.csv:3: t is 0 after 0"),
-        (format!("{header}{row}1,0,0\n"), "flight.csv:3: 3 fields"),
+        (format!("{header}{row}1,0,0\n"), "flight.csv:3: found 3 fields"),
         (format!("{header}{row}1,0,0,0,0,0,abc\n"), "flight.csv:3: the camera's fov is `abc`: not a number"),
-        (format!("{header}{row}1,0,0,+5,0,0,60\n"), "flight.csv:3: z is above ground"),
+        (format!("{header}{row}1,0,0,+5,0,0,60\n"), "flight.csv:3: z is above the ground"),
         (format!("{header}NaN,0,0,0,0,0,60\n"), "flight.csv:2: t is `NaN`"),
     ] {
         let error = path(&text).unwrap_err();
@@ -274,12 +274,15 @@ fn scene_errors_name_file_key_and_cause() {
             format!("{world}[sun]\nazimuth_deg = \"x\"\n"),
             "terrain/alps.toml:4:15: sun.azimuth_deg must be a number, but \"x\" is text",
         ),
-        (format!("{world}[sun]\nelevation_deg = nan\n"), "terrain/alps.toml:4:17: sun.elevation_deg: it must lie"),
+        (
+            format!("{world}[sun]\nelevation_deg = nan\n"),
+            "terrain/alps.toml:4:17: sun.elevation_deg: it must be between",
+        ),
         (
             format!("{world}[wind]\nspeed_m_s = 61\n"),
-            "terrain/alps.toml:4:13: wind.speed_m_s: it must lie within 0 to 60",
+            "terrain/alps.toml:4:13: wind.speed_m_s: it must be between 0 and 60",
         ),
-        (format!("{world}[wind]\nfrom_deg = nan\n"), "terrain/alps.toml:4:12: wind.from_deg: it must lie within"),
+        (format!("{world}[wind]\nfrom_deg = nan\n"), "terrain/alps.toml:4:12: wind.from_deg: it must be between"),
         (format!("{world}[haze]\ndistance_m = 0.0\n"), "terrain/alps.toml:4:14: haze.distance_m: it must be"),
         (format!("{world}[haze]\ncolor = \"#+1234f\"\n"), "terrain/alps.toml:4:9: haze.color: it must be written"),
         (format!("{world}[camera]\nstart = \"1,2\"\n"), "terrain/alps.toml:4:9: camera.start: a camera is"),

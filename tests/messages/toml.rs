@@ -26,10 +26,10 @@ fn toml_has_places_and_near_names() {
             format!("{WORLD}[sun]\nazimuth_deg = \"north\"\n"),
             "f.toml:4:15: sun.azimuth_deg must be a number, but \"north\" is text",
         ),
-        (format!("{WORLD}[sun]\nelevation_deg = 99\n"), "f.toml:4:17: sun.elevation_deg: it must lie within"),
+        (format!("{WORLD}[sun]\nelevation_deg = 99\n"), "f.toml:4:17: sun.elevation_deg: it must be between"),
         ("\n[world]\ndem = \"\"\n".to_owned(), "f.toml:3:7: world: dem is empty"),
         ("\n[world]\n".to_owned(), "f.toml:2:1: world: it needs dem"),
-        ("[world]\ndem = 3\n".to_owned(), "f.toml:2:7: world.dem: it must be a file's name or a list of them"),
+        ("[world]\ndem = 3\n".to_owned(), "f.toml:2:7: world.dem: it must be a file name or a list of file names"),
         (
             format!("{WORLD}[[meshes]]\nfile = \"hut.obj\"\nat = [1, 2]\n"),
             "f.toml:5:6: meshes.at must be a list of 3, but it has 2",

@@ -101,7 +101,7 @@ fn what_leads_out_needs_trust() {
         for line in told(&place, &[]) {
             let says = |what: &str| line.contains(what);
             assert!(line.starts_with("scenes/scene.toml: ") && says(named), "{dem}, {mesh}: {line}");
-            assert!(says("lies outside of the scene's folder; --trust-scene"), "{dem}, {mesh}: {line}");
+            assert!(says("is outside the scene's folder; --trust-scene"), "{dem}, {mesh}: {line}");
         }
         // Whoever trusts it hears what is wrong with the file itself.
         let output = place.run(&["info", "scenes/scene.toml", "--trust-scene"]);

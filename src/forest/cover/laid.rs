@@ -1,4 +1,4 @@
-//! A raster over a world: which of its samples lies at a place.
+//! A raster aligned with a world: the mapping from positions to samples.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
 use crate::source::mosaic::Way;
 use crate::source::{HeightReader, WorldMapping};
 
-/// Places along each border by which an extent is found.
+/// Number of intervals along each border of a rectangle, for computing an extent.
 const BORDER_PLACES: u32 = 32;
 
 /// The DEM of a world.
@@ -19,7 +19,7 @@ pub(super) struct Ground<'a> {
     place: &'a Georeference,
     samples: [u32; 2],
     mapping: WorldMapping,
-    /// The extent of its samples.
+    /// South-west and north-east corners of its samples' extent, in the world.
     pub low_m: DVec2,
     pub high_m: DVec2,
 }
@@ -34,31 +34,31 @@ impl<'a> Ground<'a> {
     }
 }
 
-/// See the head of the file.
+/// A raster with its mapping from the world.
 pub(super) struct Laid<'a> {
     pub path: &'a Path,
     pub reader: Box<dyn HeightReader>,
     ground: &'a Ground<'a>,
     way: Lies,
-    /// The part of the world in which it lies, or more.
+    /// The extent in the world, or a larger one.
     pub low_m: DVec2,
     pub high_m: DVec2,
-    /// Samples for each metre, in the middle of that.
+    /// Samples per metre at the centre of the extent.
     per_m: DMat2,
 }
 
-/// From samples of the DEM to those of the raster.
+/// The mapping from samples of the DEM to those of the raster.
 enum Lies {
     ByPlace(Way),
-    /// Factor and shift.
+    /// Factor and offset of each axis.
     Stretched(DVec2, DVec2),
 }
 
 impl<'a> Laid<'a> {
-    /// Where it says that it lies.
+    /// Places a raster by its georeference.
     ///
     /// # Errors
-    /// Where that is not known, or does not meet the world.
+    /// The georeference is unknown, or the raster does not overlap the world.
     pub fn by_place(path: &'a Path, reader: Box<dyn HeightReader>, ground: &'a Ground<'a>) -> Result<Self, CoverError> {
         if !is_known(&reader.georeference().crs) {
             return Err(CoverError::Nowhere { path: path.to_owned() });
@@ -85,17 +85,18 @@ impl<'a> Laid<'a> {
             high_m: ground.high_m,
             per_m: DMat2::IDENTITY,
         };
-        // Far away, projections may lead anywhere. A raster that reaches so far is taken to be everywhere.
+        // Projections are meaningless far from their zone. A raster for which that happens is taken to cover
+        // everything.
         let is_sure = places.iter().all(|(sample, at_m)| laid.sample_at(*at_m).distance(*sample) < 0.5);
         let own = extent(places.into_iter().map(|(_, at_m)| at_m)).filter(|_| is_sure);
         let (low_m, high_m) = own.unwrap_or((ground.low_m, ground.high_m));
         Self { low_m, high_m, ..laid }.measured()
     }
 
-    /// Over all of the DEM, with the north above.
+    /// Stretches a raster over the whole DEM, with its upper edge in the north.
     ///
     /// # Errors
-    /// None for a DEM that has an extent.
+    /// None if the DEM has an extent.
     pub fn stretched(
         path: &'a Path,
         reader: Box<dyn HeightReader>,
@@ -104,7 +105,7 @@ impl<'a> Laid<'a> {
         let size = DVec2::from_array(reader.size().map(f64::from));
         let factor = size / DVec2::from_array(ground.samples.map(f64::from));
         let shift = 0.5 * factor - 0.5;
-        // A DEM whose rows run north, or whose columns run west, is drawn as others are.
+        // The raster is upright even if the DEM's rows run north or its columns run west.
         let [_, column_x, _, _, _, row_y] = ground.place.crs_from_grid;
         let turned = |at: DVec2, is_turned: [bool; 2]| DVec2::select(is_turned.into(), size - 1.0 - at, at);
         let is_turned = [column_x < 0.0, row_y > 0.0];
@@ -114,7 +115,7 @@ impl<'a> Laid<'a> {
         Self { path, reader, ground, way, low_m, high_m, per_m: DMat2::IDENTITY }.measured()
     }
 
-    /// (column, row) at a place in the world; NaN where nobody knows.
+    /// Returns (column, row) at a position in the world; NaN if it is unknown.
     pub fn sample_at(&self, at_m: DVec2) -> DVec2 {
         let on_ground = self.ground.mapping.grid_from_world(at_m);
         match &self.way {
@@ -138,20 +139,20 @@ impl<'a> Laid<'a> {
         Ok(Self { per_m, ..self })
     }
 
-    /// The smaller of the distances of its columns and of its rows.
+    /// Returns the distance between its columns or between its rows, whichever is smaller, in metres.
     pub fn spacing_m(&self) -> f64 {
         let steps_m = self.per_m.inverse();
         steps_m.x_axis.length().min(steps_m.y_axis.length())
     }
 
-    /// Samples for each point at which it is asked for cells of a grid.
+    /// Returns the number of samples for each point that is read for cells of a grid.
     pub fn samples_per_point(&self, grid: &Grid) -> f64 {
         let points = f64::from(grid.points_along(self));
         self.per_m.determinant().abs() * (grid.cell_m / points).powi(2)
     }
 
-    /// The corner of samples at a place, or next to it in the south-west, where its axes are those of the world; else the
-    /// place.
+    /// Returns the corner of samples at or next to a position toward the south-west, if the raster's axes are those of
+    /// the world; otherwise the position itself.
     pub fn corner_at(&self, at_m: DVec2) -> DVec2 {
         let [a, b, c, d] = self.per_m.to_cols_array();
         if b.abs() > 1e-9 * a.abs() || c.abs() > 1e-9 * d.abs() {
@@ -164,7 +165,7 @@ impl<'a> Laid<'a> {
     }
 }
 
-/// Whether two that have it are the same, or there may be a way between them.
+/// Whether a reference system identifies locations, so that it can be compared with or transformed to another one.
 fn is_known(crs: &Crs) -> bool {
     match crs {
         Crs::Local => false,
@@ -173,7 +174,7 @@ fn is_known(crs: &Crs) -> bool {
     }
 }
 
-/// Places along the border of a rectangle.
+/// Returns points along the border of a rectangle.
 fn border(low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     (0..=BORDER_PLACES).flat_map(move |i| {
         let part = f64::from(i) / f64::from(BORDER_PLACES);
@@ -182,7 +183,7 @@ fn border(low: [f64; 2], high: [f64; 2]) -> impl Iterator<Item = [f64; 2]> {
     })
 }
 
-/// None where one of the places is nowhere.
+/// Returns the bounding box; `None` if any of the points is not finite.
 fn extent(places: impl Iterator<Item = DVec2>) -> Option<(DVec2, DVec2)> {
     let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
     let (low, high, is_finite) = places.fold((nothing.0, nothing.1, true), |(low, high, is_finite), at| {

@@ -1,5 +1,5 @@
-//! From the samples of a raster to the cells of a grid, block by block: what a block needs is read as one window, and
-//! the way to the raster is computed at nodes, between which it is taken as bilinear.
+//! Resampling of a raster to the cells of a grid, block by block. The samples for a block are read as one window, and
+//! the mapping to the raster is computed exactly at nodes and bilinearly between them.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -9,20 +9,20 @@ use super::laid::{Ground, Laid};
 use super::{CoverError, MOST_CELLS};
 use crate::source::Window;
 
-/// Cells from one node to the next, at most.
+/// Most cells between two nodes.
 const NODES_APART: u32 = 16;
-/// A block is at most as many cells wide and high…
+/// A block has at most this many cells along each side…
 const MOST_BLOCK: f64 = 256.0;
-/// … and at most as many samples of a raster of tiles…
+/// … and at most this many samples along each side of a tiled raster…
 const MOST_WIDE: f64 = 2048.0;
-/// … or, of one whose rows are read whole, as many samples in all.
+/// … or this many samples in all, for a raster that is read in whole rows.
 const MOST_SAMPLES: f64 = (1 << 24) as f64;
-/// Points along the side of a cell.
+/// Most points along the side of a cell.
 const MOST_POINTS: u32 = 32;
-/// Few samples in a cell are asked twice along each side, up to as many points.
+/// If a cell has few samples, each is read at two points per side, up to this many points.
 const TWICE: u32 = 8;
 
-/// Cells over the world.
+/// A grid of cells over the world.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Grid {
     pub low_m: DVec2,
@@ -30,7 +30,7 @@ pub(super) struct Grid {
     pub size: [u32; 2],
 }
 
-/// What a raster says of a cell.
+/// The values of a raster for a cell.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Answer {
     pub density: f32,
@@ -38,16 +38,16 @@ pub(super) struct Answer {
     pub quarters_m: u8,
 }
 
-/// What was met on the way.
+/// Observations made while resampling.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tally {
-    /// Points that lie in the raster.
+    /// Number of points inside of the raster.
     pub inside: u64,
-    /// Points on classes that nobody listed.
+    /// For each class that the scene does not list, the number of points.
     pub unlisted: FxHashMap<i32, u64>,
-    /// The largest shade.
+    /// Largest value of a mask.
     pub largest: f32,
-    /// A number that is no class.
+    /// A value that is not a valid class, if one was found.
     pub odd: Option<f32>,
 }
 
@@ -61,10 +61,10 @@ impl Tally {
 }
 
 impl Grid {
-    /// Over what the world and all rasters have in common, as fine as the finest of them.
+    /// Returns the grid over the intersection of the world and all rasters, as fine as the finest of them.
     ///
     /// # Errors
-    /// Where they have nothing in common.
+    /// A raster does not overlap the others.
     pub fn over<'a>(
         ground: &Ground<'_>,
         rasters: impl Iterator<Item = &'a Laid<'a>> + Clone,
@@ -95,7 +95,7 @@ impl Grid {
         self.low_m + self.cell_m * DVec2::from_array(self.size.map(f64::from))
     }
 
-    /// At how many points along each side of a cell a raster is asked.
+    /// Returns the number of points along each side of a cell at which a raster is read.
     pub fn points_along(&self, raster: &Laid<'_>) -> u32 {
         let samples = self.cell_m / raster.spacing_m();
         if samples < 1.01 {
@@ -105,7 +105,7 @@ impl Grid {
         samples.max((2 * samples).min(TWICE))
     }
 
-    /// Columns and rows of a block.
+    /// Returns columns and rows of a block, in cells.
     fn block(&self, raster: &Laid<'_>) -> [u32; 2] {
         let samples = (self.cell_m / raster.spacing_m()).max(1e-3);
         let even = |cells: f64| {
@@ -119,10 +119,10 @@ impl Grid {
     }
 }
 
-/// Asks a raster about all cells, those of the north first; `put` gets the number of each and the answer.
+/// Resamples a raster for all cells, those in the north first; `put` receives the index of each cell and its answer.
 ///
 /// # Errors
-/// Where the raster cannot be read.
+/// The raster cannot be read.
 pub(super) fn resample(
     raster: &Laid<'_>,
     grid: &Grid,
@@ -152,7 +152,7 @@ pub(super) fn resample(
     Ok(all)
 }
 
-/// The rows of a block.
+/// Resamples one block; returns its rows.
 fn ask(
     raster: &Laid<'_>,
     grid: &Grid,
@@ -183,7 +183,7 @@ fn ask(
     };
 
     let points = grid.points_along(raster);
-    // Where a point lies between nodes: the one before it, and the part of the way to the next.
+    // The position of a point between nodes: the index of the node before it, and the fraction of the way to the next.
     let between = |cell: u32, point: u32| {
         let inside = (f64::from(point) + 0.5) / f64::from(points);
         (cell / apart, (f64::from(cell % apart) + inside) / f64::from(apart))
@@ -209,12 +209,12 @@ fn ask(
     Ok((0..block.height).into_par_iter().map(of_row).collect())
 }
 
-/// The samples among some places; none where all lie outside.
+/// Returns the window of samples that contains the positions; empty if all are outside.
 fn window(places: &[DVec2], size: [u32; 2]) -> Window {
     let finite = || places.iter().filter(|at| at.is_finite());
     let low = finite().fold(DVec2::INFINITY, |low, at| low.min(*at));
     let high = finite().fold(DVec2::NEG_INFINITY, |high, at| high.max(*at));
-    // A sample more on each side, for what is lost between nodes.
+    // One more sample on each side allows for the interpolation between nodes.
     let first = [low.x, low.y].map(|at| (at - 1.0).floor().max(0.0));
     let end = [0, 1].map(|axis| ([high.x, high.y][axis] + 3.0).floor().min(f64::from(size[axis])));
     if !(first[0] < end[0] && first[1] < end[1]) {

@@ -1,4 +1,4 @@
-//! Worlds and rasters for the tests of covers.
+//! DEMs and rasters for the tests of covers.
 #![allow(clippy::disallowed_methods, reason = "a test writes into its own scratch folder")]
 
 use std::path::PathBuf;
@@ -12,7 +12,7 @@ use crate::scene::CoverFiles;
 use crate::source::georeference::{Crs, Georeference};
 use crate::source::{GeoKeys, WorldMapping};
 
-/// A DEM of 101 × 81 samples, 20 m apart, and its world.
+/// A DEM of 101 × 81 samples, 20 m apart, with its world.
 pub struct Dem(pub Georeference, pub [u32; 2]);
 
 impl Dem {
@@ -25,7 +25,8 @@ impl Dem {
         Self::of(crs, [600_000.0, 20.0, 0.0, 5_200_000.0, 0.0, -20.0])
     }
 
-    /// Less than 2 km around a place 100 km east of the middle of its zone, where north is not up.
+    /// Returns a DEM of less than 2 km around a place 100 km east of the centre of its zone, where grid north is
+    /// tilted.
     pub fn geographic() -> Self {
         let crs = Crs::Geographic {
             radians_per_unit: 1f64.to_radians(),
@@ -53,7 +54,7 @@ impl Dem {
     }
 }
 
-/// Rasters in a folder of their own.
+/// A temporary folder for rasters.
 pub struct Scratch(pub tempfile::TempDir);
 
 impl Scratch {
@@ -65,7 +66,7 @@ impl Scratch {
         self.0.path().join(name)
     }
 
-    /// Of values at the centres of samples, in a reference system.
+    /// Writes a raster of `value` at the centres of samples; returns its path.
     pub fn tiff<T: NumericSample>(
         &self,
         builder: GeoTiffBuilder,

@@ -28,20 +28,20 @@ fn canopy(path: PathBuf) -> CoverFiles {
     CoverFiles { canopy_height: Some(path), ..CoverFiles::default() }
 }
 
-/// Classes 41, 42, 43 with densities of 1, 0.5, 0.25.
+/// A land cover with the classes 41, 42, 43, whose densities are 1, 0.5, 0.25.
 fn land(path: PathBuf) -> CoverFiles {
     let class = |class, density| CoverClass { class, density, shares: vec![1.0] };
     let classes = vec![class(41, 1.0), class(42, 0.5), class(43, 0.25)];
     CoverFiles { land_cover: Some(path), classes, ..CoverFiles::default() }
 }
 
-/// Fields of the three classes, which are other ones after any exchange of axes; `by` is their size.
+/// A pattern of the three classes that no exchange of axes maps to itself; `by` is the size of its fields.
 fn class_of(at: DVec2, by: f64) -> u8 {
     let (x, y) = ((at.x / by).floor() as i64, (at.y / (1.4 * by)).floor() as i64);
     41 + ((x + 2 * (y / 2) + (x / 3) * y).rem_euclid(3)) as u8
 }
 
-/// A place in the units of another reference system.
+/// Transforms a position between reference systems.
 fn projected(from: &Proj, to: &Proj, at: DVec2, is_degrees: [bool; 2]) -> DVec2 {
     let at = if is_degrees[0] { at * 1f64.to_radians() } else { at };
     let mut point = (at.x, at.y, 0.0);
@@ -50,7 +50,7 @@ fn projected(from: &Proj, to: &Proj, at: DVec2, is_degrees: [bool; 2]) -> DVec2 
     if is_degrees[1] { at * 1f64.to_degrees() } else { at }
 }
 
-/// Cells whose class is another one than all of the cell should have, and cells that could be looked at.
+/// Returns the number of cells with a wrong class, and of cells that have a single class and could be checked.
 fn mistakes(cover: &Cover, class: impl Fn(DVec2) -> u8) -> (usize, usize) {
     let [low, high] = [cover.low_m, cover.high_m].map(DVec2::from_array);
     let cell = (high - low) / DVec2::from_array(cover.size.map(f64::from));
@@ -70,7 +70,7 @@ fn mistakes(cover: &Cover, class: impl Fn(DVec2) -> u8) -> (usize, usize) {
     (wrong, sure)
 }
 
-/// The classes lie where they should, and a shift by a cell or exchanged axes would be seen.
+/// Asserts that classes are in the right places, and that a shift by a cell or exchanged axes would be noticed.
 fn assert_lies(cover: &Cover, class: impl Fn(DVec2) -> u8) {
     let (wrong, sure) = mistakes(cover, &class);
     assert!(wrong == 0 && 10 * sure > 3 * cover.texels.len(), "{wrong} of {sure} of {}", cover.texels.len());
@@ -87,14 +87,14 @@ fn classes_of_the_same_system_lie_where_they_should() {
     let (dem, scratch) = (Dem::utm(), Scratch::new());
     let mapping = dem.mapping();
     let origin = mapping.origin_crs();
-    // Finer, coarser, and on another lattice; wider than the world.
+    // A finer raster, a coarser one, and one on another lattice; all are wider than the world.
     for spacing in [5.0, 20.0, 33.0] {
         let size = [(2600.0 / spacing) as usize, (2300.0 / spacing) as usize];
         let corner = [599_713.0, 5_200_311.0];
         let path = scratch
             .tiff(builder(size, 32610), corner, [spacing; 2], size, |x, y| class_of(DVec2::new(x, y) - origin, 230.0));
         let cover = dem.load(&land(path)).unwrap();
-        // Of samples, cells may differ by half a sample from the world.
+        // With samples larger than cells, the class is that of the sample around the position.
         let sample = |at: DVec2| {
             let corner = DVec2::from_array(corner) - origin;
             ((at - corner) / spacing).floor() * spacing + 0.5 * spacing + corner
@@ -103,7 +103,7 @@ fn classes_of_the_same_system_lie_where_they_should() {
         let cell_m = (cover.high_m[0] - cover.low_m[0]) / f64::from(cover.size[0]);
         assert!((cell_m - spacing).abs() < 1e-9, "as fine as needed: {cell_m}");
         assert!(cover.low_m[0] <= -1000.0 && cover.low_m[0] > -1000.0 - spacing && cover.high_m[1] >= 800.0);
-        // The corner of a cell is one of samples.
+        // Corners of cells are corners of samples.
         let off = (cover.low_m[0] + origin.x - corner[0]) / spacing;
         assert!((off - off.round()).abs() < 1e-6, "{off}");
     }
@@ -136,7 +136,7 @@ fn classes_of_another_system_lie_where_they_should() {
     });
     let cover = dem.load(&land(path)).unwrap();
     assert_lies(&cover, |at| class_of(place(at) - middle, 230.0));
-    // Planted: north is another direction there.
+    // Planted: grid north of the raster is another direction.
     assert!(mistakes(&cover, |at| class_of(at, 230.0)).0 > 0);
 }
 
@@ -167,7 +167,8 @@ fn a_real_world_has_its_classes_where_they_should_be() {
 #[test]
 fn densities_are_means_and_classes_those_with_most_trees() {
     let (dem, scratch) = (Dem::utm(), Scratch::new());
-    // 8000 samples along a side are two in each cell. Of a cell 1/4 is 42, 1/4 is 43, and the rest nothing.
+    // With 8000 samples along a side, a cell has two. A quarter of each cell is 42, a quarter 43, and the rest
+    // unlisted.
     let size = [8000, 6400];
     let class = |x: f64, y: f64| match [x, y].map(|at| (at * 4.0).floor() as i64 & 1) {
         [0, 0] => 42_u8,
@@ -181,7 +182,7 @@ fn densities_are_means_and_classes_those_with_most_trees() {
     let mean = cover.texels.iter().map(|texel| f64::from(texel[0])).sum::<f64>() / cover.texels.len() as f64;
     assert!((mean / 255.0 - 0.1875).abs() < 0.004, "{mean}");
     assert!(cover.texels.iter().filter(|texel| texel[1] == 2).count() > cover.texels.len() * 9 / 10);
-    // Planted: what one sample of a cell would say.
+    // Planted: a single sample read for each cell.
     assert!(cover.texels.iter().filter(|texel| [0, 64, 128].contains(&texel[0])).count() < cover.texels.len() / 10);
 }
 
@@ -208,12 +209,12 @@ fn classes_that_are_not_listed_are_told_with_their_count() {
     let asks = Asks::Class { classes: &files.classes, numbers };
     let tally = resample(&laid, &grid, |values, tally| asks.answer(values, tally), |_, _| {}).unwrap();
     let line = unlisted_line(&path, &tally, laid.samples_per_point(&grid)).unwrap();
-    assert!(line.ends_with("with their samples: 11 (800), 12 (450)"), "{line}");
-    // They have no trees, and the others do.
+    assert!(line.ends_with("class (samples): 11 (800), 12 (450)"), "{line}");
+    // Unlisted classes have no trees, the others do.
     let cover = dem.load(&files).unwrap();
     assert_eq!(cover.at([-900.0, 0.0]), Some([0, 0, 0, 255]));
     assert_eq!(cover.at([0.0, 0.0]), Some([255, 1, 0, 255]));
-    // Planted: all are listed.
+    // Planted: all classes are listed.
     assert_eq!(unlisted_line(&path, &Tally::default(), 1.0), None);
     let many = Tally { unlisted: (0..1000).map(|class| (class, 1)).collect(), ..Tally::default() };
     let line = unlisted_line(&path, &many, 1.0).unwrap();
@@ -237,11 +238,11 @@ fn a_picture_is_stretched_over_the_world() {
     let cover = dem.load(&mask(path.clone())).unwrap();
     assert_eq!(shades(&cover), [255, 102, 0, 0]);
     assert!(cover.low_m[0] <= -1000.0 && cover.high_m[1] >= 800.0 && cover.at([0.0, 2000.0]).is_none());
-    // Half of 8 columns is half of the world.
+    // Half of the 8 columns covers half of the world.
     let row: Vec<u8> = (-99..100).map(|x| cover.at([f64::from(x) * 10.0, 700.0]).unwrap()[0]).collect();
     let edge = row.iter().position(|shade| *shade == 102).unwrap() as f64 * 10.0 - 990.0;
     assert!(edge.abs() <= 20.0 && row[0] == 255 && row[198] == 102, "{edge}");
-    // A world without a place, one whose rows run north, 16 bits, and a TIFF without a place.
+    // A world without a location, one whose rows run north, 16 bits, and a TIFF without a location.
     assert_eq!(shades(&Dem::local().load(&mask(path.clone())).unwrap()), [255, 102, 0, 0]);
     let mut south_up = Dem::utm();
     south_up.0.crs_from_grid[5] = 20.0;
@@ -253,7 +254,7 @@ fn a_picture_is_stretched_over_the_world() {
     let samples = Array2::from_shape_fn((6, 8), |(row, column)| shade((row * 8 + column) as u32));
     GeoTiffBuilder::new(8, 6).write_2d(&path, samples.view()).unwrap();
     assert_eq!(shades(&dem.load(&mask(path.clone())).unwrap()), [255, 102, 0, 0]);
-    // Zeros and ones are none and all.
+    // A mask of zeros and ones means none and all.
     let ones = samples.mapv(|shade| u8::from(shade > 0));
     GeoTiffBuilder::new(8, 6).write_2d(&path, ones.view()).unwrap();
     assert_eq!(shades(&dem.load(&mask(path)).unwrap()), [255, 255, 0, 0]);
@@ -271,10 +272,10 @@ fn canopies_are_as_tall_as_their_raster_says() {
     assert_eq!(at(3), Some([255, 0, 10, 255]));
     assert_eq!(at(20), Some([255, 0, 78, 255]));
     assert_eq!(at(30), Some([0, 0, 0, 255]), "no data");
-    assert_eq!(at(80), Some([255, 0, 255, 255]), "as tall as can be told");
-    assert_eq!(at(95), None, "beside the raster");
+    assert_eq!(at(80), Some([255, 0, 255, 255]), "the tallest that can be stored");
+    assert_eq!(at(95), None, "outside the raster");
 
-    // With a mask of one half, and classes.
+    // Together with a uniform mask of one half.
     let bytes = [128_u8; 16];
     let files = CoverFiles {
         mask: Some(scratch.png(ColorType::Grayscale, BitDepth::Eight, [4, 4], &bytes)),
@@ -298,26 +299,26 @@ fn what_cannot_be_laid_over_a_world_is_named() {
     };
     let path = scratch.tiff(GeoTiffBuilder::new(100, 80), corner, step, size, |_, _| 41_u8);
     for files in [land(path.clone()), canopy(path.clone()), mask(path)] {
-        is(dem.load(&files), "raster.tif: names no coordinate reference system");
+        is(dem.load(&files), "raster.tif: has no coordinate reference system");
     }
     let path = scratch.path("bare.tif");
     GeoTiffBuilder::new(8, 6).write_2d(&path, Array2::<u8>::zeros((6, 8)).view()).unwrap();
-    is(dem.load(&land(path)), "bare.tif: names no coordinate reference system");
+    is(dem.load(&land(path)), "bare.tif: has no coordinate reference system");
     let path = scratch.tiff(builder(size, 1), corner, step, size, |_, _| 41_u8);
     is(dem.load(&land(path)), "raster.tif: its coordinate reference system EPSG:1 is unknown");
     let path = scratch.tiff(builder(size, 32611), [1e6, 2e6], step, size, |_, _| 41_u8);
-    is(dem.load(&land(path)), "raster.tif: lies beside the world");
+    is(dem.load(&land(path)), "raster.tif: does not overlap the world");
     let path = scratch.tiff(builder(size, 32610), corner, step, size, |_, _| 41.5_f32);
-    is(dem.load(&land(path)), "raster.tif: holds 41.5, and a class is a whole number");
+    is(dem.load(&land(path)), "raster.tif: has the value 41.5, but a class must be a whole number");
     let path = scratch.tiff(builder(size, 32610), corner, step, size, |_, _| 41_u8);
-    is(Dem::local().load(&land(path.clone())), "raster.tif: cannot be laid over the world, which has no coordinate");
-    // Planted: the same file is good elsewhere.
+    is(Dem::local().load(&land(path.clone())), "raster.tif: cannot be aligned with the world, which has no coordinate");
+    // Planted: the same file works with another world.
     assert!(dem.load(&land(path.clone())).is_ok());
     let mut own = Dem::utm();
     own.0.crs = Crs::Projected { metres_per_unit: 1.0, name: "a farm's own".into() };
     is(
         own.load(&land(path.clone())),
-        "raster.tif: cannot be laid over the world: no transformation is known from a farm's own",
+        "raster.tif: cannot be aligned with the world: no transformation is known from a farm's own",
     );
 
     let whole = std::fs::read(&path).unwrap();

@@ -9,7 +9,7 @@ use crate::mesh::obj;
 use crate::mesh::paint::Paint;
 use crate::mesh::silhouette::{overlap, views};
 
-/// The OBJ files of a folder of the data; none where it is not there.
+/// The OBJ files of a folder of the test data; none if the folder is missing.
 fn files(folder: &str) -> Vec<PathBuf> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let data = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from);
@@ -39,12 +39,12 @@ fn mesh_of(places_m: Vec<DVec3>) -> Mesh {
     Soup { places_m, triangles, normals: Vec::new() }.into_mesh("tree".to_owned()).unwrap()
 }
 
-/// Corners as a mesh.
+/// Returns corners as a mesh.
 fn seen(corners: &[TreeCorner]) -> Mesh {
     mesh_of(corners.iter().map(|corner| corner.at).collect())
 }
 
-/// A grown tree as a user's model: z up, anywhere, of any size.
+/// Returns a generated tree as if from a user's file: z up, at an arbitrary place and size.
 fn grown(grown: Grown) -> Mesh {
     let place = |corner: &Corner| DVec3::new(300.0, -70.0, 12.0) + 7.0 * corner.at;
     mesh_of(grown.grow(Detail::Near).iter().map(place).collect())
@@ -54,7 +54,7 @@ fn text(obj: &str) -> Mesh {
     obj::parse("a.obj".to_owned(), obj.as_bytes()).unwrap()
 }
 
-/// What is wrong with a model, if anything is.
+/// Returns the first fault of a model, if it has one.
 fn fault(model: &TreeModel) -> Option<String> {
     for (corners, most) in [(&model.near, NEAR_TRIANGLES), (&model.middle, MIDDLE_TRIANGLES)] {
         if corners.is_empty() || corners.len() > 3 * most {
@@ -103,7 +103,7 @@ fn every_model_becomes_a_tree_or_one_line() {
     for of in Grown::ALL {
         let model = TreeModel::new(&grown(of), true).unwrap();
         assert_eq!(fault(&model), None, "{of:?}");
-        // Planted: one that is taller, and one that winds the other way.
+        // Planted: one that is taller, and one with a reversed triangle.
         let taller = |corner: &TreeCorner| TreeCorner { at: 1.01 * corner.at, ..*corner };
         assert!(fault(&TreeModel { near: model.near.iter().map(taller).collect(), ..model.clone() }).is_some());
         let mut turned = model;
@@ -114,7 +114,7 @@ fn every_model_becomes_a_tree_or_one_line() {
 
 #[test]
 fn outlines_stay() {
-    // The least are 0.996, of a near bob, and 0.848, of a middle spruce.
+    // The smallest overlaps are 0.996, of a near bob, and 0.848, of a middle spruce.
     let (least_near, least_middle) = (0.98, 0.82);
     let named = |path: &PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), read(path).unwrap(), false);
     let mut all: Vec<(String, Mesh, bool)> = files("obj").iter().map(named).collect();
@@ -126,7 +126,7 @@ fn outlines_stay() {
         let (near, middle) = (like(&model.near), like(&model.middle));
         println!("{name}: {} triangles, near {near:.3}, middle {middle:.3}", mesh.triangles.len());
         assert!(near >= least_near && middle >= least_middle, "{name}");
-        // Planted: a smaller one, and one that lies.
+        // Planted: a smaller tree, and one that lies on its side.
         let changed = |place: fn(DVec3) -> DVec3| -> f64 {
             like(&model.near.iter().map(|corner| TreeCorner { at: place(corner.at), ..*corner }).collect::<Vec<_>>())
         };
@@ -139,7 +139,7 @@ fn outlines_stay() {
 
 #[test]
 fn a_tree_stands_on_its_foot_whatever_points_up() {
-    // A trunk, and a crown that hangs over to one side.
+    // A trunk, and a crown that leans to one side.
     let tree = |file: fn([f64; 3]) -> [f64; 3]| {
         let places = [[5.0, 7.0, 2.0], [6.0, 7.0, 2.0], [5.5, 8.0, 2.0], [9.0, 7.5, 6.0], [5.5, 7.5, 5.0]];
         let vertices = places.map(file).map(|[x, y, z]| format!("v {x} {y} {z}\n")).concat();
@@ -148,13 +148,13 @@ fn a_tree_stands_on_its_foot_whatever_points_up() {
     let upright = TreeModel::new(&tree(|at| at), true).unwrap();
     let [low, high] = bounds(upright.near.iter().filter(|corner| corner.at.z == 0.0).map(|corner| corner.at));
     assert!((low + high).length() < 1e-6 && (low.x + 0.125).abs() < 1e-6, "{low} {high}");
-    // The file's y is up, and its z to the south.
+    // The same tree with y up and z to the south.
     let lying = TreeModel::new(&tree(|[x, y, z]| [x, z, -y]), false).unwrap();
     let distance = |a: &TreeModel, b: &TreeModel| -> f64 {
         a.near.iter().zip(&b.near).map(|(a, b)| a.at.distance(b.at)).fold(0.0, f64::max)
     };
     assert!(distance(&upright, &lying) < 1e-6);
-    // Planted: the wrong way up.
+    // Planted: the wrong axis up.
     let wrong = TreeModel::new(&tree(|at| at), false).unwrap();
     assert!(distance(&upright, &wrong) > 0.1);
 }
@@ -166,18 +166,22 @@ fn what_is_no_tree_is_told() {
     assert_eq!(told(sheet, false), "it has no height");
     assert!(TreeModel::new(&text(sheet), true).is_ok());
     let low = sheet.replace("v 50 0 50", "v 50 1 50");
-    assert!(told(&low, false).starts_with("it is 50 times as wide as tall, which is no tree"), "{}", told(&low, false));
+    assert!(
+        told(&low, false).starts_with("it is 50 times as wide as tall, too wide for a tree"),
+        "{}",
+        told(&low, false)
+    );
 }
 
 #[test]
 fn sheets_wind_as_their_normals_say() {
-    // The same sheet twice, its normal once against its winding.
+    // The same sheet twice, once with its normal against its winding.
     let sheet = |normal: &str| text(&format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn {normal}\nf 1//1 2//1 3//1\n"));
     let model = |normal| TreeModel::new(&sheet(normal), false).unwrap();
     let (front, back) = (model("0 0 1"), model("0 0 -1"));
     assert!(fault(&front).is_none() && fault(&back).is_none());
     assert!((front.near[0].normal + back.near[0].normal).length() < 1e-9);
-    // Planted: as the file winds both.
+    // Planted: both wound as in the file.
     let swapped = TreeModel { near: [0, 2, 1].map(|i| back.near[i]).to_vec(), ..back };
     assert!(fault(&swapped).is_some());
 }
@@ -192,7 +196,7 @@ fn canopies_are_those_of_trees_of_the_same_outline() {
     ] {
         assert_eq!(TreeModel::new(&grown(of), true).unwrap().clump, expected, "{of:?}");
     }
-    // Planted: a spruce upside down is no spire.
+    // Planted: a spruce upside down has no spire.
     let place = |corner: &Corner| DVec3::new(corner.at.x, corner.at.y, 1.0 - corner.at.z);
     let turned = mesh_of(Grown::Conifer.grow(Detail::Near).iter().map(place).collect());
     assert_eq!(TreeModel::new(&turned, true).unwrap().clump, Grown::Broadleaf);
@@ -210,7 +214,7 @@ fn canopies_are_those_of_trees_of_the_same_outline() {
 #[test]
 fn lightness_follows_colours() {
     let of = |color: [f32; 3]| lightness_of(&Material { name: "a".to_owned(), color });
-    // Leaves in linear light: spruce, oak, grass, a child's tree.
+    // Greens of leaves in linear light: spruce, oak, grass, a child's tree.
     for green in [[0.021, 0.061, 0.021], [0.043, 0.117, 0.021], [0.07, 0.25, 0.04], [0.022, 0.584, 0.407]] {
         assert!((0.46..=0.76).contains(&of(green)), "{}", of(green));
     }
@@ -218,7 +222,8 @@ fn lightness_follows_colours() {
     for plain in [Material::PLAIN_COLOR, [0.64; 3], [0.8; 3]] {
         assert_eq!(of(plain), PLAIN_LIGHTNESS);
     }
-    // A tall dark trunk, and a crown of two colours, of which three quarters are light: the canopy has that of the crown.
+    // A tall dark trunk and a crown of two colours, three quarters of it light: the canopy gets the crown's mean
+    // lightness.
     let paint = |name: &str, color| Material { name: name.to_owned(), color };
     let dark = [0.02, 0.01, 0.01];
     let materials = vec![paint("bark", dark), paint("leaf", [0.1, 0.5, 0.1]), paint("twig", [0.05, 0.1, 0.02])];
@@ -232,6 +237,6 @@ fn lightness_follows_colours() {
     let model = TreeModel::new(&mesh, true).unwrap();
     assert!(model.canopy.iter().all(|corner| (corner.lightness - expected).abs() < 1e-9));
     assert_eq!(model.near[0].lightness, of(dark));
-    // Planted: the trunk's share.
+    // Planted: the trunk counted, too.
     assert!((expected - of(dark)).abs() > 0.1);
 }

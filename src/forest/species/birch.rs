@@ -1,6 +1,6 @@
-//! A birch: a slender trunk with a slight bend, and thin limbs that rise from it, from whose ends small clumps hang.
+//! A birch: a slender, slightly bent trunk with thin rising limbs; small clumps of leaves hang from their ends.
 //!
-//! A clump is rounded above and ragged below, as twigs hang from it; the crown is open between them.
+//! A clump is rounded above and ragged below, like hanging twigs; the crown is open between clumps.
 
 use std::f64::consts::TAU;
 
@@ -12,26 +12,26 @@ use super::{Corner, Detail, Part};
 
 const CLUMPS: u32 = 12;
 const TRUNK_RADIUS: f64 = 0.015;
-/// The crown's.
+/// Radius of the crown.
 const REACH: f64 = 0.25;
-/// Along the fringe of a clump, tips and gaps in turns.
+/// Number of vertices along the fringe of a clump, alternately tips and gaps.
 const FRINGE: usize = 7;
 
-/// The trunk's middle.
+/// Returns the centre line of the trunk at height `z`.
 fn trunk(z: f64) -> DVec3 {
     DVec3::new(0.05 * z * z, 0.035 * (z * 4.0).sin() * z, z)
 }
 
-/// A clump that hangs.
+/// A hanging clump of leaves.
 #[derive(Clone, Copy)]
 struct Clump {
-    /// Where it is widest.
+    /// Centre of its widest ring.
     at: DVec3,
     radius: f64,
-    /// From there to the tips.
+    /// Length from there to the tips.
     hangs: f64,
     turn: f64,
-    /// Where its limb leaves the trunk.
+    /// Point where its limb leaves the trunk.
     root: DVec3,
 }
 
@@ -41,7 +41,7 @@ fn clumps() -> Vec<Clump> {
         .map(|number| {
             let up = (f64::from(number) + 0.5) / f64::from(CLUMPS);
             let z = 0.42 + 0.53 * up.powf(0.9);
-            // Widest below the middle.
+            // Widest below the middle of the crown.
             let out = 0.15 * (1.0 - up.powi(3)) * (0.5 + 0.5 * (up * 6.0).min(1.0)) * random.between(0.8, 1.1);
             let turn = f64::from(number) * 2.399_963 + random.between(-0.3, 0.3);
             let radius = (0.1 - 0.045 * up) * random.between(0.88, 1.12);
@@ -61,7 +61,7 @@ impl Clump {
         self.at + level(turn + self.turn) * out * self.radius + DVec3::Z * z
     }
 
-    /// The three of which it is, near: one above the others.
+    /// Returns the three clumps that replace it up close: one above the other two.
     fn parts(&self, random: &mut Random) -> [Self; 3] {
         [0.0, 1.0, 2.0].map(|number| {
             let size = random.between(0.56, 0.7);
@@ -77,7 +77,7 @@ impl Clump {
         })
     }
 
-    /// Rounded above, with a fringe below.
+    /// Returns a surface that is rounded above, with a fringe below.
     fn fringed(&self, random: &mut Random) -> Patch {
         let rings = [
             ring(FRINGE, |turn, side| {
@@ -90,7 +90,7 @@ impl Clump {
         Patch::closed(self.place(0.0, 0.0, -0.3 * self.hangs), &rings, self.place(0.0, 0.0, 0.9 * self.radius))
     }
 
-    /// Of 20 triangles.
+    /// Returns a simple surface of 20 triangles.
     fn plain(&self) -> Patch {
         let rings = [
             ring(5, |turn, _| self.place(turn, 0.9, -0.6 * self.hangs)),
@@ -100,7 +100,7 @@ impl Clump {
     }
 }
 
-/// Three corners to a triangle, counterclockwise from outside.
+/// Grows the tree: three corners to a triangle, counter-clockwise from outside.
 pub fn grow(detail: Detail) -> Vec<Corner> {
     let mut growth = Growth::default();
     let heights: &[f64] = detail.pick(&[0.0, 0.03, 0.25, 0.5, 0.75, 0.97], &[0.0, 0.03, 0.4, 0.97]);

@@ -1,25 +1,24 @@
-//! Clumps of leaves: spheres of few triangles, stretched.
+//! Clumps of leaves: stretched spheres of few triangles.
 //!
-//! A sphere is an icosahedron whose triangles are divided into four, as often as is asked for; its places are moved out
-//! so that its outline is as large as the ellipsoid's, which matters most to those of 20 triangles.
+//! A sphere is an icosahedron whose triangles are divided into four, repeatedly. Its vertices are moved outward so that
+//! its outline is as large as the ellipsoid's, which matters most for spheres of 20 triangles.
 
 use glam::{DQuat, DVec3};
 
 use super::patch::Patch;
 
-/// An ellipsoid.
+/// An ellipsoid of leaves.
 #[derive(Clone, Copy, Debug)]
 pub struct Blob {
-    /// Its middle.
     pub at: DVec3,
-    /// Along x, y and z.
+    /// Radii along x, y and z.
     pub radii: DVec3,
-    /// How its triangles lie.
+    /// Rotation of the triangulation (not of the ellipsoid).
     pub turn: DQuat,
 }
 
 impl Blob {
-    /// Its surface, of 20 · 4^`divisions` triangles.
+    /// Returns its surface, of 20 · 4^`divisions` triangles.
     pub fn patch(&self, divisions: u32) -> Patch {
         let mut patch = icosphere(divisions);
         let grown = match divisions {
@@ -34,18 +33,18 @@ impl Blob {
         patch
     }
 
-    /// Whether a place is inside all planes of the triangles.
+    /// Whether a point is inside of the planes of all triangles.
     pub fn holds(&self, place: DVec3, divisions: u32) -> bool {
         ((place - self.at) / self.radii).length() < Self::inner(divisions)
     }
 
-    /// A part of the radii that is inside.
+    /// Returns the scale of the ellipsoid that is inside of all triangles.
     fn inner(divisions: u32) -> f64 {
         if divisions == 0 { 0.89 } else { 0.96 }
     }
 }
 
-/// A sphere of radius 1.
+/// Returns a sphere of radius 1.
 fn icosphere(divisions: u32) -> Patch {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut places = Vec::new();
@@ -101,7 +100,7 @@ mod tests {
         for divisions in 0..3 {
             let sphere = icosphere(divisions);
             assert_eq!(sphere.triangles.len(), 20 << (2 * divisions));
-            // Euler: of a closed surface without handles.
+            // Euler's formula for a closed surface without handles.
             assert_eq!(sphere.places.len(), sphere.triangles.len() / 2 + 2);
             assert!(sphere.triangles.iter().all(|triangle| {
                 let [a, b, c] = sphere.at(triangle);
@@ -111,15 +110,15 @@ mod tests {
         let blob = Blob { at: DVec3::X, radii: DVec3::new(0.2, 0.2, 0.4), turn: DQuat::IDENTITY };
         for divisions in 0..2 {
             let patch = blob.patch(divisions);
-            // All that it says it holds is behind each of its triangles.
+            // The ellipsoid that `holds` tests is behind every triangle.
             let hull = Blob::inner(divisions);
             for triangle in &patch.triangles {
                 let [a, b, c] = patch.at(triangle);
                 let face = (b - a).cross(c - a);
-                // The support of the ellipsoid that it says it holds, against the plane's distance.
+                // The support of that ellipsoid, against the distance of the triangle's plane.
                 let reach = (face * blob.radii).length() * hull;
                 assert!((a - blob.at).dot(face) > reach, "{divisions}");
-                // Planted: a larger one would stand out.
+                // Planted: a larger ellipsoid would stick out.
                 assert!((a - blob.at).dot(face) < reach * 1.15);
             }
         }

@@ -1,7 +1,7 @@
-//! An oak or a beech: a trunk that forks into limbs, and a wide crown of clumps, whose outline is scalloped.
+//! An oak or a beech: a trunk that forks into limbs, and a wide crown of clumps with a scalloped outline.
 //!
-//! Clumps lie on a spiral over the crown (the spherical Fibonacci points), moved by chance, and as far out
-//! as the crown reaches there; near, there are more and smaller ones. What of them is inside others is left out.
+//! Clumps are placed on a spiral over the crown (spherical Fibonacci points) with random offsets, as far out as the
+//! crown reaches there; up close there are more and smaller ones. Triangles inside of other clumps are left out.
 
 use std::f64::consts::TAU;
 
@@ -13,20 +13,20 @@ use super::random::Random;
 use super::{Corner, Detail, Part};
 
 const CROWN_MIDDLE: DVec3 = DVec3::new(0.0, 0.0, 0.63);
-/// To the ends of clumps, in the mean.
+/// Mean radii of the crown, to the ends of clumps.
 const CROWN_RADII: DVec3 = DVec3::new(0.425, 0.375, 0.335);
 const LIMBS: u32 = 4;
 const FORK: DVec3 = DVec3::new(0.01, -0.01, 0.24);
-/// The crown's.
+/// Radius of the crown, for sway.
 const REACH: f64 = 0.5;
 
-/// How far the crown reaches that way, by its radii: it has masses, and bays between them.
+/// Returns how far the crown reaches in a direction, relative to its radii; it has masses with bays between them.
 fn crown(way: DVec3) -> f64 {
     let waves = DVec3::new(3.4 * way.x + 1.0, 3.9 * way.y + 2.0 * way.z, 4.2 * way.z - 2.0 * way.x + 2.2);
     1.0 + 0.065 * waves.to_array().map(f64::sin).iter().sum::<f64>()
 }
 
-/// The crown's inside, then clumps on it.
+/// Returns the inside of the crown, followed by the clumps on it.
 fn clumps(detail: Detail) -> Vec<Blob> {
     let mut random = Random::new(5);
     let inside = Blob { at: CROWN_MIDDLE, radii: CROWN_RADII * 0.74, turn: DQuat::IDENTITY };
@@ -49,14 +49,14 @@ fn clumps(detail: Detail) -> Vec<Blob> {
     clumps
 }
 
-/// Whether nobody sees a triangle, since all of it is inside others than its own.
+/// Whether a triangle is hidden, because all of it is inside of other blobs than its own.
 fn is_hidden(blobs: &[Blob], divisions: u32, own: Option<usize>, [a, b, c]: [DVec3; 3]) -> bool {
     [a, b, c, (a + b) / 2.0, (b + c) / 2.0, (c + a) / 2.0, (a + b + c) / 3.0]
         .iter()
         .all(|place| blobs.iter().enumerate().any(|(other, blob)| own != Some(other) && blob.holds(*place, divisions)))
 }
 
-/// The trunk and its limbs, the ends of which are in the crown.
+/// Returns the trunk and its limbs, whose ends are inside of the crown.
 fn limbs(detail: Detail) -> Vec<Patch> {
     let knot = |at, radius| Knot { at, radius };
     let up = |z: f64| DVec3::Z * z;
@@ -81,7 +81,7 @@ fn limbs(detail: Detail) -> Vec<Patch> {
     patches
 }
 
-/// Three corners to a triangle, counterclockwise from outside.
+/// Grows the tree: three corners to a triangle, counter-clockwise from outside.
 pub fn grow(detail: Detail) -> Vec<Corner> {
     let (blobs, divisions) = (clumps(detail), detail.pick(1, 0));
     let mut growth = Growth::default();

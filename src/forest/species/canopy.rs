@@ -1,6 +1,6 @@
-//! A clump of forest as it is seen from far away: a mound, on which the tops of a few crowns stand.
+//! A clump of forest seen from far away: a mound with the tops of a few crowns on it.
 //!
-//! It is drawn widened, and many of them overlap; what meets the eye is their outline against the next one.
+//! It is drawn widened, and many clumps overlap; what is visible is the outline of each against the next.
 
 use std::f64::consts::TAU;
 
@@ -10,36 +10,36 @@ use super::patch::{Growth, Knot, Patch, level, pointed_limb, ring};
 use super::random::Random;
 use super::{Corner, Grown, Part};
 
-/// Below the ground, since that is not level.
+/// Height of the lower edge; it is below the ground, because the ground is not level.
 const SKIRT: f64 = -0.35;
 
-/// How far out the mound's shoulder is, and how high, by the mound's height.
+/// Radius of the mound's shoulder, and its height relative to the mound's height.
 const SHOULDER: (f64, f64) = (0.55, 0.6);
 
-/// What crowns stand on.
+/// Returns the mound under the crowns.
 fn mound(height: f64) -> Patch {
     let at = |out: f64, z: f64| ring(5, |turn, _| level(turn) * out + DVec3::Z * z);
     Patch::dome(&[at(1.0, SKIRT), at(SHOULDER.0, SHOULDER.1 * height)], DVec3::Z * height)
 }
 
-/// Where a crown stands.
+/// A crown on the mound.
 struct Stand {
-    /// On the mound.
+    /// Foot of the crown, on the mound.
     foot: DVec3,
-    /// Its top, if crowns rise so far from where they stand.
+    /// Height of its top.
     top: f64,
     radius: f64,
     spin: f64,
 }
 
-/// How crowns stand on a mound.
+/// The arrangement of crowns on a mound.
 struct Stands {
     mound: f64,
-    /// In the middle and around it: how many, and how far out.
+    /// For the inner and the outer ring: the number of crowns, and their distance from the centre.
     rings: [(u32, f64); 2],
-    /// Least and most.
+    /// Smallest and largest radius of a crown.
     radius: (f64, f64),
-    /// Of the outer ones; those of the middle are up to 1.
+    /// Lowest and highest top of the outer crowns; the inner ones reach up to 1.
     top: (f64, f64),
 }
 
@@ -52,7 +52,7 @@ impl Stands {
                 let out = out * random.between(0.92, 1.05);
                 let (foot, top) = match of {
                     0 => (self.mound * (1.0 - 0.4 * out) - 0.1, random.between(self.top.1, 0.97)),
-                    // Down to the ground at the edge.
+                    // Crowns at the edge reach down to the ground.
                     _ => (-0.12, random.between(self.top.0, self.top.1)),
                 };
                 stands.push(Stand {
@@ -68,12 +68,12 @@ impl Stands {
 }
 
 impl Stand {
-    /// A place by a turn, how far out by the radius, and how far up.
+    /// Returns a point by azimuth, by distance relative to the radius, and by height relative to the crown's.
     fn place(&self, turn: f64, out: f64, up: f64) -> DVec3 {
         self.foot + level(turn + self.spin) * out * self.radius + DVec3::Z * (self.top - self.foot.z) * up
     }
 
-    /// Two tiers with ragged rims.
+    /// Returns two tiers with ragged rims.
     fn spire(&self, random: &mut Random) -> [Patch; 2] {
         [(1.0, 0.0, 0.7), (0.66, 0.42, 1.0)].map(|(by, from, to)| {
             let rim = ring(5, |turn, _| {
@@ -84,7 +84,7 @@ impl Stand {
         })
     }
 
-    /// A rounded crown.
+    /// Returns a rounded crown.
     fn lobe(&self, sides: usize, random: &mut Random) -> Patch {
         let rings = [(1.0, 0.12, 0.0), (0.8, 0.78, 0.5)].map(|(by, up, twist)| {
             let twist = -twist * TAU / sides as f64;
@@ -93,7 +93,7 @@ impl Stand {
         Patch::dome(&rings, self.place(0.0, 0.0, 1.0))
     }
 
-    /// A bare trunk with a branch.
+    /// Returns a bare trunk with a branch.
     fn spike(&self, random: &mut Random) -> [Patch; 2] {
         let lean = level(random.unit() * TAU) * 0.04;
         let [foot, bend, tip] =
@@ -111,7 +111,7 @@ impl Stand {
     }
 }
 
-/// A clump of forest: its footprint has the radius 1, its top the height 1, and its skirt reaches 0.35 below the ground.
+/// Builds a clump of forest: its footprint has radius 1, its top is at 1, and its skirt reaches 0.35 below the ground.
 pub fn canopy(of: Grown) -> Vec<Corner> {
     let mut growth = Growth::default();
     let mut random = Random::new(41);

@@ -1,8 +1,8 @@
-//! A spruce: whorls of sprays that droop from a straight trunk, each as long as chance has it, so that the outline is
-//! ragged as a pen would draw it.
+//! A spruce: whorls of sprays that droop from a straight trunk, with random lengths, so that the outline is as ragged
+//! as a pen would draw it.
 //!
-//! A spray is a thin solid along its branch, with a ridge above. Near, a branch has two, each with three points; in the
-//! middle distance it is a tetrahedron that covers both.
+//! A spray is a thin solid along its branch, with a ridge on top. Up close, a branch has two sprays with three points
+//! each; in the middle distance it is one tetrahedron that covers both.
 
 use std::f64::consts::TAU;
 
@@ -13,17 +13,17 @@ use super::random::Random;
 use super::{Corner, Detail, Part};
 
 const WHORLS: u32 = 14;
-/// Of the lowest sprays.
+/// Length of the lowest sprays.
 const REACH: f64 = 0.2;
 const TRUNK_RADIUS: f64 = 0.014;
 
-/// A branch with what grows on it.
+/// A branch with its needles.
 struct Spray {
     root: DVec3,
     turn: f64,
     length: f64,
     half_width: f64,
-    /// How deep its tip hangs, by its length.
+    /// How far its tip hangs down, relative to its length.
     droop: f64,
 }
 
@@ -34,7 +34,7 @@ fn branches() -> Vec<Spray> {
         let up = f64::from(whorl) / f64::from(WHORLS - 1);
         let count = (6.8 - 3.2 * up).round();
         let reach = REACH * (1.0 - up).powf(0.92) + 0.03;
-        // Whorls stand closer towards the top.
+        // Whorls are closer together toward the top.
         let z = 0.18 + 0.78 * (1.0 - (1.0 - up).powf(1.25));
         for number in 0..count as u32 {
             let turn = (f64::from(number) + random.between(-0.2, 0.2)) / count * TAU + f64::from(whorl) * 2.4;
@@ -52,7 +52,7 @@ fn branches() -> Vec<Spray> {
 }
 
 impl Spray {
-    /// The two of which a branch is, near; one of them is as long as the branch.
+    /// Returns the two sprays that replace the branch up close; one of them is as long as the branch.
     fn halves(&self, random: &mut Random) -> [Self; 2] {
         let longer = if random.unit() < 0.5 { 1.0 } else { -1.0 };
         [1.0, -1.0].map(|side: f64| {
@@ -67,7 +67,8 @@ impl Spray {
         })
     }
 
-    /// A place by how far along it is, how far across, and how far above the branch, by the length.
+    /// Returns a point by distances along the spray and above the branch, relative to its length, and across it,
+    /// relative to its half width.
     fn place(&self, along: f64, across: f64, above: f64) -> DVec3 {
         let out = level(self.turn);
         let side = DVec3::new(-out.y, out.x, 0.0);
@@ -77,9 +78,10 @@ impl Spray {
         self.root + in_lengths * self.length + side * across * self.half_width
     }
 
-    /// The upper side and the lower one, between which is a sharp rim.
+    /// Returns the upper and the lower side, which meet in a sharp rim.
     fn patches(&self, detail: Detail) -> [Patch; 2] {
-        // Along the middle (near, last the root's lower side, since the branch sags below a straight line), then on the left of the rim; the right is the left's mirror image.
+        // Points on the middle line (near, the last is the underside of the root, because the branch sags below a
+        // straight line), and on the left part of the rim, of which the right part is the mirror image.
         let (middle, left): (&[_], &[_]) = match detail {
             Detail::Near => (&[(0.0, 0.34), (0.5, 0.17), (1.0, 0.0), (0.0, -0.12)], &[(0.58, 0.95), (0.72, 0.5)]),
             Detail::Middle => (&[(0.0, 0.34), (1.0, 0.0)], &[(0.55, 0.86)]),
@@ -100,7 +102,7 @@ impl Spray {
     }
 }
 
-/// Three corners to a triangle, counterclockwise from outside.
+/// Grows the tree: three corners to a triangle, counter-clockwise from outside.
 pub fn grow(detail: Detail) -> Vec<Corner> {
     let mut growth = Growth::default();
     let knots: &[(f64, f64)] = detail.pick(&[(0.0, 1.5), (0.04, 1.0), (1.0, 0.0)], &[(0.0, 1.2), (1.0, 0.0)]);

@@ -1,9 +1,9 @@
-//! Species of trees, grown as triangles from a few rules each.
+//! Generated species of trees: triangles grown from a few rules each.
 //!
-//! A tree is drawn by its contours and by its tones, so what matters is its outline: how far a pen would go in and out
-//! along a spruce, an oak, a birch or a dead tree. A species first says where its branches and clumps of leaves are, by
-//! numbers that are the same on every machine; then a detail says of how many triangles they are. So a tree keeps its
-//! outline when it goes from near to the middle distance. From far away a forest is its [`canopy`].
+//! A tree is drawn by its contours and tones, so what matters is its outline: how far a pen would go in and out along a
+//! spruce, an oak, a birch or a dead tree. A species first places its branches and clumps of leaves, with random
+//! numbers that are the same on every machine; the level of detail then decides how many triangles each of them has. So
+//! a tree keeps its outline from near to the middle distance. From far away a forest is its [`canopy`].
 
 mod birch;
 mod blob;
@@ -20,7 +20,7 @@ use glam::DVec3;
 
 pub use self::canopy::canopy;
 
-/// What a part of a tree is made of.
+/// The material of a part of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Part {
     /// Trunk and limbs.
@@ -29,43 +29,43 @@ pub enum Part {
     Leaf,
 }
 
-/// A corner of a triangle of a tree that is 1 tall and stands at the origin.
+/// A corner of a triangle of a tree of height 1 whose foot is at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Corner {
-    /// Where it is.
+    /// Position; z is up, 0 to 1.
     pub at: DVec3,
-    /// Of the surface there; of length 1.
+    /// Unit normal of the surface.
     pub normal: DVec3,
-    /// What the surface is.
+    /// Material of the surface.
     pub part: Part,
-    /// How far wind moves it: 0 at the foot, 1 at the ends of twigs.
+    /// Share of the wind's motion: 0 at the foot, 1 at the ends of twigs.
     pub sway: f64,
 }
 
-/// How a tree grows.
+/// A generated species.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Grown {
     /// A spruce: a spire of drooping branches.
     Conifer,
     /// An oak or a beech: a wide crown of clumps on a forked trunk.
     Broadleaf,
-    /// Slender, with hanging clumps.
+    /// A birch: a slender tree with hanging clumps.
     Birch,
     /// A dead tree, its top broken off.
     Snag,
 }
 
-/// Of how many triangles a tree is.
+/// Level of detail of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// Up to 1800.
+    /// Up to 1800 triangles.
     Near,
-    /// Up to 300.
+    /// Up to 300 triangles.
     Middle,
 }
 
 impl Detail {
-    /// One of two.
+    /// Returns the value for this level of detail.
     fn pick<T>(self, near: T, middle: T) -> T {
         match self {
             Self::Near => near,
@@ -75,10 +75,9 @@ impl Detail {
 }
 
 impl Grown {
-    /// All of them.
     pub const ALL: [Self; 4] = [Self::Conifer, Self::Broadleaf, Self::Birch, Self::Snag];
 
-    /// What scenes call it.
+    /// Returns the species' name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::Conifer => "conifer",
@@ -88,8 +87,8 @@ impl Grown {
         }
     }
 
-    /// Three corners to a triangle, counterclockwise from outside. Surfaces are closed, but for the feet of trunks, on
-    /// the ground, and of limbs, inside others.
+    /// Grows the tree: three corners to a triangle, counter-clockwise from outside. Surfaces are closed, except for the
+    /// feet of trunks, on the ground, and of limbs, inside of other parts.
     pub fn grow(self, detail: Detail) -> Vec<Corner> {
         match self {
             Self::Conifer => conifer::grow(detail),

@@ -1,8 +1,8 @@
-//! Pieces of surface, of which trees are put together, and limbs among them.
+//! Pieces of surface from which trees are assembled, among them limbs.
 //!
-//! A normal is the mean of those of the triangles that meet at a place, weighted by their areas: contours are found
-//! where places and normals disagree, so a finer shape's normals on these triangles would show as lines. Where a piece
-//! bends so sharply that the mean points away from one of its triangles, it is turned towards that triangle there.
+//! A vertex normal is the mean of the normals of its triangles, weighted by area. Contours are found where vertices and
+//! normals disagree, so the normals of a finer shape on these triangles would show as lines. Where a piece bends so
+//! sharply that the mean points away from one of its triangles, it is tilted toward that triangle there.
 
 use std::f64::consts::TAU;
 
@@ -10,25 +10,24 @@ use glam::DVec3;
 
 use super::{Corner, Part};
 
-/// The least cosine between a normal and that of its triangle.
+/// Least cosine between a vertex normal and the triangle's normal.
 const LEAST_AGREEMENT: f64 = 0.15;
 
 /// A smooth piece of surface.
 #[derive(Clone, Debug, Default)]
 pub struct Patch {
-    /// Its places.
     pub places: Vec<DVec3>,
-    /// Three places each, counterclockwise from outside.
+    /// Triangles as indices of vertices, counter-clockwise from outside.
     pub triangles: Vec<[usize; 3]>,
 }
 
 impl Patch {
-    /// The corners of a triangle.
+    /// Returns the corners of a triangle.
     pub fn at(&self, triangle: &[usize; 3]) -> [DVec3; 3] {
         triangle.map(|place| self.places[place])
     }
 
-    /// A normal for each place, as long as the area that it is taken from.
+    /// Returns the area-weighted normal of each vertex, not normalised.
     fn normals(&self) -> Vec<DVec3> {
         let mut normals = vec![DVec3::ZERO; self.places.len()];
         for triangle in &self.triangles {
@@ -38,7 +37,7 @@ impl Patch {
         normals
     }
 
-    /// Two triangles for each side of a strip between two rings of as many places, the second one above or ahead.
+    /// Adds two triangles for each side of a strip between two rings of equal size, the second one above or ahead.
     fn strip(&mut self, first: usize, second: usize, sides: usize) {
         for side in 0..sides {
             let next = (side + 1) % sides;
@@ -47,12 +46,12 @@ impl Patch {
         }
     }
 
-    /// A triangle for each side of a ring, to one place above or ahead.
+    /// Adds a triangle for each side of a ring, to one vertex above or ahead.
     fn close(&mut self, ring: usize, sides: usize, point: usize) {
         self.triangles.extend((0..sides).map(|side| [ring + side, ring + (side + 1) % sides, point]));
     }
 
-    /// A surface from ring to ring, all of as many places, up to a point.
+    /// Builds a surface through rings of equal size, up to a point.
     pub fn dome(rings: &[Vec<DVec3>], point: DVec3) -> Self {
         let sides = rings[0].len();
         let mut patch = Self { places: rings.concat(), ..Self::default() };
@@ -64,7 +63,7 @@ impl Patch {
         patch
     }
 
-    /// The same, closed by a point below the first ring, too.
+    /// Builds a dome that is closed by a point below the first ring.
     pub fn closed(below: DVec3, rings: &[Vec<DVec3>], point: DVec3) -> Self {
         let sides = rings[0].len();
         let mut patch = Self::dome(rings, point);
@@ -75,32 +74,31 @@ impl Patch {
     }
 }
 
-/// Of a triangle, outward, twice as long as its area.
+/// Returns the outward normal of a triangle, twice as long as its area.
 pub fn face([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Places around a vertical axis, counterclockwise from above; `at` has a turn (rad) and the number of the place.
+/// Returns vertices around a vertical axis, counter-clockwise from above; `at` receives the angle in radians and the
+/// index of the vertex.
 pub fn ring(sides: usize, mut at: impl FnMut(f64, usize) -> DVec3) -> Vec<DVec3> {
     (0..sides).map(|side| at(side as f64 / sides as f64 * TAU, side)).collect()
 }
 
-/// Of length 1, level, that way.
+/// Returns the horizontal unit vector at an angle in radians.
 pub fn level(turn: f64) -> DVec3 {
     let (sin, cos) = turn.sin_cos();
     DVec3::new(cos, sin, 0.0)
 }
 
-/// A place of a limb's middle, and how thick the limb is there.
+/// A point on the centre line of a limb, with the limb's radius there.
 #[derive(Clone, Copy, Debug)]
 pub struct Knot {
-    /// Where.
     pub at: DVec3,
-    /// Half the thickness.
     pub radius: f64,
 }
 
-/// Rings around knots, which follow the limb's bends without a twist.
+/// Returns rings around knots, which follow the limb's bends without twist.
 fn rings(knots: &[Knot], sides: usize) -> Vec<Vec<DVec3>> {
     let mut across = DVec3::ZERO;
     let last = knots.len() - 1;
@@ -117,7 +115,7 @@ fn rings(knots: &[Knot], sides: usize) -> Vec<Vec<DVec3>> {
         .collect()
 }
 
-/// A limb that ends in its last knot, a point. Its foot is open: it stands on the ground or inside another limb.
+/// Builds a limb that ends in a point, its last knot. Its foot is open, on the ground or inside of another limb.
 pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
     let (point, shaft) = (knots[knots.len() - 1], &knots[..knots.len() - 1]);
     let mut rings = rings(knots, sides);
@@ -125,7 +123,7 @@ pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
     Patch::dome(&rings, point.at)
 }
 
-/// A limb that is broken off at its last knot: its wall, whose rim is ragged, and the hollow in it.
+/// Builds a limb that is broken off at its last knot: the wall with a ragged rim, and the hollow inside.
 pub fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize) -> f64) -> [Patch; 2] {
     let mut rings = rings(knots, sides);
     let (end, before) = (knots[knots.len() - 1], knots[knots.len() - 2]);
@@ -138,19 +136,18 @@ pub fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize)
     [wall, hollow]
 }
 
-/// A tree while it is put together.
+/// A tree being assembled.
 #[derive(Debug, Default)]
 pub struct Growth {
     corners: Vec<Corner>,
 }
 
 impl Growth {
-    /// Adds a piece.
     pub fn add(&mut self, patch: &Patch, part: Part) {
         self.add_seen(patch, part, |_| false);
     }
 
-    /// Adds of a piece what is not hidden.
+    /// Adds the triangles of a piece that are not hidden.
     pub fn add_seen(&mut self, patch: &Patch, part: Part, is_hidden: impl Fn([DVec3; 3]) -> bool) {
         let normals = patch.normals();
         for triangle in patch.triangles.iter().filter(|triangle| !is_hidden(patch.at(triangle))) {
@@ -163,8 +160,8 @@ impl Growth {
         }
     }
 
-    /// The tree with its top at 1, swaying: what is high moves more than what is low, and what is far from the trunk,
-    /// up to `reach`, more than what is near.
+    /// Scales the tree so that its top is at 1, and sets its sway: it grows with height, and with distance from the
+    /// trunk up to `reach`.
     pub fn finish(mut self, reach: f64) -> Vec<Corner> {
         let top = self.corners.iter().fold(0.0, |top: f64, corner| top.max(corner.at.z));
         for corner in &mut self.corners {
@@ -184,7 +181,7 @@ mod tests {
         [0.0, 0.5, 1.0].map(|z| Knot { at: DVec3::Z * z, radius }).to_vec()
     }
 
-    /// Of a surface without holes.
+    /// Volume of a closed surface.
     fn volume(patches: &[Patch]) -> f64 {
         let of = |patch: &Patch| -> f64 {
             patch.triangles.iter().map(|triangle| patch.at(triangle)).map(|[a, b, c]| a.dot(b.cross(c)) / 6.0).sum()
@@ -194,13 +191,13 @@ mod tests {
 
     #[test]
     fn limbs_hold_the_volume_of_their_knots() {
-        // Prisms of twelve sides, of which the second ends in a hollow pyramid and the third in a point.
+        // Prisms of twelve sides: the second ends in a hollow pyramid, the third in a point.
         let base = 3.0 * 0.1 * 0.1;
         let broken = broken_limb(&straight(0.1), 12, |_| 0.0);
         assert!((volume(&broken) - (base - base * 0.1 / 3.0)).abs() < 1e-12, "{}", volume(&broken));
         let pointed = pointed_limb(&straight(0.1), 12);
         assert!((volume(&[pointed]) - (base * 0.5 + base * 0.5 / 3.0)).abs() < 1e-12);
-        // Planted: without its hollow a limb is open, and inside out it holds less than nothing.
+        // Planted: without its hollow a limb is open, and with reversed triangles its volume is negative.
         assert!((volume(&broken[..1]) - volume(&broken)).abs() > 1e-3);
         let mut turned = pointed_limb(&straight(0.1), 12);
         turned.triangles.iter_mut().for_each(|triangle| triangle.swap(0, 1));
@@ -216,9 +213,9 @@ mod tests {
         growth.add(&ridge, Part::Leaf);
         let mean = (face(ridge.at(&[0, 1, 2])) + face(ridge.at(&[0, 3, 1]))).normalize();
         assert!((growth.corners[0].normal - mean).length() < 1e-12, "{:?}", growth.corners[0]);
-        // Planted: the plain mean of directions is another.
+        // Planted: the unweighted mean of directions.
         assert!((DVec3::new(1.0, 0.0, 1.0).normalize() - mean).length() > 0.1);
-        // A fold: the mean alone would be almost that of the large triangle, from which the other points away.
+        // A fold: the mean alone is almost the normal of the large triangle, which points away from the other one.
         let places = vec![DVec3::ZERO, DVec3::Y, DVec3::X * -3.0, DVec3::new(-0.3, 0.0, -0.1)];
         let fold = Patch { places, triangles: vec![[0, 1, 2], [0, 3, 1]] };
         let under = face(fold.at(&[0, 3, 1]));

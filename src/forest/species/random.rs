@@ -1,19 +1,19 @@
-//! Numbers that look random and are the same on every machine: SplitMix64 (Steele, Lea, Flood 2014).
+//! Pseudo-random numbers that are the same on every machine: SplitMix64 (Steele, Lea, Flood 2014).
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-/// Where a sequence stands.
+/// State of a sequence.
 pub struct Random(u64);
 
 impl Random {
-    /// Each seed has its own sequence.
+    /// Starts a sequence; each seed has its own.
     pub fn new(seed: u64) -> Self {
         Self(seed)
     }
 
-    /// From 0, below 1.
+    /// Returns a number from 0, inclusive, to 1, exclusive.
     pub fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
@@ -22,12 +22,12 @@ impl Random {
         ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
     }
 
-    /// From the lower, below the upper.
+    /// Returns a number from `lower`, inclusive, to `upper`, exclusive.
     pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
-    /// Any way, all alike.
+    /// Returns a uniformly distributed unit vector.
     pub fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = (self.unit() * TAU).sin_cos();

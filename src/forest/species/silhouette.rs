@@ -1,4 +1,4 @@
-//! Outlines of trees from many sides, and what all species must keep to.
+//! Tests of the outlines of trees from many sides, and of what all species must satisfy.
 
 use std::f64::consts::{FRAC_PI_2, TAU};
 
@@ -8,26 +8,26 @@ use super::patch::face;
 use super::{Corner, Detail, Grown, Part, canopy};
 
 const SIDE_PX: usize = 64;
-/// How high eyes stand over the level (rad), and how many around.
+/// Elevations of the eyes in radians, and the number of eyes around each.
 const ELEVATIONS: [(f64, u32); 4] = [(0.0, 8), (0.35, 6), (0.8, 5), (FRAC_PI_2, 1)];
-/// Those of a field that is 1.1 wide: trees are 1 tall.
+/// Pixels per unit; the picture is 1.1 wide, and trees are 1 tall.
 const PX: f64 = SIDE_PX as f64 / 1.1;
 
 type Outline = Vec<bool>;
 
-/// The side of a surface.
+/// The side of a surface that is seen.
 #[derive(Clone, Copy, PartialEq)]
 enum Side {
     Outer,
     Inner,
 }
 
-/// What a tree covers, seen from far away.
+/// Returns the pixels that a tree covers, seen from far away.
 fn outline(corners: &[Corner], azimuth: f64, elevation: f64) -> Outline {
     sides(corners, azimuth, elevation).into_iter().map(|side| side == Some(Side::Outer)).collect()
 }
 
-/// What is seen of a tree at each pixel, from far away.
+/// Returns the side of a tree's surface at each pixel, seen from far away.
 fn sides(corners: &[Corner], azimuth: f64, elevation: f64) -> Vec<Option<Side>> {
     let (sin, cos) = azimuth.sin_cos();
     let right = DVec3::new(-sin, cos, 0.0);
@@ -59,7 +59,7 @@ fn sides(corners: &[Corner], azimuth: f64, elevation: f64) -> Vec<Option<Side>> 
                 } else {
                     continue;
                 };
-                // Each corner's weight is the area that is opposite to it.
+                // Each corner's weight is the area opposite to it.
                 let depth = |i: usize| triangle[i].at.dot(towards_eye) * areas[(i + 1) % 3];
                 let depth = (depth(0) + depth(1) + depth(2)) / areas.iter().sum::<f64>();
                 let seen = &mut nearest[y * SIDE_PX + x];
@@ -79,7 +79,7 @@ fn outlines(corners: &[Corner]) -> Vec<Outline> {
     ELEVATIONS.into_iter().flat_map(around).map(|(azimuth, elevation)| outline(corners, azimuth, elevation)).collect()
 }
 
-/// What both cover by what either does, in the mean of all sides, and from the worst.
+/// Returns the intersection over union of outlines: the mean of all sides, and the worst.
 fn likeness(a: &[Outline], b: &[Outline]) -> (f64, f64) {
     let of = |(a, b): (&Outline, &Outline)| {
         let count = |both: fn(bool, bool) -> bool| a.iter().zip(b).filter(|(a, b)| both(**a, **b)).count();
@@ -89,7 +89,7 @@ fn likeness(a: &[Outline], b: &[Outline]) -> (f64, f64) {
     (all.iter().sum::<f64>() / all.len() as f64, all.iter().copied().fold(1.0, f64::min))
 }
 
-/// Turned about its trunk, and scaled.
+/// Returns a tree turned about its trunk and scaled.
 fn moved(corners: &[Corner], turn: f64, scale: f64) -> Vec<Corner> {
     let (sin, cos) = turn.sin_cos();
     let at = |at: DVec3| DVec3::new(cos * at.x - sin * at.y, sin * at.x + cos * at.y, at.z) * scale;
@@ -101,9 +101,9 @@ fn a_tree_keeps_its_outline_from_near_to_the_middle_distance() {
     for grown in Grown::ALL {
         let (least_mean, least) = match grown {
             Grown::Conifer | Grown::Birch => (0.85, 0.75),
-            // Almost round from above: less would not tell it from a turned one.
+            // It is almost round from above: with a smaller bound a turned tree would pass.
             Grown::Broadleaf => (0.86, 0.8),
-            // Limbs are less than a pixel wide here.
+            // Its limbs are less than a pixel wide here.
             Grown::Snag => (0.7, 0.5),
         };
         let [near, middle] = [Detail::Near, Detail::Middle].map(|detail| grown.grow(detail));
@@ -114,7 +114,7 @@ fn a_tree_keeps_its_outline_from_near_to_the_middle_distance() {
         };
         assert!(is_like(&middle), "{}", grown.name());
         assert!(is_like(&near));
-        // Planted: a smaller one, a turned one, and those of other species.
+        // Planted: a smaller tree, a turned one, and trees of other species.
         assert!(!is_like(&moved(&middle, 0.0, 0.85)));
         assert!(!is_like(&moved(&middle, TAU / 12.0, 1.0)), "{} turned", grown.name());
         for other in Grown::ALL.into_iter().filter(|other| *other != grown) {
@@ -131,12 +131,12 @@ fn species_differ_in_their_outlines() {
             let (mean, _) = likeness(outlines, others);
             assert!(mean < 0.8, "{} and {}: {mean}", grown.name(), other.name());
         }
-        // Planted: itself.
+        // Planted: the same species.
         assert!(likeness(outlines, outlines).0 >= 0.8);
     }
 }
 
-/// A canopy half as wide, so that all of it is in the field.
+/// Returns a canopy at half its width, so that all of it is in the picture.
 fn narrow(corners: &[Corner]) -> Vec<Corner> {
     corners.iter().map(|corner| Corner { at: corner.at * DVec3::new(0.5, 0.5, 1.0), ..*corner }).collect()
 }
@@ -158,7 +158,7 @@ fn nobody_looks_into_a_tree() {
         for corners in [grown.grow(Detail::Near), grown.grow(Detail::Middle), narrow(&canopy(grown))] {
             let what = format!("{} of {} triangles", grown.name(), corners.len() / 3);
             assert!(inside(&corners) < 0.01, "{what}: {}", inside(&corners));
-            // Planted: one without a tenth of its triangles.
+            // Planted: a tenth of the triangles is missing.
             let is_kept = |i: usize| i % 10 != 4;
             let kept = corners.chunks_exact(3).enumerate().filter(|(i, _)| is_kept(*i));
             let holed: Vec<Corner> = kept.flat_map(|(_, triangle)| triangle.to_vec()).collect();
@@ -167,7 +167,7 @@ fn nobody_looks_into_a_tree() {
     }
 }
 
-/// What is wrong with triangles, if anything is.
+/// Returns the first fault of the triangles, if there is one.
 fn fault(corners: &[Corner]) -> Option<String> {
     if !corners.len().is_multiple_of(3) {
         return Some(format!("{} corners", corners.len()));
@@ -176,7 +176,7 @@ fn fault(corners: &[Corner]) -> Option<String> {
         let places = [0, 1, 2].map(|i| triangle[i].at);
         let twice_area = face(places).length();
         let longest = (0..3).map(|i| places[i].distance(places[(i + 1) % 3])).fold(0.0, f64::max);
-        // The width of a triangle, by its length.
+        // The width of a triangle relative to its length.
         if twice_area.is_nan() || twice_area / longest < 1e-3 || twice_area / longest < 0.008 * longest {
             return Some(format!("a needle: {triangle:?}"));
         }
@@ -241,7 +241,7 @@ fn faults_of_triangles_are_found() {
     }
 }
 
-/// Along the upper edge of an outline: how often it turns from rising to falling, by two pixels or more.
+/// Returns how often the upper edge of an outline turns from rising to falling, by two pixels or more.
 fn peaks(outline: &Outline) -> usize {
     let heights = (0..SIDE_PX).filter_map(|x| (0..SIDE_PX).rev().find(|y| outline[y * SIDE_PX + x]));
     let (mut low, mut high, mut rises, mut count) = (0, 0, true, 0);
@@ -271,7 +271,7 @@ fn a_canopy_is_a_clump_of_crowns() {
         assert!((1.0..1.05).contains(&radius(&corners)), "{} {}", grown.name(), radius(&corners));
         let least = (0..8).map(|i| peaks(&outline(&narrow(&corners), f64::from(i) * 0.8, 0.1))).min();
         assert!(least >= Some(2), "{}: {least:?}", grown.name());
-        // Planted: the mound alone has one.
+        // Planted: the mound alone has one peak.
         let mound = &narrow(&corners)[..15 * 3];
         assert_eq!(peaks(&outline(mound, 0.0, 0.1)), 1);
     }

@@ -1,4 +1,4 @@
-//! A dead tree: a trunk that leans a little, its top broken off, and bare branches that fork.
+//! A dead tree: a slightly leaning trunk with a broken top, and bare branches that fork.
 
 use glam::DVec3;
 
@@ -7,16 +7,16 @@ use super::random::Random;
 use super::{Corner, Detail, Part};
 
 const BRANCHES: u32 = 9;
-/// The longest branches'.
+/// Length of the longest branches.
 const REACH: f64 = 0.3;
 
-/// The trunk's middle and half its thickness.
+/// Returns the centre line and the radius of the trunk at height `z`.
 fn trunk(z: f64) -> Knot {
     let at = DVec3::new(0.05 * z * z + 0.018 * (z * 10.0).sin() * z, 0.024 * (z * 8.0).sin() * z, z);
     Knot { at, radius: 0.036 - 0.022 * z }
 }
 
-/// A branch and the one that forks off it.
+/// A branch with the ones that fork off it.
 struct Branch {
     main: [Knot; 4],
     forks: Vec<[Knot; 3]>,
@@ -33,7 +33,7 @@ fn branches() -> Vec<Branch> {
             let foot = trunk(z);
             let thick = foot.radius * 0.44;
             let (out, rise) = (level(turn), random.between(0.2, 0.6));
-            // It bends aside, and up towards its end.
+            // The branch bends aside, and up toward its end.
             let aside = level(turn + 1.57) * random.between(-0.22, 0.22);
             let at = |along: f64| {
                 let way = out * along + aside * (along * 5.0).sin() + DVec3::Z * (rise * along + 0.35 * along * along);
@@ -55,7 +55,7 @@ fn branches() -> Vec<Branch> {
         .collect()
 }
 
-/// Three corners to a triangle, counterclockwise from outside.
+/// Grows the tree: three corners to a triangle, counter-clockwise from outside.
 pub fn grow(detail: Detail) -> Vec<Corner> {
     let mut random = Random::new(37);
     let mut growth = Growth::default();

@@ -1,62 +1,62 @@
-//! Where a pixel of one frame lies in another, and whether it is seen there.
+//! Reprojection: where a pixel of one frame is in another, and whether it is visible there.
 //!
-//! The world stands still: a surface's place comes from its position, and of the sky its direction. A line straddles
-//! the edge that it outlines, so half of its pixels lie over what is behind: a line moves with the *nearest* surface
-//! within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's pixel tells the
-//! motion: on a plane seen at a grazing angle motion changes from row to row.
+//! The world does not move: the motion of a surface comes from its position, that of the sky from its direction. A line
+//! straddles the edge that it outlines, so half of its pixels are over what is behind. A line therefore moves with the
+//! *nearest* surface within [`OWNER_PX`]. Of the pixels there that show this surface, the one closest to the line's
+//! pixel gives the motion, because on a plane seen at a grazing angle motion changes from row to row.
 //!
-//! Whether a place is seen in both frames is decided by the nearest distance around it: what is expected from one frame
+//! Visibility in both frames is decided by the nearest distance around a point: the distance expected from one frame
 //! must be found in the other. Distances may change much from pixel to pixel on land seen at a grazing angle, and
-//! places lie between pixels; so the distance must be between what is found within a somewhat smaller and a somewhat
-//! larger circle, with a tolerance.
+//! points are between pixels. So the expected distance must be between the nearest ones within a slightly smaller and a
+//! slightly larger circle, with a tolerance.
 //!
-//! One edge is also where lines of what is *behind* end, with motion of their own: where a line is not found by the
-//! motion of what is in front, it may be by its own surface's ([`Follower::place_behind`]).
+//! Lines of what is *behind*, with their own motion, end at the same edge. A line that is not found with the motion of
+//! the surface in front may be found with that of its own surface ([`Follower::place_behind`]).
 //!
-//! What comes to light within [`OWNER_PX`] of an edge cannot be told from that edge's own line. Edges mostly have a
-//! line in both frames, which is then found.
+//! What is uncovered within [`OWNER_PX`] of an edge cannot be distinguished from that edge's own line. Edges mostly
+//! have a line in both frames, which is then found.
 //!
-//! The earth's curvature is that of either camera's own picture: between frames it moves a place by the camera's step
-//! over the earth's radius, some 1e-6 rad at 10 m.
+//! Each frame bends the earth around its own camera. Between frames this moves a point by the camera's step over the
+//! earth's radius, some 1e-6 rad at 10 m.
 
 use glam::{DVec2, DVec3};
 
 use super::DrawnFrame;
 use crate::scene::view::View;
 
-/// A line belongs to the nearest surface within this.
+/// A line belongs to the nearest surface within this distance.
 pub const OWNER_PX: f64 = 2.0;
-/// What has no ink is as far as the nearest surface within this. Wider than for lines: a line of the other frame
-/// reaches over the edge that it outlines, and what it covers there is not seen.
+/// Pixels without ink are compared with the nearest surface within this distance. It is larger than for lines, because
+/// a line of the other frame extends over the edge that it outlines and hides what is there.
 const SURROUNDINGS_PX: f64 = 3.0;
-/// Places lie between pixels: circles in which a distance is looked for are so much smaller and larger.
+/// How much smaller and larger the circles are in which a distance is looked for, since points are between pixels.
 const SLACK_PX: f64 = 0.75;
-/// What is expected must be found to this share of its distance.
+/// Tolerance of an expected distance, relative to it.
 const SAME_DISTANCE: f64 = 0.02;
-/// What is no farther than this share beyond the nearest surface moves as it does, nearly.
+/// Surfaces no farther than this, relative to the nearest one, have nearly its motion.
 const SAME_SURFACE: f64 = 0.05;
 
-/// Where everything is in a frame.
+/// The positions and distances of a frame's pixels.
 pub(crate) struct SurfaceOfFrame<'a> {
     view: &'a View,
-    /// From the eye to what positions count from.
+    /// Vector from the eye to the origin of positions.
     from_eye_m: DVec3,
     position: &'a [[f32; 4]],
-    /// From the eye; the sky is infinitely far.
+    /// Distances from the eye; the sky is infinitely far.
     distance_m: Vec<f32>,
     size: [i64; 2],
 }
 
-/// Whose motion a pixel has.
+/// Which surface's motion a pixel has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Whose {
-    /// What is seen at the pixel.
+    /// That of the surface at the pixel.
     Surface,
-    /// The nearest around it.
+    /// That of the nearest surface around it.
     Line,
 }
 
-/// Follows pixels from a frame to another.
+/// Maps pixels from one frame to another.
 pub(crate) struct Follower<'a> {
     pub from: &'a SurfaceOfFrame<'a>,
     pub to: &'a SurfaceOfFrame<'a>,
@@ -76,23 +76,23 @@ impl<'a> SurfaceOfFrame<'a> {
         }
     }
 
-    /// Of the picture, in pixels.
+    /// Returns the width of the picture in pixels.
     pub fn width(&self) -> usize {
         self.size[0] as usize
     }
 
-    /// Whether a pixel shows the surface, not the sky.
+    /// Whether a pixel shows a surface, not the sky.
     pub fn is_surface(&self, pixel: usize) -> bool {
         self.distance_m[pixel].is_finite()
     }
 
-    /// The centre of a pixel, from the upper left corner of the picture.
+    /// Returns the centre of a pixel, from the upper left corner of the picture.
     pub fn centre(&self, pixel: usize) -> DVec2 {
         let width = self.width();
         DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
     }
 
-    /// The pixels whose centres lie within a distance of a place, with the square of their distance.
+    /// Returns the pixels whose centres are within a distance of a point, with their squared distances.
     pub fn within(&self, place: DVec2, radius_px: f64) -> impl Iterator<Item = (usize, f64)> + use<'_> {
         let span = |at: f64, side: i64| {
             let first = ((at - radius_px - 0.5).ceil() as i64).max(0);
@@ -106,7 +106,7 @@ impl<'a> SurfaceOfFrame<'a> {
         })
     }
 
-    /// A picture between its pixels; the outermost ones go on.
+    /// Interpolates a picture bilinearly; beyond the border it continues with the outermost pixels.
     pub fn bilinear(&self, picture: &[f32], place: DVec2) -> f64 {
         let corner = place - 0.5;
         let (whole, part) = (corner.floor(), corner - corner.floor());
@@ -125,7 +125,7 @@ impl<'a> SurfaceOfFrame<'a> {
 }
 
 impl Follower<'_> {
-    /// Where `pixel` of one frame lies in the other, from that picture's upper left corner; none if it is not seen
+    /// Returns where `pixel` is in the other frame, from that picture's upper left corner; `None` if it is not visible
     /// there.
     pub fn place(&self, pixel: usize, whose: Whose) -> Option<DVec2> {
         let centre = self.from.centre(pixel);
@@ -147,8 +147,8 @@ impl Follower<'_> {
         (!covered && !gone).then_some(place)
     }
 
-    /// As [`Self::place`], with the motion of what is seen at the pixel itself; that must be seen near its place, but
-    /// need not be the nearest.
+    /// Returns [`Self::place`] with the motion of the surface at the pixel itself, which must be visible near its place
+    /// but need not be the nearest one there.
     pub fn place_behind(&self, pixel: usize) -> Option<DVec2> {
         let place = self.moved(pixel, pixel)?;
         let expected_m = self.expected_m(pixel);
@@ -157,8 +157,8 @@ impl Follower<'_> {
         around.any(|(at, _)| is_it(self.to.distance_m[at].into())).then_some(place)
     }
 
-    /// Where ink of a stroke lies in the other one, `depth_m` along the view axis: a wide stroke reaches farther over the
-    /// edge that it outlines than a line does. None if what is nearer hides it there.
+    /// Returns where ink of a stroke at `depth_m` along the view axis is in the other frame. A wide stroke extends
+    /// farther over the edge that it outlines than a line does. `None` if nearer surfaces hide it there.
     pub fn place_of_stroke(&self, pixel: usize, depth_m: f64, half_width_px: f64) -> Option<DVec2> {
         let origin = self.from.view.part.origin_px;
         let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
@@ -171,12 +171,12 @@ impl Follower<'_> {
             return None;
         }
         let expected_m = way.length();
-        // What is nearer all around hides it.
+        // Hidden only if everything around it is nearer.
         let is_open = |at: usize| f64::from(self.to.distance_m[at]) >= expected_m * (1.0 - SAME_DISTANCE);
         self.to.within(place, half_width_px + OWNER_PX).any(|(at, _)| is_open(at)).then_some(place)
     }
 
-    /// A pixel's place by the motion of `mover`; none outside of the picture.
+    /// Returns a pixel's place by the motion of `mover`; `None` outside of the picture.
     fn moved(&self, pixel: usize, mover: usize) -> Option<DVec2> {
         let place = self.from.centre(pixel) + self.motion(mover)?;
         let [width, height] = self.to.size.map(|side| side as f64);
@@ -187,14 +187,14 @@ impl Follower<'_> {
         self.way_there(pixel).map_or(f64::INFINITY, DVec3::length)
     }
 
-    /// From the other frame's eye to what a pixel shows; none for the sky.
+    /// Returns the vector from the other frame's eye to what a pixel shows; `None` for the sky.
     fn way_there(&self, pixel: usize) -> Option<DVec3> {
         let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;
         let at = &self.from.position[pixel];
         (at[3] > 0.0).then(|| way(at) + self.from.from_eye_m + step_m)
     }
 
-    /// How far what a pixel shows moves on the picture; none if it comes beside or behind the eye.
+    /// Returns the motion in the picture of what a pixel shows; `None` if it ends up sideways or behind the eye.
     fn motion(&self, pixel: usize) -> Option<DVec2> {
         let (here, there) = match self.way_there(pixel) {
             Some(there) => (way(&self.from.position[pixel]) + self.from.from_eye_m, there),
@@ -204,7 +204,7 @@ impl Follower<'_> {
                 (ray, ray)
             }
         };
-        // Both by projection: what positions lack of their pixel's centre by rounding is in both, and goes.
+        // Both by projection, so that rounding errors of positions against pixel centres cancel.
         let shift = |view: &View| DVec2::new(view.part.origin_px[0].into(), view.part.origin_px[1].into());
         let from = self.from.view.place_px(here)? - shift(self.from.view);
         let to = self.to.view.place_px(there)? - shift(self.to.view);
@@ -269,7 +269,7 @@ mod tests {
         let (far, near) = (SurfaceOfFrame::new(&far), SurfaceOfFrame::new(&near));
         let (on, back) = (Follower { from: &far, to: &near }, Follower { from: &near, to: &far });
         let middle = DVec2::new(3.5, 2.5);
-        // The second pixel of the second row: its place is 10 / 8 as far from the middle, and back.
+        // The second pixel of the second row moves to 10 / 8 of its distance from the centre, and back.
         let expected = middle + (DVec2::new(1.5, 1.5) - middle) * 1.25;
         for whose in [Whose::Line, Whose::Surface] {
             let place = on.place(8, whose).expect("it is in both pictures");

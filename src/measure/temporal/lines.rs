@@ -1,4 +1,4 @@
-//! What becomes of the ink of a frame in another.
+//! What becomes of the ink of one frame in another.
 
 use std::collections::HashMap;
 
@@ -8,21 +8,21 @@ use rayon::prelude::*;
 use super::follow::{Follower, Whose};
 use super::{HELD_SHARE, LINE_INK, LineChange, Share, StrokePictures};
 
-/// Of a pixel that has ink.
+/// The fate of a pixel with ink.
 pub(crate) struct Fate {
     pub pixel: usize,
     pub ink: f32,
-    /// None where it cannot be followed.
+    /// Its counterpart; `None` if it cannot be followed.
     pub there: Option<There>,
 }
 
-/// What the other frame has.
+/// The counterpart of a pixel in the other frame.
 pub(crate) struct There {
-    /// The pixel's place in it.
+    /// Position of the pixel in the other frame.
     pub place: DVec2,
-    /// The most ink within reach.
+    /// Largest ink within reach.
     pub ink: f32,
-    /// The nearest line pixel within reach.
+    /// Nearest line pixel within reach.
     pub line: Option<usize>,
 }
 
@@ -32,12 +32,12 @@ impl Fate {
     }
 }
 
-/// Of all pixels that have ink, row by row.
+/// The fates of all pixels with ink, row by row.
 pub(crate) struct Fates(pub Vec<Fate>);
 
 impl Fates {
-    /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of its place. Ink of `strokes`
-    /// is as far away as they are.
+    /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of each pixel's place. Ink of
+    /// `strokes` is followed at the depth of its stroke.
     pub fn of(
         follower: &Follower<'_>,
         ink: &[f32],
@@ -99,7 +99,7 @@ impl Fates {
         change
     }
 
-    /// Strokes of which less than [`HELD_SHARE`] goes on, of those with line pixels that can be followed.
+    /// Returns the strokes of which less than [`HELD_SHARE`] continues, of those with line pixels that can be followed.
     pub fn lone_strokes(&self, id: &[u32]) -> Share {
         let mut held: HashMap<u32, Share> = HashMap::new();
         for fate in self.lines().filter(|fate| id[fate.pixel] != 0) {

@@ -1,14 +1,14 @@
-//! How far the parameter along strokes moves under a place of the world, and where strokes change who they are.
+//! Slip: how far the parameter along strokes moves at a fixed point of the world, and where strokes change identity.
 //!
-//! The parameter is known at the centres of pixels, and a pixel's place in the other frame lies between them. So the
-//! nearest line pixel's parameter is carried to that place by its gradient: a plane laid through the same stroke's
-//! pixels around, by least squares. A line is thin and often straight, and says nothing of its parameter across itself;
-//! a small weight on the gradient's length makes it 0 there.
+//! The parameter is known at pixel centres, and a pixel's place in the other frame is between them. So the nearest line
+//! pixel's parameter is extrapolated to that place with its gradient: a least-squares plane through the pixels of the
+//! same stroke around it. A line is thin and often straight, so its pixels do not determine the gradient across the
+//! line; a small weight on the gradient's length makes it 0 there.
 //!
-//! Where strokes lie close, the nearest line pixel may be of another one. So a stroke is looked for by its identity,
-//! within reach of the place. Where it is not, the pixel says nothing of slip: it counts as a change of identity. A stroke
-//! may also pass a place more than once (a fold, or what was one stroke and fell into two that lie side by side): of
-//! its turns within reach the one whose parameter is closest counts.
+//! Where strokes are close together, the nearest line pixel may belong to another one. So a stroke is looked for by its
+//! identity, within reach of the place. If it is not found, the pixel has no slip and counts as a change of identity. A
+//! stroke may also pass a place more than once (a fold, or one stroke that became two parallel ones): of its passes
+//! within reach, the one with the closest parameter counts.
 
 use glam::{DMat2, DVec2};
 
@@ -16,23 +16,23 @@ use super::follow::SurfaceOfFrame;
 use super::lines::Fates;
 use super::{LINE_INK, REACH_PX, Share, StrokePictures};
 
-/// Pixels within this tell the gradient.
+/// Pixels within this distance determine the gradient.
 const AROUND_PX: f64 = 2.5;
-/// Neighbours on a stroke differ by their distance; those that differ by so much more are of another turn of it.
+/// Pixels of one pass differ in their parameter by at most this many times their distance.
 const STEEPEST: f64 = 2.0;
-/// Weight of the gradient's length, in squares of pixels: far below those of a few neighbours.
+/// Weight of the gradient's length, in square pixels: far below the weights of a few neighbours.
 const TOWARD_ZERO: f64 = 0.01;
 
 /// What became of the line pixels of strokes.
 #[derive(Debug, Default)]
 pub(super) struct Followed {
-    /// Of each that goes on as the same stroke: |its parameter − that at its place|, in pixels.
+    /// For each pixel that continues as the same stroke, the absolute change of its parameter in pixels.
     pub slips_px: Vec<f32>,
-    /// Those that go on as other strokes only, of all that go on.
+    /// Pixels that continue only as other strokes, of all that continue.
     pub changed: Share,
 }
 
-/// Follows the line pixels of strokes to those of the frame before.
+/// Follows the line pixels of strokes to the previous frame.
 pub(super) fn follow(
     fates: &Fates,
     own: &StrokePictures,
@@ -49,7 +49,7 @@ pub(super) fn follow(
         let mut near: Vec<_> = seen_before.within(there.place, REACH_PX).filter(|(at, _)| is_stroke(*at)).collect();
         near.sort_by(|a, b| a.1.total_cmp(&b.1));
         let Some((nearest, _)) = near.first() else { continue };
-        // Who is not known is taken for the nearest.
+        // If identities do not persist, the nearest stroke is taken to be the same one.
         let same = if identities_last { id } else { before.id[*nearest] };
         let near = near.into_iter().map(|(at, _)| at).filter(|at| before.id[*at] == same);
         let slip_px = turns(before, near, seen_before)
@@ -66,7 +66,7 @@ pub(super) fn follow(
     followed
 }
 
-/// Of pixels of a stroke, from near to far, the nearest one of each turn of it.
+/// Returns the nearest pixel of each pass, of pixels of one stroke sorted from near to far.
 fn turns(strokes: &StrokePictures, pixels: impl Iterator<Item = usize>, seen: &SurfaceOfFrame<'_>) -> Vec<usize> {
     let mut turns: Vec<usize> = Vec::new();
     for pixel in pixels {
@@ -77,14 +77,14 @@ fn turns(strokes: &StrokePictures, pixels: impl Iterator<Item = usize>, seen: &S
     turns
 }
 
-/// Whether two pixels of a stroke differ in their parameter by no more than by their distance, nearly.
+/// Whether two pixels of a stroke belong to one pass: their parameters differ by little more than their distance.
 fn is_one_turn(strokes: &StrokePictures, [a, b]: [usize; 2], seen: &SurfaceOfFrame<'_>) -> bool {
     let difference_px = f64::from(strokes.along_px[a]) - f64::from(strokes.along_px[b]);
-    // Comparisons with NaN fail: a pixel without a parameter is left out.
+    // Comparisons with NaN fail, so a pixel without a parameter is left out.
     difference_px.abs() <= STEEPEST * (seen.centre(a) - seen.centre(b)).length()
 }
 
-/// Of the parameter at a pixel of a stroke, per pixel.
+/// Returns the gradient of the parameter at a pixel of a stroke, per pixel.
 fn gradient(strokes: &StrokePictures, pixel: usize, seen: &SurfaceOfFrame<'_>) -> DVec2 {
     let (centre, own_px) = (seen.centre(pixel), f64::from(strokes.along_px[pixel]));
     let (mut squares, mut products) = (DMat2::from_diagonal(DVec2::splat(TOWARD_ZERO)), DVec2::ZERO);

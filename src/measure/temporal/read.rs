@@ -1,7 +1,7 @@
-//! What a frame drew, from the GPU: `rig` is what was sampled, and what comes out is where the picture shows it.
+//! Reading back what a frame drew. `rig` is the rig with jitter, as it was sampled; the result is without jitter.
 //!
-//! The ink of strokes is what haze has left of it; that of line pictures is what the composite reads, before haze takes
-//! its part. Where a style has both, the darker one counts.
+//! Ink of strokes includes the effect of haze; ink of line pictures is read as the composite reads it, before haze. If
+//! a style has both, the larger ink counts.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -20,7 +20,7 @@ use crate::surface::POSITION;
 use crate::surface::rows::ribbons::ROW_INK;
 use crate::tones::balance::MARKS;
 
-/// Reads what an eye of `frame` drew last: with `rig` and `style`. Waits for the GPU.
+/// Reads what an eye drew last, with `rig` and `style`. Waits for the GPU.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -36,7 +36,7 @@ pub fn read_drawn(
         return Err(GpuError::Readback("no frame was drawn".to_owned()));
     };
     let size_px = picture.size_px();
-    // What is shown of lines and strokes may be the mean of several frames.
+    // The displayed lines and strokes may be the mean of several frames.
     let mean = renderer.history_targets(eye);
     let line: Option<Vec<f32>> = match (renderer.line_target(eye, style), mean) {
         (Some(_), Some([history, _])) => Some(channel::<4>(gpu, history, size_px, 3)?),
@@ -68,7 +68,7 @@ pub fn read_drawn(
         },
         strokes: read_stroke_pictures(gpu, renderer, eye, style, &STROKE_IDS)?,
         centres: read_stroke_pictures(gpu, renderer, eye, style, &CENTRES)?,
-        // The land's marks are rows where a style has them, and then the others are of what stands on it.
+        // In styles with rows, the land's marks are the rows, and the other marks are those of objects on the land.
         marks: match (marks, rows) {
             (Some(marks), Some(rows)) => Some(marks.into_iter().zip(rows).map(|(mark, row)| mark.max(row)).collect()),
             (marks, rows) => marks.or(rows),
@@ -77,7 +77,7 @@ pub fn read_drawn(
     })
 }
 
-/// Positions that a moved picture has: to where the centres of the pixels are, at the same distances.
+/// Moves the positions of a jittered picture to the rays through pixel centres, at the same distances.
 fn unmove(position: &mut [[f32; 4]], view: &View, origin_m: DVec3) {
     let width = view.part.size_px[0] as usize;
     let origin_px = DVec2::new(view.part.origin_px[0].into(), view.part.origin_px[1].into());

@@ -1,4 +1,4 @@
-//! Which strokes lie where, from what the stroke passes left on the GPU.
+//! Reading back which strokes are at which pixels, from the buffers that the stroke passes leave on the GPU.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -12,7 +12,8 @@ use crate::lines::strokes::LeftOut;
 use crate::lines::strokes::samples::{Sample, SampleCounts};
 use crate::style::Style;
 
-/// How many strokes the last frame drew, without those that only fade; none where the style has none.
+/// Returns the number of strokes that the last frame drew, without those that only fade out; `None` if the style has
+/// none.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -22,7 +23,7 @@ pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Op
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
 }
 
-/// What of the strokes found no room in the last frame; none where the style has none.
+/// Returns what was left out of the last frame's strokes for lack of room; `None` if the style has none.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -31,9 +32,8 @@ pub fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result
     passes.left_out(gpu).map(Some)
 }
 
-/// Which strokes lie where in an eye's last frame, by one of its pictures of samples' numbers; none where the frame has
-/// none. The parameter is that of the nearest place
-/// on the segment that was drawn at a pixel.
+/// Reads the strokes at each pixel of an eye's last frame from `numbers`, a picture of sample numbers; `None` if the
+/// frame has none. The parameter is that of the nearest point on the segment drawn at the pixel.
 ///
 /// # Errors
 /// [`GpuError::Readback`].
@@ -56,12 +56,12 @@ pub fn read_stroke_pictures(
         .into_par_iter()
         .enumerate()
         .map(|(pixel, number)| {
-            // A segment runs from the sample with its number to the next one.
+            // A segment connects the sample with its number to the next one.
             let segment = (number as usize).checked_sub(1).and_then(|first| samples.get(first..first + 2));
             let Some([a, b]) = segment else { return (0, [f32::NAN; 3]) };
             let at = Vec2::new((pixel % width) as f32 + 0.5, (pixel / width) as f32 + 0.5);
             let (begin, way) = (Vec2::from(a.px), Vec2::from(b.px) - Vec2::from(a.px));
-            // What runs off the sheet runs on beyond its last sample.
+            // Strokes that run off the page are extrapolated beyond their last sample.
             let runs_off = |own: &Sample| own.flags & Sample::RUNS_OFF != 0;
             let least = if runs_off(a) && a.flags & Sample::FIRST != 0 { f32::NEG_INFINITY } else { 0.0 };
             let most = if runs_off(b) && b.flags & Sample::LAST != 0 { f32::INFINITY } else { 1.0 };

@@ -1,10 +1,10 @@
-//! Pairs of frames, summed up for a report.
+//! Sums over pairs of frames, for a report.
 
 use super::{LineChange, LineMeasures, PairMeasures, Share, StrokeMeasures};
 use crate::measure::report::Metrics;
 use crate::measure::statistics::Percentiles;
 
-/// The sums over the pairs of a run.
+/// Sums over the pairs of a run.
 #[derive(Clone, Debug, Default)]
 pub struct TemporalTotals {
     pairs: u64,
@@ -12,13 +12,12 @@ pub struct TemporalTotals {
     lines: LineMeasures,
     stroke_pairs: u64,
     strokes: StrokeMeasures,
-    /// Lone line pixels and changed identities of frames that move strokes, and of those that make them anew.
+    /// Lone line pixels and changed identities, for frames that move strokes and for those that rebuild them.
     kinds: [[Share; 2]; 2],
     e_warp: Share,
 }
 
 impl TemporalTotals {
-    /// Adds a pair.
     pub fn add(&mut self, pair: PairMeasures) {
         self.pairs += 1;
         self.e_warp += pair.e_warp;
@@ -45,21 +44,21 @@ impl TemporalTotals {
         }
     }
 
-    /// The numbers for a report; none before the first pair. What could not be measured is null:
+    /// Returns the numbers for a report; `None` before the first pair. What could not be measured is null:
     ///
     /// | name | |
     /// | --- | --- |
-    /// | `pairs` | how many pairs of frames |
+    /// | `pairs` | number of pairs of frames |
     /// | `line_coverage` | line pixels, of all pixels |
-    /// | `line_masked` | line pixels that are not seen in both frames, of all line pixels: they count for nothing else |
-    /// | `flicker_births`, `flicker_deaths`, `flicker` | line pixels without a line in the frame before, in the frame after, and the mean of both |
+    /// | `line_masked` | line pixels not visible in both frames, of all line pixels: they count for nothing else |
+    /// | `flicker_births`, `flicker_deaths`, `flicker` | line pixels without a line in the previous frame, in the next frame, and the mean of both |
     /// | `flicker_ink_births`, `flicker_ink_deaths`, `flicker_ink` | the same, weighted by ink |
     /// | `strokes_per_frame` | strokes that can be followed |
-    /// | `births_per_frame`, `deaths_per_frame` | of strokes |
-    /// | `identity_change` | line pixels that go on as other strokes only, of those that go on |
-    /// | `slip_px_p50`, `slip_px_p95` | over all line pixels that go on as the same stroke, pixels per frame |
-    /// | `flicker_updates`, `flicker_between` | of frames that make strokes anew, and of those that move them |
-    /// | `identity_updates`, `identity_between` | the same of the change of identity |
+    /// | `births_per_frame`, `deaths_per_frame` | born and died strokes |
+    /// | `identity_change` | line pixels that continue only as other strokes, of those that continue |
+    /// | `slip_px_p50`, `slip_px_p95` | over all line pixels that continue as the same stroke, pixels per frame |
+    /// | `flicker_updates`, `flicker_between` | flicker of frames that rebuild strokes, and of those that move them |
+    /// | `identity_updates`, `identity_between` | change of identity in the same two kinds of frames |
     /// | `e_warp` | mean squared difference of luma, 0 to 1 |
     pub fn metrics(&self) -> Option<Metrics> {
         if self.pairs == 0 {
