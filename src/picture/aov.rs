@@ -1,8 +1,8 @@
 //! The channels of an EXR beside its colour: one sample at the centre of each pixel, which no anti-aliasing touches.
 //!
-//! They have hachure's own names, or those that compositors look for ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`, `N.Y`
-//! and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values under both. `P` is a place in the world,
-//! and `position` counts from the camera, where 32 bits are finer.
+//! They have hachure's own names, or those that compositors look for ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`,
+//! `N.Y` and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values under both. `P` is a place in the
+//! world, and `position` counts from the camera, where 32 bits are finer.
 
 use std::fmt;
 use std::str::FromStr;

@@ -80,7 +80,8 @@ impl Surface {
 }
 
 /// The marks that the last frame drew of its only eye, a group for each kind, those without lines left out. `view` and
-/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks ([`Renderer::set_wants_mark_layers`]).
+/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks
+/// ([`Renderer::set_wants_mark_layers`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.

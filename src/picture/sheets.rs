@@ -1,5 +1,5 @@
-//! A poster's pixels on the sheets of a small printer, cut while the poster is drawn: what is held is a row of pixels of
-//! each sheet that is being written.
+//! A poster's pixels on the sheets of a small printer, cut while the poster is drawn: what is held is a row of pixels
+//! of each sheet that is being written.
 
 use std::path::{Path, PathBuf};
 
@@ -21,7 +21,8 @@ pub fn sheet_path(poster: &Path, place: Place) -> PathBuf {
     poster.with_file_name(format!("{stem}-{}{ending}", place.name()))
 }
 
-/// Sheets under construction. Without [`SheetWriter::end`] and [`EndedSheets::commit`] nothing appears under their names.
+/// Sheets under construction. Without [`SheetWriter::end`] and [`EndedSheets::commit`] nothing appears under their
+/// names.
 pub struct SheetWriter<'a> {
     sheets: Sheets,
     poster: PathBuf,

@@ -1,7 +1,7 @@
 //! The strokes and marks of a picture as lines, for files that hold lines.
 //!
-//! Marks are found in a picture that is [`FINER`] times as large, where that is allowed: what a texture draws is known by
-//! its pixels alone.
+//! Marks are found in a picture that is [`FINER`] times as large, where that is allowed: what a texture draws is known
+//! by its pixels alone.
 //!
 //! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
 //! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
@@ -48,7 +48,8 @@ pub enum StrokesError {
 pub struct Drawn {
     /// The strokes of each eye, of a pair the left one's first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Hachures, hatching, lines of water, of equal height, of the sky and around holes, a group for each kind; of a pair none.
+    /// Hachures, hatching, lines of water, of equal height, of the sky and around holes, a group for each kind; of a
+    /// pair none.
     pub marks: Vec<Group>,
     /// What rendering did.
     pub report: PictureReport,
@@ -64,8 +65,8 @@ pub fn has_marks(style: &Style) -> bool {
         || style.sky.has_lines()
 }
 
-/// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and its
-/// samples are not looked at.
+/// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and
+/// its samples are not looked at.
 ///
 /// # Errors
 /// [`StrokesError`].

@@ -19,8 +19,8 @@ pub fn jitter_px(number: u32) -> DVec2 {
     DVec2::new(halton(number, 2), halton(number, 3)) - 0.5
 }
 
-/// The frames of a picture: by how much each is moved, and its weight. Planes are read from the first one, which then is
-/// not moved.
+/// The frames of a picture: by how much each is moved, and its weight. Planes are read from the first one, which then
+/// is not moved.
 pub fn samples(samples: u32, has_planes: bool) -> Vec<(DVec2, f32)> {
     let first = (has_planes && samples > 1).then_some((DVec2::ZERO, 0.0));
     let weight = 1.0 / samples.max(1) as f32;

@@ -1,8 +1,8 @@
 //! The block of text below a picture: its title and, in small letters, how it was seen; of a map also a scale bar, the
 //! representative fraction and an arrow to the north. All of it is strokes of a pen, for pixels and for paths alike.
 //!
-//! It stands on the bare paper of the style's `foot_px`, below the picture and as wide as it is. Lengths here are pixels of
-//! the style, which become more at more dots to an inch.
+//! It stands on the bare paper of the style's `foot_px`, below the picture and as wide as it is. Lengths here are
+//! pixels of the style, which become more at more dots to an inch.
 
 use glam::DVec2;
 
@@ -20,7 +20,8 @@ const SIDE: f64 = 16.0;
 const TITLE: [f64; 2] = [16.0, 9.0];
 /// Of small letters, and at least.
 const SMALL: [f64; 2] = [7.5, 5.5];
-/// A pen's width for capitals of height 1, and at least: what is finer is grey, and small letters are hard to read then.
+/// A pen's width for capitals of height 1, and at least: what is finer is grey, and small letters are hard to read
+/// then.
 const PEN: f64 = 0.1;
 const LEAST_PEN: f64 = 1.15;
 /// The line under the picture, where it has no border.

@@ -23,7 +23,8 @@ const SAME_PART: f64 = 0.25;
 /// Of the tolerance: between places at which it is measured. Between two of them the distance cannot grow by more than
 /// half of it; that is what [`MEASURED_PART`] leaves.
 const STEP_PART: f64 = 0.2;
-/// A curve is at most so much longer than its stretch: one that runs to and fro may be near, and programs draw it badly.
+/// A curve is at most so much longer than its stretch: one that runs to and fro may be near, and programs draw it
+/// badly.
 const LONGER: f64 = 1.1;
 /// Arms of a curve are at least this part of its chord.
 const SHORT_ARM: f64 = 0.05;

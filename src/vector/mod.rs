@@ -187,8 +187,8 @@ impl DrawingReport {
     }
 }
 
-/// A layer for each group, or for each of its pens; those without strokes are left out. Paths are in the sheet's unit and
-/// within the tolerance of the lines, the rounding to [`Settings::digits`] included.
+/// A layer for each group, or for each of its pens; those without strokes are left out. Paths are in the sheet's unit
+/// and within the tolerance of the lines, the rounding to [`Settings::digits`] included.
 pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
     let widths =
         pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());

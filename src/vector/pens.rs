@@ -1,8 +1,8 @@
 //! Lines whose width changes, drawn by pens of one width each.
 //!
-//! Without pens a line is cut where its width or its ink has changed by a part, and each piece has their mean. With pens,
-//! a piece is drawn by the one that is nearest to its width, and there is no faint ink: ink counts as width. What is wider
-//! than its pen is drawn by several strokes side by side.
+//! Without pens a line is cut where its width or its ink has changed by a part, and each piece has their mean. With
+//! pens, a piece is drawn by the one that is nearest to its width, and there is no faint ink: ink counts as width. What
+//! is wider than its pen is drawn by several strokes side by side.
 
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
@@ -92,7 +92,8 @@ fn nearest(widths: &[f32], width: f32) -> usize {
     (0..widths.len()).min_by(|a, b| away(widths[*a]).total_cmp(&away(widths[*b]))).unwrap_or(0)
 }
 
-/// A line as pieces in each of which width and ink change little, in their order; one that stays as it is closed remains.
+/// A line as pieces in each of which width and ink change little, in their order; one that stays as it is closed
+/// remains.
 pub fn pieces(line: &Polyline) -> Vec<Polyline> {
     let widest = line.points.iter().map(|at| at.half_width_px).fold(0.0, f32::max);
     let level = |at: &PolylinePoint| [at.half_width_px.max(THIN_PART * widest), at.ink.max(THIN_PART)];

@@ -1,8 +1,8 @@
 //! A poster on sheets of a small printer: how it is cut, what stands around each part, and the paths of a part.
 //!
-//! A sheet shows a window of the poster at the poster's own scale. Windows of neighbours overlap, so that one may be glued
-//! on the other, and are the poster where they lie: nothing is drawn over them. Around a window, within what a printer can
-//! reach, stand crop marks at its corners, ticks where the neighbour's window begins, and the sheet's name.
+//! A sheet shows a window of the poster at the poster's own scale. Windows of neighbours overlap, so that one may be
+//! glued on the other, and are the poster where they lie: nothing is drawn over them. Around a window, within what a
+//! printer can reach, stand crop marks at its corners, ticks where the neighbour's window begins, and the sheet's name.
 
 use glam::DVec2;
 use kurbo::{Affine, BezPath, ParamCurve, PathSeg, Rect};

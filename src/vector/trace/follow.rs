@@ -14,7 +14,8 @@ const BENT: f32 = 0.0;
 const TWIG_PART: f32 = 1.2;
 const TWIG_PX: f32 = 2.5;
 
-/// A bridge between two crossings that are one is no longer than the lines there are deep, times this, and so many pixels.
+/// A bridge between two crossings that are one is no longer than the lines there are deep, times this, and so many
+/// pixels.
 const BRIDGE_PART: f32 = 2.0;
 const BRIDGE_PX: f32 = 1.0;
 

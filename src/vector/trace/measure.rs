@@ -68,8 +68,8 @@ fn dot(ink: Ink) -> Polyline {
     Polyline { points: vec![end(-0.5 * DOT_PX), end(0.5 * DOT_PX)], ..Polyline::default() }
 }
 
-/// The ink of each place of all chains, one after the other: that of the pixels which are nearer to it than to others, by
-/// steps from pixel to pixel.
+/// The ink of each place of all chains, one after the other: that of the pixels which are nearer to it than to others,
+/// by steps from pixel to pixel.
 fn given(picture: &InkPicture, chains: &[Chain]) -> Vec<Ink> {
     let (width, stride) = (picture.width(), picture.width() + 2);
     let count = chains.iter().map(|chain| chain.places.len()).sum();

@@ -42,8 +42,8 @@ pub(super) struct Mask {
 }
 
 impl Mask {
-    /// Where a picture has marks: full ink, and what is darker than both sides, however faint it is; not what is lighter
-    /// than both sides.
+    /// Where a picture has marks: full ink, and what is darker than both sides, however faint it is; not what is
+    /// lighter than both sides.
     pub fn of(picture: &InkPicture) -> Self {
         let [width, height] = picture.size_px.map(|side| side as usize);
         let stride = width + 2;
