@@ -22,7 +22,6 @@ pub enum StyleError {
     Read {
         /// Path of the file.
         path: String,
-        /// The cause.
         #[source]
         source: std::io::Error,
     },
@@ -37,7 +36,6 @@ pub enum StyleError {
     ReadTexture {
         /// Path of the file.
         path: String,
-        /// The cause.
         #[source]
         source: std::io::Error,
     },
@@ -52,7 +50,6 @@ pub enum StyleError {
     ReadMarks {
         /// Path of the file.
         path: String,
-        /// The cause.
         #[source]
         source: std::io::Error,
     },

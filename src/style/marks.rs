@@ -46,7 +46,7 @@ choices! {
         Line,
         /// Short strokes in one direction.
         Dash,
-        /// Separate dots.
+        /// Dots that do not touch each other.
         Stipple,
         /// Lines, crossed by a second set where it is dark.
         Cross,

@@ -77,7 +77,7 @@ const PRESETS: &[(&str, &str)] = &[
 ];
 
 parameters! {
-    /// A style.
+    /// A style: the layers, colours and light of a drawing.
     pub struct Style {
         /// Name of the style, as shown in lists and reports.
         name: String;

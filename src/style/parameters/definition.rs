@@ -13,7 +13,7 @@ pub struct Definition {
     pub help: &'static str,
     /// Unit of a number, if it has one.
     pub unit: Option<&'static str>,
-    /// Allowed values.
+    /// Allowed values of a number, pair or list.
     pub range: Range,
     /// Kind of value.
     pub kind: ValueKind,
