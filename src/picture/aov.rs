@@ -1,8 +1,8 @@
 //! The AOV channels of an EXR: one sample at the centre of each pixel, without anti-aliasing.
+//!
 //! Channels have hachure's own names, or those that compositors expect ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`,
 //! `N.Y` and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values as `depth` and `normal`. `P` is a
 //! position in the world, while `position` is relative to the camera, where 32 bits are more precise.
-//! world, and `position` counts from the camera, where 32 bits are finer.
 
 use std::fmt;
 use std::str::FromStr;

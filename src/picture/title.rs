@@ -1,8 +1,8 @@
 //! The title block below a picture: the title and, in small letters, details of the view; for a map also a scale bar,
 //! the representative fraction and a north arrow. All of it consists of pen strokes, for raster and vector output.
+//!
 //! The block is on the blank paper of the style's `foot_px`, below the picture and as wide. Lengths here are pixels of
 //! the style, which are scaled with the dots per inch.
-//! pixels of the style, which become more at more dots to an inch.
 
 use glam::DVec2;
 

@@ -3,6 +3,7 @@
 //! ```text
 //! ink ─ thin ─▶ lines one pixel wide ─ follow ─▶ chains ─ measure ─▶ polylines with widths
 //! ```
+//!
 //! Marks from a texture exist only as pixels. A pixel belongs to a mark if it is full of ink or darker than the pixels
 //! on both sides (ridges, by second differences as in Steger 1998, "An unbiased detector of curvilinear structures").
 //! The marks are thinned to lines one pixel wide (Guo and Hall 1989, "Parallel thinning with two-subiteration
@@ -10,7 +11,6 @@
 //! and each pixel of ink is assigned to the nearest pixel of a line. A line then runs through the means of its ink,
 //! with sub-pixel accuracy, and its width is its ink divided by its length. So the drawing has as much ink as the
 //! image, whatever the borders of the marks.
-//! pixels, and is as wide as its ink by its length: what is drawn has the ink of the picture, whatever its borders are.
 
 mod follow;
 mod measure;
