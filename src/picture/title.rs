@@ -49,7 +49,7 @@ pub struct Words {
 /// The scale of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapScale {
-    /// Metres on the ground per pixel.
+    /// Metres in the world per pixel.
     pub m_per_px: f64,
     /// Millimetres on paper per pixel, if the paper has a size.
     pub mm_per_px: Option<f64>,
