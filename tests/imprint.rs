@@ -205,7 +205,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("bare.png", "it has no imprint that says how it was drawn"),
         ("cut.png", "unexpected end"),
         ("broken.png", ""),
-        ("newer.png", "its imprint has version 4, and this hachure knows 3"),
+        ("newer.png", "its imprint has version 4, this hachure reads up to 3"),
         ("other.png", "camera"),
         ("key.png", "unknown key \"glow\""),
         ("style.png", "light.wrap"),

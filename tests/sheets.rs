@@ -219,7 +219,7 @@ fn what_cannot_be_cut_is_told() {
         ("-o a.png --dpi 100 --sheets a9", "--sheets \"a9\": it must be a0"),
         ("-o a.png --dpi 100 --sheets-overlap 3", "--sheets-overlap: it is for --sheets"),
         ("-o a.png --dpi 100 --sheets a4 --sheets-overlap 200", "leave no room"),
-        ("-o a.png --dpi 20 --sheets 60x60mm", "there are 400 at most"),
+        ("-o a.png --dpi 20 --sheets 60x60mm", "the limit is 400"),
         ("-o a.png --dpi 100 --sheets a4 --sheets-margin=-1", "--sheets-margin"),
     ] {
         let output = program::run(folder.path(), &format!("hill.asc {arguments}"));

@@ -1,8 +1,8 @@
-//! The channels of an EXR beside its colour: one sample at the centre of each pixel, which no anti-aliasing touches.
+//! The AOV channels of an EXR: one sample at the centre of each pixel, without anti-aliasing.
 //!
-//! They have hachure's own names, or those that compositors look for ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`, `N.Y`
-//! and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values under both. `P` is a place in the world,
-//! and `position` counts from the camera, where 32 bits are finer.
+//! Channels have hachure's own names, or those that compositors expect ([`Names`]): `Z`, `P.X`, `P.Y`, `P.Z`, `N.X`,
+//! `N.Y` and `N.Z`, as Arnold and pbrt write them. `Z` and `N` have the same values as `depth` and `normal`. `P` is a
+//! position in the world, while `position` is relative to the camera, where 32 bits are more precise.
 
 use std::fmt;
 use std::str::FromStr;
@@ -23,13 +23,13 @@ use crate::surface::{NORMAL, POSITION};
 use crate::tones::TONE;
 use crate::tones::balance::MARKS;
 
-/// What channels are called.
+/// Naming scheme of channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Names {
-    /// By what they hold: `depth.V`, `position.X`, `normal.X`.
+    /// Hachure's own names: `depth.V`, `position.X`, `normal.X`.
     #[default]
     Hachure,
-    /// As compositors know them: `Z`, `P.X`, `N.X`. What has no such name keeps its own.
+    /// The names that compositors expect: `Z`, `P.X`, `N.X`. Channels without such a name keep hachure's.
     Standard,
 }
 
@@ -52,63 +52,63 @@ impl fmt::Display for Names {
     }
 }
 
-/// One channel.
+/// A channel of an EXR.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
-    /// As in the EXR.
+    /// Name in the EXR.
     pub name: String,
-    /// Where it comes from.
+    /// Source of its values.
     pub source: PlaneSource,
 }
 
-/// Where a channel comes from.
+/// Source of a channel's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PlaneSource {
     /// Distance along the view axis in metres; sky is +inf.
     Depth,
-    /// Relative to the camera in metres: x, y or z; sky is 0.
+    /// Position relative to the camera in metres: x, y or z; sky is 0.
     Position(usize),
-    /// A place in the world in metres: x east, y north, z up; sky is 0.
+    /// Position in the world in metres: x east, y north, z up; sky is 0.
     WorldPosition(usize),
-    /// Unit, in the world; sky is 0.
+    /// Component of the unit normal in world axes; sky is 0.
     Normal(usize),
-    /// Which patch; sky is 0.
+    /// Id of the surface patch; sky is 0.
     SurfaceId,
-    /// Pixels from the previous frame to this one: x right, y down.
+    /// Motion in pixels from the previous frame to this one: x right, y down.
     Motion(usize),
-    /// E(p) of the LSA contours.
+    /// Error E(p) of the LSA contours.
     LsaError,
-    /// After filter and ramp.
+    /// LSA line after density filter and ramp, 0 to 1.
     LsaLine,
-    /// A stroke's number, which lasts from frame to frame; 0 is none.
+    /// Number of a stroke, stable from frame to frame; 0 is none.
     Strokes,
-    /// Asked for: 0 black to 1 white.
+    /// Requested tone, 0 black to 1 white.
     Tone,
-    /// The same after the marks.
+    /// Tone after hatching, 0 black to 1 white.
     Hatch,
 }
 
-/// A list of channels that cannot be had.
+/// Why a list of channels cannot be written.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum AovError {
-    /// Not a name.
+    /// A name in the list is not a channel.
     #[error(
-        "--aov {}: no such channel; there is depth, position, normal, surface, motion, lsa, strokes, tone, hatch",
+        "--aov {}: no such channel; available: depth, position, normal, surface, motion, lsa, strokes, tone, hatch",
         shown(name)
     )]
     Unknown {
-        /// As given.
+        /// The name, as given.
         name: String,
     },
-    /// The style does not make it.
-    #[error("--aov lsa: the style {} draws no LSA contours; ink does", shown(style))]
+    /// The style draws no LSA contours.
+    #[error("--aov lsa: the style {} draws no LSA contours; choose one that does, such as ink", shown(style))]
     NoLsa {
-        /// The style's name.
+        /// Name of the style.
         style: String,
     },
 }
 
-/// The channels of a comma-separated list of what there is, under hachure's own names.
+/// Returns the channels of a comma-separated list, with hachure's own names.
 ///
 /// # Errors
 /// [`AovError`].
@@ -116,7 +116,7 @@ pub fn planes(list: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
     planes_named(list, Names::Hachure, style)
 }
 
-/// The same under names of one's choice.
+/// Returns the channels of a comma-separated list, with the given naming scheme.
 ///
 /// # Errors
 /// [`AovError`].
@@ -151,7 +151,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
             }
             "strokes" => add("strokes.id", PlaneSource::Strokes),
             "tone" => add("tone.V", PlaneSource::Tone),
-            // Without marks the tone after them is the tone.
+            // Without hatching the tone does not change.
             "hatch" if style.hatching.is_some() => add("hatch.V", PlaneSource::Hatch),
             "hatch" => add("hatch.V", PlaneSource::Tone),
             _ => return Err(AovError::Unknown { name: name.to_owned() }),
@@ -161,7 +161,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
 }
 
 impl PlaneSource {
-    /// The type of its samples.
+    /// Returns the type of the samples.
     pub fn kind(self) -> SampleKind {
         match self {
             Self::SurfaceId | Self::Strokes => SampleKind::U32,
@@ -177,7 +177,7 @@ impl PlaneSource {
     }
 }
 
-/// Reads the planes of a part into a band.
+/// Reads the channels of a tile into a band.
 pub(super) fn read_planes(
     gpu: &Gpu,
     renderer: &Renderer,
@@ -191,7 +191,7 @@ pub(super) fn read_planes(
                 if plane.source != PlaneSource::Strokes {
                     scatter(gpu, renderer, window, &SURFACE_ID, |i, id: u32| ids[i] = id)?;
                 } else if let Some(strokes) = renderer.eye_strokes(window.eye) {
-                    // The picture holds samples.
+                    // The target holds numbers of stroke samples.
                     let (_, list) = strokes.samples().read(gpu)?;
                     let stroke = |sample: u32| list.get(sample.wrapping_sub(1) as usize).map_or(0, |own| own.stroke);
                     scatter(gpu, renderer, window, &STROKE_IDS, |i, sample: u32| ids[i] = stroke(sample))?;
@@ -203,7 +203,7 @@ pub(super) fn read_planes(
     Ok(())
 }
 
-/// Reads a picture's texels, if the frame made it.
+/// Reads the texels of a target, if the frame has written it.
 fn scatter<T: bytemuck::Pod>(
     gpu: &Gpu,
     renderer: &Renderer,
@@ -229,7 +229,7 @@ fn read_floats(
             scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis])
         }
         PlaneSource::WorldPosition(axis) => scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| {
-            // Rounded once, after the sum. Sky is nowhere.
+            // The sum is rounded once. Sky has no position.
             values[i] = if at[3] > 0.0 { (window.origin_m[axis] + f64::from(at[axis])) as f32 } else { 0.0 };
         }),
         PlaneSource::Normal(axis) => scatter(gpu, renderer, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
@@ -246,7 +246,7 @@ fn read_floats(
     }
 }
 
-/// A number of 16 bits, exactly.
+/// Converts a 16-bit float, without loss.
 pub(super) fn f32_from_f16(bits: u16) -> f32 {
     half::f16::from_bits(bits).to_f32()
 }

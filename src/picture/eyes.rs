@@ -1,10 +1,10 @@
-//! Two eyes' pictures as one: side by side, or an anaglyph.
+//! Combines the pictures of a stereo pair: side by side, or as an anaglyph.
 
 use super::Band;
 use crate::scene::anaglyph::{Glasses, Mix};
 use crate::scene::stereo::Eyes;
 
-/// What is shown of the bands of a pair: those of the eyes that are asked for, those of an anaglyph as one.
+/// Selects the bands of the requested eyes of a stereo pair; an anaglyph merges both into one.
 pub fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
     let asked = bands.into_iter().enumerate().filter(|(eye, _)| eyes.of_pair().contains(eye));
     let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
@@ -15,7 +15,7 @@ pub fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
     asked
 }
 
-/// The rows of one eye, or of two side by side, as those of one picture of `width` pixels.
+/// Returns the rows of one eye, or of two side by side, as rows of one picture of `width` pixels.
 pub fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
     match bands.as_mut_slice() {
         [left, right] => side_by_side(&left.picture, &right.picture, width / 2),
@@ -24,7 +24,7 @@ pub fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
     }
 }
 
-/// Rows of `width` pixels: the left eye's on the left of the right eye's.
+/// Joins rows of `width` pixels each: those of the left eye on the left, those of the right eye on the right.
 pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
     let width = width as usize;
     left.chunks_exact(width)
@@ -35,7 +35,7 @@ pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
         .collect()
 }
 
-/// A picture for a red glass before the left eye and a cyan one before the right.
+/// Returns an anaglyph for glasses with a red filter for the left eye and a cyan one for the right.
 pub fn anaglyph(left: &[[f32; 4]], right: &[[f32; 4]], glasses: Glasses) -> Vec<[f32; 4]> {
     let [of_left, of_right] = glasses.mixes();
     let part = |matrix: &Mix, color: &[f32; 4], channel: usize| -> f32 {
@@ -68,7 +68,7 @@ mod tests {
         let (white, black) = ([[1.0_f32; 4]], [[0.0, 0.0, 0.0, 1.0]]);
         let both = anaglyph(&white, &white, glasses)[0];
         assert!(both[..3].iter().all(|value| (value - 1.0).abs() < 0.01), "{both:?}");
-        // A line that only the left eye has is dark where red passes, and nowhere else; and the other way round.
+        // A line of the left eye alone is dark only in the red channel, one of the right eye only in the others.
         let left = anaglyph(&black, &white, glasses)[0];
         assert!(left[0] < 0.05 && left[1] > 0.95 && left[2] > 0.95, "{left:?}");
         let right = anaglyph(&white, &black, glasses)[0];

@@ -1,19 +1,20 @@
-//! What a picture says of how it was drawn, so that it can be drawn again: `hachure render --like`.
+//! Imprints: metadata in a picture that says how it was drawn, so that `hachure render --like` can redraw it.
 //!
-//! It is a TOML document, one for all formats ([`crate::file::imprint`] says where it stands). The style is in it as a
-//! whole, with those of its recipes that are files, because a file may change later. Worlds and pictures of marks stand
-//! in it by the names that were given: no path is made absolute, and of addresses only what is no secret is kept.
+//! An imprint is a TOML document, the same for all formats ([`crate::file::imprint`] says where it is stored). It
+//! contains the complete style and those of its recipes that are files, because a file may change later. Worlds and
+//! images of marks are stored by the names that were given: paths are not made absolute, and of addresses only the part
+//! that is not secret is stored.
 //!
 //! ```toml
-//! version = 1                  # of this text, 2 of a map, 3 with a title, a focus or given water: a reader refuses what is newer
-//! hachure = "0.1.0"            # who wrote it
+//! version = 1                  # of this format: 2 for a map, 3 with a title, focus or water; readers reject newer ones
+//! hachure = "0.1.0"            # version of the program that wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the embedded world
 //! camera = "0,-2000,+300,0,-10,50"
 //! sun = "315,40"               # azimuth and elevation in degrees
 //! size = [1280, 720]           # in pixels, of one eye
-//! dpi = 300.0                  # without it, a pixel of the style is a pixel
-//! style = """…"""              # all of a style file
-//! marks = { "mine.toml" = """…""" }      # recipes that the style names, and that are files
+//! dpi = 300.0                  # without it, pixel lengths of the style are not scaled
+//! style = """…"""              # a complete style file
+//! marks = { "mine.toml" = """…""" }      # recipes of the style that are files
 //! textures = { "mine.toml" = """…""" }
 //! ```
 
@@ -32,106 +33,106 @@ use crate::scene::camera::Camera;
 use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
-/// Of the text. Another key that changes the drawing needs another version: 2 has maps, 3 titles, `focus` and `water`.
+/// Newest version of the format. A new key that changes the drawing requires a new version: 2 added maps; 3 added
+/// titles, `focus` and `water`.
 const VERSION: u32 = 3;
-/// Of a map without any of these.
+/// Version of the imprint of a map without title, focus or water.
 const VERSION_WITH_MAP: u32 = 2;
-/// Of a text with none of them: older readers know all of it.
+/// Version of an imprint without any of these, which older programs can read.
 const FIRST_VERSION: u32 = 1;
 
-/// Why a file's imprint is of no use. One line that names the file and the cause.
+/// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
 pub enum ImprintError {
-    /// There is none, or it cannot be read.
+    /// The file has no imprint, or cannot be read.
     #[error(transparent)]
     File(#[from] FileError),
-    /// It is no such text.
+    /// The imprint is not valid TOML, or has wrong keys or values.
     #[error("{} (its imprint)", .0)]
     Toml(#[from] TomlError),
-    /// It was written by a later hachure.
+    /// The imprint was written by a newer hachure.
     #[error(
-        "cannot read {}: its imprint has version {version}, and this hachure knows {VERSION}; it was written by hachure {}",
+        "cannot read {}: its imprint has version {version}, this hachure reads up to {VERSION}; it was written by hachure {}",
         crate::file::message::named(name),
         crate::file::message::shown(hachure)
     )]
     Newer {
-        /// The file.
+        /// Path of the file.
         name: String,
-        /// Of its imprint.
+        /// Version of the imprint.
         version: u32,
-        /// Who wrote it.
+        /// Version of the program that wrote it.
         hachure: String,
     },
-    /// Its style does not hold.
+    /// The style in the imprint cannot be loaded.
     #[error("{} (the style of its imprint)", .0)]
     Style(#[from] StyleError),
 }
 
-/// How a picture was drawn.
+/// All settings with which a picture was drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imprint {
-    /// As on the command line; none is the embedded world.
+    /// World, as on the command line; `None` is the embedded world.
     pub world: Option<String>,
-    /// As it was given, so that a height above ground stays one over another world.
+    /// Camera, as it was given: a height above ground stays relative to the ground, also in another world.
     pub camera: Camera,
-    /// In degrees.
+    /// Direction of the sun, in degrees.
     pub sun: Sun,
-    /// As it was before [`Style::scaled`].
+    /// Style before [`Style::scaled`].
     pub style: Style,
-    /// Of one eye.
+    /// Size of the picture of one eye, in pixels.
     pub size_px: [u32; 2],
-    /// Dots in an inch of paper.
+    /// Dots per inch of paper.
     pub dpi: Option<f64>,
-    /// All that has no part in most pictures.
+    /// Settings that most pictures do not have.
     pub more: More,
 }
 
-/// What a picture was drawn with beside its style and its view, where that is not the default. Texts are as the command
-/// line has them.
+/// Further settings of a picture that differ from their defaults. Text values are as on the command line.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct More {
-    /// Of a scene with wind.
+    /// Time in seconds, in a scene with wind.
     pub time_s: Option<f64>,
-    /// Of each pixel.
+    /// Samples per pixel.
     pub samples: Option<u32>,
-    /// In pixels.
+    /// Allowed height error of the level of detail, in pixels.
     pub lod_error: Option<f64>,
-    /// Heights that are voids.
+    /// Additional no-data value, in metres.
     pub nodata: Option<f64>,
-    /// Of heights in colours.
+    /// Encoding of heights stored as colours.
     pub encoding: Option<String>,
-    /// Which eyes.
+    /// Value of `--eyes`.
     pub eyes: Option<String>,
-    /// How far apart they are.
+    /// Distance between the eyes.
     pub ipd: Option<String>,
-    /// Where their axes meet.
+    /// Distance at which the axes of the eyes meet.
     pub convergence: Option<f64>,
-    /// Of `--map`; the camera is then the nearest that there is.
+    /// Value of `--map`; `camera` is then the most similar perspective camera.
     pub map: Option<String>,
-    /// Below the picture.
+    /// Title below the picture.
     pub title: Option<String>,
-    /// Of `--focus`.
+    /// Value of `--focus`.
     pub focus: Option<String>,
-    /// Of `--water`.
+    /// Value of `--water`.
     pub water: Option<String>,
-    /// Of `--show`.
+    /// Value of `--show`.
     pub show: Option<String>,
-    /// Of an SVG.
+    /// Paper of an SVG.
     pub paper: Option<String>,
-    /// In millimetres.
+    /// Margin of an SVG's paper, in millimetres.
     pub margin: Option<f64>,
-    /// Of an SVG.
+    /// Tolerance of the curves of an SVG, in pixels.
     pub tolerance_px: Option<f64>,
-    /// How many draw an SVG.
+    /// Number of pens of an SVG.
     pub pens: Option<usize>,
-    /// Of a film: its camera path.
+    /// Camera path of a film.
     pub path: Option<String>,
-    /// Of a film.
+    /// Frames per second of a film.
     pub fps: Option<f64>,
 }
 
-/// The least that a text of any version says.
+/// The keys that every version of the format has.
 #[derive(Deserialize)]
 struct VersionToml {
     version: u32,
@@ -163,11 +164,11 @@ fn is_empty(more: &More) -> bool {
 }
 
 impl Imprint {
-    /// The text.
+    /// Returns the imprint as TOML text.
     pub fn text(&self) -> String {
         let StyleFiles { marks, textures } = self.style.recipe_files();
         let Sun { azimuth_deg, elevation_deg } = self.sun;
-        // What stands behind the path of an address may be a key to it.
+        // The part after the path of an address may be an access key.
         let public = |world: &String| if world.contains("://") { remote::name_of(world) } else { world.clone() };
         let text = toml::to_string(&ImprintToml {
             version: match &self.more {
@@ -189,10 +190,10 @@ impl Imprint {
         text.expect("texts, numbers and tables of them are TOML")
     }
 
-    /// Reads the text; `name` stands for the file in errors.
+    /// Parses an imprint; errors begin with `name`, the name of the file.
     ///
     /// # Errors
-    /// A text that is no TOML, or not such a one; one of a later version.
+    /// Invalid TOML, wrong keys or values, or a newer version.
     pub fn parse(name: &str, text: &str) -> Result<Self, ImprintError> {
         let VersionToml { version, hachure } = toml_text::read(name, text)?;
         if version > VERSION {
@@ -204,7 +205,7 @@ impl Imprint {
             return Err(wrong("size", format!(" must be from 1 to {}", 1 << 20)));
         }
         if found.dpi.is_some_and(|dpi| !(DPI_RANGE[0]..=DPI_RANGE[1]).contains(&dpi)) {
-            return Err(wrong("dpi", format!(" must lie within {} to {}", DPI_RANGE[0], DPI_RANGE[1])));
+            return Err(wrong("dpi", format!(" must be from {} to {}", DPI_RANGE[0], DPI_RANGE[1])));
         }
         let held = StyleFiles { marks: found.marks, textures: found.textures };
         Ok(Self {
@@ -218,7 +219,7 @@ impl Imprint {
         })
     }
 
-    /// Reads that of a PNG, EXR, SVG or MP4.
+    /// Reads the imprint of a PNG, EXR, SVG or MP4.
     ///
     /// # Errors
     /// [`ImprintError`].
@@ -227,10 +228,10 @@ impl Imprint {
     }
 }
 
-/// Dots in an inch that make sense.
+/// Allowed range of dots per inch.
 pub const DPI_RANGE: [f64; 2] = [1.0, 10_000.0];
 
-/// Where an eye is, for the attributes of an EXR.
+/// Returns the matrices of a camera for the attributes of an EXR.
 pub fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
     let turn = DMat4::from_cols(
         DVec4::from((pose.right, 0.0)),
@@ -242,7 +243,7 @@ pub fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
     let focal = 1.0 / (0.5 * pose.fov_rad).tan();
     let aspect = f64::from(size_px[0]) / f64::from(size_px[1]);
     let scale = DMat4::from_scale(DVec3::new(focal / aspect, focal, 0.0));
-    // z becomes the near plane's distance, and w the distance along the axis.
+    // z becomes the distance of the near plane, and w the distance along the axis.
     let mut project = scale;
     project.w_axis = DVec4::new(0.0, 0.0, NEAR_M, 0.0);
     project.z_axis.w = -1.0;

@@ -1,9 +1,10 @@
-//! The marks of a picture as lines: rows of hachures as they were placed, hatching and lines of water as the pens that
-//! draw their ink.
+//! The marks of a picture as vector lines: rows of hachures as they were placed; hatching and lines of water as lines
+//! traced from their ink.
 //!
-//! A row's mark is known by its samples; what hides it is asked of the surface between them, as
-//! `shaders/surface/rows/ribbons.wgsl` asks. What comes from textures is known as ink alone, and is traced
-//! ([`crate::vector::trace`]), each layer of hatching by itself, so that lines of one do not end at those of another.
+//! A mark of a row is given by its samples, and its visibility is tested against the surface between them, as in
+//! `shaders/surface/rows/ribbons.wgsl`. Marks from textures exist only as ink and are traced
+//! ([`crate::vector::trace`]). Each layer of hatching is traced separately, so that its lines do not end at those of
+//! another layer.
 
 use rayon::prelude::*;
 
@@ -30,26 +31,26 @@ use crate::tones::water::WATER_INK;
 use crate::vector::trace::{InkPicture, dots, lines};
 use crate::vector::{Group, GroupKind};
 
-/// Lines of rows that are shorter are what is left between two places that hide them.
+/// Shorter visible pieces of a row's mark are dropped.
 const SHORTEST_PX: f32 = 1.5;
 
-/// What a frame shows by pixels.
+/// The visible surface of a frame, per pixel.
 struct Surface {
     size_px: [usize; 2],
-    /// From the eye in metres, and along the view axis; 0 for the sky.
+    /// Position relative to the eye in metres, and distance along the view axis in metres; 0 for the sky.
     position: Vec<[f32; 4]>,
     haze_m: f32,
-    /// As it was drawn.
+    /// The view with which the frame was drawn.
     view: ViewUniform,
     focus: Option<Focus>,
 }
 
-/// What distance leaves of some ink.
+/// How ink fades with distance.
 #[derive(Clone, Copy)]
 struct Left {
-    /// In full haze.
+    /// Fraction of the ink that remains in full haze.
     faintest: f32,
-    /// Whether there is less of it already where the tone is paler.
+    /// Whether the ink follows the tone, which has already faded.
     is_of_tone: bool,
 }
 
@@ -61,7 +62,7 @@ impl Surface {
         is_inside.then(|| y as usize * width + x as usize)
     }
 
-    /// What haze and focus leave of ink at a place, as in `shaders/composite/composite.wgsl`.
+    /// Returns the fraction of ink that haze and focus leave at a pixel, as in `shaders/composite/composite.wgsl`.
     fn clear(&self, px: [f32; 2], left: Left) -> f32 {
         let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };
         let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / self.haze_m;
@@ -70,7 +71,7 @@ impl Surface {
         seen * (left.faintest + (1.0 - left.faintest) * (-t * t).exp())
     }
 
-    /// Lines in the ink that haze and focus leave.
+    /// Sets the ink of lines to what haze and focus leave of it.
     fn hazed(&self, mut lines: Vec<Polyline>, left: Left) -> Vec<Polyline> {
         for point in lines.iter_mut().flat_map(|line| &mut line.points) {
             point.ink = self.clear(point.px, left);
@@ -79,11 +80,12 @@ impl Surface {
     }
 }
 
-/// The marks that the last frame drew of its only eye, a group for each kind, those without lines left out. `view` and
-/// `light` are what it was drawn with, as the frame saw the light; it was asked for the layers of marks ([`Renderer::set_wants_mark_layers`]).
+/// Returns the marks of the last frame, which must have a single eye, as a group for each kind; groups without lines
+/// are left out. `view` and `light` are those with which the frame was drawn. The renderer must have been set to keep
+/// the layers of marks ([`Renderer::set_wants_mark_layers`]).
 ///
 /// # Errors
-/// [`GpuError::Readback`] when the device is lost or out of memory.
+/// [`GpuError::Readback`] if the device is lost or out of memory.
 pub(super) fn read(
     gpu: &Gpu,
     renderer: &Renderer,
@@ -113,21 +115,21 @@ pub(super) fn read(
     if let Some(lines) = style.drawn_height_lines() {
         let traced = renderer.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
         let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
-        groups.push(group("heights", "Lines of equal height".to_owned(), lines.ink, traced));
+        groups.push(group("heights", "Contour lines of height".to_owned(), lines.ink, traced));
     }
     if let Some(rim) = renderer.target(&RIM) {
         let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
         let ink = texels.iter().map(|texel| texel[0]).collect();
         let left = Left { faintest: style.rims.faintest, is_of_tone: false };
         let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
-        groups.push(group("rims", "Rims of holes".to_owned(), style.rim_ink(), traced));
+        groups.push(group("rims", "Outlines of no-data areas".to_owned(), style.rim_ink(), traced));
     }
     if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, renderer.target(&TONE_INK)?))) {
         let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
         let left = Left { faintest: style.faintest, is_of_tone: false };
         let kinds = [
-            ("tone-highlights", "Highlight lines from tone", style.highlight_ink, 1),
-            ("tone-lines", "Dark lines from tone", style.ink, 0),
+            ("tone-highlights", "Highlight lines from shading", style.highlight_ink, 1),
+            ("tone-lines", "Dark lines from shading", style.ink, 0),
         ];
         for (id, label, color, channel) in kinds {
             let ink = texels.iter().map(|texel| f32_from_f16(texel[channel])).collect();
@@ -147,7 +149,7 @@ pub(super) fn read(
                 let has_dots = layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots());
                 let traced = if has_dots { dots(&picture) } else { lines(&picture) };
                 let lines = surface.hazed(traced, Left { faintest: style.faintest_mark(), is_of_tone: true });
-                group(&format!("marks-{number}"), format!("Marks {number}, {}", layer.marks), ink, lines)
+                group(&format!("marks-{number}"), format!("Hatching {number}, {}", layer.marks), ink, lines)
             })
             .collect();
         groups.extend(drawn);
@@ -161,7 +163,7 @@ pub(super) fn read(
                 let left = Left { faintest: cuts.faintest, is_of_tone: true };
                 let lines = surface.hazed(lines(&InkPicture { size_px, ink }), left);
                 let number = family + 1;
-                group(&format!("cuts-{number}"), format!("Cuts {number}"), cuts.ink, lines)
+                group(&format!("cuts-{number}"), format!("Cut lines {number}"), cuts.ink, lines)
             })
             .collect();
         groups.extend(families);
@@ -200,7 +202,7 @@ fn traced(gpu: &Gpu, ink: &Target, size_px: [u32; 2]) -> Result<Vec<Polyline>, G
     Ok(lines(&picture(gpu, ink, size_px)?))
 }
 
-/// What is seen of a mark, asked at each half of a pixel.
+/// Returns the visible pieces of a mark, tested every half pixel.
 fn seen(mark: &[RowSample], is_shown: impl Fn([f32; 2], f32) -> bool) -> Vec<Polyline> {
     let mut lines: Vec<Polyline> = Vec::new();
     let mut points: Vec<PolylinePoint> = Vec::new();

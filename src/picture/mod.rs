@@ -1,7 +1,9 @@
-//! Pictures of any size: rendered in parts that join without a seam, handed over in bands of rows.
+//! Pictures of any size: rendered in tiles that join without a seam, and delivered in bands of rows. A tile is called a
+//! part here.
 //!
-//! A part is rendered with a margin, since lines look at their neighbours. The level of detail follows from the whole
-//! picture's pixels, and the surface is a function of place and distance: both sides of a seam compute the same.
+//! A part is rendered with a margin, because lines depend on their neighbourhood. The level of detail follows from the
+//! pixels of the whole picture, and the surface is a function of position and distance, so both sides of a seam compute
+//! the same values.
 //!
 //! Why: `docs/decisions/large-pictures.md`.
 
@@ -44,96 +46,95 @@ use crate::tiles::terrain::Loading;
 use crate::tones::{balance, relief};
 use crate::world::Surfaces;
 
-/// Bytes of a band of rows in memory, at most.
+/// Largest size of a band of rows in memory, in bytes.
 const BAND_BYTES: u64 = 512 << 20;
 
-/// How a picture is cut into parts.
+/// How a picture is split into parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PartRule {
-    /// A picture with no more pixels than this is one part.
+    /// A picture with at most this many pixels is rendered as one part.
     pub whole_px: u64,
-    /// Side of a part without margins, at most.
+    /// Largest side of a part without its margin, in pixels.
     pub part_px: u32,
-    /// What is rendered around a part and thrown away: as far as a pixel of a line looks at its neighbours.
+    /// Margin that is rendered around a part and discarded, in pixels: the radius of the neighbourhood that lines
+    /// depend on.
     pub margin_px: u32,
 }
 
 impl Default for PartRule {
     fn default() -> Self {
-        // The margin: LSA 1, density 2, smoothing 5, composite 1, and some to spare.
+        // The margin: LSA 1, density 2, smoothing 5, composite 1, and a reserve.
         Self { whole_px: 8 << 20, part_px: 2048, margin_px: 12 }
     }
 }
 
 impl PartRule {
-    /// Whether a picture of that size is one part, as far as its pixels go.
+    /// Returns whether a picture of this size has few enough pixels to be one part.
     pub fn is_whole(&self, size_px: [u32; 2]) -> bool {
         u64::from(size_px[0]) * u64::from(size_px[1]) <= self.whole_px
     }
 }
 
-/// A stroke sees as far as its end, where it tapers: what is farther outside of a part does not show.
+/// Least margin for strokes: a stroke depends on its ends, where it tapers, and farther ends do not show.
 const STROKE_MARGIN_PX: u32 = 256;
 
-/// Partners of lines are looked for in the other eye as far as nearest land moves between them, but no farther than
-/// this outside of a part.
+/// Largest margin for the search of matching lines in the other eye. It grows with the parallax of the nearest land.
 const PARALLAX_MARGIN_PX: f64 = 256.0;
 
-/// What to render.
+/// The description of a picture to render.
 pub struct PictureRequest<'a> {
-    /// The eye.
+    /// Pose of the eye.
     pub pose: Pose,
-    /// The eye one frame ago.
+    /// Pose of the eye in the previous frame.
     pub previous: Pose,
-    /// When: trees sway by it.
+    /// Time, by which trees sway.
     pub clock: Clock,
-    /// Of the picture.
+    /// Size of the picture in pixels.
     pub size_px: [u32; 2],
-    /// The style.
+    /// Style of the drawing.
     pub style: &'a Style,
-    /// The light.
+    /// Sun, haze and focus.
     pub light: Light,
-    /// What is handed over.
+    /// AOV channels to deliver with the colour.
     pub planes: &'a [Plane],
-    /// Of how many frames each pixel's colour is the mean, each moved by a part of a pixel ([`supersampling`]). Planes
-    /// have one sample at the pixel's centre.
+    /// Number of frames whose mean is the colour of a pixel, each moved by a fraction of a pixel ([`supersampling`]).
+    /// AOV channels have one sample at the pixel's centre.
     pub samples: u32,
-    /// How frames that follow each other smooth their edges: those of one part, of one sample.
+    /// Anti-aliasing over consecutive frames; only used for pictures of one part and one sample.
     pub antialias: Antialias,
 }
 
 impl<'a> PictureRequest<'a> {
-    /// Of an eye that does not move, at time 0: colour and nothing else.
+    /// Creates a request for an eye that does not move, at time 0, without AOV channels.
     pub fn still(pose: Pose, size_px: [u32; 2], style: &'a Style, light: Light) -> Self {
         let (clock, antialias) = (Clock::default(), Antialias::None);
         Self { pose, previous: pose, clock, size_px, style, light, planes: &[], samples: 1, antialias }
     }
 }
 
-/// Whole rows of a picture, from top to bottom.
+/// Complete rows of a picture; bands are delivered from top to bottom.
 pub struct Band {
-    /// First row.
+    /// First row of the band, from the top of the picture.
     pub first_row: u32,
-    /// Number of rows.
     pub rows: u32,
     /// Linear colour and alpha, rows × width.
     pub picture: Vec<[f32; 4]>,
-    /// In the order of the request, rows × width each.
+    /// AOV channels in the order of the request, rows × width samples each.
     pub planes: Vec<Samples>,
 }
 
-/// Why a picture was not rendered, or not taken.
+/// Why a picture was not rendered or not delivered.
 #[derive(Debug, thiserror::Error)]
 pub enum PictureError<E> {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The taker of bands failed.
+    /// The receiver of the bands failed.
     #[error(transparent)]
     Sink(E),
 }
 
-/// Renders a picture and hands it to `take`, band by band.
+/// Renders a picture and passes it to `take`, band by band.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -147,7 +148,7 @@ pub fn render<E>(
     render_in_parts(gpu, renderer, world, request, &PartRule::default(), take)
 }
 
-/// As [`render`], in parts of the caller's choice.
+/// Like [`render`], with parts of the caller's choice.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -163,7 +164,7 @@ pub fn render_in_parts<E>(
     render_eyes(gpu, renderer, world, request, None, parts, one)
 }
 
-/// The pictures of a pair of eyes, of one choice of tiles and patches: the left one first in what `take` is handed.
+/// Renders a stereo pair with one selection of tiles and patches. `take` gets the band of the left eye first.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -206,7 +207,7 @@ fn render_eyes<E>(
     let band_rows =
         if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
     let part_columns = if single { width } else { part_px };
-    // Strokes of a print taper over more pixels.
+    // In a print, strokes taper over more pixels.
     let stroke_px = request.style.strokes.as_ref();
     let stroke_px = stroke_px.map_or(0, |strokes| STROKE_MARGIN_PX.max((2.0 * strokes.taper_px).ceil() as u32));
     let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
@@ -233,7 +234,7 @@ fn render_eyes<E>(
 
     world.terrain.hold_error_px(0.0);
     if !single {
-        // Both sides of a seam have the mesh of one allowed error: that of the part that needs the largest.
+        // Both sides of a seam use meshes with the same allowed error: the largest that any part needs.
         let mut error_px = 0.0_f64;
         for (first_row, first_column) in (0..height)
             .step_by(band_rows as usize)
@@ -258,7 +259,7 @@ fn render_eyes<E>(
         let mut bands: Vec<Band> = (0..eyes).map(band).collect();
         for first_column in (0..width).step_by(part_columns as usize) {
             if report.tiles_failed > 0 && world.terrain.options().loading == Loading::Wait {
-                // The picture is of no use; the rest of it must not wait for tiles that cannot be read either.
+                // The picture has failed; its other parts must not wait for tiles that cannot be read either.
                 break;
             }
             let columns = part_columns.min(width - first_column);
@@ -278,7 +279,7 @@ fn render_eyes<E>(
             };
             let step_s = renderer.step_s();
             for (number, &(jitter_px, weight)) in samples.iter().enumerate() {
-                // No time passes between samples: strokes neither come nor go.
+                // No time passes between samples, so strokes do not fade.
                 let (previous, clock) = match number {
                     0 => (request.previous, request.clock),
                     _ => (request.pose, Clock::still(request.clock.now_s)),
@@ -303,7 +304,7 @@ fn render_eyes<E>(
             }
             let models = if world.meshes().is_some() { renderer.drawn_meshes(gpu)? } else { None };
             if let Some(left_out) = models.map(|models| models.left_out).filter(|count| *count > 0) {
-                tracing::warn!("{left_out} models found no room: they are missing");
+                tracing::warn!("{left_out} models are missing: they do not fit into the vertex buffers");
             }
             gpu.check()?;
         }
@@ -314,7 +315,7 @@ fn render_eyes<E>(
     Ok(report)
 }
 
-/// Renders a picture into a PNG file, whole or not at all.
+/// Renders a picture into a PNG file. On failure no file is written.
 ///
 /// # Errors
 /// [`PictureError`].
@@ -331,7 +332,7 @@ pub fn write_png(
     Ok(report)
 }
 
-/// A part of the picture, its margin cut at the picture's border, and how far the wanted pixels lie inside.
+/// Returns a part with its margin, clipped to the picture, and the offset of the wanted pixels inside it.
 fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2], margin_px: u32) -> (Part, [u32; 2]) {
     let inset = origin.map(|first| first.min(margin_px));
     let end = [0, 1].map(|i| (origin[i] + size[i] + margin_px).min(picture[i]));
@@ -340,19 +341,19 @@ fn part_with_margin(origin: [u32; 2], size: [u32; 2], picture: [u32; 2], margin_
     (Part { origin_px, size_px }, inset)
 }
 
-/// Where a part's pixels lie in the targets of an eye and in the band.
+/// The mapping from a part's pixels in the targets of an eye to the band.
 struct Window {
     eye: usize,
     inset: [u32; 2],
     size_px: [u32; 2],
     first_column: u32,
     width: u32,
-    /// What positions count from, in the world.
+    /// World position to which the positions in the targets are relative.
     origin_m: DVec3,
 }
 
 impl Window {
-    /// Calls `put(index in the band, texel)` for each pixel.
+    /// Reads the part from a target and calls `put(index in the band, texel)` for each pixel.
     fn scatter<T: Copy + bytemuck::Pod>(
         &self,
         gpu: &Gpu,
@@ -370,7 +371,7 @@ impl Window {
     }
 }
 
-/// Adds so much of a part's picture to the band.
+/// Adds a part's picture to the band, multiplied by `weight`.
 fn add_picture(gpu: &Gpu, renderer: &Renderer, window: &Window, weight: f32, band: &mut Band) -> Result<(), GpuError> {
     let Some(drawn) = renderer.eye_target(window.eye, &PICTURE) else { return Ok(()) };
     window.scatter(gpu, drawn, |i, texel: [u16; 4]| {
@@ -380,7 +381,7 @@ fn add_picture(gpu: &Gpu, renderer: &Renderer, window: &Window, weight: f32, ban
     })
 }
 
-/// Linear colour to sRGB bytes, rounded.
+/// Converts linear colour to rounded sRGB bytes, RGBA with an alpha of 255.
 pub fn srgb8(picture: &[[f32; 4]]) -> Vec<u8> {
     let mut bytes = vec![0; picture.len() * 4];
     bytes.par_chunks_exact_mut(4).zip(picture).for_each(|(bytes, texel)| {

@@ -1,4 +1,4 @@
-//! How far away the nearest land is that a camera sees: for eyes that stand apart by a part of it.
+//! Distance of the nearest surface that a camera sees; the distance between two eyes may be set as a fraction of it.
 
 use glam::DVec3;
 
@@ -9,11 +9,12 @@ use crate::style::Style;
 use crate::surface::POSITION;
 use crate::world::Surfaces;
 
-/// A thumbnail is enough: land is not nearer in one pixel than around it.
+/// Size of the picture that is searched. A thumbnail suffices, because distance varies little between neighbouring
+/// pixels.
 const SIZE_PX: [u32; 2] = [96, 54];
 
-/// The distance of the nearest surface in a camera's picture, in metres; none where there is only sky. `style` is any
-/// one; what it draws is thrown away.
+/// Returns the distance of the nearest surface in a camera's picture, in metres; `None` if there is only sky. Any
+/// `style` will do; its drawing is discarded.
 ///
 /// # Errors
 /// As [`Renderer::render`].

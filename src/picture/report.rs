@@ -1,44 +1,44 @@
-//! What rendering pictures did: counts and times over all their parts.
+//! Statistics of rendered pictures: counts and times, summed over all parts.
 
 use crate::frame::Renderer;
 use crate::gpu::timer::PassTime;
 use crate::tiles::terrain::Prepared;
 
-/// What rendering a picture did, over all its parts.
+/// Statistics of a rendered picture, over all its parts.
 #[derive(Clone, Debug, Default)]
 pub struct PictureReport {
-    /// GPU time by pass; `frame` is the sum.
+    /// GPU time of each pass; `frame` is the sum.
     pub passes: Vec<PassTime>,
-    /// From the start of the first part to the end of the last readback.
+    /// Wall-clock time from the start of the first part to the end of the last readback.
     pub wall_ms: f64,
-    /// Triangles drawn.
+    /// Number of triangles drawn.
     pub triangles: u64,
-    /// Patches drawn.
+    /// Number of mesh patches drawn.
     pub patches: u64,
-    /// Parts rendered.
+    /// Number of parts rendered.
     pub parts: u64,
-    /// Tiles read for it.
+    /// Number of tiles read.
     pub tiles_loaded: u64,
-    /// Tiles that a coarser one stood in for, since there was no room.
+    /// Number of tiles replaced by a coarser one for lack of memory.
     pub tiles_missing: u64,
-    /// Tiles that could not be read.
+    /// Number of tiles that could not be read.
     pub tiles_failed: u64,
-    /// Tiles that are on their way.
+    /// Number of tiles that are still loading.
     pub tiles_pending: u64,
-    /// Whether some of the terrain is coarser than its error allows.
+    /// Whether some of the terrain is coarser than the allowed error.
     pub late: bool,
-    /// The largest height error that the mesh was allowed, in pixels.
+    /// Largest height error that was allowed for the mesh, in pixels.
     pub error_px: f64,
-    /// Pictures whose mesh was allowed more than was asked for, for want of patches.
+    /// Number of pictures whose allowed error was raised above the requested one, because the patches did not suffice.
     pub over_budget: u64,
-    /// What the frame thread spent on tiles and patches.
+    /// Time that the frame thread spent on tiles and patches.
     pub prepare_ms: f64,
-    /// Bytes of targets on the GPU.
+    /// Largest size of the render targets on the GPU, in bytes.
     pub target_bytes: u64,
 }
 
 impl PictureReport {
-    /// Adds another picture's: times and counts are sums.
+    /// Adds the report of another picture: times and counts are summed.
     pub fn append(&mut self, other: Self) {
         for time in other.passes {
             self.add_time(time);
@@ -65,7 +65,7 @@ impl PictureReport {
         }
     }
 
-    /// Adds a part that was drawn.
+    /// Adds the statistics of a drawn part.
     pub(super) fn add(&mut self, prepared: &Prepared, renderer: &mut Renderer) {
         while let Some(times) = renderer.take_times() {
             times.into_iter().for_each(|time| self.add_time(time));

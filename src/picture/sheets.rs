@@ -1,5 +1,5 @@
-//! A poster's pixels on the sheets of a small printer, cut while the poster is drawn: what is held is a row of pixels of
-//! each sheet that is being written.
+//! Writes a poster as PNG sheets for a small printer while it is drawn. In memory is only one row of pixels of each
+//! open sheet.
 
 use std::path::{Path, PathBuf};
 
@@ -11,37 +11,38 @@ use crate::file::png::{EndedPng, PngPixels, PngWriter};
 use crate::lettering::ink::{PenStroke, cover};
 use crate::vector::sheets::{Place, Sheets};
 
-/// Bytes of a pixel.
+/// Bytes per pixel of the poster.
 const PIXEL: usize = 4;
 
-/// `NAME-B3.png` of `NAME.png`.
+/// Returns the path of a sheet: `NAME-B3.png` for the poster `NAME.png`.
 pub fn sheet_path(poster: &Path, place: Place) -> PathBuf {
     let stem = poster.file_stem().unwrap_or_default().to_string_lossy();
     let ending = poster.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
     poster.with_file_name(format!("{stem}-{}{ending}", place.name()))
 }
 
-/// Sheets under construction. Without [`SheetWriter::end`] and [`EndedSheets::commit`] nothing appears under their names.
+/// Sheets that are being written. No file appears under its final name before [`SheetWriter::end`] and
+/// [`EndedSheets::commit`].
 pub struct SheetWriter<'a> {
     sheets: Sheets,
     poster: PathBuf,
     notes: Notes<'a>,
-    /// Of the poster, that come next.
+    /// Next row of the poster.
     next_row: usize,
     open: Vec<OpenSheet>,
-    /// Rows of sheets that were begun.
+    /// Number of rows of sheets that were begun.
     begun: u32,
     ended: Vec<EndedPng>,
 }
 
-/// Sheets that are whole, and have no names yet.
+/// Complete sheets that do not have their final names yet.
 pub struct EndedSheets(Vec<EndedPng>);
 
 impl EndedSheets {
-    /// Gives the files their names.
+    /// Renames the files to their final names.
     ///
     /// # Errors
-    /// A full disk, a folder that is gone.
+    /// A full disk, or a missing folder.
     pub fn commit(self) -> Result<(), FileError> {
         self.0.into_iter().try_for_each(EndedPng::commit)
     }
@@ -50,28 +51,28 @@ impl EndedSheets {
 struct OpenSheet {
     png: PngWriter,
     marks: Vec<PenStroke>,
-    /// Of the poster.
+    /// First pixel of the poster in the window.
     begin: [usize; 2],
     end: [usize; 2],
     inset: usize,
-    /// Width and height of the sheet.
+    /// Width and height of the sheet in pixels.
     paper: [usize; 2],
 }
 
 impl<'a> SheetWriter<'a> {
-    /// Of a poster that is written to `poster`; its sheets say of themselves what it says.
+    /// Creates the writer for a poster with the path `poster`; `notes` are the metadata of every sheet.
     pub fn new(sheets: Sheets, poster: &Path, notes: Notes<'a>) -> Self {
         Self { sheets, poster: poster.to_owned(), notes, next_row: 0, open: Vec::new(), begun: 0, ended: Vec::new() }
     }
 
-    /// Takes whole rows of the poster's RGBA pixels, below those already taken.
+    /// Appends complete rows of the poster's RGBA pixels.
     ///
     /// # Errors
-    /// A folder that is not there or not writable; a full disk.
+    /// A missing or read-only folder; a full disk.
     pub fn write_rows(&mut self, rgba: &[u8]) -> Result<(), FileError> {
         let row_bytes = self.sheets.poster[0] as usize * PIXEL;
         let rows = self.next_row..self.next_row + rgba.len() / row_bytes;
-        // A band may be higher than a row of sheets: these end before the next ones begin, but for the overlap.
+        // A band may be taller than a row of sheets. Apart from the overlap, a row ends before the next one begins.
         let mut first = rows.start;
         while first < rows.end {
             while self.begun < self.sheets.counts[1] && self.begin_of(self.begun) <= first {
@@ -93,12 +94,12 @@ impl<'a> SheetWriter<'a> {
         Ok(())
     }
 
-    /// Ends the sheets, which must have all rows.
+    /// Finishes the sheets, which must have all rows.
     ///
     /// # Errors
     /// Rows are missing; a full disk.
     pub fn end(mut self) -> Result<EndedSheets, FileError> {
-        // What is still open tells that it is not whole.
+        // A sheet that is still open is incomplete and reports this as an error.
         for sheet in std::mem::take(&mut self.open) {
             self.ended.push(sheet.end()?);
         }
@@ -128,7 +129,7 @@ impl<'a> SheetWriter<'a> {
 }
 
 impl OpenSheet {
-    /// A row of the sheet without the poster.
+    /// Returns a row of the sheet with marks, without the poster.
     fn bare(&self, row: usize) -> Vec<u8> {
         let mut covered = vec![0.0; self.paper[0]];
         cover(&self.marks, 0.0, row as f64, &mut covered);
@@ -143,7 +144,7 @@ impl OpenSheet {
         Ok(())
     }
 
-    /// Takes rows of the poster that all lie in the window, below those already taken.
+    /// Appends rows of the poster that are all inside the window.
     fn write_rows(&mut self, rgba: &[u8], row_bytes: usize) -> Result<(), FileError> {
         let first = self.inset + self.end[1] - self.begin[1] - self.rows_left();
         for (i, row) in rgba.chunks_exact(row_bytes).enumerate() {
@@ -156,7 +157,7 @@ impl OpenSheet {
         Ok(())
     }
 
-    /// Of the window.
+    /// Returns the number of rows of the window that are still missing.
     fn rows_left(&self) -> usize {
         let below = self.paper[1] - self.inset - (self.end[1] - self.begin[1]);
         self.png.rows_left().saturating_sub(below)

@@ -1,5 +1,5 @@
-//! Any picture of a frame, as its passes left it. The trace of the frame knows them all, so a new picture can be looked
-//! at without another line anywhere.
+//! Reads any intermediate image of a frame for `--show`. The trace of the frame lists all of them, so a new image can
+//! be shown without further code.
 
 use rayon::prelude::*;
 use wgpu::TextureFormat as Format;
@@ -10,10 +10,10 @@ use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::style::color::srgb_from_linear;
 
-/// A picture as it stands.
+/// An intermediate image of a frame.
 #[derive(Clone, Debug)]
 pub struct ShownPicture {
-    /// Of the picture; layers of an array lie side by side.
+    /// Size in pixels; the layers of an array are placed side by side.
     pub size_px: [u32; 2],
     texels: Texels,
 }
@@ -22,29 +22,29 @@ pub struct ShownPicture {
 enum Texels {
     /// One plane for each channel.
     Numbers(Vec<Vec<f32>>),
-    /// Depth; nearer is greater, and 0 is infinitely far.
+    /// Reversed depth: nearer is greater, and 0 is infinitely far.
     Depth(Vec<f32>),
-    /// Numbers of things.
+    /// Integer ids, for example of surface patches.
     Ids(Vec<u32>),
 }
 
-/// Why a picture cannot be shown.
+/// Why an image cannot be shown.
 #[derive(Debug, thiserror::Error)]
 pub enum ShowError {
-    /// No pass of the frame reads or writes one of that name.
-    #[error("--show {}: the frame has no such picture; there is {}", shown(name), known.join(", "))]
+    /// No pass of the frame reads or writes an image of this name.
+    #[error("--show {}: the frame has no such image; available: {}", shown(name), known.join(", "))]
     Unknown {
-        /// As given.
+        /// The name, as given.
         name: String,
-        /// What there is.
+        /// Names of the available images.
         known: Vec<&'static str>,
     },
-    /// Its texels mean nothing to this program.
-    #[error("--show {name}: texels of the format {format:?} cannot be shown")]
+    /// The texture format is not supported.
+    #[error("--show {name}: images in the format {format:?} cannot be shown")]
     Format {
-        /// Of the picture.
+        /// Name of the image.
         name: &'static str,
-        /// Of its texels.
+        /// Texture format of the image.
         format: Format,
     },
     /// The GPU failed.
@@ -52,8 +52,8 @@ pub enum ShowError {
     Gpu(#[from] GpuError),
 }
 
-/// The pictures that passes read or write, by name, in the order in which they are first used. Of two of the same name
-/// the one that was used last.
+/// Returns the images that passes read or write, by name, in the order of first use. If two have the same name, the
+/// last used one is returned.
 pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
     let mut pictures: Vec<(&'static str, &wgpu::Texture)> = Vec::new();
     for used in trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes)) {
@@ -66,8 +66,8 @@ pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
     pictures
 }
 
-/// Reads the picture that `name` names in the trace of the last frame; a hyphen may stand for a space. Of an array as
-/// many layers as fit into `most_px`, and at least one.
+/// Reads the image `name` of the last frame's trace; a hyphen in the name matches a space. Of an array, as many layers
+/// are read as fit into `most_px`, and at least one.
 ///
 /// # Errors
 /// [`ShowError`].
@@ -98,7 +98,7 @@ pub fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]) -> Re
     Ok(ShownPicture { size_px, texels })
 }
 
-/// 16-bit floats, 32-bit floats, and parts of 255.
+/// Converts the bytes of a 16-bit float.
 fn from_half(bytes: &[u8]) -> f32 {
     super::aov::f32_from_f16(u16::from_le_bytes([bytes[0], bytes[1]]))
 }
@@ -111,12 +111,12 @@ fn from_part(bytes: &[u8]) -> f32 {
     f32::from(bytes[0]) / 255.0
 }
 
-/// What a channel's bytes mean.
+/// Converts the bytes of one channel to a number.
 type Number = fn(&[u8]) -> f32;
 
-/// The numbers of a picture's texels.
+/// Converts the bytes of an image to channels; `None` for an unsupported format.
 fn texels(format: Format, bytes: &[u8]) -> Option<Texels> {
-    // Channels, bytes of each, and what they mean.
+    // Number of channels, bytes of each, and their conversion.
     let (channels, sample, number): (usize, usize, Number) = match format {
         Format::R32Uint => {
             let ids = bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
@@ -142,7 +142,7 @@ fn texels(format: Format, bytes: &[u8]) -> Option<Texels> {
 }
 
 impl ShownPicture {
-    /// All channels, exactly: `Y` of one, `R`, `G`, `B`, `A` of several, `id` of numbers of things.
+    /// Returns all channels without loss: `Y` for one, `R`, `G`, `B`, `A` for several, `id` for integer ids.
     pub fn channels(self) -> Vec<Channel> {
         let named = |name: &str, samples| Channel { name: name.to_owned(), samples };
         match self.texels {
@@ -155,9 +155,10 @@ impl ShownPicture {
         }
     }
 
-    /// As opaque bytes for a PNG. Numbers from 0 to 1 are grey or red, green, blue, and colour if there are four of
-    /// them; from −1 to 1 they are so around the middle; others are stretched from the least to the largest. Depth is
-    /// stretched by its logarithm. Numbers of things have a colour each, and 0 is black. What is no number is magenta.
+    /// Returns opaque RGBA bytes for a PNG. One channel is shown as grey, several as red, green and blue; four channels
+    /// within 0 to 1 are taken as linear colour. Values within 0 to 1 are shown as they are, values within −1 to 1 with
+    /// 0 as middle grey, all others scaled from the smallest to the largest. Depth is scaled by its logarithm. Each id
+    /// has its own colour, and id 0 is black. NaN is magenta.
     pub fn rgba8(&self) -> Vec<u8> {
         let pixels = self.size_px.map(|side| side as usize).into_iter().product();
         let grey = |value: f32| {
@@ -190,7 +191,7 @@ impl ShownPicture {
     }
 }
 
-/// How numbers become parts of white.
+/// The linear mapping of values to 0 (black) to 1 (white).
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Scale {
     least: f32,
@@ -200,7 +201,7 @@ struct Scale {
 impl Scale {
     const NONE: Self = Self { least: 0.0, span: 1.0 };
 
-    /// Of the finite numbers among these.
+    /// Chooses the mapping from the range of the finite values.
     fn of(planes: &[&[f32]]) -> Self {
         let finite = planes.iter().flat_map(|plane| plane.iter().copied()).filter(|value| value.is_finite());
         let (least, most) =
@@ -217,7 +218,7 @@ impl Scale {
     }
 }
 
-/// A colour that tells a number from its neighbours; 0 is black.
+/// Returns a colour that distinguishes an id from neighbouring ids; 0 is black.
 fn color_of(id: u32) -> [u8; 3] {
     if id == 0 {
         return [0; 3];
@@ -245,10 +246,10 @@ mod tests {
         assert_eq!(grey(&[0.0, 0.5, 1.0]), [0, 128, 255]);
         assert_eq!(grey(&[-1.0, 0.0, 0.5]), [0, 128, 191]);
         assert_eq!(grey(&[100.0, 150.0, 300.0]), [0, 64, 255]);
-        // The sky is infinitely far, and does not hide the rest.
+        // The infinite distance of the sky does not affect the scale.
         assert_eq!(grey(&[100.0, 300.0, f32::INFINITY]), [0, 255, 255]);
         assert_eq!(shown(vec![vec![f32::NAN]]).rgba8(), [255, 0, 255, 255]);
-        // Colour is encoded, and directions are not.
+        // Colour is encoded as sRGB, directions are not.
         let [half, one] = [vec![0.5], vec![1.0]];
         assert_eq!(shown(vec![half.clone(), one.clone(), vec![0.0], one.clone()]).rgba8(), [188, 255, 0, 255]);
         assert_eq!(shown(vec![half.clone(), one, vec![-1.0], half]).rgba8(), [191, 255, 0, 255]);

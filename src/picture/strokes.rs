@@ -1,10 +1,11 @@
-//! The strokes and marks of a picture as lines, for files that hold lines.
+//! The strokes and marks of a picture as vector lines, for SVG and GeoJSON.
 //!
-//! Marks are found in a picture that is [`FINER`] times as large, where that is allowed: what a texture draws is known by
-//! its pixels alone.
+//! Marks from textures exist only as pixels. They are traced in a picture that is [`FINER`] times as large, if the
+//! limits allow it.
 //!
-//! A picture of strokes is drawn in one part: parts have strokes of their own, and a stroke across a seam would be two.
-//! That bounds its size, which is no loss: lines have no pixels, and the size only says how finely they are found.
+//! The picture is drawn in one part, because each part has its own strokes, and a stroke across a seam would be split.
+//! This limits its size. Little is lost: vector lines have no resolution, and the size only determines how precisely
+//! they are found.
 
 use crate::frame::{Renderer, seen_light};
 use crate::gpu::{Gpu, GpuError};
@@ -18,43 +19,44 @@ use crate::world::Surfaces;
 
 use super::{PictureReport, PictureRequest, marks};
 
-/// Pixels of a picture, at most: some 2.5 GiB on the GPU.
+/// Largest number of pixels of a picture: about 2.5 GiB on the GPU.
 pub const MOST_PX: u64 = 32 << 20;
-/// How many pixels to a side of a picture's pixel marks are found by.
+/// Factor by which each side of the picture is enlarged to trace marks.
 pub const FINER: u32 = 2;
 
-/// Why there are no strokes.
+/// Why strokes cannot be rendered.
 #[derive(Debug, thiserror::Error)]
 pub enum StrokesError {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// It would need several parts.
+    /// The picture would need several parts.
     #[error(
-        "{}x{} is too large: the strokes of a picture are found in one part, of {side_px} pixels a side and \
-         {MOST_PX} pixels in all at most; a smaller --size loses little, for lines have no pixels",
+        "{}x{} is too large for vector output: the limit is {side_px} pixels per side and {MOST_PX} pixels in total; \
+        use a smaller --size, which costs little precision",
         size_px[0], size_px[1]
     )]
     TooLarge {
-        /// Of the picture.
+        /// Requested size in pixels.
         size_px: [u32; 2],
-        /// The longest side that this GPU holds.
+        /// Longest side that this GPU supports, in pixels.
         side_px: u32,
     },
 }
 
-/// What a picture has of lines.
+/// The vector lines of a picture.
 #[derive(Clone, Debug, Default)]
 pub struct Drawn {
-    /// The strokes of each eye, of a pair the left one's first.
+    /// Strokes of each eye; the left eye of a stereo pair comes first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Hachures, hatching, lines of water, of equal height, of the sky and around holes, a group for each kind; of a pair none.
+    /// Hachures, hatching, contour lines of height, and lines of water, of the sky and around no-data areas; one group
+    /// for each kind. Empty for a stereo pair.
     pub marks: Vec<Group>,
-    /// What rendering did.
+    /// Statistics of the rendering.
     pub report: PictureReport,
 }
 
-/// Whether a style has marks that can be lines.
+/// Returns whether a style has marks that can become vector lines.
 pub fn has_marks(style: &Style) -> bool {
     let has_marks = style.hatching.is_some() || style.rows.is_some() || style.water.is_some();
     has_marks
@@ -64,8 +66,8 @@ pub fn has_marks(style: &Style) -> bool {
         || style.sky.has_lines()
 }
 
-/// Renders a picture and reads the strokes of each eye and its marks; the pixels stay on the GPU. `request.planes` and its
-/// samples are not looked at.
+/// Renders a picture and reads back its marks and the strokes of each eye; the pixels stay on the GPU. `request.planes`
+/// and `request.samples` are ignored.
 ///
 /// # Errors
 /// [`StrokesError`].
@@ -99,7 +101,7 @@ pub fn render_strokes(
     let read = |eye| renderer.eye_strokes(eye).map_or_else(|| Ok(Vec::new()), |strokes| strokes.read_polylines(gpu));
     let mut strokes = (0..rig.eyes.len()).map(read).collect::<Result<Vec<_>, GpuError>>()?;
     let light = seen_light(world, &rig, style, &request.light);
-    // Land with holes has rims in any style.
+    // No-data areas have outlines in every style.
     let reads_marks = pair.is_none() && (wants_marks || renderer.target(&RIM).is_some());
     let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Vec::new() };
     renderer.set_wants_mark_layers(false);

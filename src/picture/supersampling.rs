@@ -1,12 +1,12 @@
-//! Where in their pixels the samples of a picture lie, when each pixel is the mean of several.
+//! Positions of the samples within a pixel, for pictures whose pixels are the mean of several samples.
 //!
-//! The points of Halton's sequence (bases 2 and 3) fill a pixel evenly, however many there are. Each sample is a whole
-//! frame whose content is moved by a part of a pixel; strokes, whose borders are covered exactly, stay where they are.
+//! The points of Halton's sequence (bases 2 and 3) fill a pixel evenly for any number of samples. Each sample is a
+//! complete frame whose content is moved by a fraction of a pixel. Strokes, whose coverage is exact, are not moved.
 
 use glam::DVec2;
 
-/// By how much the content of each of `samples` frames is moved, in pixels: within half a pixel to each side. A single
-/// one is not moved.
+/// Returns the offset of the content of each of `samples` frames, in pixels, from −0.5 to 0.5 on each axis. A single
+/// frame is not moved.
 pub fn jitters_px(samples: u32) -> Vec<DVec2> {
     if samples <= 1 {
         return vec![DVec2::ZERO];
@@ -14,20 +14,20 @@ pub fn jitters_px(samples: u32) -> Vec<DVec2> {
     (1..=samples).map(jitter_px).collect()
 }
 
-/// A point of the sequence, from 1.
+/// Returns the offset of a frame, in pixels; frames are numbered from 1.
 pub fn jitter_px(number: u32) -> DVec2 {
     DVec2::new(halton(number, 2), halton(number, 3)) - 0.5
 }
 
-/// The frames of a picture: by how much each is moved, and its weight. Planes are read from the first one, which then is
-/// not moved.
+/// Returns the offset and the weight of each frame of a picture. AOV channels are read from the first frame, which is
+/// not moved if there are any.
 pub fn samples(samples: u32, has_planes: bool) -> Vec<(DVec2, f32)> {
     let first = (has_planes && samples > 1).then_some((DVec2::ZERO, 0.0));
     let weight = 1.0 / samples.max(1) as f32;
     first.into_iter().chain(jitters_px(samples).into_iter().map(|jitter_px| (jitter_px, weight))).collect()
 }
 
-/// A member of Halton's sequence: the number's digits, mirrored at the point.
+/// Returns an element of Halton's sequence: the digits of the number, mirrored at the radix point.
 fn halton(mut number: u32, base: u32) -> f64 {
     let (mut value, mut digit) = (0.0, 1.0);
     while number > 0 {

@@ -1,8 +1,8 @@
-//! The block of text below a picture: its title and, in small letters, how it was seen; of a map also a scale bar, the
-//! representative fraction and an arrow to the north. All of it is strokes of a pen, for pixels and for paths alike.
+//! The title block below a picture: the title and, in small letters, details of the view; for a map also a scale bar,
+//! the representative fraction and a north arrow. All of it consists of pen strokes, for raster and vector output.
 //!
-//! It stands on the bare paper of the style's `foot_px`, below the picture and as wide as it is. Lengths here are pixels of
-//! the style, which become more at more dots to an inch.
+//! The block is on the blank paper of the style's `foot_px`, below the picture and as wide. Lengths here are pixels of
+//! the style, which are scaled with the dots per inch.
 
 use glam::DVec2;
 
@@ -12,66 +12,68 @@ use crate::lettering::ink::{PenStroke, cover};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::style::{Color, Paper};
 
-/// What the block needs below a picture.
+/// Height of the block below a picture.
 const HEIGHT: f64 = 64.0;
-/// From the paper's edge to the text, where the style has no margin.
+/// Distance from the paper's edge to the text, if the style has no margin.
 const SIDE: f64 = 16.0;
-/// Capitals of the title, and at least.
+/// Height of capitals of the title, and its minimum.
 const TITLE: [f64; 2] = [16.0, 9.0];
-/// Of small letters, and at least.
+/// Height of capitals of small text, and its minimum.
 const SMALL: [f64; 2] = [7.5, 5.5];
-/// A pen's width for capitals of height 1, and at least: what is finer is grey, and small letters are hard to read then.
+/// Width of the pen for capitals of height 1, and its minimum. A finer line would look grey, which makes small letters
+/// hard to read.
 const PEN: f64 = 0.1;
 const LEAST_PEN: f64 = 1.15;
-/// The line under the picture, where it has no border.
+/// Width of the line under the picture, if it has no border.
 const RULE: f64 = 1.0;
-/// Between the text and what stands right of it.
+/// Gap between the text and the scale bar or arrow to its right.
 const GAP: f64 = 20.0;
-/// Of the arrow to the north.
+/// Width and height of the north arrow.
 const ARROW: [f64; 2] = [12.0, 38.0];
-/// A scale bar is at most so long, and so much of the picture's width; a shorter one than the last says little.
+/// Largest length of a scale bar, also as a fraction of the available width, and the least length at which it is drawn.
 const BAR: f64 = 200.0;
 const BAR_PART: f64 = 0.3;
 const LEAST_BAR: f64 = 36.0;
 
-/// What stands in a block.
+/// The contents of a title block.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Words {
-    /// In large letters; may be empty.
+    /// Title in large letters; may be empty.
     pub title: String,
-    /// In small letters below it.
+    /// Text in small letters below the title.
     pub below: String,
-    /// Of a map.
+    /// Scale of a map; `None` for other views.
     pub scale: Option<MapScale>,
 }
 
-/// Of a map.
+/// The scale of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MapScale {
-    /// In the world.
+    /// Metres in the world per pixel.
     pub m_per_px: f64,
-    /// On paper, where it has a size.
+    /// Millimetres on paper per pixel, if the paper has a size.
     pub mm_per_px: Option<f64>,
 }
 
-/// A block, ready to be drawn.
+/// A title block, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Block {
-    /// In pixels of the picture.
+    /// Strokes in pixels of the picture.
     pub strokes: Vec<PenStroke>,
-    /// Of all of it.
+    /// Colour of all strokes.
     pub ink: Color,
-    /// Characters that have no letter.
+    /// Characters of the text that the lettering does not have.
     pub replaced: Vec<char>,
 }
 
-/// Bare paper that a style's `paper` needs below a picture beside its margin, in whole pixels.
+/// Returns the height of blank paper below a picture, in addition to the margin, that a title block needs on `paper`.
+/// `px` is the number of pixels per pixel of the style.
 pub fn foot_px(paper: &Paper, px: f64) -> f32 {
     let needed = (HEIGHT * px).ceil() as f32 - paper.margin_px.floor();
     needed.max(paper.foot_px).max(0.0)
 }
 
-/// A length that people like, 1, 2 or 5 times a power of ten metres, which is at most `most_m`.
+/// Returns the largest round length that is at most `most_m`: 1, 2 or 5 times a power of ten, in metres.
 pub fn round_m(most_m: f64) -> f64 {
     let power = 10.0_f64.powf(most_m.log10().floor());
     [5.0, 2.0, 1.0]
@@ -81,12 +83,12 @@ pub fn round_m(most_m: f64) -> f64 {
         .unwrap_or(power)
 }
 
-/// `500 m`, `2 km`.
+/// Formats a length: `500 m`, `2 km`.
 fn length(metres: f64) -> String {
     if metres >= 1000.0 { format!("{} km", grouped(metres / 1000.0)) } else { format!("{metres} m") }
 }
 
-/// A whole number with a blank before each three digits; `12 500`.
+/// Formats a whole number with a space before each group of three digits: `12 500`.
 pub fn grouped(number: f64) -> String {
     let digits = format!("{:.0}", number.abs());
     let mut text = String::new();
@@ -99,15 +101,15 @@ pub fn grouped(number: f64) -> String {
     if number <= -0.5 { format!("−{text}") } else { text }
 }
 
-/// `1 : 50 000`, to three digits.
+/// Formats the representative fraction to three significant digits: `1 : 50 000`.
 fn fraction(scale: &MapScale) -> Option<String> {
     let exact = 1000.0 * scale.m_per_px / scale.mm_per_px?;
     let step = 10.0_f64.powf(exact.log10().floor() - 2.0).max(1.0);
     (exact.is_finite() && exact >= 1.0).then(|| format!("1 : {}", grouped((exact / step).round() * step)))
 }
 
-/// The block of a picture of `size_px` on this paper, whose foot and margin have room for it ([`foot_px`]). `px` is how
-/// many pixels one of the style is.
+/// Lays out the title block of a picture of `size_px`. Foot and margin of `paper` must have room for it ([`foot_px`]).
+/// `px` is the number of pixels per pixel of the style.
 pub fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
     let mut page = Page { strokes: Vec::new(), replaced: Vec::new() };
     let [width, height] = size_px.map(f64::from);
@@ -119,7 +121,7 @@ pub fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f6
         let y = picture_bottom + 0.5 * rule;
         page.strokes.push(PenStroke::line(DVec2::new(margin, y), DVec2::new(width - margin, y), rule));
     }
-    // Much paper is no reason to stand far from the picture.
+    // On a large foot the block still stays close to the picture.
     let spare = 0.5 * (margin + foot - HEIGHT * px);
     let top = picture_bottom + spare.clamp(0.0, 12.0 * px);
     let (left, mut right) = (side, width - side);
@@ -163,7 +165,7 @@ impl Page {
         self.write(&line, at - DVec2::new(part_left * line.width() * height, 0.0), height, px);
     }
 
-    /// The arrow, the bar and the fraction, from the right end; returns where the text must end.
+    /// Draws the arrow, the bar and the fraction from the right end, and returns where the text must end.
     fn scale(&mut self, scale: &MapScale, width: f64, right: f64, at: impl Fn(f64, f64) -> DVec2, px: f64) -> f64 {
         let line = |from: DVec2, to: DVec2, width: f64| PenStroke::line(from, to, width * px);
         if width < 6.0 * ARROW[0] * px {
@@ -187,14 +189,14 @@ impl Page {
             let overhang = 0.5 * SMALL[0] * px * Line::new(&name).width();
             let end = left - overhang;
             let begin = end - bar;
-            // 1 is four quarters, 2 four halves, 5 five ones: each second part is a heavy one.
+            // A bar of 1 has four quarters, of 2 four halves, of 5 five ones; every second section is heavy.
             let parts = if (bar_m / 10.0_f64.powf(bar_m.log10().floor() + 1e-9) - 5.0).abs() < 0.1 { 5 } else { 4 };
             let tick = |part: f64| begin + bar * part;
             self.strokes.push(line(at(begin, 46.0), at(end, 46.0), 1.0));
             for i in 0..parts {
                 let [from, to] = [i, i + 1].map(|i| tick(f64::from(i) / f64::from(parts)));
                 if i % 2 == 0 {
-                    // Round ends would make it longer.
+                    // Round ends would lengthen the section.
                     let half = 0.5 * 3.2 * px;
                     self.strokes.push(line(at(from + half, 46.0), at(to - half, 46.0), 3.2));
                 }
@@ -210,7 +212,7 @@ impl Page {
             left = begin - 0.5 * SMALL[0] * px;
         } else if let Some(text) = fraction(scale) {
             let long = SMALL[0] * px * Line::new(&text).width();
-            // A picture that is too narrow for it has none.
+            // A picture that is too narrow has no fraction.
             if left - long >= right - width {
                 self.small(&text, at(left, 36.0), px, 1.0);
                 left -= long;
@@ -221,7 +223,7 @@ impl Page {
 }
 
 impl Block {
-    /// Draws it into a band of a picture that is `width` pixels wide.
+    /// Draws the block into a band of a picture that is `width` pixels wide.
     pub fn draw(&self, band: &mut Band, width: usize) {
         let ink = self.ink.linear();
         let highest = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y).fold(f64::MAX, f64::min);
@@ -238,7 +240,7 @@ impl Block {
         }
     }
 
-    /// The same for a drawing of lines.
+    /// Returns the strokes as polylines, for vector output.
     pub fn polylines(&self) -> Vec<Polyline> {
         let polyline = |stroke: &PenStroke| {
             let half_width_px = 0.5 * stroke.width_px as f32;
@@ -273,7 +275,7 @@ mod tests {
         assert_eq!(scale(5.0, None), None);
     }
 
-    /// How long the bar is, from its end ticks, in pixels.
+    /// Returns the length of the bar between its end ticks, in pixels.
     fn bar_px(block: &Block) -> f64 {
         let is_tick = |stroke: &&PenStroke| {
             stroke.points.len() == 2 && stroke.points[0].x == stroke.points[1].x && (stroke.width_px - 1.0).abs() < 1e-9

@@ -9,38 +9,37 @@ use crate::file::message::quoted;
 pub struct Color([u8; 3]);
 
 impl Color {
-    /// White.
     pub const WHITE: Self = Self([255; 3]);
 
-    /// In linear light, as the shaders compute.
+    /// Returns red, green and blue in linear light, 0 to 1, as the shaders use them.
     pub fn linear(self) -> [f32; 3] {
         self.srgb().map(linear_from_srgb)
     }
 
-    /// From channels as they are written, 0 to 1; what is beyond is taken as the nearest.
+    /// Builds a colour from sRGB channels, 0 to 1; values outside this range are clamped.
     pub fn from_srgb(channels: [f32; 3]) -> Self {
         Self(channels.map(|value| (255.0 * value.clamp(0.0, 1.0)).round() as u8))
     }
 
-    /// As it is written, each from 0 to 1.
+    /// Returns the sRGB channels, 0 to 1.
     pub fn srgb(self) -> [f32; 3] {
         self.0.map(|value| f32::from(value) / 255.0)
     }
 }
 
-/// One channel of an sRGB colour, 0 to 1, in linear light.
+/// Converts one sRGB channel, 0 to 1, to linear light.
 pub fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The inverse: one channel in linear light as sRGB, 0 to 1; what is beyond is taken as the nearest.
+/// Converts one channel in linear light to sRGB, 0 to 1; values outside this range are clamped.
 pub fn srgb_from_linear(value: f32) -> f32 {
     let value = value.clamp(0.0, 1.0);
     if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }
 
 impl std::fmt::Display for Color {
-    /// As it is read.
+    /// Writes `#rrggbb`, the form that [`FromStr`](std::str::FromStr) reads.
     fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         let [red, green, blue] = self.0;
         write!(formatter, "#{red:02x}{green:02x}{blue:02x}")
@@ -51,7 +50,7 @@ impl std::str::FromStr for Color {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, Self::Err> {
-        let bad = || format!("{} is not a colour like \"#1b1a17\"", quoted(text));
+        let bad = || format!("{} is not a colour of the form \"#1b1a17\"", quoted(text));
         let digits = text.strip_prefix('#').filter(|digits| digits.len() == 6 && digits.is_ascii()).ok_or_else(bad)?;
         let byte = |i: usize| u8::from_str_radix(&digits[2 * i..2 * i + 2], 16).map_err(|_| bad());
         Ok(Self([byte(0)?, byte(1)?, byte(2)?]))

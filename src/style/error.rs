@@ -1,82 +1,79 @@
-//! What is wrong with a style, or with what it names.
+//! Errors of styles and of the recipes and images that they refer to.
 
 use super::{marks, names, texture};
 use crate::file::hdr::HdrError;
 use crate::file::message::{did_you_mean, named, printable, shown};
 use crate::file::toml_text::TomlError;
 
-/// Characters of the name of a recipe in errors, at most: the names that there are follow it.
+/// Longest name of a recipe in an error, in characters, so that the list of available names still fits after it.
 const LONGEST_NAME: usize = 40;
 
-/// A style that is not there or does not hold.
+/// Why a style cannot be loaded.
 #[derive(Debug, thiserror::Error)]
 pub enum StyleError {
-    /// Neither a preset nor a file.
-    #[error("{}: no such style{}", shown(name), hint(name, &names(), "`hachure styles` lists them"))]
+    /// The name is neither a preset nor a `.toml` file.
+    #[error("{}: no such style{}", shown(name), hint(name, &names(), "`hachure styles` lists the presets"))]
     Unknown {
-        /// As given.
+        /// The name, as given.
         name: String,
     },
-    /// The file cannot be read.
+    /// The style file cannot be read.
     #[error("{}: cannot read the style: {source}", named(path))]
     Read {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Why.
         #[source]
         source: std::io::Error,
     },
-    /// Neither a stroke texture of the program nor a file.
+    /// The name is neither a built-in stroke texture nor a `.toml` file.
     #[error("{}: no such stroke texture{}", cut(name), hint(name, &texture::names(), &there_is(&texture::names())))]
     UnknownTexture {
-        /// As given.
+        /// The name, as given.
         name: String,
     },
-    /// The stroke texture's file cannot be read.
+    /// The file of a stroke texture cannot be read.
     #[error("{}: cannot read the stroke texture: {source}", named(path))]
     ReadTexture {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Why.
         #[source]
         source: std::io::Error,
     },
-    /// Neither marks of the program nor a file.
+    /// The name is neither a built-in recipe of hatching marks nor a `.toml` file.
     #[error("{}: no such marks{}", cut(name), hint(name, &marks::names(), &there_is(&marks::names())))]
     UnknownMarks {
-        /// As given.
+        /// The name, as given.
         name: String,
     },
-    /// The marks' file cannot be read.
+    /// The file of a recipe of hatching marks cannot be read.
     #[error("{}: cannot read the marks: {source}", named(path))]
     ReadMarks {
-        /// The file.
+        /// Path of the file.
         path: String,
-        /// Why.
         #[source]
         source: std::io::Error,
     },
-    /// A picture of marks does not hold.
+    /// An image of hatching marks is missing or unusable.
     #[error("{}: {cause}", named(path))]
     MarkImage {
-        /// The picture.
+        /// Path of the image.
         path: String,
-        /// What, in one line.
+        /// The cause, in one line.
         cause: String,
     },
-    /// A picture of the surroundings does not hold.
+    /// The environment map (`.hdr`) cannot be used.
     #[error(transparent)]
     Environment(#[from] HdrError),
-    /// A recipe that a style names is not there or does not hold.
+    /// A recipe or image that the style refers to cannot be loaded.
     #[error("{place}")]
     Named {
-        /// Where the style names it, and what is wrong with it.
+        /// The place in the style that names it, and what is wrong with it.
         place: TomlError,
-        /// What is wrong with it.
+        /// The underlying error.
         #[source]
         source: Box<Self>,
     },
-    /// The text is not a style, not a stroke texture, or not marks.
+    /// The text is not a valid style, stroke texture or recipe of hatching marks.
     #[error(transparent)]
     Parse(#[from] TomlError),
 }
@@ -85,12 +82,12 @@ fn cut(name: &str) -> String {
     printable(name, LONGEST_NAME)
 }
 
-/// What a name was meant to be, or where the known names are told.
+/// Returns the end of the message: the most similar known name or, without one, the available names.
 fn hint(name: &str, known: &[&str], where_told: &str) -> String {
     let meant = did_you_mean(name, known.iter().copied());
-    if meant.is_empty() { format!("; {where_told}, and a file ends with .toml") } else { meant }
+    if meant.is_empty() { format!("; {where_told}, and the name of a file ends with .toml") } else { meant }
 }
 
 fn there_is(names: &[&str]) -> String {
-    format!("there is {}", names.join(", "))
+    format!("available: {}", names.join(", "))
 }

@@ -1,4 +1,4 @@
-//! Focus of a style.
+//! The `[focus]` section of a style: where the picture has its strongest contrast.
 
 use glam::DVec2;
 
@@ -7,28 +7,29 @@ use super::parameters::{Range, parameters};
 use crate::scene::focus::{Focus as SeenFocus, FocusAbout};
 
 parameters! {
-    /// Where the strongest contrast is: away from it ink thins, tones go toward the haze and detail drops. A place that a
-    /// scene names comes before it.
+    /// The region of strongest contrast. Away from it ink becomes thinner, tones fade and detail decreases. A focus in
+    /// the scene file takes precedence.
     pub struct Focus {
-        /// How much of the contrast is gone far from the focus.
+        /// Fraction of the contrast that is lost far from the focus.
         strength: f32 = 0.7 => Range::Within(0.0, 1.0);
-        /// Distance of the focus from the eye; without it the focus is a place on the picture, and on maps there is none.
+        /// Distance of the focus from the eye, not on maps; without it the focus is a position on the picture.
         distance_m: Option<f32> => Range::Above(0.0);
-        /// How far before and behind that distance contrast is full.
+        /// Range before and behind that distance in which contrast is full.
         depth_m: f32 = 1000.0 => Range::Above(0.0);
-        /// Where on the picture the focus is, from its left, in parts of its width.
+        /// Horizontal position of the focus on the picture: 0 is the left edge, 1 the right edge.
         across: f32 = 0.5 => Range::Within(0.0, 1.0);
-        /// The same from its top, in parts of its height.
+        /// Vertical position of the focus on the picture: 0 is the top edge, 1 the bottom edge.
         down: f32 = 0.6 => Range::Within(0.0, 1.0);
-        /// How far about that place contrast is full, in parts of the picture's height.
+        /// Radius around that position in which contrast is full, as a fraction of the picture's height.
         radius: f32 = 0.25 => Range::Within(0.01, 10.0);
-        /// What tones far from the focus go to; without it bare paper, or the haze in styles whose haze is dark.
+        /// Colour that tones fade to far from the focus; the default is bare paper, or the haze colour where haze is
+        /// dark.
         color: Option<Color>;
     }
 }
 
 impl Focus {
-    /// As a frame has it.
+    /// Returns the focus in the form that a frame uses.
     pub fn seen(&self) -> SeenFocus {
         let strength = self.strength.into();
         match self.distance_m {

@@ -1,4 +1,4 @@
-//! Hatching of a style: which marks, where they point, and from which darkness on.
+//! The `[hatching]` section of a style: which marks are drawn, in which direction, and from which darkness.
 
 use std::path::{Path, PathBuf};
 
@@ -6,89 +6,89 @@ use super::marks::{self, Recipe};
 use super::parameters::{Range, choices, parameters};
 use super::{Color, StyleError};
 
-/// Layers, at most.
+/// Largest number of layers.
 pub const MOST_LAYERS: usize = 4;
 
 parameters! {
-    /// Tones made of marks.
+    /// Tones drawn as hatching marks.
     pub struct Hatching {
         /// Colour of the marks.
         ink: Color = Color::default();
-        /// How marks keep their size while the camera comes nearer.
+        /// How marks keep their size on the picture while the camera moves closer.
         scale: Scale = Scale::Blend;
-        /// Width of a mark's border in tones; 0 is a pen's, 0.1 a pencil's.
+        /// Softness of a mark's edge, as a range of tones; 0 looks like a pen, 0.1 like a pencil.
         softness: f32 = 0.0 => Range::Within(0.0, 0.5);
-        /// Marks follow the land's form at this scale; land that is seen at a flat angle has a coarser one.
+        /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.
         form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
-        /// Marks on land that slopes less than this follow a coarser form, by two levels at most; 0 is nowhere.
+        /// On gentler slopes the direction of marks follows coarser land, by up to two levels; 0 turns this off.
         calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
-        /// What is left of the ink of marks in full haze; that there are fewer of them is `haze.faintest_tone`.
+        /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Whether marks grow or shrink a little, so that their mean ink is the tone wherever one looks.
+        /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
         balance: bool = true;
-        /// Marks of one kind each; layers are sorted by `from`.
+        /// One kind of mark each; the layers are sorted by `from`.
         layers: Vec<Layer> => Range::Entries(1, MOST_LAYERS);
     }
 }
 
 choices! {
-    /// How marks keep their size.
+    /// How marks keep their size on the picture.
     pub enum Scale {
-        /// Marks of two scales hand over to each other.
+        /// Marks of two scales fade into each other.
         Blend,
-        /// Coming nearer only ever adds marks.
+        /// Moving closer only adds marks and removes none.
         Add,
     }
 }
 
 parameters! {
-    /// Marks of one kind.
+    /// A layer of one kind of mark.
     pub struct Layer {
-        /// What is drawn: marks of the program, or a recipe beside the style (`.toml`).
+        /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
         marks: String;
-        /// Where marks point.
+        /// Direction of the marks.
         direction: Direction = Direction::Fixed;
-        /// Azimuth of fixed marks, clockwise from north; others turn by this from what they follow.
+        /// Azimuth of fixed marks, clockwise from north; for other directions, the angle that is added to them.
         angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
-        /// Azimuth of slope marks where the land is level.
+        /// Azimuth of slope marks on flat land, clockwise from north.
         level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
-        /// Darkness from which on the layer takes part.
+        /// Darkness from which the layer is drawn.
         from: f32 = 0.0 => Range::Within(0.0, 0.99);
-        /// How many times larger marks are than their recipe has them.
+        /// Scale factor of the marks relative to their recipe.
         size: f32 = 1.0 => Range::Within(0.25, 8.0);
-        /// The layer is on slopes from the first of these to the second.
+        /// Range of slopes on which the layer is drawn.
         slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
     } beside {
-        /// What `marks` means.
+        /// The loaded recipe of `marks`.
         recipe: Option<Recipe>;
     }
 }
 
 choices! {
-    /// Where marks point.
+    /// Direction of hatching marks.
     pub enum Direction {
-        /// To a fixed azimuth.
+        /// A fixed azimuth.
         Fixed,
-        /// Down the slope, as hachures on a map.
+        /// Down the slope, like hachures on a map.
         Slope,
         /// Along the contour lines of height.
         Contour,
-        /// Away from the eye: dots stay round on land that is seen at a flat angle.
+        /// Away from the eye: dots stay round on land seen at a grazing angle.
         Sight,
-        /// Around the greatest bend of the form; with an angle of 90, along the least.
+        /// Along the direction of greatest curvature; with an angle of 90, along that of least curvature.
         Curvature,
     }
 }
 
 impl Hatching {
-    /// Whether marks of some layer follow the land's curvature.
+    /// Returns whether the marks of any layer follow the curvature of the land.
     pub fn follows_curvature(&self) -> bool {
         self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
     }
 }
 
 impl Layer {
-    /// Loads the marks, and looks at their pictures; files lie in `folder`.
+    /// Loads the recipe of the marks and checks its images; `folder` is the base of a relative path.
     pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
         let recipe = Recipe::load(&self.marks, folder)?;
         marks::check_pictures(&recipe)?;
@@ -96,7 +96,7 @@ impl Layer {
         Ok(())
     }
 
-    /// The files that the layer is read from, if the style's lies in `folder`.
+    /// Returns the files that the layer is read from; `folder` is the folder of the style.
     pub(super) fn files(&self, folder: &Path) -> impl Iterator<Item = PathBuf> {
         let images = self.recipe.iter().flat_map(|recipe| recipe.images.iter().cloned());
         marks::file(&self.marks, folder).into_iter().chain(images)

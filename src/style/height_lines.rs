@@ -1,37 +1,39 @@
-//! Lines of equal height of a style.
+//! The `[height_lines]` section of a style: contour lines of height.
 
 use super::Color;
 use super::parameters::{Range, parameters};
 
 parameters! {
-    /// Lines of equal height (isohypses), with every fifth heavier.
+    /// Contour lines of height (isohypses); every fifth line is an index contour.
     pub struct HeightLines {
         /// Colour of the lines.
         ink: Color = Color::default();
-        /// Height from line to line; 0 is a round number that suits the scale of a map, and no lines in other views.
+        /// Contour interval in metres; 0 chooses a round number for the scale of a map, and draws no lines in other
+        /// views.
         interval_m: f32 = 0.0 => Range::Within(0.0, 10_000.0);
         /// Width of a line.
         line_px: f32 = 0.7 => Range::Within(0.1, 8.0);
-        /// Width of every fifth line.
+        /// Width of every fifth line, the index contour.
         index_px: f32 = 1.3 => Range::Within(0.1, 8.0);
-        /// Lines follow the land's form at this scale, and not each of its samples.
+        /// The land is smoothed to this size first, so that lines do not follow single samples.
         form_px: f32 = 4.0 => Range::Within(1.0, 256.0);
-        /// Land whose form slopes more has no lines: on a map with rock drawing, rock.
+        /// Steeper land has no lines; useful on maps with rock drawing.
         steepest_deg: f32 = 90.0 => Range::Within(5.0, 90.0);
-        /// What is left of the lines in full haze.
+        /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.2 => Range::Within(0.0, 1.0);
     }
 }
 
-/// The least interval of a map by the metres of its pixels: on large scales lines on a slope of 45° are nearly three
-/// pixels apart. Small scales have gentler slopes: theirs is that of topographic maps of 1 : 50 000 to 1 : 1 000 000 on a
-/// screen of 96 dots to an inch.
+/// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres. At large scales, lines
+/// on a slope of 45° are nearly three pixels apart. Small scales have gentler slopes and use the intervals of
+/// topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
 fn least_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }
 
 impl HeightLines {
-    /// The same on a map whose pixels are as large as that: with an interval of one, two or five times a power of ten.
+    /// Returns the lines for a map with pixels of `pixel_m` metres. An interval of 0 becomes 1, 2 or 5 times a power of
+    /// ten.
     #[must_use]
     pub fn for_map(mut self, pixel_m: f64) -> Self {
         if self.interval_m == 0.0 {

@@ -1,21 +1,21 @@
-//! A style with its recipes as texts: what a picture keeps of it, so that files may change later.
+//! A style with its recipes as text. A picture stores both, so that it can be redrawn after the files have changed.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use super::{Style, StyleError, marks, parameters, texture};
 
-/// The recipes of a style that are files, by the names by which the style names them.
+/// The recipes of a style that are files, as text, by the names that the style uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct StyleFiles {
-    /// Recipes of marks. Pictures that they name stand in them by the paths from which they were read.
+    /// Recipes of hatching marks. Images in them are named by the paths from which they were read.
     pub marks: BTreeMap<String, String>,
-    /// Stroke textures.
+    /// Recipes of stroke textures.
     pub textures: BTreeMap<String, String>,
 }
 
 impl Style {
-    /// Its recipes that are files.
+    /// Returns the recipes of the style that are files.
     pub fn recipe_files(&self) -> StyleFiles {
         let here = Path::new("");
         let layers = self.hatching.iter().flat_map(|hatching| &hatching.layers);
@@ -30,11 +30,11 @@ impl Style {
         StyleFiles { marks: marks.collect(), textures: textures.collect() }
     }
 
-    /// As [`Style::parse`], with recipes that are `held` and not files; only pictures are read, of marks and of
-    /// surroundings.
+    /// Parses a style like [`Style::parse`], but takes recipes from `held` instead of files. Only images of marks and
+    /// environment maps are read from files.
     ///
     /// # Errors
-    /// As [`Style::parse`]; a recipe that is neither held nor inside the program is unknown.
+    /// As [`Style::parse`]; a recipe that is neither in `held` nor built in is unknown.
     pub fn parse_with(name: &str, text: &str, held: &StyleFiles) -> Result<Self, StyleError> {
         let mut style: Self = parameters::read(name, text)?;
         let here = Path::new("");
@@ -97,7 +97,7 @@ mod tests {
         let again = Style::parse_with("x.png", &style.text(), &held).unwrap();
         assert_eq!((&again.hatching, &again.strokes), (&style.hatching, &style.strokes));
         assert!(again.curvature.texture.is_some() && again.curvature == style.curvature);
-        // Another number in a held recipe is another style, and without it there is none.
+        // A changed number in a stored recipe changes the style, and without the recipe parsing fails.
         let mut other = held.clone();
         other.marks.values_mut().for_each(|text| *text = text.replace("21", "22"));
         assert_ne!(Style::parse_with("x.png", &style.text(), &other).unwrap().hatching, style.hatching);

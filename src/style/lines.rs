@@ -1,46 +1,50 @@
-//! Lines of a style.
+//! The `[lines]` section of a style: lines that are detected in images of the surface.
 
 use super::parameters::{Range, choices, parameters};
 use super::{Color, Strokes};
 
 parameters! {
-    /// Lines of a style.
+    /// Lines that are detected in images of the surface.
     pub struct Lines {
-        /// What finds the lines.
+        /// Method that detects the lines.
         detector: Detector;
-        /// The ε of the planarity term of LSA contours.
+        /// Value of ε in the planarity term of LSA contours.
         epsilon: Epsilon = Epsilon::Footprint;
-        /// Whether LSA contours are held against pixels twice as far, which calms lines of details smaller than a pixel.
+        /// Whether LSA contours are also tested at twice the pixel distance, which steadies details smaller than a
+        /// pixel.
         geometric_antialias: bool = false;
-        /// Whether opposite neighbours share the greater of their errors; else the density filter has eight directions.
+        /// Whether opposite neighbours share the greater of their errors; otherwise the density filter uses eight
+        /// directions.
         halved: bool = true;
-        /// Two answers of the detector: a line begins at the first, and is full from the second on.
+        /// Two values of the detector: a line starts to appear at the first and is full from the second.
         ramp: [f32; 2] => Range::Rising(0.0);
-        /// Strength of the filter that thins out crowded lines; 0 turns it off, and 2 is the paper's.
+        /// Strength of the filter that thins out crowded lines; 0 turns it off, 2 is the value of the paper.
         density: f32 = 0.0 => Range::AtLeast(0.0);
-        /// The part of the paper that lines may cover about a place; beyond it the least ones go first, and 1 is no cap.
+        /// Largest fraction of the area that lines may cover; above it the weakest lines are removed first; 1 is no
+        /// limit.
         crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
-        /// Side of the window in which that is counted.
+        /// Side of the square window in which the covered area is measured for `crowd`.
         crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
-        /// What two eyes do so that their lines agree.
+        /// How the lines of the two eyes of a stereo pair are made to agree.
         stereo: Stereo = Stereo::Full;
-        /// Where contours of two eyes begin to fade out, from the contour in angles between the eyes.
+        /// Where contours of a stereo pair begin to fade out, as a distance from the contour in angles between the two
+        /// eyes.
         fade_start: f32 = 1.75 => Range::Within(0.0, 100.0);
-        /// Where the fade is full.
+        /// Where that fade reaches full strength, in the same unit.
         fade_end: f32 = 0.4375 => Range::Within(0.0, 100.0);
-        /// Whether the stairs of lines are smoothed.
+        /// Whether the staircase edges of lines are smoothed.
         antialias: bool = true;
         /// Colour of the lines.
         ink: Color = Color::default();
-        /// What is left of a line in full haze.
+        /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How many times farther than tones lines reach into the haze.
+        /// Lines fade in haze this many times farther away than tones.
         reach: f32 = 1.0 => Range::Above(0.0);
     }
 }
 
 impl Lines {
-    /// Contours of trees alone, in a style that has strokes for everything else.
+    /// Returns the lines for contours of trees in a style that draws all other contours as strokes.
     pub fn of_trees(strokes: &Strokes) -> Self {
         Self {
             detector: Detector::Lsa,
@@ -61,44 +65,44 @@ impl Lines {
         }
     }
 
-    /// Whether the density filter has each of the eight directions by itself.
+    /// Returns whether the density filter treats each of the eight directions separately.
     pub fn has_eight_directions(&self) -> bool {
         self.detector == Detector::Lsa && !self.halved && self.density > 0.0
     }
 }
 
 choices! {
-    /// What finds lines.
+    /// Method that detects lines.
     pub enum Detector {
         /// Local Surface Approximation contours.
         Lsa,
         /// Sobel's operator on depth.
         Sobel,
-        /// Roystan's outline.
+        /// Roystan's outline shader.
         Roystan,
-        /// Contours and suggestive contours by the curvature of the land, as `[curvature]` has them.
+        /// Contours and suggestive contours by the curvature of the land, with the settings of `[curvature]`.
         Curvature,
     }
 }
 
 choices! {
-    /// What two eyes do so that their lines agree.
+    /// How the lines of the two eyes of a stereo pair are made to agree.
     pub enum Stereo {
-        /// Nothing: each draws its own.
+        /// Each eye draws its own lines, independent of the other.
         Alone,
-        /// Lines that the other eye should have and has not go.
+        /// Lines that the other eye should also see, but does not draw, are removed.
         Suppressed,
-        /// Contours fade out to where the other eye sees them, too.
+        /// As `suppressed`; contours also fade out toward where the other eye sees them.
         Full,
     }
 }
 
 choices! {
-    /// ε of the planarity term of LSA contours.
+    /// Value of ε in the planarity term of LSA contours.
     pub enum Epsilon {
-        /// As printed in the paper, 1e-5 m.
+        /// The value printed in the paper, 1e-5 m.
         Paper,
-        /// A part of the pixel's size in the world.
+        /// A fraction of the size of a pixel in the world.
         Footprint,
     }
 }

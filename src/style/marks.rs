@@ -1,6 +1,5 @@
-//! Marks: what a tone is hatched with. A recipe is TOML; the tonal art map is made from it
-//! (`tones/tonal_art_map`). Thirteen come with the program, and a style may name a file of its own, which may in turn name
-//! pictures that somebody drew.
+//! Recipes of hatching marks. A recipe is a TOML file from which `tones/tonal_art_map` makes a tonal art map. Thirteen
+//! recipes are built in. A style may also name a file of its own, which may in turn name hand-drawn images.
 
 pub(crate) mod pictures;
 
@@ -13,7 +12,7 @@ use crate::file::toml_text::Wrong;
 
 pub use pictures::check as check_pictures;
 
-/// The recipes that come with the program, by name.
+/// The built-in recipes, by name.
 const RECIPES: Recipes = Recipes {
     built_in: &[
         ("line", include_str!("../../textures/marks/line.toml")),
@@ -34,91 +33,91 @@ const RECIPES: Recipes = Recipes {
     unreadable: |path, source| StyleError::ReadMarks { path, source },
 };
 
-/// Sides that a tile may have: powers of two between these.
+/// Smallest and largest side of a tile in pixels; the side is a power of two.
 pub const SIDES_PX: [u32; 2] = [64, 1024];
 
-/// Pictures of a stack, at most.
+/// Largest number of images in a stack.
 const MOST_IMAGES: usize = 32;
 
 choices! {
-    /// What the marks are.
+    /// Kind of hatching marks.
     pub enum Kind {
-        /// Lines that go through the whole tile.
+        /// Lines across the whole tile.
         Line,
-        /// Short strokes, all in one direction.
+        /// Short strokes in one direction.
         Dash,
-        /// Dots that stand apart.
+        /// Dots that do not touch each other.
         Stipple,
-        /// Lines, and where it is dark others across them.
+        /// Lines, crossed by a second set where it is dark.
         Cross,
-        /// Curls of a pen that is not lifted.
+        /// Curls of a pen that stays on the paper.
         Scribble,
-        /// Touches of a brush.
+        /// Dabs of a brush.
         Dab,
-        /// Dots on a turned grid, which grow.
+        /// Dots on a rotated grid that grow with darkness.
         Halftone,
-        /// Round dots of one size; by `scale = "add"` each keeps its distance from all others.
+        /// Round dots of one size; with `scale = "add"` each keeps its distance from all others.
         Dots,
-        /// Pictures that somebody drew.
+        /// Hand-drawn images from light to dark.
         Stack,
     }
 }
 
 impl Kind {
-    /// Whether marks are as long as wide.
+    /// Returns whether the marks are dots, as long as they are wide.
     pub fn is_of_dots(self) -> bool {
         matches!(self, Self::Stipple | Self::Halftone | Self::Dots)
     }
 }
 
 parameters! {
-    /// How a tonal art map is made. Everything that has no unit is a part of something, 0 to 1.
+    /// A recipe of hatching marks, from which a tonal art map is made. Values without a unit are fractions, 0 to 1.
     ///
-    /// *Mid tone* is the darkness at which marks of `width_px` stand `spacing_px` apart: [`Recipe::mid_darkness`].
+    /// *Mid tone* is the darkness at which marks are `width_px` wide and `spacing_px` apart: [`Recipe::mid_darkness`].
     pub struct Recipe, whole Recipe::fits {
-        /// What the marks are, in a line.
+        /// One-line description of the marks.
         description: String;
         /// Kind of the marks.
         kind: Kind;
-        /// Of a stack: 1 to 32 pictures (PNG) from light to dark, beside the recipe.
+        /// Images of a stack: 1 to 32 PNG files from light to dark, relative to the recipe.
         images: Vec<PathBuf> = Vec::new();
-        /// Side of the square that repeats; pictures have their own.
+        /// Side of the square tile that repeats; a stack uses the size of its images instead.
         side_px: u32 = 512 => Range::PowerOfTwo(SIDES_PX[0], SIDES_PX[1]);
-        /// Another number gives another tile of the same kind.
+        /// Seed of the random placement; another number gives another tile of the same kind.
         seed: u32 = 0;
-        /// Length of a mark; lines have none, nor have dots.
+        /// Length of a mark; lines and dots ignore it.
         length_px: f32 = 36.0 => Range::Within(1.0, 400.0);
-        /// Mean width of a mark at mid tone.
+        /// Mean width of a mark at mid tone, at most 90 % of `spacing_px`.
         width_px: f32 = 2.0 => Range::Within(1.0, 32.0);
-        /// Mean distance across marks, from middle to middle, at mid tone.
+        /// Mean distance between the centre lines of neighbouring marks at mid tone.
         spacing_px: f32 = 8.0 => Range::Within(2.0, 64.0);
-        /// How far the hand wanders to the sides, slowly.
+        /// How far a mark slowly wanders sideways, as if drawn by hand.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Part of a mark's length over which it thins at its ends.
+        /// Fraction of a mark's length over which it tapers at its ends.
         taper: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How irregularly marks are placed.
+        /// Irregularity of the placement of marks.
         jitter: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much of the darkening comes from marks that widen rather than from more marks; 1 is an engraver's line.
+        /// How much of the darkening comes from wider marks instead of more marks; 1 gives an engraver's line.
         swell: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much pressure, and so width, differs from mark to mark and along a mark.
+        /// How much pressure, and therefore width, varies between marks and along a mark.
         pressure: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much the paper's tooth breaks marks up.
+        /// How much the tooth of the paper breaks up the marks.
         grain: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
-/// The names of the recipes that come with the program.
+/// Returns the names of the built-in recipes.
 pub fn names() -> Vec<&'static str> {
     RECIPES.names()
 }
 
-/// The file that a name of marks means, from `folder` on; none for those that come with the program.
+/// Returns the file that `name` refers to, relative to `folder`; `None` for a built-in recipe.
 pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
     RECIPES.file(name, folder)
 }
 
 impl Recipe {
-    /// One of [`names`], or a file (`.toml`), whose path is taken from `folder`.
+    /// Loads one of [`names`], or a file (`.toml`) whose path is relative to `folder`.
     ///
     /// # Errors
     /// [`StyleError`] with the file's name.
@@ -132,7 +131,7 @@ impl Recipe {
         Ok(recipe)
     }
 
-    /// A recipe from its text; `name` is for errors.
+    /// Parses a recipe; errors begin with `name`.
     ///
     /// # Errors
     /// [`StyleError::Parse`].
@@ -140,18 +139,18 @@ impl Recipe {
         Ok(parameters::read(name, text)?)
     }
 
-    /// The darkness at which marks have their width and their spacing, were none to lie on another.
+    /// Returns the darkness, 0 to 1, at which marks have their width and their spacing, if none overlap.
     pub fn mid_darkness(&self) -> f32 {
         let part = self.width_px / self.spacing_px;
         match self.kind {
-            // Round dots, apart in both directions.
+            // Round dots are spaced in both directions.
             Kind::Stipple | Kind::Dots => std::f32::consts::FRAC_PI_4 * part * part,
             Kind::Halftone | Kind::Stack => 0.5,
             _ => part,
         }
     }
 
-    /// What must hold for several parameters together.
+    /// Checks the rules that combine several parameters.
     fn fits(&self, _: &str) -> Result<(), Wrong> {
         let (is_stack, images) = (self.kind == Kind::Stack, self.images.len());
         if is_stack && !(1..=MOST_IMAGES).contains(&images) {
@@ -161,9 +160,9 @@ impl Recipe {
             return Err(Wrong::new("images", " are given, but kind is not \"stack\""));
         }
         let Self { width_px, spacing_px, .. } = self;
-        // Denser marks would leave no paper at mid tone, so their spacing would not be seen.
+        // Denser marks would leave no paper at mid tone, so their spacing would not be visible.
         if *width_px > 0.9 * spacing_px {
-            let words = format!(" is {width_px}, more than 9 tenths of spacing_px, which is {spacing_px}");
+            let words = format!(" is {width_px}, more than 90 % of spacing_px, which is {spacing_px}");
             return Err(Wrong::new("width_px", words));
         }
         Ok(())

@@ -1,4 +1,4 @@
-//! Styles: what a drawing is made of. A style file is TOML; what it does not name, its passes do not run.
+//! Styles: the layers and colours of a drawing. A style file is TOML; passes run only for the sections that it has.
 
 pub mod color;
 mod curvature;
@@ -45,7 +45,7 @@ pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 pub use tone_lines::{ToneLight, ToneLines};
 pub use water::Water;
 
-/// The styles that come with the program, by name.
+/// Name and text of each built-in style (preset).
 const PRESETS: &[(&str, &str)] = &[
     ("plain", include_str!("presets/plain.toml")),
     ("ink", include_str!("presets/ink.toml")),
@@ -77,141 +77,143 @@ const PRESETS: &[(&str, &str)] = &[
 ];
 
 parameters! {
-    /// A style.
+    /// A style: the layers, colours and light of a drawing.
     pub struct Style {
-        /// Name of the style, for people and reports.
+        /// Name of the style, as shown in lists and reports.
         name: String;
-        /// What the style draws, in a line.
+        /// One-line description of the style.
         description: String;
-        /// Lines that are found in pictures of the surface; without the section none are drawn.
+        /// Lines that are detected in images of the surface; without this section none are drawn.
         lines: Option<Lines>;
-        /// Lines by the curvature of the land.
+        /// Settings of `detector = "curvature"`: contours and suggestive contours by the curvature of the land.
         curvature: Curvature;
-        /// Lines from the tones of the shaded picture; without the section none are drawn.
+        /// Lines from shading, found in a shaded image of the scene; without this section none are drawn.
         tone_lines: Option<ToneLines>;
-        /// Pen strokes along contours; without the section none are drawn.
+        /// Pen strokes along contours; without this section none are drawn.
         strokes: Option<Strokes>;
         /// How light becomes tone and colour.
         tone: Tone;
-        /// How light falls, for tones in steps and for marks.
+        /// How the land is lit, for toon tones and for hatching.
         light: Shading;
-        /// Light that brings out relief; without the section light falls as it does.
+        /// Light that emphasises relief; without this section the light is not modified.
         relief: Option<Relief>;
-        /// Tones that run and settle as water and pigment do; without the section they stay as they are.
+        /// Tones that look like watercolour; without this section tones are not modified.
         watercolor: Option<Watercolor>;
-        /// Tones made of marks; without the section none are drawn.
+        /// Tones drawn as hatching marks; without this section none are drawn.
         hatching: Option<hatching::Hatching>;
-        /// Rows of hachures on the land; hatching of the same style is then for models and trees.
+        /// Rows of hachures on the land; `[hatching]` of the same style then applies only to models and trees.
         rows: Option<Rows>;
-        /// Lines that planes cut out of the land; hatching of the same style is then for models and trees.
+        /// Lines where parallel planes cut the land; `[hatching]` of the same style then applies only to models and
+        /// trees.
         cuts: Option<Cuts>;
-        /// Lines of equal height; without the section none are drawn.
+        /// Contour lines of height; without this section none are drawn.
         height_lines: Option<HeightLines>;
-        /// Lakes and the sea, where heights show them; without the section they are land.
+        /// Lakes and the sea, where the heights show them; without this section they are drawn as land.
         water: Option<Water>;
-        /// Lines around holes in the heights.
+        /// Dashed lines around no-data areas.
         rims: Rims;
-        /// The sheet that is drawn on.
+        /// The paper on which the picture is drawn.
         paper: Paper;
-        /// What is above the horizon.
+        /// The sky above the horizon.
         sky: Sky;
         /// Bends the land for views from high above.
         panorama: Panorama;
-        /// What distance does.
+        /// Haze: how distant land fades.
         haze: Haze;
-        /// Where the strongest contrast is; without the section it is the same everywhere.
+        /// The region of strongest contrast; without this section contrast is the same everywhere.
         focus: Option<Focus>;
     } beside {
-        /// All files that it was read from: its own, those of its recipes, and their pictures. A preset has none.
+        /// All files that the style was read from: its own, those of its recipes, and their images. A preset has none.
         files: Vec<PathBuf>;
     }
 }
 
-/// Between letters and their paper, of the difference between black and white.
+/// Least difference in lightness between lettering and paper, as a fraction of that between black and white.
 const LEAST_CONTRAST: f32 = 0.4;
 
-/// As it is written: the mean of a colour's parts.
+/// Returns the mean of the sRGB channels of a colour, 0 to 1.
 fn lightness(color: Color) -> f32 {
     color.srgb().iter().sum::<f32>() / 3.0
 }
 
 parameters! {
-    /// The sheet.
+    /// The paper, its margin and its border.
     pub struct Paper {
-        /// Colour of the sheet, which multiplies every colour.
+        /// Colour of the paper; all other colours are multiplied by it.
         color: Color = Color::WHITE;
-        /// How much of the sheet's grain shows.
+        /// Visibility of the grain of the paper.
         grain: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Bare paper along the edges of the sheet, over the picture.
+        /// Width of the blank margin, which covers the edges of the picture.
         margin_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
-        /// Width of the line around the picture, within the margin; 0 is none.
+        /// Width of the border line around the picture, inside the margin; 0 draws none.
         border_px: f32 = 0.0 => Range::Within(0.0, 64.0);
-        /// Colour of that line.
+        /// Colour of the border line.
         border: Color = Color::default();
-        /// Bare paper below the picture beside the margin, over the picture: room for a title block.
+        /// Height of additional blank paper at the bottom, next to the margin: room for a title block.
         foot_px: f32 = 0.0 => Range::Within(0.0, 4000.0);
     }
 }
 
 impl Paper {
-    /// Whether it has a margin, a foot or a border.
+    /// Returns whether the paper has a margin, a foot or a border.
     pub fn is_bordered(&self) -> bool {
         self.margin_px > 0.0 || self.border_px > 0.0 || self.foot_px > 0.0
     }
 }
 
 parameters! {
-    /// A panorama as H. C. Berann painted them: the land is bent as on a small globe, so that near land is seen from above
-    /// and far land behind it from the side (Patterson 2000, "A View from on High").
+    /// A panorama in the manner of H. C. Berann: the land is bent as on a small globe, so that near land is seen from
+    /// above and far land from the side (Patterson 2000, "A View from on High").
     pub struct Panorama {
-        /// How far below level the horizon lies, by bending the land away from the eye; 0, and any map, is as it is.
+        /// Angle of the horizon below horizontal, reached by bending the land away from the eye; maps are never bent.
         horizon_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
     }
 }
 
 impl Panorama {
-    /// Cosine and sine of how far below level the horizon lies.
+    /// Returns the cosine and sine of the angle of the horizon below horizontal.
     pub fn horizon(&self) -> [f32; 2] {
         [self.horizon_rad().cos() as f32, self.horizon_rad().sin() as f32]
     }
 
-    /// How far below level the horizon lies.
+    /// Returns the angle of the horizon below horizontal, in radians.
     pub fn horizon_rad(&self) -> f64 {
         f64::from(self.horizon_deg).to_radians()
     }
 }
 
 parameters! {
-    /// What distance does.
+    /// Haze: how distant land fades.
     pub struct Haze {
-        /// What far things fade to.
+        /// Colour that distant land fades to.
         color: Color = Color::WHITE;
-        /// What is left of a tone in full haze.
+        /// Fraction of a tone that remains in full haze.
         faintest_tone: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
-/// The haze of a picture of the night has less light, red, green and blue together: bare paper would shine in it.
+/// Sum of the linear channels below which haze counts as dark, as in night scenes, where bare paper would look bright.
 const DARK_HAZE: f32 = 0.9;
 
-/// The names of the presets.
+/// Returns the names of the presets.
 pub fn names() -> Vec<&'static str> {
     PRESETS.iter().map(|(name, _)| *name).collect()
 }
 
-/// The text of a preset.
+/// Returns the TOML text of a preset.
 pub fn preset_text(name: &str) -> Option<&'static str> {
     PRESETS.iter().find(|(known, _)| *known == name).map(|(_, text)| *text)
 }
 
 impl Style {
-    /// Whether tones have the own colours of trees and models.
+    /// Returns whether tones use the own colours of trees and models.
     pub fn asks_for_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
     }
 
-    /// The same for a map, a pixel of whose unscaled style is as large as that: without what depends on where the eye
-    /// stands, as [`Scene::for_map`](crate::scene::Scene::for_map), and with lines of equal height at its scale.
+    /// Returns the style for a map on which a pixel of the unscaled style is `pixel_m` metres. Effects that depend on
+    /// the position of the eye are removed, as in [`Scene::for_map`](crate::scene::Scene::for_map), and contour lines
+    /// of height get an interval for the map's scale.
     #[must_use]
     pub fn for_map(self, pixel_m: f64) -> Self {
         let height_lines = self.height_lines.map(|lines| lines.for_map(pixel_m));
@@ -219,12 +221,12 @@ impl Style {
         Self { panorama: Panorama { horizon_deg: 0.0 }, height_lines, focus, ..self }
     }
 
-    /// The lines of equal height that it draws.
+    /// Returns the contour lines of height, if the style draws any.
     pub fn drawn_height_lines(&self) -> Option<&HeightLines> {
         self.height_lines.as_ref().filter(|lines| lines.interval_m > 0.0)
     }
 
-    /// Of letters on bare paper: the first of the style's inks that is dark enough on it, or light enough.
+    /// Returns the colour of lettering on bare paper: the first ink of the style with enough contrast to the paper.
     pub fn lettering_ink(&self) -> Color {
         let paper = lightness(self.paper.color);
         let lines = [
@@ -239,18 +241,19 @@ impl Style {
         seen.unwrap_or(if paper > 0.5 { Color::default() } else { Color::WHITE })
     }
 
-    /// Whether marks of its land are lines, so that hatching is for what stands on it.
+    /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.
     pub fn has_land_lines(&self) -> bool {
         self.rows.is_some() || self.cuts.is_some()
     }
 
-    /// Colour of its marks, if it has any: of rows or cut lines, where it has these and hatching.
+    /// Returns the colour of rows, cut lines or hatching, in this order of precedence; `None` if the style has none of
+    /// them.
     pub fn mark_ink(&self) -> Option<Color> {
         let of_land = self.rows.as_ref().map(|rows| rows.ink).or(self.cuts.as_ref().map(|cuts| cuts.ink));
         of_land.or(self.hatching.as_ref().map(|hatching| hatching.ink))
     }
 
-    /// What its tones go to far from the focus, linear, before the paper.
+    /// Returns the linear colour that tones fade to far from the focus, before it is multiplied by the paper.
     pub fn unfocused(&self) -> [f32; 3] {
         let own = self.focus.as_ref().and_then(|focus| focus.color);
         let haze = self.haze.color.linear();
@@ -258,40 +261,40 @@ impl Style {
         own.map_or(if is_dark { haze } else { [1.0; 3] }, |color| color.linear())
     }
 
-    /// What is left of that in full haze.
+    /// Returns the fraction of the ink of rows, cut lines or hatching that remains in full haze.
     pub fn faintest_mark(&self) -> f32 {
         let of_land = self.rows.as_ref().map(|rows| rows.faintest).or(self.cuts.as_ref().map(|cuts| cuts.faintest));
         of_land.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
     }
 
-    /// The light that brings out relief, if its tones take it.
+    /// Returns the light that emphasises relief, if the kind of tone supports it.
     pub fn drawn_relief(&self) -> Option<&Relief> {
         self.relief.as_ref().filter(|_| matches!(self.tone, Tone::Toon(_)))
     }
 
-    /// Whether tones have the shadows that trees throw.
+    /// Returns whether tones show shadows of trees.
     pub fn asks_for_tree_shadows(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
     }
 
-    /// Whether light falls on the form of the land.
+    /// Returns whether smoothed normals of the land are needed.
     pub fn asks_for_form(&self) -> bool {
         let of_tones = matches!(self.tone, Tone::Toon(_)) && self.light.detail < 1.0;
         let of_lines = self.tone_lines.as_ref().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
-    /// Whether crests are lighter than hollows.
+    /// Returns whether crests are drawn lighter than hollows.
     pub fn asks_for_crests(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.crests > 0.0
     }
 
-    /// Whether tones ask what the land sees of the sun and of the sky.
+    /// Returns whether tones need horizon maps, for cast shadows or ambient occlusion.
     pub fn asks_for_horizons(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
     }
 
-    /// A preset by its name, or a style file by its path.
+    /// Loads a preset by its name, or a style file (`.toml`) by its path.
     ///
     /// # Errors
     /// [`StyleError`].
@@ -306,7 +309,7 @@ impl Style {
         Self::read(path)
     }
 
-    /// A style from a file, whatever its name ends with.
+    /// Reads a style from a file, whatever the extension of its name.
     ///
     /// # Errors
     /// [`StyleError`].
@@ -319,8 +322,8 @@ impl Style {
         Ok(style)
     }
 
-    /// A style from its text, with all that it names: recipes and their pictures. `name` is for errors, and files lie
-    /// beside it.
+    /// Parses a style and loads the recipes and images that it names. Errors begin with `name`, and paths in the style
+    /// are relative to the folder of `name`.
     ///
     /// # Errors
     /// [`StyleError::Parse`] and [`StyleError::Named`].
@@ -354,7 +357,7 @@ impl Style {
         Ok(style)
     }
 
-    /// The style as a text with every parameter that has a value. The text reads back as an equal style.
+    /// Returns the style as TOML text with every parameter that has a value. Parsing the text gives an equal style.
     pub fn text(&self) -> String {
         parameters::text(self)
     }

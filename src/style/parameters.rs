@@ -1,22 +1,22 @@
-//! Parameters of styles and of their recipes, each defined once.
+//! Parameters of styles and of their recipes. Each parameter is defined once.
 //!
-//! A section of a style file is a struct that the macro `parameters!` makes from a list. A line of the list is the
-//! definition of a parameter, and everything else is made from it: the field and its docstring, parsing, the check of
-//! its range, what is written, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
+//! A section of a style file is a struct that the macro `parameters!` generates from a list. A line of the list defines
+//! a parameter, and everything else is generated from it: the field and its doc comment, parsing, the range check,
+//! writing, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
 //!
 //! ```text
-//! /// Help in a line, which is the docstring too.
+//! /// One sentence of help, which is also the doc comment.
 //! field as "key" in "unit": Type = default => range;
 //! ```
 //!
-//! - `as "key"` is for a key that is not the field's name.
-//! - `in "unit"` is for a unit that the name does not end with: `width_px` is in pixels without it.
-//! - Without a default a number, text, colour or choice must be given; an `Option` is none, and a section is as it is
-//!   when none of its keys are given.
-//! - The range is a [`Range`]; without one any value of the type holds.
+//! - `as "key"` sets the key, if it differs from the field's name.
+//! - `in "unit"` sets the unit, if the name does not end with one: `width_px` is in pixels without it.
+//! - Without a default, a number, text, colour or choice is required; an `Option` defaults to `None`, and a section to
+//!   what it is when none of its keys are given.
+//! - The range is a [`Range`]; without one, every value of the type is allowed.
 //!
-//! After the name of a struct, `listed` names a rule for lists of such sections and `whole` one that compares several
-//! parameters. Fields in `beside` are no parameters: they are filled in by whoever loads a style.
+//! After the name of a struct, `listed` names a check for lists of such sections, and `whole` a check that compares
+//! several parameters. Fields in `beside` are not parameters; the code that loads a style fills them in.
 
 mod definition;
 mod document;
@@ -34,7 +34,7 @@ pub use text::{Tree, find, set, text};
 
 use crate::file::toml_text::{self, TomlError};
 
-/// Makes a section of a style file from the definitions of its parameters: see the head of this file.
+/// Generates a section of a style file from the definitions of its parameters; see the head of this file.
 macro_rules! parameters {
     (
         $(#[doc = $about:literal])+
@@ -67,7 +67,7 @@ macro_rules! parameters {
 
         impl<'de> serde::Deserialize<'de> for $name {
             fn deserialize<D: serde::Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-                /// What the text has of it.
+                /// The keys that the text has.
                 #[derive(serde::Deserialize)]
                 #[serde(deny_unknown_fields)]
                 struct Given {
@@ -156,7 +156,7 @@ macro_rules! parameters {
 }
 pub(crate) use parameters;
 
-/// Makes a parameter's type from the names that it may have: variants in lower case, each with its help.
+/// Generates the type of a parameter that is one of several names: the variants in lower case, each with its help.
 macro_rules! choices {
     (
         $(#[doc = $about:literal])+
@@ -193,7 +193,7 @@ macro_rules! choices {
         }
 
         impl $name {
-            /// The name, as a style file has it.
+            /// Returns the name, as written in a style file.
             $visibility fn name(self) -> String {
                 match self {
                     $(Self::$variant => stringify!($variant).to_lowercase(),)+
@@ -204,10 +204,10 @@ macro_rules! choices {
 }
 pub(crate) use choices;
 
-/// Reads a style or a recipe from its text and checks every parameter; `name` stands for the file in errors.
+/// Parses a style or a recipe and checks every parameter; errors begin with `name`, the name of the file.
 ///
 /// # Errors
-/// A text that is no TOML; a key that is unknown or missing; a value of another kind, or out of its range.
+/// Invalid TOML; an unknown or missing key; a value of the wrong type or out of its range.
 pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let read: T = toml_text::read(name, text)?;
     read.check("", &Range::Any).map_err(|wrong| wrong.in_text(name, text))?;

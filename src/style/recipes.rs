@@ -1,4 +1,4 @@
-//! Recipes that a style names: those that come with the program, and files beside the style.
+//! Recipes that a style names: built-in ones, and files relative to the style.
 
 use std::borrow::Cow;
 use std::io;
@@ -7,32 +7,32 @@ use std::path::{Path, PathBuf};
 use super::StyleError;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 
-/// Recipes of a kind.
+/// The recipes of one kind.
 pub(super) struct Recipes {
-    /// Those that come with the program: name and text.
+    /// Name and text of each built-in recipe.
     pub built_in: &'static [(&'static str, &'static str)],
-    /// That a name is neither one of those nor a file's.
+    /// Makes the error for a name that is neither built in nor ends with `.toml`.
     pub unknown: fn(String) -> StyleError,
-    /// That a file cannot be read.
+    /// Makes the error for a file that cannot be read.
     pub unreadable: fn(String, io::Error) -> StyleError,
 }
 
 impl Recipes {
-    /// The names of those that come with the program.
+    /// Returns the names of the built-in recipes.
     pub fn names(&self) -> Vec<&'static str> {
         self.built_in.iter().map(|(name, _)| *name).collect()
     }
 
-    /// The file that a name means, from `folder` on; none for those that come with the program.
+    /// Returns the file that `name` refers to, relative to `folder`; `None` for a built-in recipe.
     pub fn file(&self, name: &str, folder: &Path) -> Option<PathBuf> {
         let is_built_in = self.built_in.iter().any(|(known, _)| *known == name);
         (!is_built_in).then(|| folder.join(name))
     }
 
-    /// The text that a name means, and what messages call it.
+    /// Returns the recipe's name or path for messages, and its text.
     ///
     /// # Errors
-    /// There is none, or its file cannot be read.
+    /// The recipe does not exist, or its file cannot be read.
     pub fn text(&self, name: &str, folder: &Path) -> Result<(String, Cow<'static, str>), StyleError> {
         if let Some((_, text)) = self.built_in.iter().find(|(known, _)| *known == name) {
             return Ok((name.to_owned(), Cow::Borrowed(text)));

@@ -1,17 +1,17 @@
-//! Styles for paper: what a style says in pixels is meant for a screen of 96 dots to an inch, and a print has more.
+//! Styles for paper: pixel lengths in a style are meant for a screen of 96 dots per inch, and a print has more.
 //!
-//! Lengths become so many times longer, as far as their ranges go. Marks are scaled by the size of their layer, so that
-//! their maps, which are made once, serve prints too. What shaders know in pixels and no style says is not scaled: the
-//! width of lines that are found in pictures of the surface, the grain of the paper, and the noises of watercolour and
-//! of the hand (`docs/limits.md`).
+//! Lengths are multiplied by a factor and clamped to their ranges. Hatching marks are scaled by the size of their
+//! layer, so that the same tonal art maps serve screens and prints. Pixel lengths inside shaders are not scaled: the
+//! width of lines that are detected in images of the surface, the grain of the paper, and the noises of watercolour and
+//! of hand-drawn wobble (`docs/limits.md`).
 
 use super::{Style, texture};
 
-/// Dots to an inch for which the pixels of styles are meant, as those of CSS are.
+/// Dots per inch for which pixel lengths in styles are meant, as in CSS.
 pub const REFERENCE_DPI: f64 = 96.0;
 
 impl Style {
-    /// The style with lengths in pixels that are `factor` times as long.
+    /// Returns the style with all pixel lengths multiplied by `factor` and clamped to their ranges.
     #[must_use]
     pub fn scaled(&self, factor: f64) -> Self {
         let mut style = self.clone();
@@ -95,10 +95,10 @@ impl Style {
         style
     }
 
-    /// What of the style stays in pixels at any scale, for people; none if nothing does.
+    /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
     pub fn unscaled(&self) -> Option<String> {
         let parts = [
-            ("lines of pixels", self.lines.is_some()),
+            ("detected lines", self.lines.is_some()),
             ("the grain of the paper", self.paper.grain > 0.0),
             ("the grain of watercolour", self.watercolor.as_ref().is_some_and(|water| water.granulation > 0.0)),
         ];
@@ -109,8 +109,8 @@ impl Style {
 }
 
 impl texture::Recipe {
-    /// The same for strokes that are so many times as wide. Sides of the tile are powers of two, and have room for at
-    /// least as many marks.
+    /// Returns the recipe for strokes that are `factor` times as wide. Sides of the tile stay powers of two, and the
+    /// tile has room for at least as many marks.
     fn scaled(&self, factor: f32) -> Self {
         let mut recipe = self.clone();
         let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
@@ -150,7 +150,7 @@ mod tests {
                 });
             }
         }
-        // What no range holds back is exact.
+        // Lengths within their range are scaled exactly.
         let [pen, print] = [1.0, 3.125].map(|factor| Style::load("wash").unwrap().scaled(factor));
         let widths = [&pen, &print].map(|style| style.strokes.as_ref().unwrap().width_px);
         assert_eq!(widths[1], 3.125 * widths[0]);
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn what_stays_in_pixels_is_told() {
         let told = |name: &str| Style::load(name).unwrap().unscaled();
-        assert!(told("ink").unwrap().starts_with("lines of pixels"), "{:?}", told("ink"));
+        assert!(told("ink").unwrap().starts_with("detected lines"), "{:?}", told("ink"));
         let mut bare = Style::load("strokes").unwrap();
         bare.paper.grain = 0.0;
         assert_eq!(bare.unscaled(), None);

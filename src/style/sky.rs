@@ -1,44 +1,45 @@
-//! Sky of a style.
+//! The `[sky]` section of a style.
 
 use super::Color;
 use super::parameters::{Range, choices, parameters};
 
 parameters! {
-    /// The sky: a gradient, and what is drawn on it.
+    /// The sky: a gradient with rules, clouds, a sun or moon and stars.
     pub struct Sky {
-        /// Colour of the sky high up.
+        /// Colour at the top of the gradient.
         zenith: Color = Color::WHITE;
-        /// Colour of the sky low down.
+        /// Colour at the horizon.
         horizon: Color = Color::WHITE;
-        /// Width of level rules; 0 is none.
+        /// Width of the horizontal ruled lines; 0 draws none.
         rules_px: f32 = 0.0 => Range::Within(0.0, 8.0);
-        /// Distance of rules from each other.
+        /// Distance between ruled lines.
         spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
-        /// How much thinner rules are at the horizon than high up; below 0 they are thinner high up.
+        /// How much thinner ruled lines are at the horizon than at the top; negative values make them thinner at the
+        /// top.
         fade: f32 = 0.7 => Range::Within(-1.0, 1.0);
-        /// Colour of rules and outlines.
+        /// Colour of ruled lines and outlines.
         ink: Color = Color::default();
-        /// Width of the line around clouds and the sun; 0 is none.
+        /// Width of the outline of clouds and the sun; 0 draws none.
         outline_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// How many places of the sky that may have a cloud have one; 0 is none.
+        /// Density of clouds: the fraction of possible positions that have one.
         clouds: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// What clouds look like.
+        /// Shape of clouds.
         cloud_form: CloudForm = CloudForm::Cumulus;
-        /// Colour of clouds.
+        /// Fill colour of clouds.
         cloud: Color = Color::WHITE;
-        /// How much of the sheet's height the graded band at its top takes; 0 is none.
+        /// Height of the graded band at the top of the picture, as a fraction of its height; 0 draws none.
         bokashi: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// The same of a band that stands on the horizon.
+        /// Height of a graded band on the horizon, as a fraction of the picture's height; 0 draws none.
         horizon_bokashi: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Colour of both bands.
+        /// Colour of both graded bands.
         bokashi_color: Color = Color::default();
-        /// Radius of a disc where the light comes from, sun or moon; 0 is none.
+        /// Angular radius of the disc of the sun or moon; 0 draws none.
         sun_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
-        /// Colour of that disc.
+        /// Colour of the disc of the sun or moon.
         sun: Color = Color::WHITE;
-        /// How many places of the sky that may have a star have one; 0 is none.
+        /// Density of stars: the fraction of possible positions that have one.
         stars: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Diameter of the brightest stars; faint ones have half of it.
+        /// Diameter of the brightest stars; the faintest have half of it.
         star_px: f32 = 2.0 => Range::Within(0.5, 16.0);
         /// Colour of stars.
         star: Color = Color::WHITE;
@@ -46,29 +47,29 @@ parameters! {
 }
 
 choices! {
-    /// What clouds look like.
+    /// Shape of clouds.
     pub enum CloudForm {
-        /// Heaps on a level base.
+        /// Heaps on a flat base.
         Cumulus,
-        /// Long level bands.
+        /// Long horizontal bands.
         Streaks,
     }
 }
 
 impl Sky {
-    /// Whether it has more than its gradient.
+    /// Returns whether the sky has more than its gradient.
     pub fn is_drawn(&self) -> bool {
         [self.rules_px, self.clouds, self.bokashi, self.horizon_bokashi, self.sun_deg, self.stars]
             .into_iter()
             .any(|amount| amount > 0.0)
     }
 
-    /// Whether it has lines: rules, or outlines of what it has.
+    /// Returns whether the sky has lines: ruled lines, or outlines of clouds or the sun.
     pub fn has_lines(&self) -> bool {
         self.rules_px > 0.0 || self.outline_px > 0.0 && (self.clouds > 0.0 || self.sun_deg > 0.0)
     }
 
-    /// Whether it has colours other than its ink's.
+    /// Returns whether the sky has a coloured gradient or a graded band.
     pub fn has_colors(&self) -> bool {
         let gradient = [self.zenith, self.horizon].iter().any(|color| *color != Color::WHITE);
         gradient || self.bokashi.max(self.horizon_bokashi) > 0.0

@@ -1,4 +1,4 @@
-//! Pen strokes of a style.
+//! The `[strokes]` section of a style: pen strokes along contours.
 
 use std::path::{Path, PathBuf};
 
@@ -6,92 +6,95 @@ use super::parameters::{Range, parameters};
 use super::{Color, StyleError, texture};
 
 parameters! {
-    /// Strokes of a style.
+    /// Pen strokes along contours, ridges and valleys.
     pub struct Strokes {
         /// Colour of the strokes.
         ink: Color = Color::default();
         /// Width of a stroke.
         width_px: f32 => Range::Within(0.5, 64.0);
-        /// What strokes are drawn with: a texture of the program, or a recipe beside the style (`.toml`); without it
-        /// they are solid.
+        /// Stroke texture: a built-in name, or a recipe file (`.toml`) relative to the style; without it strokes are
+        /// solid.
         texture_name as "texture": Option<String>;
-        /// Over this length strokes thin out at their ends.
+        /// Strokes taper over this length at both ends.
         taper_px: f32 = 0.0 => Range::Within(0.0, 1000.0);
-        /// How much wider strokes are at bends; 1 is twice the width at a right angle, and below 0 they are thinner.
+        /// How much wider strokes are at bends; 1 is twice the width at a right angle, negative values make them
+        /// thinner.
         curve_width: f32 = 0.0 => Range::Within(-1.0, 1.0);
-        /// How far the hand strays from the line, at each place of the world in its own way.
+        /// How far a stroke strays from its line, as if drawn by hand; the wobble is fixed to the world.
         wobble_px: f32 = 0.0 => Range::Within(0.0, 16.0);
-        /// Shorter strokes are left out, because they look like specks.
+        /// Shorter strokes are left out.
         shortest_px: f32 = 4.0 => Range::Within(0.0, 1000.0);
-        /// How much wider near strokes are than far ones.
+        /// How strongly width depends on distance; 0 is not at all, larger values make near strokes wider and far ones
+        /// thinner.
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much thinner strokes are where the land behind them is hardly farther away than they are.
+        /// How much thinner strokes are where the land behind them is only slightly farther away.
         step_width: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How many times as long as wide a stroke is at least, about: shorter ones are thinner; 0 is no bound.
+        /// Approximate least ratio of length to width: shorter strokes become thinner; 0 is no limit.
         slender: f32 = 0.0 => Range::Within(0.0, 200.0);
-        /// The part of the paper that strokes may cover about a place; beyond it the least ones go first, and 1 is no cap.
+        /// Largest fraction of the area that strokes may cover; above it the weakest are removed first; 1 is no limit.
         crowd: f32 = 1.0 => Range::Within(0.005, 1.0);
-        /// Side of the window in which that is counted.
+        /// Side of the square window in which the covered area is measured for `crowd`.
         crowd_px: f32 = 32.0 => Range::Within(8.0, 512.0);
-        /// Pixels of the image in which visible edges are found, per pixel of the picture.
+        /// Resolution of the image in which visible edges are found, relative to the picture.
         resolution: f32 = 1.0 => Range::Within(0.25, 1.0);
-        /// Ends that are this near to each other may be joined.
+        /// Ends of strokes that are closer than this may be joined.
         join_px: f32 = 4.0 => Range::Within(1.0, 16.0);
-        /// Ends may be joined if the line turns by no more than this.
+        /// Largest turn of the line where two ends are joined.
         join_deg: f32 = 60.0 => Range::Within(0.0, 90.0);
-        /// Edges that run side by side within this are drawn as one line.
+        /// Parallel edges closer than this are drawn as one line.
         merge_px: f32 = 1.5 => Range::Within(0.0, 8.0);
-        /// Edges whose normals differ by more than this are drawn too; without it only contours are.
+        /// Edges whose two normals differ by more than this are also drawn; without it only contours are.
         crease_deg: Option<f32> => Range::Within(0.0, 180.0);
-        /// Suggestive contours of features larger than this, where land would be a contour from nearby; else none.
+        /// Draws suggestive contours of features larger than this; without it none are drawn.
         suggestive_px: Option<f32> => Range::Within(1.0, 256.0);
-        /// How fast curvature rises toward the eye at a suggestive contour, at least: by turns of the normal, over a feature.
+        /// Least increase of curvature toward the eye at a suggestive contour: turn of the normal over a feature, per
+        /// feature.
         suggestive_rise: f32 = 0.02 => Range::Within(0.0, 10.0);
-        /// Land that faces the eye by less than this from face on has no suggestive contours.
+        /// Suggestive contours are drawn only where the normal points away from the eye by more than this angle.
         suggestive_deg: f32 = 30.0 => Range::Within(0.0, 90.0);
-        /// Width of suggestive contours, as a part of that of contours.
+        /// Width of suggestive contours, as a fraction of the width of contours.
         suggestive_width: f32 = 0.6 => Range::Within(0.0, 1.0);
-        /// Ridges and valleys of features larger than this; without it none are drawn.
+        /// Draws ridges and valleys of features larger than this; without it none are drawn.
         ridge_px: Option<f32> => Range::Within(1.0, 256.0);
-        /// Whether ridges and valleys are of curvature as the picture foreshortens it (Judd, Durand and Adelson 2007).
+        /// Whether ridges and valleys are those of view-dependent curvature: apparent ridges (Judd and others 2007).
         ridge_apparent: bool = false;
-        /// How much the land bends across a ridge or a valley, at least: in turns of the normal over a feature.
+        /// Least curvature across a ridge or valley, as the turn of the normal over a feature.
         ridge_bend: f32 = 0.2 => Range::Within(0.0, 10.0);
-        /// Width of ridges, as a part of that of contours; 0 draws none.
+        /// Width of ridges, as a fraction of the width of contours; 0 draws none.
         ridge_width: f32 = 0.6 => Range::Within(0.0, 1.0);
-        /// Width of valleys, as a part of that of contours; 0 draws none.
+        /// Width of valleys, as a fraction of the width of contours; 0 draws none.
         valley_width: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Whether the border of the land is drawn.
+        /// Whether the outer border of the terrain is drawn.
         borders: bool = true;
-        /// Strokes are made anew in every frame of this number, and move with the world in between.
+        /// Strokes are rebuilt every this many frames, and move with the world in between.
         update_every in "frames": u32 = 10 => Range::Within(1.0, 1000.0);
-        /// Whether strokes take over identity, texture, pressure and part of their place from those of the frame
-        /// before.
+        /// Whether strokes inherit identity, texture, pressure and part of their position from those of the previous
+        /// frame.
         carry: bool = true;
-        /// How fast carried strokes come and go: none takes longer than twice this.
+        /// Time over which strokes fade in and out when `carry` is on; no stroke takes longer than twice this.
         fade_s: f32 = 0.8 => Range::Within(0.0, 60.0);
-        /// How far the line of the frame before holds the new one in its place.
+        /// How strongly a rebuilt stroke is held at its previous position; 0 moves it at once.
         hold: f32 = 0.7 => Range::Within(0.0, 1.0);
-        /// Length of all strokes together, at most; the shortest are left out first.
+        /// Largest total length of all strokes; the shortest are left out first.
         budget_px: f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
-        /// What is left of a stroke in full haze.
+        /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How many times farther than tones strokes reach into the haze.
+        /// Strokes fade in haze this many times farther away than tones.
         reach: f32 = 1.0 => Range::Within(1e-3, 1e6);
     } beside {
-        /// What `texture_name` means.
+        /// The loaded recipe of `texture_name`.
         texture: Option<texture::Recipe>;
     }
 }
 
 impl Strokes {
-    /// Loads the texture; a file lies in `folder`.
+    /// Loads the texture; `folder` is the base of a relative path.
     pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
         self.texture = texture::named(self.texture_name.as_deref(), folder)?;
         Ok(())
     }
 
-    /// The file that the texture is read from, if the style's lies in `folder`.
+    /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
     pub(super) fn files(&self, folder: &Path) -> Option<PathBuf> {
         self.texture_name.as_ref().and_then(|name| texture::file(name, folder))
     }

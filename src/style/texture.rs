@@ -1,5 +1,5 @@
-//! Stroke textures: how a tool leaves its ink along a stroke. A recipe is TOML; the tile is grown from it
-//! (`lines/strokes/texture`). Five come with the program, and a style may name a file of its own.
+//! Recipes of stroke textures: how a drawing tool leaves ink along a stroke. A recipe is a TOML file from which
+//! `lines/strokes/texture` generates a tile. Five recipes are built in, and a style may name a file of its own.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use super::StyleError;
 use super::parameters::{self, Range, parameters};
 use super::recipes::Recipes;
 
-/// The recipes that come with the program, by name.
+/// The built-in recipes, by name.
 const RECIPES: Recipes = Recipes {
     built_in: &[
         ("pen", include_str!("../../textures/strokes/pen.toml")),
@@ -21,104 +21,105 @@ const RECIPES: Recipes = Recipes {
 };
 
 parameters! {
-    /// How a stroke texture is made and used. Everything that has no unit is a part of something, 0 to 1.
+    /// How a stroke texture is generated and used. Values without a unit are fractions, 0 to 1.
     pub struct Recipe {
-        /// What the texture is, in a line.
+        /// One-line description of the texture.
         description: String;
-        /// The piece that repeats along strokes, and across them where they are wider.
+        /// The tile that repeats along strokes, and across them where they are wider than the tile.
         tile: Tile;
-        /// How the tool touches the paper.
+        /// How the drawing tool touches the paper.
         touch: Touch;
-        /// What the tool leaves where it touches.
+        /// The pigment that the tool leaves where it touches.
         pigment: Pigment;
-        /// What is high and takes ink first: noises that are added.
+        /// Noises whose sum is a height field; the highest parts take ink first.
         marks: Vec<Marks> => Range::Entries(1, 8);
     }
 }
 
 parameters! {
-    /// The piece that repeats along strokes, and across them where they are wider. A texel is a pixel.
+    /// The tile that repeats along strokes, and across them where they are wider than the tile. A texel is a pixel.
     #[derive(Copy, Eq)]
     pub struct Tile {
-        /// Length along the stroke.
+        /// Length of the tile along the stroke.
         along_px: u32 => Range::PowerOfTwo(64, 2048);
-        /// Width across the stroke.
+        /// Width of the tile across the stroke.
         across_px: u32 => Range::PowerOfTwo(16, 512);
-        /// Another number gives another tile of the same kind.
+        /// Seed of the noise; another number gives another tile of the same kind.
         seed: u32;
     }
 }
 
 parameters! {
-    /// How the tool touches the paper.
+    /// How the drawing tool touches the paper.
     #[derive(Copy)]
     pub struct Touch {
-        /// The width of a stroke whose marks have the sizes below.
+        /// Width of a stroke for which the sizes below apply.
         nominal_width_px: f32 => Range::Within(1.0, 64.0);
-        /// How much marks widen with the stroke: 0 not at all, as the grain of paper; 1 fully, as the hairs of a brush.
+        /// How much marks widen with the stroke: 0 is not at all, like the grain of paper; 1 is fully, like brush
+        /// hairs.
         spread: f32 => Range::Within(0.0, 1.0);
-        /// How gradually a mark takes ink as pressure grows.
+        /// How gradually a mark takes ink as pressure increases.
         softness: f32 => Range::Within(0.01, 0.5);
-        /// Exponent of the pressure; below 1 a light hand already leaves much.
+        /// Exponent of the pressure; below 1 light pressure already leaves much ink.
         response: f32 => Range::Within(0.05, 4.0);
-        /// Which part of the paper takes ink at full pressure.
+        /// Fraction of the paper that takes ink at full pressure.
         fill: f32 => Range::Within(0.05, 1.0);
-        /// Width of the border in which pressure falls.
+        /// Width of the border of a stroke in which pressure decreases.
         border_px: f32 => Range::Within(0.0, 32.0);
-        /// The border's widest share of half the stroke, so that thin strokes keep a middle.
+        /// Largest width of the border, as a fraction of half the stroke's width, so that thin strokes keep a core.
         border_part: f32 => Range::Within(0.0, 1.0);
-        /// What is left of the pressure at the very border.
+        /// Fraction of the pressure that remains at the outer edge of the border.
         border_pressure: f32 => Range::Within(0.0, 1.0);
     }
 }
 
 parameters! {
-    /// What the tool leaves where it touches.
+    /// The pigment that the tool leaves where it touches.
     #[derive(Copy)]
     pub struct Pigment {
-        /// How dark a full mark is in the mean.
+        /// Mean darkness of a full mark.
         density: f32 => Range::Within(0.05, 1.0);
-        /// How far the darkness goes up and down at most.
+        /// Largest deviation of the darkness from its mean.
         variation: f32 => Range::Within(0.0, 1.0);
-        /// Length of a change along the stroke.
+        /// Length of a variation of darkness along the stroke.
         along_px: f32 => Range::Within(1.0, 256.0);
-        /// Length of a change across the stroke.
+        /// Length of a variation of darkness across the stroke.
         across_px: f32 => Range::Within(1.0, 64.0);
     }
 }
 
 parameters! {
-    /// A noise: white, blurred to this size.
+    /// White noise, blurred to the size of a mark.
     #[derive(Copy)]
     pub struct Marks {
         /// Length of a mark along the stroke.
         along_px: f32 => Range::Within(1.0, 256.0);
         /// Width of a mark across the stroke.
         across_px: f32 => Range::Within(1.0, 64.0);
-        /// The noise's part in the sum.
+        /// Weight of this noise in the sum.
         weight: f32 => Range::Within(1e-3, 16.0);
-        /// How far marks swerve to the sides along the stroke.
+        /// How far marks swerve sideways along the stroke.
         wander_px: f32 = 0.0 => Range::Within(0.0, 16.0);
     }
 }
 
-/// The names of the recipes that come with the program.
+/// Returns the names of the built-in recipes.
 pub fn names() -> Vec<&'static str> {
     RECIPES.names()
 }
 
-/// The file that a name of a stroke texture means, from `folder` on; none for those that come with the program.
+/// Returns the file that `name` refers to, relative to `folder`; `None` for a built-in recipe.
 pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
     RECIPES.file(name, folder)
 }
 
-/// What a style's parameter names, from `folder` on.
+/// Loads the recipe that a style's parameter names, if it names one; paths are relative to `folder`.
 pub(super) fn named(name: Option<&str>, folder: &Path) -> Result<Option<Recipe>, StyleError> {
     name.map(|name| Recipe::load(name, folder)).transpose()
 }
 
 impl Recipe {
-    /// One of [`names`], or a file (`.toml`), whose path is taken from `folder`.
+    /// Loads one of [`names`], or a file (`.toml`) whose path is relative to `folder`.
     ///
     /// # Errors
     /// [`StyleError`] with the file's name.
@@ -127,7 +128,7 @@ impl Recipe {
         Self::parse(&shown, &text)
     }
 
-    /// A recipe from its text; `name` is for errors.
+    /// Parses a recipe; errors begin with `name`.
     ///
     /// # Errors
     /// [`StyleError::Parse`].

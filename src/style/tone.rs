@@ -1,4 +1,4 @@
-//! How light becomes tone and colour.
+//! The `[tone]`, `[light]` and `[watercolor]` sections of a style: how light becomes tone and colour.
 
 use serde::{Deserialize, Serialize, Serializer};
 use toml_edit::{Item, Table};
@@ -7,68 +7,68 @@ use super::Color;
 use super::parameters::{Definition, Range, Setting, Tree, ValueKind, choices, parameters};
 use crate::file::toml_text::Wrong;
 
-/// How light becomes colour.
+/// How light becomes tone and colour.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields, rename_all = "lowercase", tag = "kind")]
 pub enum Tone {
-    /// Blinn-Phong over an elevation tint.
+    /// Blinn-Phong shading over an elevation tint.
     Plain(Plain),
-    /// Steps.
+    /// Tones in steps, or smooth ones.
     Toon(Toon),
 }
 
 choices! {
-    /// The names of the variants of [`Tone`].
+    /// Names of the variants of [`Tone`].
     enum ToneKind {
-        /// Blinn-Phong shading over a tint of elevation; of the other keys it has `local_color` alone.
+        /// Blinn-Phong shading over an elevation tint; the only other key is `local_color`.
         Plain,
-        /// Tones in steps, or smooth ones, in greys or colours.
+        /// Tones in steps or smooth, in greys or colours.
         Toon,
     }
 }
 
 parameters! {
-    /// Blinn-Phong over an elevation tint.
+    /// Blinn-Phong shading over an elevation tint.
     pub struct Plain {
-        /// How much trees and models have of their own colours; 0 is none, and they are coloured as land is.
+        /// How much trees and models show their own colours; 0 colours them like the land.
         local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
 parameters! {
-    /// Steps of light.
+    /// Tones in steps, or smooth ones.
     pub struct Toon {
-        /// Number of steps; 0 is smooth.
+        /// Number of tone steps; 0 gives a smooth tone.
         steps: u32 => Range::ZeroOr(2, 64);
         /// Tone of the darkest step.
         darkest: f32 => Range::Within(0.0, 1.0);
         /// Tone of the lightest step.
         lightest: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// How much of the tone is colour; marks can do the rest.
+        /// How much of the tone is drawn as colour; hatching can draw the rest.
         wash: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Colours of the tones; without the section they are greys.
+        /// Colours of the tones; without this section tones are grey.
         ramp: Option<Ramp>;
-        /// Part of a step in which it fades to the next.
+        /// Fraction of a step in which it blends into the next.
         softness: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much trees and models have of their own colours; 0 is none, and they are coloured as land is.
+        /// How much trees and models show their own colours; 0 colours them like the land.
         local_color: f32 = 0.0 => Range::Within(0.0, 1.0);
     }
 }
 
 parameters! {
-    /// Colours by tone and by something else of the place (X-toon: Barla, Thollot and Markosian 2006).
+    /// Colours by tone and by one attribute of the surface (X-toon: Barla, Thollot and Markosian 2006).
     pub struct Ramp {
-        /// What colours go by, beside the tone.
+        /// Attribute that selects the colour, in addition to the tone.
         by: Attribute = Attribute::Height;
-        /// Colours at values of the attribute, which rise from stop to stop; in between they are mixed.
+        /// Colours at increasing values of the attribute; between two stops colours are interpolated.
         stops: Vec<Stop> => Range::Entries(1, 16);
     }
 }
 
 choices! {
-    /// What a ramp goes by, beside the tone.
+    /// Attribute that selects the colour of a ramp, in addition to the tone.
     pub enum Attribute {
-        /// The height: 0 at the lowest place of the land, 1 at the highest.
+        /// The height: 0 at the lowest point of the terrain, 1 at the highest.
         Height,
         /// The slope in degrees.
         Slope,
@@ -78,76 +78,76 @@ choices! {
 }
 
 parameters! {
-    /// Colours at a value of the attribute.
+    /// Colours at one value of the attribute.
     pub struct Stop, listed rises {
         /// Value of the attribute.
         at: f32 => Range::Within(-1e9, 1e9);
-        /// From the darkest tone to the lightest, at even distances.
+        /// Evenly spaced colours from the darkest tone to the lightest.
         colors: Vec<Color> => Range::Entries(1, 16);
     }
 }
 
 parameters! {
-    /// Tones that run and settle as water and pigment do (Bousseau, Kaplan, Thollot and Sillion 2006).
+    /// Tones that look like watercolour (Bousseau, Kaplan, Thollot and Sillion 2006).
     pub struct Watercolor {
-        /// How much darker pigment is where a wash ends.
+        /// How much darker the pigment is at the edge of a wash.
         edge: f32 = 1.2 => Range::Within(0.0, 4.0);
-        /// Width of that edge.
+        /// Width of the dark edge of a wash.
         edge_px: f32 = 3.0 => Range::Within(1.0, 16.0);
-        /// How much pigment settles in the valleys of the paper.
+        /// How much pigment settles in the hollows of the paper's texture.
         granulation: f32 = 0.5 => Range::Within(0.0, 2.0);
-        /// How unevenly water carries pigment.
+        /// How unevenly water distributes the pigment.
         flow: f32 = 0.6 => Range::Within(0.0, 2.0);
-        /// How far washes stray from what they fill.
+        /// How far washes stray from the area that they fill.
         warp_px: f32 = 5.0 => Range::Within(0.0, 32.0);
     }
 }
 
 parameters! {
-    /// How light falls.
+    /// How the land is lit.
     pub struct Shading {
-        /// How far light reaches around; 0 is Lambert's cosine, and 1 keeps form in the shade.
+        /// How far light wraps around the surface; 0 is Lambert's cosine law, 1 keeps shape visible in the shade.
         wrap: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// What is left where the sun does not shine.
+        /// Ambient light: the brightness where the sun does not shine.
         ambient: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much of the sun cast shadows take.
+        /// Strength of cast shadows; at 1 they remove all sunlight.
         shadow: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much of the ambient light the land around takes.
+        /// Strength of ambient occlusion by the surrounding land.
         occlusion: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How much of the darkness comes from the slope itself, of which 45° are black.
+        /// How much of the darkness comes from the slope alone, independent of light; a slope of 45° is black.
         slope: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Light falls on the land's form at this scale, and not on each of its samples; 0 is the land as it is.
+        /// The land is smoothed to this size before it is lit; 0 lights it unsmoothed.
         form_px: f32 = 0.0 => Range::Within(0.0, 256.0);
-        /// How much of the land's own slopes light falls on beside its form.
+        /// How much of the unsmoothed slopes is mixed into the light on smoothed land.
         detail: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How far light turns where a ridge of that form runs along it.
+        /// Largest rotation of the light where a ridge runs parallel to it.
         turn_deg: f32 = 0.0 => Range::Within(0.0, 60.0);
-        /// How much lighter crests are and how much darker hollows, by how the land bends.
+        /// How much lighter crests and darker hollows become, by the curvature of the land.
         crests: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Size of what is a crest or a hollow.
+        /// Size of the crests and hollows that `crests` acts on.
         crests_px: f32 = 12.0 => Range::Within(1.0, 256.0);
-        /// Land that slopes less is paper; from four times that on it has all of its tone.
+        /// Gentler slopes stay white as paper; from four times this slope on the tone is complete.
         level_deg: f32 = 0.0 => Range::Within(0.0, 20.0);
-        /// What light is multiplied by; above 1 more of the land is white.
+        /// Factor of the light; above 1 more of the land is white.
         exposure: f32 = 1.0 => Range::Within(0.25, 4.0);
-        /// Exponent of the tone; above 1 it is darker.
+        /// Exponent of the tone; above 1 tones are darker.
         contrast: f32 = 1.0 => Range::Within(0.2, 5.0);
     }
 }
 
-/// That the stops of a ramp rise.
+/// Checks that the values of the stops of a ramp increase.
 fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
     for pair in stops.windows(2) {
         let [from, to] = [pair[0].at, pair[1].at];
         if !(to > from && to - from < f32::INFINITY) {
-            return Err(Wrong::new(key, format!(" must rise, and do not from {from} to {to}")));
+            return Err(Wrong::new(key, format!(" must increase, but {from} is followed by {to}")));
         }
     }
     Ok(())
 }
 
 impl Tone {
-    /// How much trees and models have of their own colours.
+    /// Returns how much trees and models show their own colours, 0 to 1.
     pub fn local_color(&self) -> f32 {
         match self {
             Self::Plain(plain) => plain.local_color,
@@ -155,7 +155,7 @@ impl Tone {
         }
     }
 
-    /// Whether tones are colours of the picture, and not for marks alone.
+    /// Returns whether tones are drawn as colours, and are not only input of the hatching.
     pub fn is_seen(&self) -> bool {
         match self {
             Self::Plain(_) => true,
@@ -163,12 +163,12 @@ impl Tone {
         }
     }
 
-    /// The name of its kind, as a style file has it.
+    /// Returns the name of the kind, as written in a style file.
     pub fn name(&self) -> String {
         self.kind_and_keys().0.name()
     }
 
-    /// Its kind, and the keys of that kind.
+    /// Returns the kind, and the keys of that kind as a TOML table.
     fn kind_and_keys(&self) -> (ToneKind, Option<Item>) {
         match self {
             Self::Plain(plain) => (ToneKind::Plain, plain.item()),
@@ -179,7 +179,7 @@ impl Tone {
 
 impl Setting for Tone {
     fn kind() -> ValueKind {
-        let help = "How the tone of a place becomes its colour.";
+        let help = "Method that turns light into tone and colour.";
         let mut all = vec![Definition::of::<ToneKind>("kind", help, &[], Range::Any, None)];
         for keys in [Toon::kind()] {
             if let ValueKind::Section(keys) = keys {

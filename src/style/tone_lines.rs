@@ -1,4 +1,4 @@
-//! Lines from tone of a style.
+//! The `[tone_lines]` section of a style: lines from shading (abstracted shading).
 
 use super::Color;
 use super::parameters::{Range, choices, parameters};
@@ -6,94 +6,97 @@ use crate::gpu::wgsl::lines::tone::blur::REACH;
 use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
 
 parameters! {
-    /// Lines from tone (Lee, Markosian, Lee and Hughes 2007): dark lines along dark valleys of the shaded picture,
+    /// Lines from shading (Lee, Markosian, Lee and Hughes 2007): dark lines along dark valleys of the shaded image,
     /// highlight lines along its bright ridges, and both along its tone edges.
     pub struct ToneLines {
-        /// Where the light stands whose tones have the lines.
+        /// Position of the light that shades the image in which lines are found.
         light: ToneLight = ToneLight::Sun;
-        /// Where a light beside the eye stands, clockwise from behind it; below 0 it stands on the left.
+        /// For `light = "side"`: azimuth of the light, clockwise from behind the eye; negative values are on the left.
         side_deg: f32 = -60.0 => Range::Within(-180.0, 180.0);
-        /// How high above the middle of the view a light beside the eye stands.
+        /// For `light = "side"`: elevation of the light above the centre of the view.
         rise_deg: f32 = 35.0 => Range::Within(-90.0, 90.0);
-        /// How much light falls on the land's form (`light.form_px`) in place of its own normals, for lines.
+        /// How much the smoothed normals of the land (`light.form_px`) replace its own normals when lines are found.
         abstracted: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Strength of specular highlights, which have highlight lines of their own; 0 is none.
+        /// Strength of specular highlights, which get their own highlight lines; 0 is none.
         specular: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Exponent of specular highlights; the greater, the smaller they are.
+        /// Exponent of specular highlights; larger values give smaller highlights.
         shininess: f32 = 20.0 => Range::Within(1.0, 512.0);
-        /// Whether each pixel looks for lines; else blocks of 2 × 2 do where lines are wide, at a third of the cost.
+        /// Whether every pixel is searched for lines; otherwise wide lines are searched in 2 × 2 blocks at a third of
+        /// the cost.
         exact: bool = false;
-        /// Width of lines, which is also the size of the shapes that are lines.
+        /// Width of lines, and size of the shading features that become lines.
         width_px: f32 = 3.0 => Range::Within(1.0, 16.0);
-        /// How much wider near lines are than far ones.
+        /// How strongly width depends on distance; 0 is not at all, larger values make near lines wider and far ones
+        /// thinner.
         depth_width: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// Standard deviation of the blur of the tones, in line widths.
+        /// Standard deviation of the blur of the shading, in line widths.
         blur: f32 = 0.3 => Range::Within(0.0, 1.0);
-        /// Whether the sky counts as white, so that skylines are tone edges.
+        /// Whether the sky counts as white, so that skylines become tone edges.
         skyline: bool = true;
-        /// The part of the way to a line that each step of the search goes: 0 draws all tone edges, 1 none.
+        /// Fraction of the way to a line that each search step goes: 0 draws all tone edges, 1 draws none.
         beta: f32 = 0.2 => Range::Within(0.0, 1.0);
-        /// Whether tone edges are drawn as far as `beta` lets them; without them it is 1.
+        /// Whether tone edges are drawn to the extent of `beta`; `false` acts like a `beta` of 1.
         edges: bool = true;
         /// Whether dark lines are drawn.
         dark: bool = true;
         /// Whether highlight lines are drawn.
         highlights: bool = true;
-        /// Two curvatures of tone, per square of half a line width: a dark line begins at the first, and is full at the second.
+        /// Curvatures of tone, per square of half a line width, at which dark lines begin and at which they are full.
         dark_ramp: [f32; 2] = [0.01, 0.04] => Range::Rising(0.0);
-        /// The same for highlight lines.
+        /// Curvatures of tone, in the unit of `dark_ramp`, at which highlight lines begin and at which they are full.
         highlight_ramp: [f32; 2] = [0.02, 0.06] => Range::Rising(0.0);
-        /// The part of half a line's width in which it fades; 0 is crisp.
+        /// Fraction of half a line's width over which its edge fades; 0 is crisp.
         softness: f32 = 0.5 => Range::Within(0.0, 1.0);
-        /// How much lighter dark lines are in light tones, and highlight lines fainter in dark ones.
+        /// How much dark lines fade in light tones, and highlight lines in dark tones.
         counterchange: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// Shorter lines fade out, because they look like crumbs; 0 keeps all.
+        /// Shorter lines fade out, because they look like speckle; 0 keeps all lines.
         shortest_px: f32 = 16.0 => Range::Within(0.0, 256.0);
-        /// How round what is drawn may be, as the lesser curvature in parts of the greater; 1 keeps spots.
+        /// Largest ratio of the smaller to the greater curvature of a drawn feature; 1 also draws round spots.
         roundest: f32 = 1.0 => Range::Within(0.05, 1.0);
         /// Colour of dark lines.
         ink: Color = Color::default();
         /// Colour of highlight lines.
         highlight_ink: Color = Color::WHITE;
-        /// What is left of lines in full haze.
+        /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
-        /// How many times farther than tones lines reach into the haze.
+        /// Lines fade in haze this many times farther away than tones.
         reach: f32 = 1.0 => Range::Above(0.0);
     }
 }
 
 choices! {
-    /// Where the light of tone lines stands.
+    /// Position of the light for lines from shading.
     pub enum ToneLight {
-        /// Where the scene's sun is.
+        /// The sun of the scene.
         Sun,
-        /// At the eye.
+        /// A light at the eye.
         Head,
-        /// Beside the eye, as `side_deg` and `rise_deg` say.
+        /// A light beside the eye, at `side_deg` and `rise_deg`.
         Side,
     }
 }
 
 impl ToneLines {
-    /// The widest lines that there are.
+    /// Returns the width of the widest lines, in pixels.
     pub fn widest_px(&self) -> f32 {
         (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
-    /// The narrowest lines that there are.
+    /// Returns the width of the narrowest lines, in pixels.
     pub fn narrowest_px(&self) -> f32 {
         (self.width_px * (1.0 - (1.0 - LEAST_WIDTH) * self.depth_width)).max(1.0)
     }
 
-    /// How far around a line its pixels look: the blur, the search, the samples of a fit, and the walk along the line.
+    /// Returns how far from a pixel its lines depend on the image, in pixels: the sum of the blur, the search, the
+    /// samples of a fit, and the walk along the line.
     pub fn reach_px(&self) -> u32 {
-        // From the search's last place to the corners of its samples.
+        // From the last position of the search to the corners of its samples.
         const FIT: f32 = std::f32::consts::FRAC_1_SQRT_2;
         let of_widths = self.widest_px() * (REACH * self.blur + 0.5 + FIT);
         (of_widths + self.shortest_px).ceil() as u32 + 8
     }
 
-    /// The part of the way that a step of the search goes.
+    /// Returns the fraction of the way to a line that a search step goes.
     pub fn step_part(&self) -> f32 {
         if self.edges { self.beta } else { 1.0 }
     }

@@ -334,7 +334,7 @@ fn mistakes_are_told_in_one_line() {
         (spoil("side_px = 128", "side_px = -1"), ":4:"),
         (spoil("length_px = 20.0", "length_px = 1e9"), "length_px is 1000000000, not between 1 and 400"),
         (spoil("width_px = 2.0", "width_px = 0.5"), "width_px is 0.5"),
-        (spoil("width_px = 2.0", "width_px = 6.9"), "width_px is 6.9, more than 9 tenths of spacing_px, which is 7"),
+        (spoil("width_px = 2.0", "width_px = 6.9"), "width_px is 6.9, more than 90 % of spacing_px, which is 7"),
         (spoil("spacing_px = 7.0", "spacing_px = inf"), "spacing_px is inf"),
         (spoil("wobble_px = 1.0", "wobble_px = -1.0"), "wobble_px is -1"),
         (spoil("taper = 0.5", "taper = 1.5"), "taper is 1.5, not between 0 and 1"),
@@ -353,7 +353,7 @@ fn mistakes_are_told_in_one_line() {
     }
     let error = Recipe::load("crayon", Path::new("")).unwrap_err();
     assert!(matches!(error, StyleError::UnknownMarks { .. }));
-    assert!(error.to_string().starts_with("crayon: no such marks; there is line, dash, hachure"), "{error}");
+    assert!(error.to_string().starts_with("crayon: no such marks; available: line, dash, hachure"), "{error}");
     let error = Recipe::load("nowhere.toml", Path::new("folder")).unwrap_err().to_string();
     let expected = format!("{}: cannot read the marks: ", Path::new("folder").join("nowhere.toml").display());
     assert!(error.starts_with(&expected), "{error}");

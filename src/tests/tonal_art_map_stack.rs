@@ -83,7 +83,7 @@ fn broken_pictures_are_told_in_one_line() {
     picture(folder.path(), "b.png", 128, |x, _| x < 3);
     error("it is 128 px wide, but the first picture is 64", "b.png");
     picture(folder.path(), "b.png", 100, |x, _| x < 3);
-    error("it is 100 × 100 px; pictures of marks are squares", "b.png");
+    error("it is 100 × 100 px; pictures of marks must be square", "b.png");
     picture(folder.path(), "b.png", 32, |x, _| x < 3);
     error("it is 32 × 32 px", "b.png");
     // Cut at many lengths and flipped at many places: an error in one line, or a map, and no panic.

@@ -1,16 +1,16 @@
-//! The border of a picture, for drawings of lines: nothing runs over it, and it is a line itself. Pictures have it from
-//! `shaders/shared/paper.wgsl`.
+//! The border of a vector drawing: all lines are clipped at it, and it is a line itself. For raster pictures
+//! `shaders/shared/paper.wgsl` draws it.
 
 use super::{Group, GroupKind};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::style::Paper;
 
-/// Cuts lines where the picture of `size_px` ends, and adds its border, if the paper has one.
+/// Clips all lines to the area inside the paper's margin, and adds the border line, if the paper has one.
 pub fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]) {
     if !paper.is_bordered() {
         return;
     }
-    // Lines run under half of the border.
+    // Lines end under the centre line of the border.
     let middle_px = paper.margin_px + 0.5 * paper.border_px;
     let [right_px, bottom_px] = size_px.map(|side| side as f32 - middle_px);
     let high_px = [right_px, bottom_px - paper.foot_px].map(|side| side.max(middle_px));
@@ -30,7 +30,7 @@ pub fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]) {
     }
 }
 
-/// The runs of a line within a rectangle.
+/// Returns the runs of a line within a rectangle.
 fn inside(line: Polyline, low: [f32; 2], high: [f32; 2]) -> Vec<Polyline> {
     let is_in = |at: &PolylinePoint| (0..2).all(|i| at.px[i] >= low[i] && at.px[i] <= high[i]);
     if line.points.iter().all(is_in) {
@@ -51,7 +51,7 @@ fn inside(line: Polyline, low: [f32; 2], high: [f32; 2]) -> Vec<Polyline> {
     runs.into_iter().map(|points| Polyline { points, is_closed: false, ..line.clone() }).collect()
 }
 
-/// The part of a segment within a rectangle (Liang and Barsky 1984).
+/// Returns the part of a segment within a rectangle (Liang and Barsky 1984).
 fn part_inside(a: PolylinePoint, b: PolylinePoint, low: [f32; 2], high: [f32; 2]) -> Option<[PolylinePoint; 2]> {
     let (mut begin, mut end) = (0.0_f32, 1.0_f32);
     for i in 0..2 {
@@ -105,11 +105,11 @@ mod tests {
         let cut = |places: &[[f32; 2]]| inside(line(places), [10.0; 2], [90.0, 50.0]);
         let within = [[20.0, 20.0], [30.0, 40.0]];
         assert_eq!(places(&cut(&within)), [within.to_vec()]);
-        // Out and in again.
+        // A line that leaves the rectangle and returns.
         let crossing = cut(&[[0.0, 30.0], [50.0, 30.0], [50.0, 70.0], [60.0, 70.0], [60.0, 30.0]]);
         let expected = [vec![[10.0, 30.0], [50.0, 30.0], [50.0, 50.0]], vec![[60.0, 50.0], [60.0, 30.0]]];
         assert_eq!(places(&crossing), expected);
-        // Across, beside, and along the outside.
+        // Lines across the rectangle, along its outside, and past a corner.
         assert_eq!(places(&cut(&[[0.0, 0.0], [100.0, 60.0]])).len(), 1);
         assert!(cut(&[[0.0, 0.0], [100.0, 0.0]]).is_empty() && cut(&[[5.0, 0.0], [0.0, 9.0]]).is_empty());
     }
@@ -127,11 +127,11 @@ mod tests {
         let mut groups =
             vec![marks(vec![line(&[[0.0, 30.0], [50.0, 30.0]])]), marks(vec![line(&[[0.0, 0.0], [1.0, 1.0]])])];
         bordered(&mut groups, &paper, [100, 60]);
-        assert_eq!(groups.len(), 2, "marks, and the border; what lay outside is gone");
+        assert_eq!(groups.len(), 2, "marks and the border; the group outside is removed");
         assert_eq!(places(&groups[0].lines), [[[10.0, 30.0], [50.0, 30.0]]]);
         assert!(groups[1].lines[0].is_closed);
         assert_eq!(places(&groups[1].lines), [[[10.0, 10.0], [90.0, 10.0], [90.0, 50.0], [10.0, 50.0]]]);
-        // Without one nothing changes.
+        // A paper without a border changes nothing.
         let mut bare = vec![marks(vec![line(&[[0.0, 30.0], [50.0, 30.0]])])];
         bordered(&mut bare, &plain(), [100, 60]);
         assert_eq!(places(&bare[0].lines), [[[0.0, 30.0], [50.0, 30.0]]]);

@@ -1,38 +1,41 @@
-//! Polylines → Bézier curves that stay within a tolerance of them.
+//! Fits Bézier curves to polylines, within a tolerance.
 //!
-//! A stroke is cut at its corners. Between two corners a cubic spline is laid through its points (Bessel's tangents:
-//! the parabola through a point and its two neighbours), because kurbo's fit wants a smooth source; what it fits is
-//! fitted by as few cubics as can be found by going greedily from the beginning, each as far as it reaches: kurbo makes
-//! a cubic with the tangents at both ends, and the area and moment, of the source (Levien 2021, *Fitting cubic Bézier
-//! curves*, and 2023, *Simplifying Bézier paths*). Where two cubics meet both have the spline's tangent, so there is no
+//! A stroke is split at its corners. Between two corners a cubic spline is laid through its points (Bessel's tangents:
+//! the parabola through a point and its two neighbours), because kurbo's fit requires a smooth source. The spline is
+//! then approximated by few cubics, found greedily from the beginning, each as long as possible: kurbo makes a cubic
+//! with the tangents at both ends, and the area and moment, of the source (Levien 2021, *Fitting cubic Bézier curves*,
+//! and 2023, *Simplifying Bézier paths*). Where two cubics meet, both have the tangent of the spline, so there is no
 //! kink.
 //!
-//! kurbo's own estimate of the error is no bound, and says nothing about the polyline. So each cubic is measured here
-//! against the stretch of the polyline that it stands for, both ways, and taken only if it holds. A stretch without
-//! points between that has no such cubic is a line, which has no error.
+//! kurbo's estimate of the error is not a bound, and does not refer to the polyline. So the distance between each cubic
+//! and its stretch of the polyline is measured here in both directions, and the cubic is accepted only within the
+//! tolerance. A stretch between two neighbouring points without such a cubic becomes a straight line, which has no
+//! error.
 
 use std::ops::Range;
 
 use kurbo::simplify::SimplifyBezPath;
 use kurbo::{BezPath, CubicBez, ParamCurve, ParamCurveArclen, ParamCurveFit, Point, Vec2};
 
-/// A sharper turn than this is a corner.
+/// Cosine of the turn from which a point is a corner (60°).
 const CORNER_COSINE: f64 = 0.5;
-/// Points nearer to each other than this part of the tolerance say more about rounding than about direction.
+/// Least distance between points of the spline, as a fraction of the tolerance. The direction between closer points is
+/// dominated by rounding.
 const SAME_PART: f64 = 0.25;
-/// Of the tolerance: between places at which it is measured. Between two of them the distance cannot grow by more than
-/// half of it; that is what [`MEASURED_PART`] leaves.
+/// Distance between points at which the error is measured, as a fraction of the tolerance. Between two of them the
+/// error cannot grow by more than half of this distance, for which [`MEASURED_PART`] leaves room.
 const STEP_PART: f64 = 0.2;
-/// A curve is at most so much longer than its stretch: one that runs to and fro may be near, and programs draw it badly.
+/// Largest ratio of the length of a curve to that of its stretch. A curve that runs back and forth may be near the
+/// polyline, but other programs draw it badly.
 const LONGER: f64 = 1.1;
-/// Arms of a curve are at least this part of its chord.
+/// Shortest arm of a curve, as a fraction of its chord.
 const SHORT_ARM: f64 = 0.05;
-/// What is measured may be this part of the tolerance.
+/// Largest measured error, as a fraction of the tolerance.
 const MEASURED_PART: f64 = 0.9;
 
-/// One path that stays within `tolerance` (in the points' unit) of the polyline, and the polyline within it of the
-/// path. It begins and ends where the polyline does; a closed one ends with a closing element. Points that are not
-/// finite are passed over; one point alone is a line of no length, no point an empty path.
+/// Returns a path whose distance from the polyline is at most `tolerance` (in the points' unit), measured in both
+/// directions. The path begins and ends where the polyline does; a closed one ends with a closing element. Points that
+/// are not finite are skipped. A single point gives a line of zero length, no points an empty path.
 pub fn fit(points: &[Point], is_closed: bool, tolerance: f64) -> BezPath {
     let mut all: Vec<Point> = points.iter().copied().filter(|point| point.is_finite()).collect();
     all.dedup();
@@ -59,7 +62,7 @@ pub fn fit(points: &[Point], is_closed: bool, tolerance: f64) -> BezPath {
     path
 }
 
-/// The numbers of points that are at least `apart` from the one before, the first and the last among them.
+/// Returns the indices of points that are at least `apart` from the one before; the first and the last are included.
 fn thin_out(all: &[Point], apart: f64) -> Vec<usize> {
     let mut kept = vec![0];
     for i in 1..all.len() {
@@ -69,7 +72,7 @@ fn thin_out(all: &[Point], apart: f64) -> Vec<usize> {
     }
     let last = all.len() - 1;
     if kept[kept.len() - 1] != last {
-        // The end stands for what is too near to it.
+        // The last point replaces a point that is too close to it.
         if kept.len() > 1 {
             kept.pop();
         }
@@ -78,11 +81,11 @@ fn thin_out(all: &[Point], apart: f64) -> Vec<usize> {
     kept
 }
 
-/// A polyline.
+/// A polyline that is being fitted.
 struct Stretch<'a> {
-    /// Every point.
+    /// All points of the polyline.
     all: &'a [Point],
-    /// Those that the spline goes through.
+    /// Indices of the points that the spline goes through.
     kept: &'a [usize],
     tolerance: f64,
 }
@@ -92,34 +95,34 @@ impl Stretch<'_> {
         self.all[self.kept[i]]
     }
 
-    /// Unit, from a kept point to the next, and how far.
+    /// Returns the unit vector from the kept point `i` to the next, and the distance.
     fn step(&self, i: usize) -> (Vec2, f64) {
         let way = self.at(i + 1) - self.at(i);
         let length = way.hypot().max(f64::MIN_POSITIVE);
         (way / length, length)
     }
 
-    /// Whether the line is cut at the kept point `i`: at its ends it always is.
+    /// Returns whether the line is split at the kept point `i`; it always is at its ends.
     fn is_corner(&self, i: usize) -> bool {
         let last = self.kept.len() - 1;
         i == 0 || i == last || self.step(i - 1).0.dot(self.step(i).0) < CORNER_COSINE
     }
 
-    /// The tangent where a loop begins and ends, if there is no corner.
+    /// Returns the tangent where a loop begins and ends, if there is no corner.
     fn seam(&self) -> Option<Vec2> {
         let last = self.kept.len() - 2;
         let is_smooth = last > 1 && self.step(last).0.dot(self.step(0).0) >= CORNER_COSINE;
         is_smooth.then(|| self.bessel(last, 0))
     }
 
-    /// The tangent between two steps.
+    /// Returns Bessel's tangent between two steps.
     fn bessel(&self, before: usize, after: usize) -> Vec2 {
         let ((into, into_length), (out, out_length)) = (self.step(before), self.step(after));
         unit(into * out_length + out * into_length, out)
     }
 
-    /// Appends curves for the kept points from `first` to `last`, between which there is no corner. `seam` is
-    /// the tangent at both ends of a loop.
+    /// Appends curves for the kept points from `first` to `last`, between which there is no corner. `seam` is the
+    /// tangent at both ends of a loop.
     fn smooth(&self, first: usize, last: usize, seam: Option<Vec2>, path: &mut BezPath) {
         let tangents = self.tangents(first, last, seam);
         let mut spline = BezPath::new();
@@ -137,9 +140,9 @@ impl Stretch<'_> {
                 return None;
             }
             let (mut cubic, _) = kurbo::fit_to_cubic(&source, range, self.tolerance)?;
-            // To the bit, so that the path has no gaps.
+            // Exact end points, so that the path has no gaps.
             (cubic.p0, cubic.p3) = (self.at(from), self.at(to));
-            // An arm of no length is a cusp to programs: arms as long as a spline's instead.
+            // Other programs draw an arm of zero length as a cusp, so arms as long as those of the spline replace it.
             let chord = cubic.p0.distance(cubic.p3);
             if (cubic.p1 - cubic.p0).hypot().min((cubic.p3 - cubic.p2).hypot()) < SHORT_ARM * chord {
                 cubic.p1 = cubic.p0 + tangents[from - first] * (chord / 3.0);
@@ -150,7 +153,8 @@ impl Stretch<'_> {
         };
         let mut from = first;
         while from < last {
-            // Twice as far each time, then halves: the farthest point that a cubic reaches, if nearer ones are reached.
+            // The search doubles the distance, then bisects. It finds the farthest point that a cubic reaches, provided
+            // that all closer points are reached.
             let mut found = None;
             let mut reached = from;
             let mut failed = last + 1;
@@ -165,7 +169,7 @@ impl Stretch<'_> {
             match found {
                 Some(cubic) => path.curve_to(cubic.p1, cubic.p2, cubic.p3),
                 None => {
-                    // Points that were passed over for their nearness are points all the same.
+                    // Points that the spline skips are still points of the polyline.
                     reached = from + 1;
                     self.all[self.kept[from] + 1..=self.kept[reached]].iter().for_each(|point| path.line_to(*point));
                 }
@@ -174,7 +178,7 @@ impl Stretch<'_> {
         }
     }
 
-    /// Unit tangents at the kept points from `first` to `last`.
+    /// Returns the unit tangents at the kept points from `first` to `last`.
     fn tangents(&self, first: usize, last: usize, seam: Option<Vec2>) -> Vec<Vec2> {
         let mut tangents: Vec<Vec2> = Vec::with_capacity(last - first + 1);
         tangents.push(self.step(first).0);
@@ -182,7 +186,7 @@ impl Stretch<'_> {
         tangents.push(self.step(last - 1).0);
         let end = tangents.len() - 1;
         if end > 1 {
-            // The parabola that has the neighbour's tangent.
+            // The parabola with the tangent of the neighbour.
             tangents[0] = unit(2.0 * tangents[0] - tangents[1], tangents[0]);
             tangents[end] = unit(2.0 * tangents[end] - tangents[end - 1], tangents[end]);
         }
@@ -198,11 +202,11 @@ impl Stretch<'_> {
     }
 }
 
-/// Whether kurbo would measure by arc length, to 1e-9: it does where the tangent turns by more than a fifth between two
-/// of the places that it looks at. On a candidate with long arms that search does not end (kurbo 0.13), and one cubic
-/// for such a turn is rarely near enough anyway.
+/// Returns whether kurbo would measure by arc length, to 1e-9. It does so where the tangent turns by more than a fifth
+/// between two of its sample points. On a candidate with long arms that search does not end (kurbo 0.13), and a single
+/// cubic is rarely near enough to such a turn anyway.
 fn turns_sharply(source: &impl ParamCurveFit, range: &Range<f64>) -> bool {
-    // kurbo's numbers, with some room.
+    // The numbers of kurbo, with a small reserve.
     const PLACES: usize = 21;
     const SHARP: f64 = 0.195;
     let tangent = |i: usize| {
@@ -220,8 +224,8 @@ fn unit(vector: Vec2, otherwise: Vec2) -> Vec2 {
     if length > 1e-6 { vector / length } else { otherwise }
 }
 
-/// Whether a cubic is within `tolerance` of a polyline everywhere, and the polyline of the cubic. Both are walked along
-/// together, so a distance may be taken for larger than it is, and never for smaller.
+/// Returns whether a cubic and a polyline are within `tolerance` of each other everywhere. Both are walked along
+/// together, so a distance may be overestimated, but never underestimated.
 fn is_near(cubic: CubicBez, polyline: &[Point], tolerance: f64) -> bool {
     let step = STEP_PART * tolerance;
     let limit = MEASURED_PART * tolerance;
@@ -230,7 +234,7 @@ fn is_near(cubic: CubicBez, polyline: &[Point], tolerance: f64) -> bool {
     if !length.is_finite() || length > LONGER * own + 0.5 * tolerance {
         return false;
     }
-    // Its derivative is no longer than three times the longest leg of its control polygon.
+    // The derivative of a cubic is at most three times the longest leg of its control polygon.
     let legs = [cubic.p1 - cubic.p0, cubic.p2 - cubic.p1, cubic.p3 - cubic.p2].map(Vec2::hypot);
     let count = (3.0 * legs.into_iter().fold(0.0, f64::max) / step).ceil().max(2.0) as usize;
     let curve: Vec<Point> = (0..=count).map(|i| cubic.eval(i as f64 / count as f64)).collect();
@@ -244,10 +248,10 @@ fn is_near(cubic: CubicBez, polyline: &[Point], tolerance: f64) -> bool {
     walks_along(&curve, polyline, limit) && walks_along(&dense, &curve, limit)
 }
 
-/// How many segments a walk looks ahead for one that is nearer.
+/// Number of segments ahead in which a closer one is searched.
 const AHEAD: usize = 6;
 
-/// Whether each of `places` is within `limit` of a segment of `line`, in order.
+/// Returns whether each of `places` is within `limit` of a segment of `line`, in order.
 fn walks_along(places: &[Point], line: &[Point], limit: f64) -> bool {
     let last = line.len() - 2;
     let mut segment = 0;
@@ -265,7 +269,7 @@ fn walks_along(places: &[Point], line: &[Point], limit: f64) -> bool {
     })
 }
 
-/// From a place to the segment between two points, squared.
+/// Returns the squared distance from a point to the segment from `a` to `b`.
 fn squared_distance(place: Point, a: Point, b: Point) -> f64 {
     let way = b - a;
     let squared = way.hypot2();

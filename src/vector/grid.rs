@@ -1,27 +1,27 @@
-//! Places sorted into square cells, to find what is nearest.
+//! A grid of points in square cells, for nearest-neighbour queries.
 
-/// Places with numbers.
+/// Numbered points, sorted into square cells.
 pub struct Grid {
     low: [f64; 2],
     cell: f64,
     columns: usize,
     rows: usize,
-    /// For each cell the places in it and their numbers.
+    /// For each cell, the points in it and their numbers.
     cells: Vec<Vec<([f64; 2], u32)>>,
 }
 
-/// Places in a cell, on the average.
+/// Mean number of points in a cell.
 const PLACES_PER_CELL: f64 = 2.0;
 
 impl Grid {
-    /// Of places that are finite; the numbers are theirs in order.
+    /// Builds the grid. The points must be finite; their indices are their numbers.
     pub fn new(places: &[[f64; 2]]) -> Self {
         let low = places.iter().fold([f64::INFINITY; 2], |low, place| [0, 1].map(|i| low[i].min(place[i])));
         let high = places.iter().fold([f64::NEG_INFINITY; 2], |high, place| [0, 1].map(|i| high[i].max(place[i])));
         let low = if places.is_empty() { [0.0; 2] } else { low };
         let sides = [0, 1].map(|i| (high[i] - low[i]).max(1e-6));
         let wanted = (places.len() as f64 / PLACES_PER_CELL).max(1.0);
-        // Long and thin things still get cells that are as wide as high, and no more than wanted.
+        // Long and thin sets of points also get square cells, and no more of them than wanted.
         let cell = (sides[0] * sides[1] / wanted).sqrt().max(sides[0].max(sides[1]) / wanted);
         let [columns, rows] = sides.map(|side| (side / cell) as usize + 1);
         let mut grid = Self { low, cell, columns, rows, cells: vec![Vec::new(); columns * rows] };
@@ -37,8 +37,8 @@ impl Grid {
         [index(0, self.columns), index(1, self.rows)]
     }
 
-    /// The nearest place that is wanted, and its distance; of equals the one with the least number. Places that are not
-    /// wanted are forgotten.
+    /// Returns the number and the distance of the nearest wanted point; among equally near ones, that with the smallest
+    /// number. Points that are not wanted are removed from the searched cells.
     pub fn take_nearest(&mut self, from: [f64; 2], is_wanted: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let mut best: Option<(f64, u32)> = None;
         for ring in 0..=self.columns.max(self.rows) {
@@ -58,7 +58,7 @@ impl Grid {
         best.map(|(distance, number)| (number, distance))
     }
 
-    /// Up to `count` of the nearest places that are wanted, nearest first.
+    /// Returns up to `count` of the nearest wanted points, nearest first.
     pub fn nearest(&self, from: [f64; 2], count: usize, is_wanted: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::new();
         for ring in 0..=self.columns.max(self.rows) {
@@ -74,9 +74,9 @@ impl Grid {
         found.into_iter().take(count).map(|(_, number)| number).collect()
     }
 
-    /// Nothing in this ring of cells, or farther ones, is nearer than this.
+    /// Returns a lower bound of the distance from `from` to all points in this ring of cells and those farther out.
     fn clear_of(&self, from: [f64; 2], ring: usize) -> f64 {
-        // From outside of the grid the way to it comes on top, which may be left out.
+        // For a point outside the grid the distance to the grid would be added; leaving it out keeps the bound valid.
         let inside = (0..2).map(|i| {
             let at = (from[i] - self.low[i]) / self.cell;
             let own = self.cell_of(from)[i] as f64;
@@ -85,7 +85,7 @@ impl Grid {
         (ring as f64 - 1.0 + inside.fold(1.0, f64::min)).max(0.0) * self.cell
     }
 
-    /// The cells whose column or row is `ring` away from that of a place, and the other no farther.
+    /// Returns the cells at Chebyshev distance `ring` from the cell of a point.
     fn ring(&self, from: [f64; 2], ring: usize) -> Vec<usize> {
         let [x, y] = self.cell_of(from).map(|at| at as i64);
         let ring = ring as i64;
@@ -103,7 +103,7 @@ impl Grid {
     }
 }
 
-/// Between two places.
+/// Returns the distance between two points.
 pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }

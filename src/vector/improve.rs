@@ -1,45 +1,44 @@
-//! A way through strokes is made shorter by local changes (Croes 1958, Or 1976; with lists of neighbours as Bentley
-//! 1992 has them).
+//! Shortens a tour through strokes by local changes (Croes 1958, Or 1976; with neighbour lists as in Bentley 1992).
 //!
-//! - **2-opt**: a stretch of the way is drawn backwards, each of its strokes from its other end.
-//! - **Or-opt**: one stroke is drawn elsewhere, either way round.
+//! - **2-opt**: a stretch of the tour is reversed, and each of its strokes is drawn from its other end.
+//! - **Or-opt**: one stroke is moved to another position in the tour, in either direction.
 //!
-//! Only changes that bring two ends together that are among the nearest of each other are looked at. A change is made
-//! when it is a gain; rounds go on until one gains nothing, or until `MOST_MOVES` strokes were moved in the list. That
-//! is a number of steps and not a time, so the same strokes always give the same way.
+//! Only changes that join two ends are tried, where one is among the nearest neighbours of the other. A change is made
+//! if it shortens the tour. Rounds are repeated until one gains nothing, or until `MOST_MOVES` strokes were moved in
+//! the list. This limit is a number of steps and not a time, so the same strokes always give the same tour.
 
 use super::grid::{Grid, distance};
 
-/// A stroke on the way.
+/// A stroke of the tour.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stop {
-    /// Where the pen comes down, and where it goes up.
+    /// Points where the pen goes down and where it goes up.
     pub ends: [[f64; 2]; 2],
-    /// Whose.
+    /// Index of the stroke.
     pub stroke: usize,
-    /// Whether it is drawn the other way round than at first.
+    /// Whether the stroke is drawn in the direction opposite to the initial one.
     pub is_flipped: bool,
 }
 
-/// Neighbours of an end that are looked at.
+/// Number of neighbours of an end that are tried.
 const NEIGHBOURS: usize = 8;
-/// Rounds, at most.
+/// Largest number of rounds.
 const MOST_ROUNDS: usize = 30;
-/// Strokes that change their places in the list, at most, counted each time: about a second.
+/// Largest number of moves of strokes within the list, about one second of work.
 const MOST_MOVES: usize = 200_000_000;
-/// Less is rounding.
+/// Smaller gains are rounding errors.
 const LEAST_GAIN: f64 = 1e-9;
 
-/// Makes the pen's way from `from` through all stops shorter, or leaves it.
+/// Shortens the pen-up travel from `from` through all stops; never lengthens it.
 pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
     let count = stops.len();
-    // By their first order: ends 2i and 2i + 1 are where stop i began and ended then.
+    // In the initial order: ends 2i and 2i + 1 are where stop i began and ended then.
     let places: Vec<[f64; 2]> = stops.iter().flat_map(|stop| stop.ends).collect();
     let grid = Grid::new(&places);
     let near: Vec<Vec<u32>> = (0..places.len())
         .map(|end| grid.nearest(places[end], NEIGHBOURS, |other| other as usize / 2 != end / 2))
         .collect();
-    // Where each is now.
+    // Current position of each initial stop.
     let mut at: Vec<usize> = (0..count).collect();
     let names: Vec<usize> = (0..count).collect();
     let mut way = Way { stops, names, from, moves: 0 };
@@ -49,7 +48,7 @@ pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
             for &other in near {
                 let (own, other) = (end, other as usize);
                 if distance(places[own], places[other]) >= way.longest_gap(at[own / 2]) {
-                    // Farther neighbours are farther still.
+                    // All following neighbours are even farther away.
                     break;
                 }
                 let changed = way
@@ -70,42 +69,44 @@ pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
 
 struct Way<'a> {
     stops: &'a mut [Stop],
-    /// Which stop of the first order each is.
+    /// Initial index of each stop.
     names: Vec<usize>,
     from: [f64; 2],
     moves: usize,
 }
 
 impl Way<'_> {
-    /// Where the pen is before stop `i`.
+    /// Returns where the pen is before stop `i`.
     fn before(&self, i: usize) -> [f64; 2] {
         if i == 0 { self.from } else { self.stops[i - 1].ends[1] }
     }
 
-    /// From `place` to stop `i`; nothing beyond the last.
+    /// Returns the distance from `place` to the start of stop `i`; 0 beyond the last stop.
     fn to(&self, place: [f64; 2], i: usize) -> f64 {
         self.stops.get(i).map_or(0.0, |stop| distance(place, stop.ends[0]))
     }
 
-    /// The longer of the ways in the air to stop `i` and from it. The last leads nowhere, so anything may follow it.
+    /// Returns the longer of the pen-up moves to stop `i` and from it; infinite for the last stop, which any stop may
+    /// follow.
     fn longest_gap(&self, i: usize) -> f64 {
         let after = if i + 1 == self.stops.len() { f64::INFINITY } else { self.to(self.stops[i].ends[1], i + 1) };
         self.to(self.before(i), i).max(after)
     }
 
-    /// Whether the end with this number among the two of the first order is where stop `i` begins now.
+    /// Returns whether stop `i` now begins at its end number `end`, as counted in the initial order.
     fn is_begin(&self, i: usize, end: usize) -> bool {
         (end == 0) != self.stops[i].is_flipped
     }
 
-    /// Turns a stretch so that two ends meet that both begin strokes, or both end them. Tells which stops changed.
+    /// Reverses a stretch so that two ends meet that are both beginnings, or both ends, of strokes. Returns the first
+    /// and the last stop that changed.
     fn join_by_turning(&mut self, a: usize, a_end: usize, b: usize, b_end: usize) -> Option<[usize; 2]> {
         let is_begin = self.is_begin(a, a_end);
         if is_begin != self.is_begin(b, b_end) || a == b {
             return None;
         }
-        // Two that begin meet when what lies from the first to before the second is turned; two that end meet when
-        // what lies behind the first up to the second is.
+        // Two beginnings meet if the stretch from the first stop to the one before the second is reversed; two ends
+        // meet if the stretch from after the first stop to the second is reversed.
         let [low, high] = [a.min(b), a.max(b)];
         let [first, last] = if is_begin { [low, high - 1] } else { [low + 1, high] };
         let (before, down, up) = (self.before(first), self.stops[first].ends[0], self.stops[last].ends[1]);
@@ -121,16 +122,16 @@ impl Way<'_> {
         Some([first, last])
     }
 
-    /// Draws stop `a` beside stop `b`, so that the two ends meet. Tells which stops changed.
+    /// Moves stop `a` next to stop `b`, so that the two ends meet. Returns the first and the last stop that changed.
     fn join_by_moving(&mut self, a: usize, a_end: usize, b: usize, b_end: usize) -> Option<[usize; 2]> {
         let joins_begin = self.is_begin(b, b_end);
-        // Before b it goes if b begins there, else behind it.
+        // `a` goes before `b` if it joins the beginning of `b`, otherwise after it.
         let gap = if joins_begin { b } else { b + 1 };
         if a == b || gap == a || gap == a + 1 {
             return None;
         }
         let mut moved = self.stops[a];
-        // What meets b's beginning must be an end, and the other way round.
+        // The beginning of `b` must be joined by an end of `a`, and the end of `b` by a beginning.
         if self.is_begin(a, a_end) == joins_begin {
             turn(&mut moved);
         }

@@ -1,14 +1,14 @@
-//! Strokes become a drawing of lines: ordered, fitted, laid on a sheet. Everything here takes
-//! [`Polyline`]s, wherever they come from.
+//! Turns strokes into a vector drawing: they are ordered, fitted with curves, and placed on a page. All functions take
+//! [`Polyline`]s from any source.
 //!
 //! ```text
-//! pictures of ink ─▶ trace ─▶ polylines
+//! images of ink ─▶ trace ─▶ polylines
 //! polylines ─ by kind ─▶ pens ─▶ order ─▶ fit ─▶ sheet ─▶ file::svg
 //! ```
 //!
-//! A stroke of the drawing has one width and one opacity, the means of what was drawn, by length: a path has no others,
-//! and a pen has one nib. Programs that show SVG mix colours as they are written; hachure mixes light. So a faint
-//! stroke's opacity is not its part of ink, but what makes it look the same on white.
+//! A stroke of the drawing has one width and one opacity, the means over its length: an SVG path has only one of each,
+//! and a pen has one nib. SVG viewers blend encoded sRGB values, hachure blends linear light. So the opacity of a faint
+//! stroke is not its fraction of ink, but the value that looks the same on white.
 //!
 //! Why: `docs/decisions/svg-drawings.md`.
 
@@ -34,42 +34,42 @@ use crate::lines::strokes::polylines::{EdgeKind, Polyline};
 use crate::style::Color;
 use crate::style::color::{linear_from_srgb, srgb_from_linear};
 
-/// How near paths are to the strokes, unless somebody says otherwise.
+/// Default distance between paths and strokes.
 pub const TOLERANCE_PX: f64 = 0.25;
 
-/// Tones of faint ink of marks.
+/// Number of tones for the faint ink of marks.
 const FAINT_STEPS: f64 = 32.0;
-/// Where a pen waits: the upper left corner of the picture.
+/// Position from which a pen starts: the upper left corner of the picture.
 const CORNER_PX: [f64; 2] = [0.0; 2];
-/// Numbers are rounded to this part of the tolerance.
+/// Rounding step of written numbers, as a fraction of the tolerance.
 const ROUNDED_PART: f64 = 0.02;
 
-/// How strokes are drawn.
+/// Settings of a vector drawing.
 #[derive(Clone, Copy, Debug)]
 pub struct Settings {
-    /// How near paths are to the strokes, in pixels.
+    /// Largest distance between paths and strokes, in pixels.
     pub tolerance_px: f64,
-    /// What they are drawn on.
+    /// The page on which the strokes are drawn.
     pub sheet: Sheet,
-    /// Their colour.
+    /// Default colour of the strokes.
     pub ink: Color,
 }
 
 impl Settings {
-    /// Digits behind the point with which numbers on the sheet are written.
+    /// Returns the number of decimal places with which coordinates are written.
     pub fn digits(&self) -> usize {
         let step = ROUNDED_PART * self.tolerance_px * self.sheet.units_per_px;
         (-step.log10()).ceil().clamp(2.0, 9.0) as usize
     }
 
-    /// What rounding to these digits may move a place, at most: half a step each way.
+    /// Returns the largest distance by which rounding to these decimal places moves a point: half a step on each axis.
     fn rounding_px(&self) -> f64 {
         std::f64::consts::FRAC_1_SQRT_2 * 0.1_f64.powi(self.digits() as i32) / self.sheet.units_per_px
     }
 }
 
-/// The opacity that looks on white, where colours are mixed as they are written, like this part of ink where light is
-/// mixed.
+/// Returns the opacity that on white looks like the fraction `part` of ink. The opacity is for viewers that blend
+/// encoded sRGB values; the fraction of ink is in linear light.
 fn opacity(ink: &Color, part: f64) -> f64 {
     let part = part.clamp(0.0, 1.0) as f32;
     let darkest = ink.srgb().into_iter().fold(1.0, f32::min);
@@ -80,32 +80,32 @@ fn opacity(ink: &Color, part: f64) -> f64 {
     f64::from((1.0 - srgb_from_linear(light)) / (1.0 - darkest)).clamp(0.0, 1.0)
 }
 
-/// Lines of one kind, which are a layer of a drawing, or one for each pen.
+/// Lines of one kind. They become one layer of the drawing, or one for each pen.
 #[derive(Clone, Debug)]
 pub struct Group {
-    /// An XML name.
+    /// XML id of the layer.
     pub id: String,
-    /// For people.
+    /// Human-readable name of the layer.
     pub label: String,
-    /// Their colour.
+    /// Colour of the lines.
     pub ink: Color,
-    /// What they are.
+    /// Kind of the lines.
     pub kind: GroupKind,
-    /// In no order.
+    /// The lines, in no particular order.
     pub lines: Vec<Polyline>,
 }
 
-/// What lines of a group are.
+/// The kind of the lines of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum GroupKind {
-    /// Strokes, each of which is one path.
+    /// Strokes along edges of this kind; each becomes one path.
     Strokes(EdgeKind),
-    /// Marks of a tone, or lines of water: paths end where their width changes.
+    /// Hatching marks or lines of water: a path ends where the width changes.
     Marks,
 }
 
 impl GroupKind {
-    /// In a word.
+    /// Returns the name of the kind in one or two words.
     pub fn name(self) -> &'static str {
         match self {
             Self::Strokes(EdgeKind::Contour) => "contour",
@@ -119,7 +119,7 @@ impl GroupKind {
     }
 }
 
-/// Strokes as groups by what they follow, those without strokes left out.
+/// Groups strokes by the kind of edge that they follow; groups without strokes are left out.
 pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
     let group = |kind: EdgeKind| {
         let lines = polylines.iter().filter(|line| line.kind == kind && !line.points.is_empty());
@@ -137,39 +137,40 @@ pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
     EdgeKind::ALL.map(group).into_iter().filter(|group| !group.lines.is_empty()).collect()
 }
 
-/// What came of the strokes.
+/// Statistics of a vector drawing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct DrawingReport {
-    /// Paths.
+    /// Number of paths.
     pub strokes: u64,
-    /// Of them.
+    /// Number of paths along contours.
     pub contours: u64,
-    /// Of them.
+    /// Number of paths along borders of the land.
     pub borders: u64,
-    /// Of them.
+    /// Number of paths along creases.
     pub creases: u64,
-    /// Of them: suggestive contours.
+    /// Number of paths along suggestive contours.
     pub suggestive: u64,
-    /// Of them.
+    /// Number of paths along ridges.
     pub ridges: u64,
-    /// Of them.
+    /// Number of paths along valleys.
     pub valleys: u64,
-    /// Of them: hachures, hatching, and lines of water.
+    /// Number of paths that are marks: hachures, hatching, and lines of water.
     pub marks: u64,
-    /// Widths of the pens on the sheet, if there are any.
+    /// Widths of the pens in the page's unit; empty without pens.
     pub pens: Vec<f64>,
-    /// Curves and lines that paths consist of.
+    /// Number of curves and straight lines of all paths.
     pub segments: u64,
-    /// On the paper.
+    /// Length drawn on the paper, in pixels.
     pub pen_down_px: f64,
-    /// In the air, in the order in which strokes were found; from the upper left corner for each layer.
+    /// Pen-up travel if the strokes were drawn in the order in which they were found; each layer starts at the upper
+    /// left corner.
     pub pen_up_unordered_px: f64,
-    /// In the air, as the file has them.
+    /// Pen-up travel in the order of the file.
     pub pen_up_px: f64,
 }
 
 impl DrawingReport {
-    /// Adds another drawing's.
+    /// Adds the statistics of another drawing.
     pub fn append(&mut self, other: &Self) {
         self.strokes += other.strokes;
         self.contours += other.contours;
@@ -187,8 +188,8 @@ impl DrawingReport {
     }
 }
 
-/// A layer for each group, or for each of its pens; those without strokes are left out. Paths are in the sheet's unit and
-/// within the tolerance of the lines, the rounding to [`Settings::digits`] included.
+/// Makes a layer of each group, or of each of its pens; layers without strokes are left out. Paths are in the page's
+/// unit and within the tolerance of the lines, including the rounding to [`Settings::digits`].
 pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
     let widths =
         pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());
@@ -205,7 +206,7 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
         }
         for (pen, lines) in by_pen.iter().enumerate() {
             let number = pen + 1;
-            // Programs of plotters take the number with which a layer's name begins for its pen.
+            // Plotter software reads the number at the beginning of a layer's name as the number of its pen.
             let (id, label) = (format!("{}-pen-{number}", group.id), format!("{number}. pen: {}", group.label));
             layers.extend(layer(group, (&id, &label, Some(number)), lines, settings, &mut report));
         }
@@ -213,7 +214,7 @@ pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Ve
     (layers, report)
 }
 
-/// Lines of a group as a layer.
+/// Makes a layer of lines of a group, and adds its statistics to the report.
 fn layer(
     group: &Group,
     (id, label, pen): (&str, &str, Option<usize>),
@@ -250,7 +251,7 @@ fn layer(
     Some(Layer { id, label, ink, kind, pen, strokes: drawn })
 }
 
-/// All strokes of an eye as one layer in an ink: an anaglyph has two of them.
+/// Makes one layer in one ink of all strokes of an eye; an anaglyph has two such layers.
 pub fn layer_of_eye(
     polylines: &[Polyline],
     settings: &Settings,
@@ -266,14 +267,14 @@ fn segments(path: &BezPath) -> u64 {
     path.segments().count() as u64
 }
 
-/// The paths of a line in the order in which they are drawn, and their lengths in pixels.
+/// Returns the paths of a line in drawing order, and their lengths in pixels.
 fn paths(strokes: &[&Polyline], visit: &Visit, group: &Group, settings: &Settings) -> Vec<(Stroke, f64)> {
     let line = visit.drawn(strokes);
     let pieces = if group.kind == GroupKind::Marks { pieces(&line) } else { vec![line] };
     pieces.iter().map(|piece| path(piece, group, settings)).collect()
 }
 
-/// The path of a line, and its length in pixels.
+/// Returns the path of a line, and its length in pixels.
 fn path(line: &Polyline, Group { ink, kind, .. }: &Group, settings: &Settings) -> (Stroke, f64) {
     let points: Vec<Point> = line.points.iter().map(|at| Point::new(at.px[0].into(), at.px[1].into())).collect();
     let mut path = fit::fit(&points, line.is_closed, settings.tolerance_px - settings.rounding_px());
@@ -287,15 +288,15 @@ fn path(line: &Polyline, Group { ink, kind, .. }: &Group, settings: &Settings) -
     (Stroke { path, width, opacity, ink }, means.length_px)
 }
 
-/// The colour of faint ink on white; none of full ink. Pieces of a mark lie on each other where they meet, which shows
-/// if light shines through.
+/// Returns the colour of faint ink on white; `None` for full ink. A colour is used instead of an opacity because pieces
+/// of a mark overlap where they meet, which would show.
 fn faint(ink: &Color, part: f64) -> Option<String> {
     let part = (part * FAINT_STEPS).round() / FAINT_STEPS;
     let on_white = |own: f32| srgb_from_linear(1.0 + (linear_from_srgb(own) - 1.0) * part as f32);
     (part < 1.0).then(|| Color::from_srgb(ink.srgb().map(on_white)).to_string())
 }
 
-/// Of a polyline, by length.
+/// Length of a polyline, and means over its length.
 struct Means {
     length_px: f64,
     half_width_px: f64,

@@ -1,32 +1,32 @@
-//! In which order, and from which end, a pen draws strokes, so that its way in the air is short.
+//! The order and direction in which a pen plotter draws strokes, so that its pen-up travel is short.
 //!
-//! First greedily: from where the pen is to the nearest end of a stroke that is left, or to the nearest point of a
-//! closed one, which ends where it begins. Then [`improve`](super::improve) shortens that way. Then each closed stroke
-//! begins where it is best between the strokes before and after it. If all of that is no gain the strokes stay as they
-//! were.
+//! A greedy pass goes from the pen's position to the nearest end of a remaining stroke, or to the nearest point of a
+//! closed one, which ends where it begins. Then [`improve`](super::improve) shortens the tour. Finally each closed
+//! stroke begins at the best point between the strokes before and after it. If the result is not shorter, the given
+//! order is kept.
 
 use super::grid::{Grid, distance};
 use super::improve::{Stop, improve};
 use crate::lines::strokes::polylines::Polyline;
 
-/// How a stroke is drawn.
+/// A stroke in the tour: where it begins and in which direction it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Visit {
-    /// Its place in the list.
+    /// Index of the stroke.
     pub stroke: usize,
-    /// From its last point to its first. Not for closed ones.
+    /// Whether the stroke is drawn from its last point to its first; always `false` for closed strokes.
     pub is_flipped: bool,
-    /// The point with which a closed one begins; 0 for others.
+    /// Index of the point at which a closed stroke begins; 0 for open strokes.
     pub begin: usize,
 }
 
 impl Visit {
-    /// A stroke as it stands.
+    /// Visits a stroke in its given direction, from its first point.
     pub fn as_is(stroke: usize) -> Self {
         Self { stroke, is_flipped: false, begin: 0 }
     }
 
-    /// The stroke with its points in the order in which they are drawn; the first of a closed one is not repeated.
+    /// Returns the stroke with its points in drawing order; the first point of a closed stroke is not repeated.
     pub fn drawn(&self, strokes: &[&Polyline]) -> Polyline {
         let mut line = strokes[self.stroke].clone();
         line.points.rotate_left(self.begin);
@@ -36,7 +36,7 @@ impl Visit {
         line
     }
 
-    /// Where the pen comes down, and where it goes up.
+    /// Returns where the pen goes down and where it goes up.
     fn ends(&self, strokes: &[&Polyline]) -> [[f64; 2]; 2] {
         let stroke = strokes[self.stroke];
         let at = |i: usize| stroke.points[i].px.map(f64::from);
@@ -49,7 +49,7 @@ impl Visit {
     }
 }
 
-/// The pen's way in the air from `from` through all strokes, in pixels.
+/// Returns the length of the pen-up travel from `from` through all strokes, in pixels.
 pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64 {
     let mut at = from;
     let mut length = 0.0;
@@ -61,8 +61,8 @@ pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64
     length
 }
 
-/// Each stroke once, in an order in which the pen's way from `from` is short, and never longer than in the order given.
-/// The same strokes give the same order. Strokes without points are left out.
+/// Orders the strokes so that the pen-up travel from `from` is short, and never longer than in the given order. The
+/// result contains each stroke once, except strokes without points, and depends only on the input.
 pub fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
     let given: Vec<Visit> = (0..strokes.len()).filter(|&i| !strokes[i].points.is_empty()).map(Visit::as_is).collect();
     let mut visits = greedy(strokes, from);
@@ -71,7 +71,7 @@ pub fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
         .map(|visit| Stop { ends: visit.ends(strokes), stroke: visit.stroke, is_flipped: false })
         .collect();
     improve(&mut stops, from);
-    // By stroke: what the greedy way made of it.
+    // The greedy visit of each stroke.
     let mut known = vec![Visit::as_is(0); strokes.len()];
     visits.iter().for_each(|visit| known[visit.stroke] = *visit);
     visits = stops
@@ -109,7 +109,7 @@ fn greedy(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
     visits
 }
 
-/// Closed strokes begin at the point that is the least detour between their neighbours.
+/// Makes each closed stroke begin at the point with the smallest detour between its neighbours.
 fn begin_well(strokes: &[&Polyline], visits: &mut [Visit], from: [f64; 2]) {
     let mut before = from;
     for i in 0..visits.len() {
@@ -119,7 +119,7 @@ fn begin_well(strokes: &[&Polyline], visits: &mut [Visit], from: [f64; 2]) {
         if stroke.is_closed {
             let detour = |place: [f64; 2]| distance(before, place) + after.map_or(0.0, |after| distance(place, after));
             let detours = stroke.points.iter().map(|point| detour(point.px.map(f64::from))).enumerate();
-            // A greedy choice that is as good stays.
+            // An equally good greedy choice is kept.
             let own = detour(visit.ends(strokes)[0]);
             let best = detours.min_by(|a, b| f64::total_cmp(&a.1, &b.1)).filter(|(_, detour)| *detour < own);
             visit.begin = best.map_or(visit.begin, |(begin, _)| begin);

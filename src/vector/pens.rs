@@ -1,40 +1,40 @@
-//! Lines whose width changes, drawn by pens of one width each.
+//! Draws lines of varying width with pens of one width each.
 //!
-//! Without pens a line is cut where its width or its ink has changed by a part, and each piece has their mean. With pens,
-//! a piece is drawn by the one that is nearest to its width, and there is no faint ink: ink counts as width. What is wider
-//! than its pen is drawn by several strokes side by side.
+//! Without pens, a line is split where its width or ink has changed by a factor, and each piece has the mean width and
+//! ink. With pens, each piece is drawn by the pen nearest to its width. A pen has no faint ink, so a faint piece counts
+//! as thinner. A piece wider than its pen is drawn by several parallel strokes.
 
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
-/// Pens, at most.
+/// Largest number of pens.
 pub const MOST_PENS: usize = 3;
-/// From a piece to the next, widths or inks differ by this factor.
+/// Factor by which widths or inks differ from one piece to the next.
 const STEP: f32 = 1.6;
-/// Widths below this part of a line's greatest are ends.
+/// Widths below this fraction of a line's greatest width belong to tapered ends.
 const THIN_PART: f32 = 0.3;
-/// Pieces are so many times as long as wide, at least.
+/// Least ratio of length to width of a piece.
 const SLENDER: f32 = 2.0;
-/// Widths below this part of the finest pen are left out.
+/// Pieces thinner than this fraction of the finest pen are left out.
 const FAINT_PART: f32 = 0.35;
-/// A stroke beside another one lies on it by this part of the pen.
+/// Overlap of parallel strokes, as a fraction of the pen's width.
 const OVERLAP: f32 = 0.1;
 const ROUNDS: usize = 24;
 
-/// Pens by their widths, the finest first.
+/// The widths of a set of pens, the finest first.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pens {
-    /// In pixels.
+    /// Widths in pixels, ascending.
     pub widths_px: Vec<f32>,
 }
 
 impl Pens {
-    /// So many pens that are nearest to what lines are wide, by their ink (Lloyd's rule for numbers). Fewer where lines
-    /// have fewer widths.
+    /// Chooses `count` pens that match the widths of the lines best, weighted by ink (Lloyd's algorithm in one
+    /// dimension). There are fewer pens if the lines have fewer widths.
     pub fn chosen<'a>(count: usize, lines: impl Iterator<Item = &'a Polyline>) -> Self {
         let mut found: Vec<(f32, f32)> =
             lines.flat_map(segments).map(|(a, b)| (mean_width(a, b), length(a, b))).collect();
         found.retain(|(width, length)| *width > 0.0 && *length > 0.0);
-        // Ends that taper are long and have hardly any ink.
+        // Tapered ends are long and have hardly any ink.
         found.iter_mut().for_each(|(width, weight)| *weight *= *width);
         found.sort_by(|a, b| a.0.total_cmp(&b.0));
         let all: f64 = found.iter().map(|(_, weight)| f64::from(*weight)).sum();
@@ -62,7 +62,7 @@ impl Pens {
         Self { widths_px }
     }
 
-    /// What each pen draws of a line: its number, and strokes of its width.
+    /// Returns the strokes that draw a line, each with the index of its pen.
     pub fn strokes(&self, line: &Polyline) -> Vec<(usize, Polyline)> {
         let Some(finest) = self.widths_px.first() else { return Vec::new() };
         let as_width = |at: &PolylinePoint| PolylinePoint { half_width_px: at.half_width_px * at.ink, ink: 1.0, ..*at };
@@ -87,12 +87,13 @@ impl Pens {
 }
 
 fn nearest(widths: &[f32], width: f32) -> usize {
-    // By how many times wider or narrower.
+    // Compares widths by their ratio.
     let away = |pen: f32| (width.max(1e-6) / pen.max(1e-6)).ln().abs();
     (0..widths.len()).min_by(|a, b| away(widths[*a]).total_cmp(&away(widths[*b]))).unwrap_or(0)
 }
 
-/// A line as pieces in each of which width and ink change little, in their order; one that stays as it is closed remains.
+/// Splits a line into consecutive pieces in which width and ink change little. A closed line that needs no split stays
+/// closed.
 pub fn pieces(line: &Polyline) -> Vec<Polyline> {
     let widest = line.points.iter().map(|at| at.half_width_px).fold(0.0, f32::max);
     let level = |at: &PolylinePoint| [at.half_width_px.max(THIN_PART * widest), at.ink.max(THIN_PART)];
@@ -118,7 +119,7 @@ pub fn pieces(line: &Polyline) -> Vec<Polyline> {
     if cuts.len() == 1 {
         return vec![line.clone()];
     }
-    // A short rest goes on with what is before it.
+    // A short remainder is merged with the piece before it.
     if drawn < SLENDER * widest && cuts.len() > 2 {
         cuts.pop();
     }
@@ -130,7 +131,7 @@ pub fn pieces(line: &Polyline) -> Vec<Polyline> {
     cuts.windows(2).map(piece).collect()
 }
 
-/// The same line so far to its right, of one width.
+/// Returns the line moved `aside_px` to its right, with the width `width_px`.
 fn moved(line: &Polyline, aside_px: f32, width_px: f32) -> Polyline {
     let count = line.points.len();
     let at = |i: usize| {
@@ -162,7 +163,7 @@ fn mean_width(a: &PolylinePoint, b: &PolylinePoint) -> f32 {
     a.half_width_px * a.ink + b.half_width_px * b.ink
 }
 
-/// Of a line, by length.
+/// Returns the mean width of a line, weighted by length.
 fn mean_of(line: &Polyline) -> f32 {
     let sum = segments(line).fold([0.0; 2], |[width, all], (a, b)| {
         let length = length(a, b);

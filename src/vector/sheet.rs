@@ -1,9 +1,9 @@
-//! What a drawing of lines lies on: its own pixels, or a sheet of paper.
+//! The page of a vector drawing: its own pixels, or a sheet of paper.
 
 use crate::file::message::quoted;
 use crate::file::svg::Unit;
 
-/// Names of paper and their sides in millimetres, the longer first.
+/// Names of paper sizes and their sides in millimetres, the longer first.
 const PAPERS: [(&str, [f64; 2]); 10] = [
     ("a0", [1189.0, 841.0]),
     ("a1", [841.0, 594.0]),
@@ -17,39 +17,39 @@ const PAPERS: [(&str, [f64; 2]); 10] = [
     ("tabloid", [431.8, 279.4]),
 ];
 
-/// Sides of a sheet, at most.
+/// Longest side of a sheet.
 const LONGEST_MM: f64 = 100_000.0;
 
-/// How the pixels of a picture lie on a sheet.
+/// The mapping of a picture's pixels to a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheet {
-    /// Width and height.
+    /// Width and height of the page, in `unit`.
     pub size: [f64; 2],
-    /// Of the size, and of everything on the sheet.
+    /// Unit of all lengths on the page.
     pub unit: Unit,
-    /// The length of a pixel.
+    /// Length of a pixel, in `unit`.
     pub units_per_px: f64,
-    /// Where the picture's upper left corner lies.
+    /// Position of the picture's upper left corner on the page, in `unit`.
     pub origin: [f64; 2],
 }
 
 impl Sheet {
-    /// The picture itself, in pixels.
+    /// Returns a page of the size of the picture, in pixels.
     pub fn pixels(size_px: [u32; 2]) -> Self {
         Self { size: size_px.map(f64::from), unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] }
     }
 
-    /// The picture itself, in millimetres.
+    /// Returns a page of the size of the picture, in millimetres.
     pub fn dots(size_px: [u32; 2], mm_per_px: f64) -> Self {
         let size = size_px.map(|side| f64::from(side) * mm_per_px);
         Self { size, unit: Unit::Mm, units_per_px: mm_per_px, origin: [0.0; 2] }
     }
 
-    /// Paper, turned as the picture is (upright or lying), the picture as large as fits between margins and in the
-    /// middle. `paper` is `a0` to `a6`, `letter`, `legal`, `tabloid` or `WIDTHxHEIGHT` in millimetres.
+    /// Returns a sheet of paper in the orientation of the picture, with the picture centred and as large as the margins
+    /// allow. `paper` is `a0` to `a6`, `letter`, `legal`, `tabloid` or `WIDTHxHEIGHT` in millimetres.
     ///
     /// # Errors
-    /// What is wrong with the options, in one line.
+    /// One line about the wrong option, `--paper` or `--margin`.
     pub fn paper(paper: &str, margin_mm: f64, size_px: [u32; 2]) -> Result<Self, String> {
         let [longer, shorter] = sides_mm("--paper", paper)?;
         let size = if size_px[0] >= size_px[1] { [longer, shorter] } else { [shorter, longer] };
@@ -58,7 +58,7 @@ impl Sheet {
         }
         let inner = size.map(|side| side - 2.0 * margin_mm);
         if inner[0].min(inner[1]) < 1.0 {
-            let cause = "leaves less than a millimetre of the paper";
+            let cause = "leaves less than 1 mm of the paper";
             return Err(format!("--margin {margin_mm}: {cause}, which is {}x{} mm", size[0], size[1]));
         }
         let picture = size_px.map(f64::from);
@@ -67,16 +67,16 @@ impl Sheet {
         Ok(Self { size, unit: Unit::Mm, units_per_px, origin })
     }
 
-    /// A place of the picture, on the sheet.
+    /// Returns the transformation from pixels of the picture to the page.
     pub fn place(&self) -> kurbo::Affine {
         kurbo::Affine::translate((self.origin[0], self.origin[1])) * kurbo::Affine::scale(self.units_per_px)
     }
 }
 
-/// The longer side first. `option` says so in errors.
+/// Returns the sides of a paper size in millimetres, the longer first. Errors begin with `option`.
 ///
 /// # Errors
-/// What is wrong with the paper, in one line.
+/// An unknown name, or a size that is not `WIDTHxHEIGHT` in millimetres.
 pub fn sides_mm(option: &str, paper: &str) -> Result<[f64; 2], String> {
     let name = paper.to_ascii_lowercase();
     let name = name.strip_suffix("mm").unwrap_or(&name);

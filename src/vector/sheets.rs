@@ -1,8 +1,8 @@
-//! A poster on sheets of a small printer: how it is cut, what stands around each part, and the paths of a part.
+//! Tiling of a poster onto the sheets of a small printer: the cut, the marks around each tile, and the paths of a tile.
 //!
-//! A sheet shows a window of the poster at the poster's own scale. Windows of neighbours overlap, so that one may be glued
-//! on the other, and are the poster where they lie: nothing is drawn over them. Around a window, within what a printer can
-//! reach, stand crop marks at its corners, ticks where the neighbour's window begins, and the sheet's name.
+//! A sheet shows a window of the poster at the poster's own scale. Neighbouring windows overlap, so that one sheet can
+//! be glued onto the other. Nothing is drawn over a window. Around it, within the printable area, are crop marks at its
+//! corners, ticks where the neighbour's window begins, and the name of the sheet.
 
 use glam::DVec2;
 use kurbo::{Affine, BezPath, ParamCurve, PathSeg, Rect};
@@ -10,65 +10,66 @@ use kurbo::{Affine, BezPath, ParamCurve, PathSeg, Rect};
 use crate::file::svg::{Layer, Stroke};
 use crate::lettering::Line;
 
-/// More sheets are not glued together by anybody.
+/// Largest number of sheets; nobody glues more together.
 pub const MOST_SHEETS: f64 = 400.0;
-/// Between what a printer reaches and the window: the room of marks and names.
+/// Width of the strip between the printer's margin and the window, for marks and names.
 const MARKS_MM: f64 = 6.0;
-/// Between a window and its marks.
+/// Gap between a window and its marks.
 const GAP_MM: f64 = 1.0;
-/// Of crop marks.
+/// Length of crop marks.
 const CROP_MM: f64 = 4.0;
-/// Of ticks where a neighbour begins.
+/// Length of the ticks where a neighbour begins.
 const TICK_MM: f64 = 2.0;
-/// Of marks and letters.
+/// Line width of marks and letters.
 const PEN_MM: f64 = 0.2;
-/// Of letters.
+/// Height of letters.
 const LETTER_MM: f64 = 3.0;
-/// A step from sheet to sheet is at least as long.
+/// Least distance between the windows of neighbouring sheets.
 const LEAST_STEP_MM: f64 = 10.0;
 
-/// What is asked for.
+/// The options of `--sheets`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wish {
-    /// The longer side first.
+    /// Sides of the paper, the longer first.
     pub paper_mm: [f64; 2],
-    /// Of neighbours.
+    /// Overlap of neighbouring windows.
     pub overlap_mm: f64,
-    /// What a printer leaves free.
+    /// Margin that the printer cannot reach, at each side.
     pub margin_mm: f64,
 }
 
-/// How a poster is cut. Lengths are in the poster's unit, pixels or millimetres.
+/// The cut of a poster into sheets. Lengths are in the poster's unit, pixels or millimetres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sheets {
     /// Width and height of a sheet.
     pub paper: [f64; 2],
-    /// The same in millimetres.
+    /// Width and height of a sheet in millimetres.
     pub paper_mm: [f64; 2],
-    /// From the sheet's edges to the window.
+    /// Distance from the sheet's edges to the window.
     pub inset: f64,
     /// Width and height of a whole window.
     pub window: [f64; 2],
-    /// Of neighbours.
+    /// Overlap of neighbouring windows.
     pub overlap: f64,
-    /// Width and height.
+    /// Width and height of the poster.
     pub poster: [f64; 2],
-    /// Columns and rows.
+    /// Number of columns and rows of sheets.
     pub counts: [u32; 2],
     units_per_mm: f64,
 }
 
-/// A part of a poster.
+/// The position of a sheet in a poster.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// From the left, from 0.
+    /// Column, from 0 at the left.
     pub column: u32,
-    /// From the top, from 0.
+    /// Row, from 0 at the top.
     pub row: u32,
 }
 
 impl Place {
-    /// A letter for the row and a number for the column, like `B3`; `AA1` comes after `Z1`.
+    /// Returns the name of the sheet: a letter for the row and a number for the column, like `B3`; `AA1` comes after
+    /// `Z1`.
     pub fn name(self) -> String {
         let mut letters = String::new();
         let mut left = self.row + 1;
@@ -82,10 +83,10 @@ impl Place {
 }
 
 impl Sheets {
-    /// The cut with the fewest sheets, upright or lying. `is_whole` rounds lengths to whole units.
+    /// Finds the cut with the fewest sheets, in portrait or landscape. `is_whole` rounds lengths to whole units.
     ///
     /// # Errors
-    /// What is wrong with the options, in one line.
+    /// One line if margins and overlap leave no room, or if there would be too many sheets.
     pub fn new(poster: [f64; 2], units_per_mm: f64, is_whole: bool, wish: &Wish) -> Result<Self, String> {
         let [longer, shorter] = wish.paper_mm;
         let turned = |paper_mm: [f64; 2]| Self::turned(poster, units_per_mm, is_whole, paper_mm, wish);
@@ -93,15 +94,15 @@ impl Sheets {
         let Some(upright) = upright else {
             let Wish { overlap_mm, margin_mm, .. } = wish;
             return Err(format!(
-                "--sheets: on {shorter}x{longer} mm a margin of {margin_mm} mm, {MARKS_MM} mm for crop marks and an overlap \
-                 of {overlap_mm} mm leave no room for the picture"
+                "--sheets: on {shorter}x{longer} mm paper, a margin of {margin_mm} mm, {MARKS_MM} mm for crop marks and an \
+                 overlap of {overlap_mm} mm leave no room for the picture"
             ));
         };
-        // Both turns have room or none has.
+        // Either both orientations have room or neither has.
         let fewest = lying.filter(|lying| lying.count() < upright.count()).unwrap_or(upright);
         let count = fewest.count();
         if count > MOST_SHEETS {
-            return Err(format!("--sheets: the picture needs {count} sheets, and there are {MOST_SHEETS} at most"));
+            return Err(format!("--sheets: the picture needs {count} sheets, but the limit is {MOST_SHEETS}"));
         }
         Ok(fewest)
     }
@@ -125,13 +126,13 @@ impl Sheets {
         f64::from(self.counts[0]) * f64::from(self.counts[1])
     }
 
-    /// All parts, row by row.
+    /// Returns the positions of all sheets, row by row.
     pub fn places(&self) -> impl Iterator<Item = Place> + use<> {
         let [columns, rows] = self.counts;
         (0..rows).flat_map(move |row| (0..columns).map(move |column| Place { column, row }))
     }
 
-    /// Where a part begins and ends on the poster.
+    /// Returns where the window of a sheet begins and ends on the poster: its upper left and lower right corner.
     pub fn part(&self, place: Place) -> [[f64; 2]; 2] {
         let steps = self.window.map(|side| side - self.overlap);
         let begin = [steps[0] * f64::from(place.column), steps[1] * f64::from(place.row)];
@@ -139,19 +140,20 @@ impl Sheets {
         [begin, end]
     }
 
-    /// The pen of marks and names.
+    /// Returns the line width of marks and names.
     pub fn pen(&self) -> f64 {
         PEN_MM * self.units_per_mm
     }
 
-    /// Crop marks, ticks and the name of a sheet, as lines on the sheet, all outside of the window.
+    /// Returns crop marks, ticks and the name of a sheet, as lines on the sheet outside the window.
     pub fn marks(&self, place: Place) -> Vec<Vec<DVec2>> {
         let [begin, end] = self.part(place);
         let [left, top] = [self.inset; 2];
         let [right, bottom] = [0, 1].map(|i| self.inset + end[i] - begin[i]);
         let [gap, crop, tick] = [GAP_MM, CROP_MM, TICK_MM].map(|mm| mm * self.units_per_mm);
         let mut lines = Vec::new();
-        // Away from the window's upper and lower side, and from its left and right one.
+        // Vertical marks at the window's upper and lower side; `level` draws horizontal ones at the left and right
+        // side.
         let mut upright = |x: f64, length: f64| {
             lines.push(vec![DVec2::new(x, top - gap), DVec2::new(x, top - gap - length)]);
             lines.push(vec![DVec2::new(x, bottom + gap), DVec2::new(x, bottom + gap + length)]);
@@ -177,14 +179,14 @@ impl Sheets {
         if row + 1 < self.counts[1] {
             level(bottom - self.overlap, tick);
         }
-        // Right of the tick that may stand there.
+        // To the right of a possible tick.
         let letter = LETTER_MM * self.units_per_mm;
         let at = DVec2::new(left + self.overlap + 2.0 * gap, bottom + gap + letter + 0.5 * gap);
         lines.extend(Line::new(&place.name()).strokes(at, letter));
         lines
     }
 
-    /// The paths of a sheet: those of the poster within its window, cut at its sides by the middle of their pens.
+    /// Returns the paths of a sheet: those of the poster, clipped to its window at their centre lines.
     pub fn layers(&self, layers: &[Layer], place: Place) -> Vec<Layer> {
         let [begin, end] = self.part(place);
         let window = Rect::new(begin[0], begin[1], end[0], end[1]);
@@ -198,9 +200,9 @@ impl Sheets {
     }
 }
 
-/// A path within a rectangle; none if nothing of it is.
+/// Clips a path to a rectangle; `None` if nothing is left.
 fn clipped(path: &BezPath, window: Rect) -> Option<BezPath> {
-    // Of its control points, which enclose it.
+    // The box of the control points encloses the path.
     let around = path.control_box();
     if around.x0 >= window.x0 && around.x1 <= window.x1 && around.y0 >= window.y0 && around.y1 <= window.y1 {
         return Some(path.clone());
@@ -224,7 +226,7 @@ fn clipped(path: &BezPath, window: Rect) -> Option<BezPath> {
             let middle = segment.eval(0.5 * (pair[0] + pair[1]));
             let is_in =
                 middle.x >= window.x0 && middle.x <= window.x1 && middle.y >= window.y0 && middle.y <= window.y1;
-            // A dot is a segment without a length.
+            // A dot is a segment of zero length.
             let is_dot = segment.start() == segment.end() && matches!(segment, PathSeg::Line(_));
             if !is_in || (pair[1] - pair[0] < 1e-9 && !is_dot) {
                 continue;
@@ -240,7 +242,7 @@ fn clipped(path: &BezPath, window: Rect) -> Option<BezPath> {
     (!kept.elements().is_empty()).then_some(kept)
 }
 
-/// Of a coordinate along a segment, as a polynomial of the parameter.
+/// Returns the polynomial coefficients of one coordinate of a segment, in ascending powers of the parameter.
 fn coefficients(segment: &PathSeg, axis: usize) -> [f64; 4] {
     let of = |point: kurbo::Point| if axis == 0 { point.x } else { point.y };
     match segment {
@@ -291,11 +293,11 @@ mod tests {
             }
         }
         let of = |poster| Sheets::new(poster, 1.0, false, &WISH).unwrap();
-        // A window is 186 by 273 mm: three lying sheets of A4 make a strip of 3 × 273 − 2 × 10 mm.
+        // A window is 186 by 273 mm: three landscape A4 sheets make a strip of 3 × 273 − 2 × 10 mm.
         assert_eq!((of([799.0, 180.0]).counts, of([799.5, 180.0]).counts), ([3, 1], [4, 1]));
         let narrow = Wish { overlap_mm: 180.0, ..WISH };
         assert!(Sheets::new([500.0; 2], 1.0, false, &narrow).unwrap_err().contains("no room"));
-        assert!(Sheets::new([90_000.0; 2], 1.0, false, &WISH).unwrap_err().contains("400 at most"));
+        assert!(Sheets::new([90_000.0; 2], 1.0, false, &WISH).unwrap_err().contains("the limit is 400"));
     }
 
     #[test]
@@ -324,13 +326,13 @@ mod tests {
         assert_eq!(cut("M10,-10 L200,-5"), None);
         let crossing = cut("M-50,25 L150,25").unwrap();
         assert!((long(&crossing) - 100.0).abs() < 1e-6);
-        // A curve that leaves and comes back is two paths, and a closed one loses what lies outside.
+        // A curve that leaves and returns becomes two paths, and a closed one loses its part outside.
         let curve = cut("M10,40 C40,100 60,100 90,40").unwrap();
         assert_eq!(curve.to_svg().matches('M').count(), 2);
         assert!(curve.segments().all(|segment| (0..=20).all(|i| segment.eval(f64::from(i) / 20.0).y < 50.0 + 1e-9)));
         let square = cut("M50,25 L150,25 L150,75 L50,75 Z").unwrap();
         assert!((long(&square) - 75.0).abs() < 1e-6, "{}", long(&square));
-        // A dot stays.
+        // A dot is kept.
         assert!(clipped(&path("M-5,25 L5,25 M7,7 L7,7"), window).unwrap().to_svg().contains("M7,7"));
     }
 }

@@ -1,14 +1,16 @@
-//! A picture of ink → the lines of a pen that draws it.
+//! Traces an image of ink: finds lines that reproduce it when drawn with a pen.
 //!
 //! ```text
-//! ink ─ thin ─▶ lines of pixels ─ follow ─▶ chains ─ measure ─▶ polylines with widths
+//! ink ─ thin ─▶ lines one pixel wide ─ follow ─▶ chains ─ measure ─▶ polylines with widths
 //! ```
 //!
-//! Marks that come from a texture are known as pixels alone, which are full of ink or darker than those to both sides
-//! (ridges, by second differences as Steger 1998, "An unbiased detector of curvilinear structures"). They are thinned to lines of one pixel (Guo and Hall 1989,
-//! "Parallel thinning with two-subiteration algorithms", which keeps oblique lines of two pixels whole), these are followed, through crossings straight on, and
-//! each pixel of ink is given to the nearest pixel of a line. So a line lies where the mean of its ink lies, between
-//! pixels, and is as wide as its ink by its length: what is drawn has the ink of the picture, whatever its borders are.
+//! Marks from a texture exist only as pixels. A pixel belongs to a mark if it is full of ink or darker than the pixels
+//! on both sides (ridges, by second differences as in Steger 1998, "An unbiased detector of curvilinear structures").
+//! The marks are thinned to lines one pixel wide (Guo and Hall 1989, "Parallel thinning with two-subiteration
+//! algorithms", which preserves oblique lines of two pixels). The lines are followed, straight on through crossings,
+//! and each pixel of ink is assigned to the nearest pixel of a line. A line then runs through the means of its ink,
+//! with sub-pixel accuracy, and its width is its ink divided by its length. So the drawing has as much ink as the
+//! image, whatever the borders of the marks.
 
 mod follow;
 mod measure;
@@ -16,12 +18,12 @@ mod thin;
 
 use crate::lines::strokes::polylines::Polyline;
 
-/// Ink by pixels, row by row: 0 none, 1 full.
+/// An image of ink, row by row: 0 is none, 1 is full.
 #[derive(Clone, Debug)]
 pub struct InkPicture {
-    /// Width and height.
+    /// Width and height in pixels.
     pub size_px: [u32; 2],
-    /// As many as there are pixels.
+    /// Ink of each pixel, width × height values.
     pub ink: Vec<f32>,
 }
 
@@ -31,18 +33,18 @@ impl InkPicture {
     }
 }
 
-/// Ink of a dot.
+/// Least ink of a pixel of a dot.
 const DOT: f32 = 0.35;
 
-/// Dots that have the ink of a picture, in no order: round, as large as the marks that they stand for. They are lines of
-/// hardly any length. Coordinates are pixels of this picture.
+/// Traces an image of dots. Each dot becomes a very short line, round and with the ink of the mark that it replaces.
+/// Coordinates are pixels of this image; the order is arbitrary.
 pub fn dots(picture: &InkPicture) -> Vec<Polyline> {
     let dots = thin::Mask::darker(picture, DOT).areas();
     measure::dots(picture, &dots)
 }
 
-/// Lines that have the ink of a picture, in no order; dots are lines of hardly any length. Coordinates are pixels of this
-/// picture.
+/// Traces an image of lines. Dots become very short lines. Coordinates are pixels of this image; the order is
+/// arbitrary.
 pub fn lines(picture: &InkPicture) -> Vec<Polyline> {
     let mask = thin::Mask::of(picture);
     let depth = mask.depth();

@@ -20,12 +20,12 @@ fn every_parameter_is_shown_with_its_value() {
         found[0].split_whitespace().collect::<Vec<_>>().join(" ")
     };
     assert_eq!(line("* width_px"), "* width_px 2.6 px 0.5 to 64 required Width of a stroke.");
-    assert!(line("* fade_s").starts_with("* fade_s 0.8 s 0 to 60 0.8 How fast"));
+    assert!(line("* fade_s").starts_with("* fade_s 0.8 s 0 to 60 0.8 Time over"));
     assert!(line("  wobble_px").starts_with("wobble_px 0.0 px 0 to 16 0.0 How far"));
-    assert!(line("  suggestive_px").starts_with("suggestive_px – px 1 to 256 – Suggestive"));
-    assert!(line("  detector").starts_with("detector – lsa, sobel, roystan, curvature required What finds"));
+    assert!(line("  suggestive_px").starts_with("suggestive_px – px 1 to 256 – Draws suggestive"));
+    assert!(line("  detector").starts_with("detector – lsa, sobel, roystan, curvature required Method that detects"));
     assert!(line("[hatching], not in this style").ends_with("none are drawn."));
-    assert!(line("[paper]").starts_with("[paper]: The sheet that is drawn on."));
+    assert!(line("[paper]").starts_with("[paper]: The paper on which the picture is drawn."));
     // Columns begin at one place.
     let at = |begins: &str, word: &str| {
         let line = text.lines().find(|line| line.starts_with(begins)).unwrap();

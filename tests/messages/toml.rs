@@ -52,7 +52,10 @@ fn toml_has_places_and_near_names() {
             "f.toml:6:1: unknown key \"strokes.width\"; did you mean \"width_px\"?",
         ),
         (format!("{STYLE}[strokes]\nwidth_px = 99\n"), "f.toml:6:12: strokes.width_px is 99, not between 0.5 and 64"),
-        (format!("{STYLE}[paper]\ncolor = \"white\"\n"), "f.toml:6:9: paper.color: \"white\" is not a colour like"),
+        (
+            format!("{STYLE}[paper]\ncolor = \"white\"\n"),
+            "f.toml:6:9: paper.color: \"white\" is not a colour of the form",
+        ),
         (STYLE.replace("plain", "toone"), "f.toml:4:8: tone.kind cannot be \"toone\""),
         (
             STYLE.replace("plain", "toon") + "steps = \"many\"\ndarkest = 0\n",
@@ -81,7 +84,7 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"crayon\"\n"),
-            "f.toml:7:11: crayon: no such stroke texture; there is pen, brush, pencil, charcoal, dry-ink",
+            "f.toml:7:11: crayon: no such stroke texture; available: pen, brush, pencil, charcoal, dry-ink",
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"none.toml\"\n"),

@@ -1,4 +1,5 @@
-//! The pictures of a stack of marks, looked at when a style is loaded. `tones/tonal_art_map/stack` makes a map of them.
+//! The images of a stack of hatching marks, checked when a style is loaded. `tones/tonal_art_map/stack` makes a tonal
+//! art map of them.
 
 use std::io::BufReader;
 use std::path::Path;
@@ -9,26 +10,26 @@ use crate::file::one_line;
 use crate::file::png::{Picture, read_rgba8};
 use crate::style::StyleError;
 
-/// That every picture of a recipe is there and can be decoded, is a square with a side that tiles may have, and is as
-/// wide as the first.
+/// Checks that every image of a recipe exists and can be decoded, is square with an allowed side ([`SIDES_PX`]), and
+/// has the size of the first.
 ///
 /// # Errors
-/// [`StyleError::MarkImage`] for the first that does not hold.
+/// [`StyleError::MarkImage`] for the first image that fails.
 pub fn check(recipe: &Recipe) -> Result<(), StyleError> {
     read(recipe).map(|_| ())
 }
 
-/// The pictures of a recipe: squares with a side that tiles may have, all as wide as the first.
+/// Reads the images of a recipe: squares with an allowed side ([`SIDES_PX`]), all of the same size.
 ///
 /// # Errors
-/// [`StyleError::MarkImage`] when one is not there, cannot be decoded, or is of another size.
+/// [`StyleError::MarkImage`] if an image is missing, cannot be decoded, or has another size.
 pub fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
     let mut pictures: Vec<Picture> = Vec::with_capacity(recipe.images.len());
     for path in &recipe.images {
         let wrong = |cause| StyleError::MarkImage { path: path.display().to_string(), cause };
         let picture = picture(path).map_err(wrong)?;
         if let Some(first) = pictures.first().filter(|first| first.width != picture.width) {
-            let cause = format!("it is {} px wide, but the first picture is {}", picture.width, first.width);
+            let cause = format!("it is {} px wide, but the first picture is {} px wide", picture.width, first.width);
             return Err(wrong(cause));
         }
         pictures.push(picture);
@@ -36,12 +37,12 @@ pub fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
     Ok(pictures)
 }
 
-/// A picture that holds, or what is wrong with it.
+/// Reads one image and checks its size; the error is the cause in one line.
 fn picture(path: &Path) -> Result<Picture, String> {
     let unread = |words: &str| format!("cannot read the picture: {}", one_line(words));
-    // The words of an error that names the file end with those of its cause, and the file is named already.
+    // The caller already names the file, so of an error that names it again only the cause is used.
     let told = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
-    // The header comes first: a damaged one may claim a size that no memory holds.
+    // The header is checked first: a damaged one may claim a size that does not fit into memory.
     let file = open_regular(path).map_err(|error| format!("cannot read the picture: {error}"))?;
     let mut decoder = png::Decoder::new(BufReader::new(file));
     let header = decoder.read_header_info().map_err(|error| unread(&told(&error)))?;
@@ -49,13 +50,13 @@ fn picture(path: &Path) -> Result<Picture, String> {
     let [least, most] = SIDES_PX;
     if width != height || !width.is_power_of_two() || !(least..=most).contains(&width) {
         return Err(format!(
-            "it is {width} × {height} px; pictures of marks are squares with a side that is a power of two from \
+            "it is {width} × {height} px; pictures of marks must be square, with a side that is a power of two from \
              {least} to {most}"
         ));
     }
     let picture = read_rgba8(path).map_err(|error| unread(&told(&error)))?;
     if picture.rgba.len() != 4 * width as usize * height as usize {
-        return Err(unread("it has another size than its header says"));
+        return Err(unread("its pixel data does not match the size in its header"));
     }
     Ok(picture)
 }

@@ -4,63 +4,62 @@ use toml_edit::{ArrayOfTables, Item};
 
 use super::{Range, Setting, find};
 
-/// A parameter, or a section of parameters, as it is defined.
+/// The definition of a parameter, or of a section of parameters.
 #[derive(Clone, Debug)]
 pub struct Definition {
-    /// In its section.
+    /// Key within its section.
     pub key: &'static str,
-    /// What it does, in a line.
+    /// One sentence of help.
     pub help: &'static str,
-    /// Of a number that has one.
+    /// Unit of a number, if it has one.
     pub unit: Option<&'static str>,
-    /// What the value may be.
+    /// Allowed values of a number, pair or list.
     pub range: Range,
-    /// What kind of value it is.
+    /// Kind of value.
     pub kind: ValueKind,
-    /// Whether it must be given where its section is.
+    /// Whether the key is required where its section is present.
     pub is_required: bool,
-    /// What it is where it is not given; none where nothing takes its place.
+    /// Value if the key is not given; `None` if there is no default.
     pub default: Option<Item>,
 }
 
-/// What kind of value a parameter has.
+/// The kind of value that a parameter has.
 #[derive(Clone, Debug)]
 pub enum ValueKind {
-    /// A number.
+    /// A 32-bit floating-point number.
     Number,
-    /// A whole number, 0 or more.
+    /// A whole number, 0 or greater.
     Whole,
-    /// True or false.
+    /// `true` or `false`.
     Flag,
-    /// A text.
     Text,
-    /// A colour.
+    /// An sRGB colour, `#rrggbb`.
     Color,
-    /// Two numbers.
+    /// A pair of numbers.
     Pair,
     /// One of several names.
     Choice(Vec<Choice>),
-    /// A list.
+    /// A list of values of one kind.
     List(Box<ValueKind>),
     /// A section with parameters of its own.
     Section(Vec<Definition>),
 }
 
-/// A name that a parameter may have.
+/// One of the names that a parameter accepts.
 #[derive(Clone, Debug)]
 pub struct Choice {
-    /// As a style file has it.
+    /// The name, as written in a style file.
     pub name: String,
-    /// What it means, in a line.
+    /// One sentence of help.
     pub help: &'static str,
 }
 
-/// A parameter with its place.
+/// A parameter with its full key.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// With its sections: `hatching.layers[0].from`.
+    /// Key with its sections, for example `hatching.layers[0].from`.
     pub key: String,
-    /// What holds for it.
+    /// The definition of the parameter.
     pub definition: Definition,
 }
 
@@ -78,7 +77,7 @@ impl Definition {
         Self { key, help: help.trim_ascii(), unit, range, kind: T::kind(), is_required, default }
     }
 
-    /// What the value may be, in words for a table.
+    /// Returns the allowed values in words, for a table.
     pub fn allowed(&self) -> String {
         match (&self.kind, self.range) {
             (ValueKind::List(kind), Range::Any) => format!("list of {}", kind.plural()),
@@ -94,7 +93,7 @@ impl Definition {
         }
     }
 
-    /// The parameters within, where it is a section or a list of sections.
+    /// Returns the definitions inside a section or a list of sections; `None` for a value.
     pub fn section(&self) -> Option<&[Self]> {
         match &self.kind {
             ValueKind::Section(definitions) => Some(definitions),
@@ -108,7 +107,7 @@ impl Definition {
 }
 
 impl ValueKind {
-    /// In a word or two.
+    /// Returns the kind in one to three words, for messages and tables.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Number => "number",
@@ -133,7 +132,7 @@ impl ValueKind {
     }
 }
 
-/// The unit that a key ends with.
+/// Returns the unit that the suffix of a key stands for.
 fn unit_of(key: &str) -> Option<&'static str> {
     match key.rsplit_once('_')?.1 {
         "px" => Some("px"),
@@ -143,9 +142,9 @@ fn unit_of(key: &str) -> Option<&'static str> {
     }
 }
 
-/// All parameters below a section, in the order of the definitions, but its own values before the sections within it,
-/// as a text has them; a section itself comes before what is in it. A list of sections has as many as `item`, which
-/// stands for the whole, has entries there; without entries it has one, `[]`.
+/// Returns all parameters below a section, in the order of a TOML text: its own values first, then each section
+/// followed by the section's parameters. `item` is the whole document: a list of sections is repeated for each of its
+/// entries there. A list without entries appears once, with the key `[]`.
 pub fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
     let mut all = Vec::new();
     if let ValueKind::Section(definitions) = kind {

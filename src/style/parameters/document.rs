@@ -1,4 +1,4 @@
-//! `docs/style-parameters.md`, made from the definitions.
+//! Generates `docs/style-parameters.md` from the definitions.
 
 use std::fmt::Write as _;
 
@@ -8,55 +8,55 @@ use crate::style::{Style, marks, texture};
 const HEAD: &str = "\
 # Parameters of styles and recipes
 
-This page is made from the definitions in `src/style`; `cargo run --release --example style_parameters` writes it anew. \
-`hachure styles show NAME --all` tells the same with the values of a style.
+This page is generated from the definitions in `src/style` by `cargo run --release --example style_parameters`. \
+`hachure styles show NAME --all` prints the same parameters with the values of a style.
 
-A key without a default must be given where its section is; a dash stands for those that may be left out and have none. \
+A key without a default is required where its section is present. A dash marks an optional key without a default. \
 Colours are sRGB.
 ";
 
-/// A kind of file: its title, what is said of it, and its parameters.
+/// The chapter about one kind of file: its title, an introduction, and the parameters.
 struct Part {
     title: &'static str,
     about: &'static str,
-    /// The recipes of this kind that come with the program.
+    /// Names of the built-in recipes of this kind.
     names: Vec<&'static str>,
     kind: ValueKind,
 }
 
-/// The text of `docs/style-parameters.md`.
+/// Returns the text of `docs/style-parameters.md`.
 pub fn document() -> String {
     let parts = [
         Part {
             title: "Styles",
-            about: "The keys at the top stand before the first section. A section that is left out draws nothing, or has \
-                    its defaults where all of its keys have one.",
+            about: "The keys of the first table are written before the first section. A section that is left out draws \
+                    nothing, or has its default values if all of its keys have one.",
             names: Vec::new(),
             kind: Style::kind(),
         },
         Part {
             title: "Recipes of marks",
-            about: "`hatching.layers.marks` of a style names one. Everything that has no unit is a part of something. \
-                    *Mid tone* is the darkness at which marks of `width_px` stand `spacing_px` apart; the width is 9 \
-                    tenths of the spacing at most.",
+            about: "`hatching.layers.marks` of a style names a recipe. Values without a unit are fractions. *Mid tone* \
+                    is the darkness at which marks are `width_px` wide and `spacing_px` apart; the width is at most \
+                    90 % of the spacing.",
             names: marks::names(),
             kind: marks::Recipe::kind(),
         },
         Part {
             title: "Recipes of stroke textures",
-            about: "`strokes.texture` of a style names one. Everything that has no unit is a part of something. A texel is \
-                    a pixel.",
+            about: "`strokes.texture` of a style names a recipe. Values without a unit are fractions. A texel is a \
+                    pixel.",
             names: texture::names(),
             kind: texture::Recipe::kind(),
         },
     ];
     let mut text = HEAD.to_owned();
     for Part { title, about, names, kind } in parts {
-        // Writing into a string does not fail.
+        // Writing into a string cannot fail.
         let _ = write!(text, "\n## {title}\n\n{about}");
         text += &match names.is_empty() {
             true => "\n".to_owned(),
-            false => format!(" The program has {}.\n", names.join(", ")),
+            false => format!(" Built-in recipes: {}.\n", names.join(", ")),
         };
         let mut rows: Vec<Definition> = Vec::new();
         for Parameter { key, definition } in parameters_of(&kind, None) {
@@ -69,7 +69,7 @@ pub fn document() -> String {
             let is_list = key.ends_with("[]");
             let shown = if is_list { format!("[[{}]]", key.replace("[]", "")) } else { format!("[{key}]") };
             let count =
-                if is_list { format!(" It may stand there for {}.", definition.allowed()) } else { String::new() };
+                if is_list { format!(" There may be {} of this name.", definition.allowed()) } else { String::new() };
             let _ = write!(text, "\n### `{shown}`\n\n{}{count}\n", definition.help);
         }
         table(&mut text, &rows);
@@ -77,7 +77,7 @@ pub fn document() -> String {
     text
 }
 
-/// The parameters of a section, and what the names mean that some of them may have.
+/// Appends the table of a section's parameters, and the meaning of each name that a parameter accepts.
 fn table(text: &mut String, rows: &[Definition]) {
     if rows.is_empty() {
         return;

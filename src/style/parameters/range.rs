@@ -1,32 +1,32 @@
-//! What the values of parameters may be.
+//! Allowed values of parameters.
 
 use std::fmt::{Display, Formatter, Result};
 
-/// What a value may be, beside being of its type.
+/// The allowed values of a parameter, in addition to its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Range {
-    /// Whatever the type holds.
+    /// Every value of the type.
     Any,
-    /// From the one to the other.
+    /// A number from the first to the second, both included.
     Within(f32, f32),
-    /// This, or a finite number above it.
+    /// A finite number greater than or equal to this.
     AtLeast(f32),
-    /// A finite number above this.
+    /// A finite number greater than this.
     Above(f32),
-    /// A power of two from the one to the other.
+    /// A power of two from the first to the second, both included.
     PowerOfTwo(u32, u32),
-    /// 0, or from the one to the other.
+    /// 0, or a number from the first to the second, both included.
     ZeroOr(u32, u32),
-    /// Two finite numbers, the first at least this and the second above the first.
+    /// Two finite numbers: the first at least this, the second greater than the first.
     Rising(f32),
-    /// Two numbers from the one to the other, the second not below the first.
+    /// Two numbers from the first to the second, both included, in ascending order; they may be equal.
     Span(f32, f32),
-    /// A list with so many entries.
+    /// A list with at least the first and at most the second number of entries.
     Entries(usize, usize),
 }
 
 impl Range {
-    /// The least and the largest number, where there are such.
+    /// Returns the smallest and the largest allowed number, where they exist.
     pub fn ends(&self) -> [Option<f32>; 2] {
         match *self {
             Self::Any | Self::Entries(..) => [None, None],
@@ -39,7 +39,7 @@ impl Range {
 }
 
 impl Display for Range {
-    /// For tables; nothing for [`Range::Any`].
+    /// Writes the range in words for a table; nothing for [`Range::Any`].
     fn fmt(&self, formatter: &mut Formatter<'_>) -> Result {
         match self {
             Self::Any => Ok(()),
@@ -48,8 +48,8 @@ impl Display for Range {
             Self::Above(low) => write!(formatter, "above {low}"),
             Self::PowerOfTwo(low, high) => write!(formatter, "a power of two, {low} to {high}"),
             Self::ZeroOr(low, high) => write!(formatter, "0, or {low} to {high}"),
-            Self::Rising(low) => write!(formatter, "two that rise, {low} or more"),
-            Self::Span(low, high) => write!(formatter, "two from {low} to {high}"),
+            Self::Rising(low) => write!(formatter, "two increasing numbers, {low} or more"),
+            Self::Span(low, high) => write!(formatter, "two numbers from {low} to {high}"),
             Self::Entries(low, high) => write!(formatter, "{low} to {high} entries"),
         }
     }

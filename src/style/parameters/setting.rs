@@ -1,4 +1,4 @@
-//! The types that parameters may have.
+//! Types of parameters.
 
 use std::path::PathBuf;
 
@@ -8,25 +8,25 @@ use super::{Range, ValueKind};
 use crate::file::toml_text::Wrong;
 use crate::style::Color;
 
-/// A type that a parameter may have: a value, a list of them, or a section with parameters of its own.
+/// The type of a parameter: a value, a list of values, or a section with parameters of its own.
 pub trait Setting: Sized {
-    /// What its values are.
+    /// Returns the kind of value.
     fn kind() -> ValueKind;
 
-    /// What it is where no key gives it and its definition has no default; none if it must be given.
+    /// Returns the value if neither the file nor the definition gives one; `None` if the key is required.
     fn left_out() -> Option<Self> {
         None
     }
 
-    /// That it is within its range. `key` is where it stands, as [`Wrong`] has it.
+    /// Checks that the value is in its range. `key` is the full key, in the form of [`Wrong`].
     ///
     /// # Errors
-    /// The key, and what is wrong with its value.
+    /// The key and what is wrong with its value.
     fn check(&self, _key: &str, _range: &Range) -> Result<(), Wrong> {
         Ok(())
     }
 
-    /// What must hold for a list of them, beside what holds for each.
+    /// Checks a list as a whole, in addition to [`Setting::check`] on each entry.
     ///
     /// # Errors
     /// As [`Setting::check`].
@@ -34,22 +34,22 @@ pub trait Setting: Sized {
         Ok(())
     }
 
-    /// As a style file has it; nothing where it is none.
+    /// Returns the value as TOML; `None` for an absent optional value.
     fn item(&self) -> Option<Item>;
 }
 
-/// What a parameter is if no key gives it: its default, if it has one.
+/// Returns the value of a parameter that the file does not give: its default, if it has one.
 pub fn absent<T: Setting, const N: usize>(default: [T; N]) -> Option<T> {
     default.into_iter().next().or_else(T::left_out)
 }
 
-/// The first of a list that has at least one entry: what is said, or what holds otherwise.
+/// Returns the first entry. The macros pass an optional given value followed by a fallback.
 pub fn first<T: Copy, const N: usize>(all: &[T; N]) -> T {
-    const { assert!(N > 0, "there must be a value for what is not said") };
+    const { assert!(N > 0, "the array must have at least one entry") };
     all[0]
 }
 
-/// A number as a person would write it: 0.1, and not 0.10000000149011612. It reads back as the same number.
+/// Returns the shortest decimal that reads back as the same 32-bit number: 0.1, not 0.10000000149011612.
 pub(super) fn shortest(number: f32) -> f64 {
     let exact = f64::from(number);
     let short = number.to_string().parse().unwrap_or(exact);
@@ -121,7 +121,7 @@ impl Setting for [f32; 2] {
         match *range {
             Range::Rising(low) => {
                 let holds = *from >= low && to > from && to.is_finite();
-                need(holds, key, || format!(" is {self:?}; it must rise, from {low} or more"))
+                need(holds, key, || format!(" is {self:?}; it must be two increasing numbers, {low} or more"))
             }
             Range::Span(low, high) => {
                 to.check(key, &Range::Within(low, high))?;

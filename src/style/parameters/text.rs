@@ -1,5 +1,4 @@
-//! Styles and recipes as texts: written as a whole, or one value set in a text that somebody wrote, whose comments and
-//! order stay.
+//! Styles and recipes as TOML text: written completely, or edited by one value with comments and order preserved.
 
 use serde::ser::{SerializeMap, SerializeSeq};
 use serde::{Serialize, Serializer};
@@ -9,13 +8,13 @@ use super::{Definition, Setting, parameters_of};
 use crate::file::message::{did_you_mean, shown};
 use crate::file::toml_text::{self, TomlError, Wrong};
 
-/// All of a style or recipe as a text, with every parameter that has a value, so that no default is left to guess.
+/// Returns a style or recipe as TOML text with every parameter that has a value, defaults included.
 pub fn text(of: &impl Setting) -> String {
     let table = of.item().and_then(|item| item.into_table().ok()).unwrap_or_default();
     DocumentMut::from(table).to_string()
 }
 
-/// A name in a key, and which entry of the list that it names.
+/// Splits a key into its names, each with the index of a list entry if it has one.
 fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
     key.split('.').map(|step| match step.strip_suffix(']').and_then(|step| step.split_once('[')) {
         Some((name, number)) => (name, number.parse().ok()),
@@ -23,7 +22,7 @@ fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
     })
 }
 
-/// What stands at a key: `hatching.layers[0].from`.
+/// Returns the item at a key, for example `hatching.layers[0].from`.
 pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
     steps(key).try_fold(item, |item, (name, number)| {
         let named = item.as_table_like()?.get(name)?;
@@ -31,14 +30,14 @@ pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
     })
 }
 
-/// The text of a style or recipe (`T`) with another value at a key. Comments, order and the other values stay as they
-/// are; a section or key that is not there is added at the end. `name` stands for the file in errors.
+/// Returns the text of a style or recipe (`T`) with another value at a key. Comments, order and all other values are
+/// preserved; a missing section or key is added at the end. Errors begin with `name`, the name of the file.
 ///
 /// # Errors
-/// A text that is no TOML; a key that no parameter has, or of an entry that its list does not have. Whether the value
-/// makes sense is known when the text is read.
+/// Invalid TOML; a key that no parameter has; the index of a list entry that does not exist. The value itself is only
+/// checked when the text is read.
 pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
-    // For the place of a mistake, which is told as everywhere.
+    // This reports invalid TOML with line and column, like all other readers.
     toml_text::keys(name, text)?;
     let wrong = |told: String| Wrong::told(key, told).in_text(name, text);
     known::<T>(key).map_err(&wrong)?;
@@ -51,14 +50,14 @@ pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value
         item = table.entry(step).or_insert_with(|| Item::Table(Table::new()));
         if let Some(number) = number {
             let entry = item.get_mut(number);
-            item = entry.ok_or_else(|| wrong(format!("{}: there is no such entry in the list", shown(key))))?;
+            item = entry.ok_or_else(|| wrong(format!("{}: the list has no such entry", shown(key))))?;
         }
     }
     let table = item.as_table_like_mut().ok_or_else(|| wrong(format!("{}: it must be a table", shown(key))))?;
     let mut value = value.into();
     match table.get_mut(last).and_then(Item::as_value_mut) {
         Some(there) => {
-            // A comment behind a value belongs to its line.
+            // A comment after the value belongs to its line and is kept.
             *value.decor_mut() = there.decor().clone();
             *there = value;
         }
@@ -69,7 +68,7 @@ pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value
     Ok(document.to_string())
 }
 
-/// That a parameter has this key, whichever entry of a list it is of.
+/// Checks that a parameter has this key, whatever its list index.
 fn known<T: Setting>(key: &str) -> Result<(), String> {
     let bare = |key: &str| steps(key).map(|(name, _)| name).collect::<Vec<_>>().join(".");
     let all = parameters_of(&T::kind(), None);
@@ -83,7 +82,7 @@ fn known<T: Setting>(key: &str) -> Result<(), String> {
     Err(format!("there is no parameter {}{meant}", shown(key)))
 }
 
-/// Items of TOML for serde, with the keys of the file.
+/// A TOML item that serde can serialise, with the keys of the file.
 pub struct Tree<'a>(pub Option<&'a Item>);
 
 impl Serialize for Tree<'_> {
@@ -109,7 +108,7 @@ impl Serialize for Tree<'_> {
     }
 }
 
-/// A value of TOML for serde.
+/// A TOML value that serde can serialise.
 struct Leaf<'a>(&'a Value);
 
 impl Serialize for Leaf<'_> {
@@ -141,18 +140,18 @@ mod tests {
         assert_eq!(set("name", "z".into()).unwrap(), text.replacen("\"x\"", "\"z\"", 1));
         let second = text.replace("marks = \"dash\"\n", "marks = \"dash\"\nfrom = 0.5\n");
         assert_eq!(set("hatching.layers[1].from", 0.5.into()).unwrap(), second);
-        // What is not there is added.
+        // A missing key is added.
         let added = text.replace("# was 3\n", "# was 3\ntaper_px = 9.0\n");
         assert_eq!(set("strokes.taper_px", 9.0.into()).unwrap(), added);
         assert_eq!(set("paper.grain", 0.5.into()).unwrap(), format!("{text}\n[paper]\ngrain = 0.5\n"));
-        // The section of layers was never written.
+        // The text has `[[hatching.layers]]` but no `[hatching]`.
         let soft = set("hatching.softness", 0.25.into()).unwrap();
         let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching.unwrap());
         assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),
-            ("hatching.layers[2].from", "x.toml:10:1: hatching.layers[2].from: there is no such entry in the list"),
+            ("hatching.layers[2].from", "x.toml:10:1: hatching.layers[2].from: the list has no such entry"),
             ("", "x.toml: there is no parameter "),
         ] {
             let error = set(key, 1.into()).unwrap_err();

@@ -203,7 +203,7 @@ fn ranges_are_checked<T: Kind>() {
         for value in &outside {
             let error = with(value).err().unwrap_or_else(|| panic!("{key} may be {value}"));
             // Of a stop that is far off it may be told first that it does not rise.
-            let told = error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must rise");
+            let told = error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must increase");
             assert!(told, "{key} = {value}: {error}");
             assert!(error.starts_with("x.toml:") && error.lines().count() == 1, "{error}");
         }
@@ -255,7 +255,7 @@ fn the_documentation_is_that_of_the_definitions() {
     let differs = written.lines().zip(made.lines()).position(|(written, made)| written != made);
     assert!(
         written == made,
-        "docs/style-parameters.md is not that of the definitions, from line {} on; write it anew with\n  \
+        "docs/style-parameters.md is not that of the definitions, from line {} on; regenerate it with\n  \
          cargo run --release --example style_parameters",
         differs.unwrap_or(0) + 1
     );
@@ -280,7 +280,7 @@ fn presets_are_edited_with_their_comments() {
     let text = preset_text("strokes").unwrap();
     let thick = set::<Style>("strokes", text, "strokes.width_px", 9.5).unwrap();
     assert_eq!(thick, text.replace("width_px = 2.6", "width_px = 9.5"));
-    assert!(thick.contains("# Made anew in each tenth frame"));
+    assert!(thick.contains("# Rebuilt in every tenth frame"));
     let [before, after] = [text, &thick].map(|text| read::<Style>("strokes", text).unwrap());
     assert_eq!(after.strokes.as_ref().unwrap().width_px, 9.5);
     // Nothing else has changed, and the comparison sees what has.

@@ -1,41 +1,44 @@
-//! Lines of pixels are followed from end to end, through crossings straight on.
+//! Follows lines one pixel wide from end to end, straight on through crossings.
 
 use rustc_hash::FxHashMap;
 
 use super::thin::Mask;
 
-/// Pixels of a line that its direction at a crossing is taken over.
+/// Number of pixels over which the direction of a line at a crossing is measured.
 const AHEAD: usize = 8;
-/// Two lines go on into each other at a crossing if they turn by less than 60 degrees; two that are alone there, if by
-/// less than a right angle.
+/// Cosines of the largest turn at which two lines are joined at a crossing: 60 degrees, or a right angle if only these
+/// two lines meet there.
 const STRAIGHT: f32 = 0.5;
 const BENT: f32 = 0.0;
-/// A twig is shorter than the line that it grows from is deep, times this, and so many pixels.
+/// A side branch is removed as an artefact of thinning if it is shorter than the depth of its crossing times
+/// [`TWIG_PART`], plus [`TWIG_PX`] pixels.
 const TWIG_PART: f32 = 1.2;
 const TWIG_PX: f32 = 2.5;
 
-/// A bridge between two crossings that are one is no longer than the lines there are deep, times this, and so many pixels.
+/// Two crossings are united if the line between them is shorter than their greater depth times [`BRIDGE_PART`], plus
+/// [`BRIDGE_PX`] pixels.
 const BRIDGE_PART: f32 = 2.0;
 const BRIDGE_PX: f32 = 1.0;
 
-/// A line of pixels.
+/// A line of connected pixels.
 pub(super) struct Chain {
-    /// Indices of a [`Mask`].
+    /// Indices into a [`Mask`].
     pub places: Vec<usize>,
-    /// Whether the last is beside the first.
+    /// Whether the last pixel is next to the first.
     pub is_closed: bool,
 }
 
-/// A line between crossings. A crossing is known by one of its pixels; an end that is free has none.
+/// A line between crossings. A crossing is identified by one of its pixels; a free end has none.
 struct Piece {
     places: Vec<usize>,
     crossings: [Option<usize>; 2],
 }
 
-/// An end of a piece: its number, and whether it is the last place.
+/// An end of a piece: the index of the piece, and whether it is the piece's last pixel.
 type End = (usize, bool);
 
-/// All lines of a mask that is thin.
+/// Returns all lines of a thinned mask. `depth` is the distance of each pixel of the mask before thinning from one
+/// without ink.
 pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
     let (mut pieces, mut closed) = pieces(mask, &Crossings::of(mask));
     unite(&mut pieces, depth);
@@ -52,9 +55,9 @@ pub(super) fn chains(mask: &Mask, depth: &[f32]) -> Vec<Chain> {
     closed
 }
 
-/// Pixels with more than two neighbours, in groups of those beside each other.
+/// Pixels with more than two neighbours, in connected groups.
 struct Crossings {
-    /// One of the group's pixels, for each.
+    /// For each such pixel, the pixel that identifies its group.
     of: FxHashMap<usize, usize>,
 }
 
@@ -84,7 +87,7 @@ impl Crossings {
     }
 }
 
-/// Where two wide lines cross, thinning leaves two crossings and a bridge between them: they become one.
+/// Unites crossings: where two wide lines cross, thinning leaves two crossings with a short bridge between them.
 fn unite(pieces: &mut Vec<Piece>, depth: &[f32]) {
     let mut now: FxHashMap<usize, usize> = FxHashMap::default();
     let of = |now: &FxHashMap<usize, usize>, mut crossing: usize| {
@@ -112,7 +115,7 @@ fn neighbours(mask: &Mask, at: usize) -> impl Iterator<Item = usize> {
     mask.around(at).into_iter().filter(|other| mask.on[*other] == 1)
 }
 
-/// Lines between crossings and ends, and those that go around.
+/// Returns the lines between crossings and ends, and the closed lines.
 fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
     let mut is_done = vec![false; mask.on.len()];
     let mut pieces = Vec::new();
@@ -127,7 +130,7 @@ fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
             places.push(next);
             at = next;
         }
-        // Of a single pixel between two groups each has an end.
+        // A single pixel between two groups has an end at each of them.
         let is_alone = places.len() == 1 && begin.is_some();
         let mut near = neighbours(mask, at).filter_map(|other| crossings.at(other));
         let end = near.find(|other| !is_alone || Some(*other) != begin);
@@ -137,7 +140,7 @@ fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
     let ends: Vec<usize> = ends.collect();
     for &at in ends.iter().filter(|at| neighbours(mask, **at).count() < 2) {
         if !is_done[at] {
-            // A pixel beside a crossing alone begins there.
+            // A pixel whose only neighbour is a crossing begins there.
             let piece = walk(at, None, &mut is_done);
             pieces.push(piece);
         }
@@ -161,7 +164,7 @@ fn pieces(mask: &Mask, crossings: &Crossings) -> (Vec<Piece>, Vec<Chain>) {
     (pieces, closed)
 }
 
-/// Pieces that go on into each other are one line.
+/// Joins pieces that continue each other to chains.
 fn joined(stride: usize, pieces: &[Piece]) -> Vec<Chain> {
     let partners = partners(stride, pieces);
     let mut is_done = vec![false; pieces.len()];
@@ -179,7 +182,7 @@ fn joined(stride: usize, pieces: &[Piece]) -> Vec<Chain> {
             }
             let leaves = (piece, !enters_last);
             let Some(&(next, next_last)) = partners.get(&leaves) else { return Chain { places, is_closed: false } };
-            // Straight over the crossing: what is inked there is the line's that comes first.
+            // The chain runs straight over the crossing; the ink there goes to the first line.
             let goes_on = &pieces[next].places;
             let end = goes_on[if next_last { goes_on.len() - 1 } else { 0 }];
             let begin = places[places.len() - 1];
@@ -197,7 +200,7 @@ fn joined(stride: usize, pieces: &[Piece]) -> Vec<Chain> {
             }
         }
     }
-    // What is left goes around.
+    // The remaining pieces form closed lines.
     for piece in 0..pieces.len() {
         if !is_done[piece] {
             chains.push(go(piece, false, &mut is_done));
@@ -206,7 +209,7 @@ fn joined(stride: usize, pieces: &[Piece]) -> Vec<Chain> {
     chains
 }
 
-/// The places on the straight way between two, without these.
+/// Returns the pixels on the straight line between two pixels, without these two.
 fn between(stride: usize, a: usize, b: usize) -> impl Iterator<Item = usize> {
     let at = move |place: usize| [(place % stride) as i64, (place / stride) as i64];
     let [[ax, ay], [bx, by]] = [at(a), at(b)];
@@ -215,7 +218,7 @@ fn between(stride: usize, a: usize, b: usize) -> impl Iterator<Item = usize> {
     (1..steps).map(move |i| part(ay, by, i) as usize * stride + part(ax, bx, i) as usize)
 }
 
-/// Which end goes on into which.
+/// Pairs the ends at each crossing that continue each other.
 fn partners(stride: usize, pieces: &[Piece]) -> FxHashMap<End, End> {
     let mut at_crossing: FxHashMap<usize, Vec<End>> = FxHashMap::default();
     for (number, piece) in pieces.iter().enumerate() {
@@ -244,7 +247,7 @@ fn partners(stride: usize, pieces: &[Piece]) -> FxHashMap<End, End> {
     partners
 }
 
-/// Where a piece goes from a crossing on: unit.
+/// Returns the unit direction in which a piece leaves a crossing.
 fn way(stride: usize, pieces: &[Piece], crossing: usize, (piece, is_last): End) -> [f32; 2] {
     let places = &pieces[piece].places;
     let ahead = AHEAD.min(places.len() - 1);

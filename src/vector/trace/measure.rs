@@ -1,27 +1,28 @@
-//! Where lines lie between pixels, and how wide they are: by the ink that is theirs.
+//! Measures the sub-pixel position and the width of lines from their ink.
 
 use super::InkPicture;
 use super::follow::Chain;
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
-/// Less ink is of no line.
+/// Pixels with less ink are ignored.
 const LEAST_INK: f32 = 0.03;
-/// A line with less ink is none: pixels.
+/// Lines with less ink, in pixels, are dropped as speckle.
 const CRUMB_PX: f32 = 0.7;
-/// Places on each side over which a line's place and width are means.
+/// Number of pixels on each side over which position and width of a line are averaged.
 const AROUND: usize = 4;
-/// Points of a line are so far from each other, and turn by less than what has this cosine; farther away they may.
+/// Points of a line are at least [`APART_PX`] apart and turn by less than the angle with the cosine [`FORWARD`]; points
+/// more than [`TURN_PX`] apart may turn more.
 const APART_PX: f32 = 1.5;
 const FORWARD: f32 = 0.4;
 const TURN_PX: f32 = 2.5;
-/// Ink of half a round end, by its squared width.
+/// Ink of a round end, divided by its squared width.
 const HALF_CAP: f32 = std::f32::consts::FRAC_PI_8;
-/// A dot is a line that is shorter than this part of its width.
+/// A line shorter than this fraction of its width is a dot.
 const DOT_PART: f32 = 0.5;
-/// As long as it is: some programs leave out what has no length.
+/// Length of the line that stands for a dot; some programs skip lines of zero length.
 const DOT_PX: f32 = 0.1;
 
-/// The ink that is given to a place of a line, and the sums of its coordinates.
+/// The ink assigned to a pixel of a line, and the ink-weighted sums of its coordinates.
 #[derive(Clone, Copy, Default)]
 struct Ink {
     sum: f32,
@@ -35,7 +36,7 @@ impl Ink {
     }
 }
 
-/// Lines along chains, whose indices have a border of one place.
+/// Returns a line for each chain. Indices of chains are those of a mask with a border of one pixel.
 pub(super) fn polylines(picture: &InkPicture, chains: &[Chain]) -> Vec<Polyline> {
     let owned = given(picture, chains);
     let mut first = 0;
@@ -47,7 +48,7 @@ pub(super) fn polylines(picture: &InkPicture, chains: &[Chain]) -> Vec<Polyline>
     lines.collect()
 }
 
-/// A dot for each area.
+/// Returns a dot for each area.
 pub(super) fn dots(picture: &InkPicture, areas: &[Chain]) -> Vec<Polyline> {
     let owned = given(picture, areas);
     let mut first = 0;
@@ -60,7 +61,7 @@ pub(super) fn dots(picture: &InkPicture, areas: &[Chain]) -> Vec<Polyline> {
     dots.collect()
 }
 
-/// As large as its ink.
+/// Returns a dot whose area is its ink.
 fn dot(ink: Ink) -> Polyline {
     let [x, y] = [ink.x / ink.sum, ink.y / ink.sum];
     let half_width_px = (ink.sum / std::f32::consts::PI).sqrt();
@@ -68,8 +69,8 @@ fn dot(ink: Ink) -> Polyline {
     Polyline { points: vec![end(-0.5 * DOT_PX), end(0.5 * DOT_PX)], ..Polyline::default() }
 }
 
-/// The ink of each place of all chains, one after the other: that of the pixels which are nearer to it than to others, by
-/// steps from pixel to pixel.
+/// Assigns each pixel of ink to the nearest pixel of a chain, by steps from pixel to pixel. Returns the ink of all
+/// pixels of all chains, in order.
 fn given(picture: &InkPicture, chains: &[Chain]) -> Vec<Ink> {
     let (width, stride) = (picture.width(), picture.width() + 2);
     let count = chains.iter().map(|chain| chain.places.len()).sum();
@@ -111,7 +112,7 @@ fn line(ink: &[Ink], is_closed: bool) -> Option<Polyline> {
     let (points, shares) = points(ink, is_closed);
     let lengths = steps(&points, is_closed);
     let length = lengths.iter().sum::<f32>();
-    // As wide all along, with round ends: length * width + pi / 4 * width^2 = ink.
+    // The mean width, from a line of constant width with round ends: length * width + pi / 4 * width^2 = ink.
     let caps = if is_closed { 0.0 } else { 2.0 * HALF_CAP };
     let mean = if is_closed {
         sum.sum / length.max(1e-3)
@@ -126,12 +127,12 @@ fn line(ink: &[Ink], is_closed: bool) -> Option<Polyline> {
     Some(Polyline { points: points.iter().zip(widths).map(point).collect(), is_closed, ..Polyline::default() })
 }
 
-/// The middles of the ink along a chain, so far from each other that they go forward, and the ink that each stands for.
+/// Returns points at the centroids of the ink along a chain, spaced so that they go forward, and the ink of each point.
 fn points(ink: &[Ink], is_closed: bool) -> (Vec<[f32; 2]>, Vec<f32>) {
     let count = ink.len();
     let (mut points, mut shares): (Vec<[f32; 2]>, Vec<f32>) = (Vec::new(), Vec::new());
     for i in 0..count {
-        // As many to both sides: the ends stay where they are.
+        // The window is symmetric, so that the ends of the line do not move.
         let reach = if is_closed { AROUND.min(count / 2) } else { AROUND.min(i).min(count - 1 - i) };
         let near = (0..=2 * reach).map(|k| &ink[(i + count + k - reach) % count]);
         let near = near.fold(Ink::default(), |sum, one| sum.with(one));
@@ -150,7 +151,7 @@ fn points(ink: &[Ink], is_closed: bool) -> (Vec<[f32; 2]>, Vec<f32>) {
             points.push(px);
             shares.push(0.0);
         } else if i + 1 == count && !is_closed && near.sum > 0.0 && points.len() > 1 {
-            // The end stands for what is too near to it.
+            // The end of the line replaces a point that is too close to it.
             let last = points.len() - 1;
             points[last] = px;
         }
@@ -170,17 +171,18 @@ fn distance(a: [f32; 2], b: [f32; 2]) -> f32 {
     x.hypot(y)
 }
 
-/// From each point to the next; of a closed line the last to the first.
+/// Returns the distance from each point to the next; for a closed line also from the last to the first.
 fn steps(points: &[[f32; 2]], is_closed: bool) -> Vec<f32> {
     let next = points.iter().cycle().skip(1);
     let count = if is_closed { points.len() } else { points.len().saturating_sub(1) };
     points.iter().zip(next).take(count).map(|(a, b)| distance(*a, *b)).collect()
 }
 
-/// Ink by length around each point, so that all of it together is the line's.
+/// Returns the width at each point: the ink divided by the length around it, scaled so that the line has all of its
+/// ink.
 fn widths(shares: &[f32], lengths: &[f32], is_closed: bool, mean: f32) -> Vec<f32> {
     let count = shares.len();
-    // Half of the steps to both sides; a round end stands for some more.
+    // Half of the steps on both sides; at an end, the round cap adds some length.
     let own_length = |at: usize| {
         let before =
             if at > 0 { lengths[at - 1] } else { lengths.last().copied().filter(|_| is_closed).unwrap_or(0.0) };

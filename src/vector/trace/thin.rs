@@ -1,19 +1,20 @@
-//! Marks are thinned to lines of one pixel.
+//! Thins marks to lines one pixel wide.
 
 use rayon::prelude::*;
 
 use super::InkPicture;
 use super::follow::Chain;
 
-/// Ink that is a mark whatever is beside it, and what is too faint for one.
+/// Ink above which a pixel belongs to a mark whatever its neighbours are, and ink below which it never does.
 const FULL: f32 = 0.3;
 const FAINT: f32 = 0.03;
-/// Second differences across a mark, by its ink: those of a bell that is as wide as the smallest are 0.7 in its middle.
+/// Least second difference across a mark, divided by its ink. For a bell as wide as the thinnest marks it is 0.7 in the
+/// middle.
 const BENT: f32 = 0.12;
-/// A binomial row of five, whose variance is 1: second differences of fewer pixels are those of their stairs.
+/// Binomial filter of five pixels with variance 1. A narrower filter would leave second differences of the staircase.
 const BELL: [f32; 5] = [0.0625, 0.25, 0.375, 0.25, 0.0625];
 
-/// A picture under a bell of one pixel.
+/// Returns the image blurred with a standard deviation of one pixel.
 fn smoothed(picture: &InkPicture) -> Vec<f32> {
     let [width, height] = picture.size_px.map(|side| side as usize);
     let near = |i: usize, k: usize, count: usize| (i + k).saturating_sub(2).min(count - 1);
@@ -32,18 +33,18 @@ fn smoothed(picture: &InkPicture) -> Vec<f32> {
     smooth
 }
 
-/// Places that are inked, with a border of one that is not.
+/// A mask of inked pixels, with a border of one empty pixel.
 #[derive(Clone)]
 pub(super) struct Mask {
-    /// Of a row, borders counted.
+    /// Number of pixels in a row, border included.
     pub stride: usize,
-    /// 1 where there is ink.
+    /// 1 where there is ink, otherwise 0.
     pub on: Vec<u8>,
 }
 
 impl Mask {
-    /// Where a picture has marks: full ink, and what is darker than both sides, however faint it is; not what is lighter
-    /// than both sides.
+    /// Builds the mask of an image's marks: pixels that are full of ink or darker than both sides, however faint, but
+    /// not those lighter than both sides.
     pub fn of(picture: &InkPicture) -> Self {
         let [width, height] = picture.size_px.map(|side| side as usize);
         let stride = width + 2;
@@ -57,7 +58,8 @@ impl Mask {
                 let xx = at(west, y) + at(east, y) - 2.0 * own;
                 let yy = at(x, north) + at(x, south) - 2.0 * own;
                 let xy = 0.25 * (at(east, south) + at(west, north) - at(west, south) - at(east, north));
-                // How much darker a place is than those to both sides, where that is most, and how much lighter.
+                // The eigenvalues of the second differences: how much darker, and how much lighter, the pixel is than
+                // both sides.
                 let (mean, away) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
                 let is_ridge = away - mean > BENT * own;
                 let is_valley = away + mean > BENT * own;
@@ -68,7 +70,7 @@ impl Mask {
         Self { stride, on }
     }
 
-    /// Where a picture has more ink than that.
+    /// Builds the mask of pixels with more than `least` ink.
     pub fn darker(picture: &InkPicture, least: f32) -> Self {
         let [width, height] = picture.size_px.map(|side| side as usize);
         let stride = width + 2;
@@ -79,7 +81,7 @@ impl Mask {
         Self { stride, on }
     }
 
-    /// Places that hang together.
+    /// Returns the 4-connected areas of the mask.
     pub fn areas(mut self) -> Vec<Chain> {
         let mut areas = Vec::new();
         for first in 0..self.on.len() {
@@ -101,13 +103,14 @@ impl Mask {
         areas
     }
 
-    /// The eight places around one, from north clockwise.
+    /// Returns the indices of the eight neighbours of a pixel, clockwise from north.
     pub fn around(&self, at: usize) -> [usize; 8] {
         let stride = self.stride;
         [at - stride, at - stride + 1, at + 1, at + stride + 1, at + stride, at + stride - 1, at - 1, at - stride - 1]
     }
 
-    /// How far each place is from one without ink, in pixels, by steps of 3 and 4 thirds (Borgefors 1986).
+    /// Returns the distance of each pixel from the nearest one without ink, in pixels, by the chamfer distance with
+    /// steps of 3 and 4 thirds (Borgefors 1986).
     pub fn depth(&self) -> Vec<f32> {
         let mut thirds: Vec<u16> = self.on.iter().map(|on| if *on == 1 { u16::MAX - 8 } else { 0 }).collect();
         let inner = self.stride + 1..self.on.len().saturating_sub(self.stride + 1);
@@ -124,7 +127,7 @@ impl Mask {
         thirds.into_iter().map(|thirds| f32::from(thirds) / 3.0).collect()
     }
 
-    /// Lines of one pixel in the middle of what is inked.
+    /// Thins the mask to centre lines one pixel wide.
     pub fn thinned(mut self) -> Self {
         loop {
             let before = self.clear(false);
@@ -137,7 +140,8 @@ impl Mask {
         self
     }
 
-    /// One half of a step of Guo and Hall: borders on one side, or on the other. How many went.
+    /// Runs one subiteration of Guo and Hall, which removes borders on one side or on the other. Returns how many
+    /// pixels were removed.
     fn clear(&mut self, is_second: bool) -> usize {
         let stride = self.stride;
         let rows = self.on.len() / stride;
@@ -161,13 +165,13 @@ impl Mask {
         self.parts_without(at) == 1 && (2..=3).contains(&pairs) && !stays
     }
 
-    /// Into how many pieces the places around one would come apart without it.
+    /// Returns into how many pieces the neighbours of a pixel would separate without it.
     fn parts_without(&self, at: usize) -> usize {
         let [n, ne, e, se, s, sw, w, nw] = self.around(at).map(|other| self.on[other] == 1);
         [!n && (ne || e), !e && (se || s), !s && (sw || w), !w && (nw || n)].into_iter().filter(|is| *is).count()
     }
 
-    /// Pixels of a line have two neighbours: where it goes around a corner, what lies in the corner is left out.
+    /// Removes the pixel in the corner where a line turns, so that inner pixels of a line have two neighbours.
     fn clear_corners(&mut self) {
         for at in self.stride + 1..self.on.len().saturating_sub(self.stride + 1) {
             let has_two =
