@@ -14,9 +14,9 @@ struct Segment {
     b: vec2<i32>,
     // Distances along the view axis at a and b, in metres.
     depths_m: vec2<f32>,
-    // Which edge of the picture it comes from.
+    // Number of its edge in the edge list.
     edge: u32,
-    // Lasts across frames; several segments may share it.
+    // Identifies the segment across frames; several segments may share it.
     key: u32,
 }
 
@@ -58,11 +58,11 @@ struct Chain {
 
 // A position in the order of segments.
 struct SegmentInOrder {
-    // Twice the number of the segment, and 1 more if it runs from b to a.
+    // Twice the number of the segment, plus 1 if it runs from b to a.
     state: u32,
-    // The chain that has it.
+    // Number of the chain that contains it.
     chain: u32,
-    // From the chain's start to the start of the segment. Modulo 2³².
+    // Arc length from the chain's start to the start of the segment, in 1/16 px, modulo 2³².
     begin_units: u32,
 }
 
