@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var broadest_px = 0.0;
     for (var y = max(-REACH, -cell.y); y <= min(REACH, i32(crowd.cells.y) - 1 - cell.y); y++) {
         for (var x = max(-REACH, -cell.x); x <= min(REACH, i32(crowd.cells.x) - 1 - cell.x); x++) {
-            // Half of the outer ones: the window has four to a side.
+            // Outer cells count half: the window has four cells to a side.
             let weight = select(1.0, 0.5, abs(x) == REACH) * select(1.0, 0.5, abs(y) == REACH);
             let around = vec2<u32>(cell + vec2<i32>(x, y));
             area += weight * area_of(vec2<i32>(around));
