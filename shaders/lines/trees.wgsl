@@ -45,7 +45,7 @@ const FEWEST_OUTLINED: f32 = 0.3;
 const FEWEST_APART: f32 = 0.1;
 // Heights on the picture at which lines within a tree begin to be drawn, and at which all are.
 const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
-// Heights on the picture at which lines are fine, and as broad as those of the land.
+// Heights on the picture up to which lines are fine, and from which on they are as broad as those of the land.
 const BROAD_PX: vec2<f32> = vec2<f32>(100.0, 220.0);
 // Ink of a fine line on its faint side.
 const OUTER_INK: f32 = 0.28;
