@@ -129,7 +129,7 @@ fn list(number: u32, which: u32) {
     tree_order[which * forest.capacity + slot] = number;
 }
 
-// Returns the share of a species at a site with a class of land cover; 0 is no class.
+// Returns the share of a species at a site with a class of land cover, or without a class for 0.
 fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
     var species = tree_question.rules.species[number];
 #ifdef COVER
