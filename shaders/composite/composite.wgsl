@@ -92,8 +92,7 @@ fn clearness(distance_m: f32, reach: f32) -> f32 {
 }
 
 // Returns the nearest surface point around a pixel, to which a line there belongs (a silhouette belongs to the
-// occluding
-// surface), and its distance.
+// occluding surface), and its distance.
 fn nearest_m(pixel: vec2<i32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);

@@ -1,22 +1,16 @@
 // Draws the sky. It is a function of the direction, or of the position on the sheet, and has no distance: two eyes see
-// the
-// same sky, parts of a picture join, and it rotates with the world.
+// the same sky, parts of a picture join, and it rotates with the world.
 //
 // Ruled lines are parallel to the horizon, and their distance from it is measured on the sheet. The height of a ray at
-// unit
-// distance along the axis is linear over the picture, so the lines are straight, like those of an engraver's ruling
-// machine
-// (Hind 1923, "A History of Engraving and Etching"), and stay in place when the eye turns.
+// unit distance along the axis is linear over the picture, so the lines are straight, like those of an engraver's
+// ruling machine (Hind 1923, "A History of Engraving and Etching"), and stay in place when the eye turns.
 //
 // Clouds are heaps of discs on a level base, or bands, in rows of the sky that are closer and flatter toward the
-// horizon,
-// like clouds of one altitude. Each cloud is in a cell of its row, and every pixel knows the distance to its outline,
-// so
-// that outlines are crisp at any size and have no speckle around them, unlike octaves of noise.
+// horizon, like clouds of one altitude. Each cloud is in a cell of its row, and every pixel knows the distance to its
+// outline, so that outlines are crisp at any size and have no speckle around them, unlike octaves of noise.
 //
 // Stars are in the cells of a cube's faces, at most one per cell, placed by a hash. Bokashi is the printer's band of
-// graded
-// colour at the top of the sheet, and above the horizon.
+// graded colour at the top of the sheet, and above the horizon.
 #import hachure::view::{View, above_horizon, ray_of_pixel}
 #import hachure::pcg::pcg
 
@@ -102,8 +96,7 @@ fn rules(above_px: f32) -> f32 {
 }
 
 // Returns the signed distance to the outline of a cloud, negative inside, and its gradient's length. `at` is the
-// position
-// relative to the middle of the cloud's base, in half widths; `flat` is the vertical scale of its discs.
+// position relative to the middle of the cloud's base, in half widths; `flat` is the vertical scale of its discs.
 fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec2<f32> {
     let p = vec2<f32>(at.x, at.y / flat);
     var nearest = vec2<f32>(1e9, 1.0);

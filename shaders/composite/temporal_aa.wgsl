@@ -2,25 +2,18 @@
 // Supersampling; Yang, Liu and Salvi 2020, A Survey of Temporal Antialiasing Techniques).
 //
 // Each pixel fetches the history at the position that its content had in the previous frame, by Catmull-Rom
-// interpolation,
-// so that a long flight does not blur it. The motion is that of the nearest surface within a pixel, since a line covers
-// both
-// sides of its edge. A frame's weight in the mean is 2 / (age + 2), so that the weight of early frames falls as the
-// square
-// of the age.
+// interpolation, so that a long flight does not blur it. The motion is that of the nearest surface within a pixel,
+// since a line covers both sides of its edge. A frame's weight in the mean is 2 / (age + 2), so that the weight of
+// early frames falls as the square of the age.
 //
 // Changes: history is fully clamped to the frame's 3 × 3 neighbourhood only where another surface was visible before.
-// On the
-// same surface the clamp is partial: a line that one sample misses and the next one hits would otherwise flicker as if
-// there
-// were no history. Distance identifies the surface: motion is exact, so a surface is either where it is expected or was
-// not
-// visible. A picture at rest is not clamped at all, and becomes the mean of its samples.
+// On the same surface the clamp is partial: a line that one sample misses and the next one hits would otherwise flicker
+// as if there were no history. Distance identifies the surface: motion is exact, so a surface is either where it is
+// expected or was not visible. A picture at rest is not clamped at all, and becomes the mean of its samples.
 //
 // The paper's grain is fixed to the sheet and does not move with the content, so it is applied after the mean. So are
 // strokes (STROKES): their borders are antialiased and they follow the world by themselves, and repeated interpolation
-// would
-// only degrade them. Half of their ink is from the history, which removes flicker.
+// would only degrade them. Half of their ink is from the history, which removes flicker.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #import hachure::color::hash
 #import hachure::paper::{bordered, paper_grain}
@@ -66,14 +59,12 @@ struct TemporalAa {
 @group(0) @binding(10) var picture: texture_storage_2d<rgba16float, write>;
 
 // Limits the age, so that in a flight a sixth of the picture is new: older content has been interpolated too often to
-// be
-// sharp.
+// be sharp.
 const MOST_AGE: f32 = 10.0;
 // Part of a difference to the neighbourhood that is retained on the same surface.
 const KEPT: f32 = 0.85;
 // A contour slides over its surface as the eye moves. Below the first motion per frame KEPT applies fully, above the
-// second
-// not at all.
+// second not at all.
 const SLOW_PX: f32 = 0.25;
 const QUICK_PX: f32 = 1.0;
 // From QUICK_PX to this motion the weight of the new frame rises, up to NEW_FAST: fast motion shows blur, not flicker.
@@ -137,8 +128,7 @@ fn log_of(depth_m: f32) -> f32 {
 }
 
 // Rounds to 16 bits, up or down at random. Otherwise a mean that takes little of each frame would stop changing, or
-// drift
-// down on drivers that truncate.
+// drift down on drivers that truncate.
 fn dithered(mean: vec4<f32>, pixel: vec2<i32>) -> vec4<f32> {
     let unit = exp2(floor(log2(max(mean, vec4<f32>(1e-4)))) - 10.0);
     return floor(mean / unit + hash(pixel + vec2<i32>(7919 * temporal_aa.frame, 0))) * unit;

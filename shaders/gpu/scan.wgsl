@@ -2,14 +2,11 @@
 // chapter 39).
 //
 // There are three stages: 0, each workgroup sums a block of 2048 values; 1, one workgroup turns the sums of the blocks
-// into
-// their offsets; 2, each workgroup scans its block from its offset on. Sums wrap at 2^32. The value after the last
-// becomes
-// the total, if the buffer has room for it.
+// into their offsets; 2, each workgroup scans its block from its offset on. Sums wrap at 2^32. The value after the last
+// becomes the total, if the buffer has room for it.
 //
 // Single-pass sums (decoupled look-back) read less, but wait for other workgroups, and not every driver guarantees that
-// those
-// make progress.
+// those make progress.
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<storage, read> size: u32;

@@ -1,8 +1,7 @@
 // Copies an eye's picture to the headset's image, pixel by pixel, with a vignette while the view moves.
 //
 // Nothing changes within 22 degrees of the lens's axis; beyond 37 degrees the picture is black while the room moves.
-// Motion
-// in peripheral vision is what makes people sick.
+// Motion in peripheral vision is what makes people sick.
 
 struct Show {
     // Upper left corner of the picture, in tangents from the lens's axis, x to the right and y down.

@@ -3,8 +3,7 @@
 //
 // The shape operator gives the change of the normal per step on the surface. Per step on the picture the normal changes
 // faster where the surface is foreshortened: a step there is 1 / facing times as long on the surface, toward the eye.
-// The
-// largest change is the largest singular value of that operator, and its direction is on the picture.
+// The largest change is the largest singular value of that operator, and its direction is on the picture.
 //
 // Changes from the paper: the sign says whether the surface is convex along that direction, which separates ridges from
 // valleys; and foreshortening is limited to LEAST_FACING.
@@ -17,8 +16,7 @@
 @group(0) @binding(2) var shape_bend: texture_2d<f32>;
 // Change of the normal per metre across the line of sight, in the direction of the largest change, positive where the
 // surface is convex; that direction on the picture, a unit vector without a sense; and the smallest change as a part of
-// the
-// largest.
+// the largest.
 @group(0) @binding(3) var apparent: texture_storage_2d<rgba32float, write>;
 
 const LEAST_FACING: f32 = 0.02;

@@ -1,18 +1,14 @@
 // Adds apparent ridges and valleys to the edge list: crests of view-dependent curvature (apparent.wgsl; Judd, Durand
-// and
-// Adelson 2007, "Apparent Ridges for Line Drawing").
+// and Adelson 2007, "Apparent Ridges for Line Drawing").
 //
 // On such a line the curvature has a maximum along its own direction on the picture. Its derivative is taken from the
 // neighbouring blocks; the paper takes it from the triangles around a vertex. A direction has no sense, so the
-// directions at
-// a cell's corners are flipped to agree with the first one. Apparent ridges slide toward contours as the eye moves,
-// like the
-// lines that a person sees; ridges (ridges.wgsl) are fixed to the surface.
+// directions at a cell's corners are flipped to agree with the first one. Apparent ridges slide toward contours as the
+// eye moves, like the lines that a person sees; ridges (ridges.wgsl) are fixed to the surface.
 //
 // Curves are found by marching squares over the blocks of `lines/apparent` (cells.wgsl). A curve ends where the surface
-// bends
-// less than `least_bend` over a feature, where it bends about as much across, and where it is so foreshortened that its
-// contour is drawn instead.
+// bends less than `least_bend` over a feature, where it bends about as much across, and where it is so foreshortened
+// that its contour is drawn instead.
 //
 // Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::View
@@ -44,8 +40,7 @@ const MOST_ACROSS: f32 = 0.7;
 const ALIKE: f32 = 0.7;
 
 // Returns the magnitude of the change of the normal. Where the surface becomes concave only its sign jumps; the
-// magnitude
-// is continuous.
+// magnitude is continuous.
 fn turn_at(block: vec2<i32>) -> f32 {
     return abs(textureLoad(apparent, block, 0).x);
 }
@@ -55,8 +50,7 @@ fn place_of(block: vec2<i32>) -> Corner {
 }
 
 // Returns a block as a corner whose value is the derivative of the curvature along the block's direction, flipped to
-// agree
-// with `sense`.
+// agree with `sense`.
 fn crest_of(block: vec2<i32>, sense: vec2<f32>) -> Corner {
     let own = textureLoad(apparent, block, 0);
     let alike = dot(own.yz, sense);

@@ -1,28 +1,23 @@
 // Curvature-based lines, pixel by pixel (Pietrok 2021, section 4.1): contours, and suggestive contours (DeCarlo and
-// others
-// 2003).
+// others 2003).
 //
 // A pixel near a contour sees the land at a flat angle. On a surface with curvature k toward the eye, a point whose
-// normal
-// has the cosine c to the direction to the eye is c² / 2k before the contour, as projected. That distance in pixels is
-// compared with the line's width, so contours are equally wide whatever the curvature. The thesis compares the cosine
-// with a
-// threshold, and its lines are wide where the land is flat.
+// normal has the cosine c to the direction to the eye is c² / 2k before the contour, as projected. That distance in
+// pixels is compared with the line's width, so contours are equally wide whatever the curvature. The thesis compares
+// the cosine with a threshold, and its lines are wide where the land is flat.
 //
 // A suggestive contour is where the curvature toward the eye is zero. Between the four blocks around a pixel
-// (radial.wgsl) the
-// curvature is bilinear, and its value divided by its gradient is the distance from the line, in pixels.
+// (radial.wgsl) the curvature is bilinear, and its value divided by its gradient is the distance from the line, in
+// pixels.
 //
 // Coordinate u runs along a line, perpendicular to the projected normal, and v across it is the distance. The thesis
-// has both
-// for contours alone, since a suggestive contour is not perpendicular to the normal. Here its direction is that of the
-// zero
-// line, so both kinds of line have them. u makes lines swing from side to side, v gives them soft borders.
+// has both for contours alone, since a suggestive contour is not perpendicular to the normal. Here its direction is
+// that of the zero line, so both kinds of line have them. u makes lines swing from side to side, v gives them soft
+// borders.
 //
 // TEXTURED draws through a stroke texture, which repeats along u and v. Where a line bends, a u along each pixel's own
 // direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis reports
-// "some
-// warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
+// "some warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 #import hachure::surface_id::{kind_of, TREE}

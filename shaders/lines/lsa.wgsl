@@ -1,28 +1,23 @@
 // Local Surface Approximation contours (Zaidi et al., Eqs. 1 to 8).
 //
 // For each pair of opposite neighbours (q and its control c) of pixel p: a sphere through p and c that matches their
-// normals
-// predicts q, and the error is the distance of q from that prediction.
+// normals predicts q, and the error is the distance of q from that prediction.
 //
 // ANTIALIASED: the same is done again with pixels twice as far (Eq. 8). A detail smaller than a pixel has an error only
-// where
-// a pixel hits it; where the surface around it continues, its error is halved.
+// where a pixel hits it; where the surface around it continues, its error is halved.
 // EIGHT: the errors of the eight directions are stored too, for a density filter that does not merge opposite ones.
 //
 // Interpretations and changes:
 // - Eq. 6 as printed has q above and below the line. Its sense is: above, the checked pixel; below, the control.
 // - The minimum over the arc of normals is 0 where the perpendicular is inside the arc; the maximum may be inside as
-// well.
-//  Both are exact here.
+//   well. Both are exact here.
 // - epsilon is a length. `paper`: 1e-5 m. `footprint`: a part of the pixel's size in the world, so that a drawing does
-// not
-//  depend on unit and distance.
+//   not depend on unit and distance.
 // - A pixel whose neighbourhood contains both sky and surface is a silhouette.
 // - Nothing is thresholded here: that is done once, at the end (threshold.wgsl).
 // - The error is stored for each of the four axes, since the line-density filter works along axes.
 // - Eq. 8 uses ramped errors. Its result is stored as the error that the ramp maps to it: so the ramp is still applied
-// once
-//  and last, the density filter means the same with and without Eq. 8, and Eq. 8 adds no lines.
+//   once and last, the density filter means the same with and without Eq. 8, and Eq. 8 adds no lines.
 // - Sky is an error of 1 in each of the terms of Eq. 8: a hole of one pixel in the land is halved, too.
 #import hachure::view::{View, distance_from_eye}
 
@@ -128,8 +123,7 @@ fn ramped(error: f32) -> f32 {
 }
 
 // Eq. 8. `a` is the error of the far pixel by the near one's surface, `b` of the near pixel by the far one's, `c` with
-// both
-// near.
+// both near.
 fn antialiased(a: f32, b: f32, c: f32) -> f32 {
     let far = min(ramped(a), ramped(b));
     let near = ramped(c);

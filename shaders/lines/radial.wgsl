@@ -1,10 +1,8 @@
 // The curvature of the surface toward the eye, for each block of `surface/curvature`, as curvature-based lines need it.
 //
 // Everything is in units of the picture, so that numbers are independent of scale: curvature per pixel, and its rise
-// toward
-// the eye over a feature, in turns of the normal (radians). The original (DeCarlo and others 2003) measures the rise
-// relative
-// to the size of a model.
+// toward the eye over a feature, in turns of the normal (radians). The original (DeCarlo and others 2003) measures the
+// rise relative to the size of a model.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{Shape, radial_of}

@@ -1,19 +1,14 @@
 // Adds ridges and valleys to the edge list: crests of curvature (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on
-// Meshes
-// via Implicit Surface Fitting").
+// Meshes via Implicit Surface Fitting").
 //
 // On a ridge the largest curvature has a maximum along its own direction, and is convex; a valley is a ridge of the
-// surface
-// seen from below. So the derivative of the curvature along that direction is zero, and falling. A direction has no
-// sense, so
-// the directions at a cell's corners are flipped to agree with the first one, and the derivative takes its sign from
-// them.
+// surface seen from below. So the derivative of the curvature along that direction is zero, and falling. A direction
+// has no sense, so the directions at a cell's corners are flipped to agree with the first one, and the derivative takes
+// its sign from them.
 //
 // Curves are found by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the
-// surface
-// bends less than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and where it
-// is so
-// foreshortened that a contour is near, which shows the same shape.
+// surface bends less than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and
+// where it is so foreshortened that a contour is near, which shows the same shape.
 //
 // Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::View

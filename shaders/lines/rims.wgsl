@@ -1,11 +1,9 @@
 // Removes lines along the rims of holes: there the data end, not the land, and a rim has a line of its own.
 //
 // A detector's line covers both sides of an edge, up to two pixels away. The rim pass marks the land next to a hole;
-// pixels
-// seen through the hole are not marked, so their neighbours are searched. Land behind a ridge may be next to a hole
-// too, and
-// the line of the ridge must stay: there the nearest surface around the line is off the plane of the land next to the
-// hole.
+// pixels seen through the hole are not marked, so their neighbours are searched. Land behind a ridge may be next to a
+// hole too, and the line of the ridge must stay: there the nearest surface around the line is off the plane of the land
+// next to the hole.
 #import hachure::view::{View, distance_from_eye}
 
 @group(0) @binding(0) var<uniform> view: View;

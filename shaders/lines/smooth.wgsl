@@ -1,12 +1,9 @@
 // Anti-aliasing of lines: an average along the line that removes specks.
 //
 // The line image has stairs where a line is nearly horizontal or vertical. Its structure tensor over 3 x 3 pixels gives
-// the
-// direction of the line; an average of bilinear samples along it turns stairs into slopes without changing the width
-// (the
-// idea is that of flow-based filters: Kang et al. 2007). A line that crosses the neighbourhood has about ten inked
-// pixels in
-// it; fewer than a few are a speck, and fade.
+// the direction of the line; an average of bilinear samples along it turns stairs into slopes without changing the
+// width (the idea is that of flow-based filters: Kang et al. 2007). A line that crosses the neighbourhood has about ten
+// inked pixels in it; fewer than a few are a speck, and fade.
 #import hachure::view::View
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -3,20 +3,16 @@
 // pixels).
 //
 // They are the zeros of the radial curvature where it rises toward the eye. Their edges go into the same list as
-// contours, so
-// strokes chain both, and a suggestive contour continues a contour where that ends.
+// contours, so strokes chain both, and a suggestive contour continues a contour where that ends.
 //
 // Curves are found by marching squares over the blocks of `lines/radial` (cells.wgsl). A curve ends where the rise
-// falls below
-// `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
+// falls below `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
 //
 // Each eye of a stereo pair omits lines that are not suggestive contours for the other eye (He, Wang and Bao 2019,
-// section
-// 4.4: view-dependent lines that differ cannot be fused). The paper searches for a partner in the other eye's picture.
-// Here
-// the shape of the surface is available, so the other eye's curvature is computed at each corner: the curvatures of
-// both eyes
-// differ there by the distance of their zeros times the gradient. Lines that nearer land hides from the other eye stay.
+// section 4.4: view-dependent lines that differ cannot be fused). The paper searches for a partner in the other eye's
+// picture. Here the shape of the surface is available, so the other eye's curvature is computed at each corner: the
+// curvatures of both eyes differ there by the distance of their zeros times the gradient. Lines that nearer land hides
+// from the other eye stay.
 //
 // Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::{View, place_of_pixel}

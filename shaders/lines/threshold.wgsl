@@ -2,8 +2,7 @@
 // last.
 //
 // Along each axis the error is reduced by `density` times (2 in the paper) the smallest error in a line of five pixels
-// around
-// it: a single line, low on both sides, stays; an area where everything is an edge vanishes.
+// around it: a single line, low on both sides, stays; an area where everything is an edge vanishes.
 // EIGHT: each of the eight directions is reduced by itself. Without it opposite ones share the greater error.
 // Detectors without axes (`scalar`) take the smallest over all four lines, as one number.
 #import hachure::view::View

@@ -1,18 +1,13 @@
 // Selects which lines among trees are drawn: those that a pen would draw.
 //
 // A detector finds an edge wherever one leaf hides another, and all of them would be black. Near the eye, a tree's
-// outline is
-// drawn, and inside it edges that are well clear of what is behind them, so that clumps of leaves are open arcs and not
-// cells.
-// The smaller trees are on the picture, the fewer of them are drawn: each tree's own random number decides, so each
-// fades in
-// and out by itself, the same for both eyes. Outlines against the sky or against land far behind are always drawn.
-// Trees that
-// have strokes get no lines in addition.
+// outline is drawn, and inside it edges that are well clear of what is behind them, so that clumps of leaves are open
+// arcs and not cells. The smaller trees are on the picture, the fewer of them are drawn: each tree's own random number
+// decides, so each fades in and out by itself, the same for both eyes. Outlines against the sky or against land far
+// behind are always drawn. Trees that have strokes get no lines in addition.
 //
 // The line of a small tree is fine: it is full on the tree and faint on what is behind, in the corners of stairs, and
-// around
-// a gap of one pixel. Without its faint side it would be as fine, but flicker twice as much.
+// around a gap of one pixel. Without its faint side it would be as fine, but flicker twice as much.
 //
 // Errors of the detector are retained or removed before the density filter, which then sees the actual lines.
 #import hachure::view::View
@@ -55,8 +50,7 @@ const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.05, 0.12);
 const BEHIND_APART: vec2<f32> = vec2<f32>(0.1, 0.3);
 const BEHIND_LAND: vec2<f32> = vec2<f32>(0.06, 0.2);
 // Distances beyond which the land behind is another slope: in heights of the tree, and relative to the distance from
-// the
-// eye, because land at a flat angle extends far behind.
+// the eye, because land at a flat angle extends far behind.
 const BEHIND_ALL: vec2<f32> = vec2<f32>(6.0, 12.0);
 const BEHIND_BY_DISTANCE: vec2<f32> = vec2<f32>(0.1, 0.25);
 

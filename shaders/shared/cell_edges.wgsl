@@ -14,8 +14,7 @@ struct Cell {
 }
 
 // Appends the curves of a cell. All threads of a workgroup call it, at stages 0 and 1. `first_key` separates the keys
-// of
-// one pass from those of another.
+// of one pass from those of another.
 fn put_curves(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, cell: Cell, found: Curves, kind: u32, first_key: u32) {
     var curves = found;
     clear_marks(cell.thread);

@@ -11,8 +11,7 @@
 const ON_PLANE: f32 = 1.5;
 
 // A corner of a cell: the pixel that represents a block. The argument `seen` of `corner_at` is the block's normal, and
-// the
-// distance along the view axis in metres.
+// the distance along the view axis in metres.
 struct Corner {
     px: vec2<f32>,
     at_m: vec3<f32>,
@@ -98,8 +97,7 @@ fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curv
 }
 
 // Returns the point of the visible surface at a position on the picture: where its ray meets the tangent plane of the
-// pixel
-// there.
+// pixel there.
 fn on_surface(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, px: vec2<f32>) -> vec3<f32> {
     let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
     let at = textureLoad(position, pixel, 0);

@@ -1,6 +1,5 @@
 // The ink of marks in a pixel, and how it would change if the tone were a little darker, so that tones can be balanced
-// once
-// all marks are known (`tones/balance`).
+// once all marks are known (`tones/balance`).
 #define_import_path hachure::cover
 #import hachure::view::View
 
@@ -25,8 +24,7 @@ struct Cover {
     // Ink of the pixel, 0 to 1.
     ink: f32,
     // Unclamped ink of the mark that reaches farthest: negative if the mark ends before the pixel, above 1 if it
-    // extends
-    // beyond it.
+    // extends beyond it.
     reach: f32,
     // Derivative of `reach` with respect to the requested darkness.
     rise: f32,

@@ -23,8 +23,7 @@ const CELL_WORDS: u32 = 9u;
 // Units of ink in a fully inked pixel. Ink is counted in integers, so that its sum does not depend on the order.
 const UNITS: f32 = 64.0;
 // The cap holds fully where the two eyes of a stereo pair see a place from directions that differ by less than the
-// first
-// angle, and not at all beyond the second. In radians, for small angles.
+// first angle, and not at all beyond the second. In radians, for small angles.
 const APART_RAD: vec2<f32> = vec2<f32>(0.05, 0.1);
 // Lines are gone where their rank is this far below the bar, and whole where it is this far above.
 const SOFT: f32 = 0.2;
@@ -55,8 +54,7 @@ fn capped(crowd: Crowd, depth_m: f32) -> f32 {
 }
 
 // Returns the part of a line's ink that is left at a place. `bar` holds the rank of the bar, and the part that is left
-// of
-// lines above it.
+// of lines above it.
 fn left_of(bar: vec2<f32>, rank: f32) -> f32 {
     return bar.y * smoothstep(bar.x - SOFT, bar.x + SOFT, rank);
 }

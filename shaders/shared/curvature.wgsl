@@ -1,9 +1,8 @@
 // The second fundamental form of a surface and its derivative, in a tangent frame that depends on the normal alone.
 //
 // Signs are those of Rusinkiewicz (2004, "Estimating Curvatures and Their Derivatives on Triangle Meshes"): a surface
-// that
-// is convex, seen from outside, has positive curvature. So the form is the derivative of the normal: bend(a, b) = D_a n
-// . b.
+// that is convex, seen from outside, has positive curvature. So the form is the derivative of the normal: bend(a, b) =
+// D_a n . b.
 #define_import_path hachure::curvature
 
 struct Shape {
@@ -47,8 +46,7 @@ fn principal_of(bend: vec3<f32>) -> Principal {
     let half = 0.5 * (bend.x - bend.z);
     let radius = length(vec2<f32>(half, bend.y));
     // The direction can be written in two ways; this chooses the one whose terms do not cancel. At an umbilic any
-    // direction
-    // will do.
+    // direction will do.
     var along = select(vec2<f32>(bend.y, radius - half), vec2<f32>(radius + half, bend.y), half >= 0.0);
     along = select(along / max(length(along), 1e-30), vec2<f32>(1.0, 0.0), radius <= 1e-30);
     return Principal(mean + radius, mean - radius, along);
@@ -72,8 +70,7 @@ fn radial_of(shape: Shape, to_eye: vec3<f32>) -> Radial {
     let across = vec2<f32>(-along.y, along.x);
     let torsion = form2(shape.bend, along, across);
     // As the point moves toward the eye, the direction to the eye changes too: DeCarlo and others 2004, "Interactive
-    // Rendering
-    // of Suggestive Contours with Temporal Coherence", appendix.
+    // Rendering of Suggestive Contours with Temporal Coherence", appendix.
     let change = form3(shape.change, along, along, along) - 2.0 * torsion * torsion * facing / sine;
     return Radial(form2(shape.bend, along, along), change, facing);
 }

@@ -2,11 +2,10 @@
 //
 // Dots are at the grid points of both axes of a chart, each point displaced a little at random. The darkness determines
 // the distance between dots on the picture, and each axis uses the level whose points are that far apart, or nearer by
-// up
-// to a half. Every second point of an axis belongs to the coarser level too and always has a dot; of the others as many
-// have one as the density requires, in a random order. So a single set of dots serves all scales and tones. Several
-// independent sets of different scales would overlap, because none would know its neighbours. Coming nearer or growing
-// darker only adds dots.
+// up to a half. Every second point of an axis belongs to the coarser level too and always has a dot; of the others as
+// many have one as the density requires, in a random order. So a single set of dots serves all scales and tones.
+// Several independent sets of different scales would overlap, because none would know its neighbours. Coming nearer or
+// growing darker only adds dots.
 //
 // A dot is a disc on the picture around the projection of its centre.
 #define_import_path hachure::dots

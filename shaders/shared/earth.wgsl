@@ -1,12 +1,10 @@
 // The curvature of the earth: transforms between the flat map and the bent world seen from the camera.
 //
 // The map is bent around the camera. A point at map distance d and height h is at the angle d / R from the camera's
-// plumb
-// line, and at the distance R + h from the earth's centre. R is the effective radius: light bends along with the earth,
-// and standard refraction accounts for that by a larger radius. No formula subtracts large numbers, so that f32 keeps
-// 0.1 mm at 100 km. Trigonometric functions of graphics drivers are accurate to a few thousandths only, so the
-// functions
-// here are series, accurate to 1e-7 up to 1.2 rad.
+// plumb line, and at the distance R + h from the earth's centre. R is the effective radius: light bends along with the
+// earth, and standard refraction accounts for that by a larger radius. No formula subtracts large numbers, so that f32
+// keeps 0.1 mm at 100 km. Trigonometric functions of graphics drivers are accurate to a few thousandths only, so the
+// functions here are series, accurate to 1e-7 up to 1.2 rad.
 #define_import_path hachure::earth
 #import hachure::terrain::terrain
 

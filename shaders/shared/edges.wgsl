@@ -11,8 +11,7 @@ struct Edge {
     // End, in metres from the rig's origin.
     b_m: vec3<f32>,
     // Low 8 bits: KIND_CONTOUR, KIND_BORDER, KIND_CREASE, KIND_SUGGESTIVE, KIND_RIDGE or KIND_VALLEY. From bit 8 on:
-    // the
-    // distance by which the surface next to it must be farther away, in units of 1 / CLEAR_UNITS metres.
+    // the distance by which the surface next to it must be farther away, in units of 1 / CLEAR_UNITS metres.
     kind: u32,
 }
 

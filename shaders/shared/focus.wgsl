@@ -26,8 +26,7 @@ struct Focus {
 }
 
 // Returns the part of the contrast that is left at a position seen at `sheet_px` of the whole picture: 1 within the
-// focus,
-// and everywhere if there is none.
+// focus, and everywhere if there is none.
 fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f32 {
     if focus.about == NO_FOCUS {
         return 1.0;
@@ -45,8 +44,7 @@ fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f
 }
 
 // Returns the square root of the contrast that is left. Marks take it once in their tone and once in their ink, lines
-// once
-// in their ink and once in their width.
+// once in their ink and once in their width.
 fn half_of_focus(clear: f32) -> f32 {
     return sqrt(clear);
 }

@@ -13,8 +13,7 @@ const WIDER: f32 = 1.5;
 const LEAST_FACING: f32 = 0.0625;
 
 // Returns the land smoothed at a level. A small DEM has few levels, and a map of it may request more: above the
-// coarsest
-// level the form is the mean over a square.
+// coarsest level the form is the mean over a square.
 fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
     let coarsest = f32(terrain.level_count - 1);
     let wanted = clamp(level, 0.0, coarsest);
@@ -40,8 +39,7 @@ fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32
 }
 
 // Returns the level whose samples cover an area of `sample_px` squared on the picture, taking the angle of the land
-// into
-// account.
+// into account.
 fn level_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> f32 {
     let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
     let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
@@ -49,8 +47,7 @@ fn level_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, s
 }
 
 // Returns the vectors from the point of a pixel, on a plane with that normal, to where the rays of the pixels to the
-// right
-// and below meet the plane, in metres. `depth_m` is along the view axis.
+// right and below meet the plane, in metres. `depth_m` is along the view axis.
 fn steps_on_plane(view: View, pixel: vec2<i32>, depth_m: f32, normal: vec3<f32>) -> mat2x3<f32> {
     let ray = ray_of_pixel(view, pixel);
     let facing = dot(normal, ray);

@@ -1,13 +1,10 @@
 // Code that both ways of hatching share: how darkness is divided among layers, along which axes a layer's marks run at
-// a
-// place, and how these axes project on the picture.
+// a place, and how these axes project on the picture.
 //
 // A *chart* is a pair of directions of the world: `across` the marks and `along` them. The coordinate along a direction
-// is
-// u = axis . place, in metres, so a chart is a solid texture (Benard et al. 2009): marks are defined in space and the
-// surface cuts through them, without a parameterisation of the surface. Directions come from a fixed set of axes, 32
-// around
-// the compass; where a layer follows the land, two neighbouring charts are blended.
+// is u = axis . place, in metres, so a chart is a solid texture (Benard et al. 2009): marks are defined in space and
+// the surface cuts through them, without a parameterisation of the surface. Directions come from a fixed set of axes,
+// 32 around the compass; where a layer follows the land, two neighbouring charts are blended.
 #define_import_path hachure::hatch
 #import hachure::view::View
 
@@ -58,8 +55,7 @@ struct HatchLayer {
 struct Hatch {
     layers: array<HatchLayer, 4>,
     // Optical density, -ln(1 - darkness), at which each layer begins, and the span from there to the next. Layers are
-    // in
-    // the order in which they begin.
+    // in the order in which they begin.
     begins: vec4<f32>,
     spans: vec4<f32>,
     // Steepness at which a layer fades in and out, as sines.
@@ -104,11 +100,9 @@ fn change_along(axis: vec3<f32>, foot: Footprint) -> vec2<f32> {
 }
 
 // Divides a darkness among the layers; returns each layer's darkness. Where independent marks overlap, optical
-// densities
-// -ln(1 - coverage) add up. A layer takes part from the darkness at which it begins, in equal shares with the others
-// that
-// have begun, weighted by its range of steepness. The first layer takes what no other layer may. The loop is unrolled
-// because software drivers index vectors slowly.
+// densities -ln(1 - coverage) add up. A layer takes part from the darkness at which it begins, in equal shares with the
+// others that have begun, weighted by its range of steepness. The first layer takes what no other layer may. The loop
+// is unrolled because software drivers index vectors slowly.
 fn divide(hatch: Hatch, darkness: f32, steepness: f32) -> vec4<f32> {
     let whole = -log(max(1.0 - darkness, 1e-4));
     let liking = smoothstep(hatch.comes_from, hatch.comes_full, vec4<f32>(steepness))
@@ -140,10 +134,8 @@ fn azimuth_axis(first: i32, step: i32) -> i32 {
 const UNDECIDED: f32 = 0.03;
 
 // Returns the charts along the direction of greatest curvature (surface/bend_axis.wgsl), as a line on the map. A line
-// has
-// no sense, so half of the compass is enough, and the charts at both ends are the same. Level axes serve as `along`:
-// they
-// suit lines of any slope.
+// has no sense, so half of the compass is enough, and the charts at both ends are the same. Level axes serve as
+// `along`: they suit lines of any slope.
 fn charts_of_line(layer: HatchLayer, n: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
     let fixed = layer.fixed_direction;
     let doubled = bend_axis + UNDECIDED * vec2<f32>(fixed.x * fixed.x - fixed.y * fixed.y, 2.0 * fixed.x * fixed.y);
@@ -164,8 +156,7 @@ fn charts_of_line(layer: HatchLayer, n: vec3<f32>, bend_axis: vec2<f32>) -> Char
 }
 
 // Returns the charts of a layer at a place with mark normal n, seen along a ray. `bend_axis` is used only by layers
-// that
-// follow the curvature.
+// that follow the curvature.
 fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
     if layer.direction == CURVATURE {
         return charts_of_line(layer, n, bend_axis);
@@ -194,8 +185,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_a
         let level = 1.0 - smoothstep(0.045, 0.06, steep);
         if (layer.flags & ENDLESS) != 0u {
             // Along a line without ends only its wobble varies, so one axis serves all: lines would break where the
-            // axis changes.
-            // The axis has the scale of the `across` axis, and height changes slowly.
+            // axis changes. The axis has the scale of the `across` axis, and height changes slowly.
             return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(FIRST_SLOW + index, own_along), level);
         }
         let step = atan2(n.x, n.y) / STEP_RAD + 8.0;

@@ -2,8 +2,7 @@
 //
 // Horizons, not shadows, are interpolated between texels and between the tiles of two levels, so that the border of a
 // shadow is independent of texels and as smooth as the horizon. The level is that of the pixel's footprint: a function
-// of
-// position and distance alone, like the surface's level, so nothing pops.
+// of position and distance alone, like the surface's level, so nothing pops.
 #define_import_path hachure::horizon_maps
 #import hachure::terrain::{terrain, tiles, place_on_level, between_corners, grid_from_world, LevelPlace, TILE_SAMPLES, NO_MAP}
 #import hachure::earth::unbend
@@ -40,9 +39,8 @@ fn visibility_at(at_m: vec3<f32>, to_sun: vec3<f32>) -> vec2<f32> {
     let coarsest = terrain.level_count - 1;
     let wanted = clamp(log2(pixel_m / terrain.spacing_m), 0.0, f32(coarsest));
     // Each level takes its part, as in `surface_near`, and leaves the rest to the next coarser one; a level whose map
-    // is
-    // missing or not ready leaves all. There is one loop, tested at its end: most places need one level, few need more
-    // than two.
+    // is missing or not ready leaves all. There is one loop, tested at its end: most places need one level, few need
+    // more than two.
     var level = min(i32(wanted + 0.25), coarsest);
     var found = vec2<f32>(0.0);
     var rest = 1.0;

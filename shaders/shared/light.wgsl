@@ -29,8 +29,7 @@ struct Light {
 }
 
 // Returns a tone, 0 black to 1 white. `surface` is a normal, and the lightness of the material: 1 is bare land. `seen`
-// holds
-// the visible parts of the sun and of the sky.
+// holds the visible parts of the sun and of the sky.
 fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
     let n = surface.xyz;
     let cosine = (dot(n, light.to_sun) + light.wrap) / (1.0 + light.wrap);

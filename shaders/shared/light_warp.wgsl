@@ -3,17 +3,14 @@
 //
 // Vergne, Pacanowski, Barla, Granier and Schlick 2009, "Light Warping for Enhanced Surface Depiction", section 5. A
 // direction of light is projected from the far pole (0, 0, -1) on the plane z = 1, scaled there by lambda_u and
-// lambda_v
-// along the principal directions u and v of the view-centred curvature, and projected back. x and y are those of the
-// picture, z points to the eye.
+// lambda_v along the principal directions u and v of the view-centred curvature, and projected back. x and y are those
+// of the picture, z points to the eye.
 //
 // Differences from the paper:
 // - With M = lambda_u u u^T + lambda_v v v^T the scaling needs no change into the frame of u and v. M is stored minus
-// the
-//  identity, so that a flat surface leaves light bit-identical.
+//   the identity, so that a flat surface leaves light bit-identical.
 // - With k = 2 (1 + z) / ((1 + z)^2 + |M xy|^2) the paper's W is (k M xy, z + (1 + z) (k - 1)), and it scales solid
-// angles
-//  by k^2 det M: the paper's Jacobian of the inverse, in fewer steps. The inverse is the same with 1 / lambda.
+//   angles by k^2 det M: the paper's Jacobian of the inverse, in fewer steps. The inverse is the same with 1 / lambda.
 // - 1 + z is computed from x and y where z is near -1, where it would lose most of its digits.
 #define_import_path hachure::light_warp
 
@@ -34,8 +31,7 @@ struct WarpedLight {
 }
 
 // Returns lambda - 1 for a curvature multiplied by alpha: lambda = tan(arctan(alpha kappa) / 6 + pi / 4), which is
-// between
-// 0.58 and 1.73.
+// between 0.58 and 1.73.
 fn scale_less_one(alpha_kappa: f32) -> f32 {
     let t = tan(atan(alpha_kappa) / 6.0);
     return 2.0 * t / (1.0 - t);

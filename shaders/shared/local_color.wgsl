@@ -1,10 +1,9 @@
 // The colours of trees and models, and how a tone takes them. Colours are linear.
 //
 // A painter uses a transparent pigment: little of it where the tone is light, so that paper shows through; much where
-// it is
-// dark, up to the pigment's full strength. Light that passes through an amount of pigment is the pigment's colour to
-// that
-// power (Beer and Lambert). The result is then scaled to the luminance of the tone, so that colours change no tone.
+// it is dark, up to the pigment's full strength. Light that passes through an amount of pigment is the pigment's colour
+// to that power (Beer and Lambert). The result is then scaled to the luminance of the tone, so that colours change no
+// tone.
 #define_import_path hachure::local_color
 #import hachure::color::luminance
 

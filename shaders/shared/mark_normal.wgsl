@@ -28,8 +28,7 @@ fn pixel_of_block(view: View, block: vec2<i32>) -> vec2<i32> {
 }
 
 // Returns the mark normal at a pixel that sees `at` (w: distance along the view axis). It is interpolated between the
-// four
-// blocks around the pixel that see the same face of the land; if none does, and for trees, it is the pixel's own.
+// four blocks around the pixel that see the same face of the land; if none does, and for trees, it is the pixel's own.
 fn mark_normal_at(view: View, mark_normal: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, surface: vec4<f32>) -> vec3<f32> {
     let normal = own_mark_normal(view, pixel, surface);
     if surface.w == FLAT {
@@ -56,8 +55,8 @@ fn block_of(around: Around, i: i32, size: vec2<u32>) -> vec2<i32> {
 }
 
 // Returns the weight of a block for a pixel that sees `at`: how far the block sees the same face of the land. `seen` is
-// the
-// block's normal and depth. A block that is about as far away has a weight of at least `beside`, whatever face it sees.
+// the block's normal and depth. A block that is about as far away has a weight of at least `beside`, whatever face it
+// sees.
 fn block_weight(view: View, around: Around, i: i32, block: vec2<i32>, seen: vec4<f32>, at: vec4<f32>, beside: f32) -> f32 {
     // Allowed distance of the pixel's point from the block's tangent plane: a block's width on the ground.
     let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;

@@ -15,8 +15,7 @@ struct MeshInstance {
     first_triangle: u32,
     triangles: u32,
     // Number of triangles of earlier instances that are near enough for edges; the instance's own count only if
-    // `is_near` is
-    // 1.
+    // `is_near` is 1.
     near_before: u32,
     is_near: u32,
     // 1: the mesh is closed, and its front faces are outside.
@@ -36,8 +35,7 @@ struct MeshTriangle {
     corner_b: u32,
     corner_c: u32,
     // Neighbour across the edges ab, bc, ca: BORDER, AGAIN, or twice the neighbour's number, plus 1 if it has the
-    // opposite
-    // orientation.
+    // opposite orientation.
     across_ab: u32,
     across_bc: u32,
     across_ca: u32,
@@ -58,8 +56,7 @@ const AGAIN: u32 = 0xfffffffeu;
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
 // What `instance_of` counts by: vertices in view, triangles in view that are near enough for edges, triangles in view,
-// or
-// all triangles of the world at all levels.
+// or all triangles of the world at all levels.
 const BY_VERTEX: u32 = 0u;
 const BY_NEAR: u32 = 1u;
 const BY_TRIANGLE: u32 = 2u;

@@ -1,11 +1,9 @@
 // Lists whose order does not depend on which workgroup is quicker.
 //
 // A pass that appends to a list with an atomic counter puts its entries in a random order. Code that looks at
-// neighbours in
-// the list, or lets the first of equals win, then differs from run to run. Here a pass runs twice: at stage 0 each
-// workgroup counts its entries, a prefix sum turns the counts into offsets, and at stage 1 every entry is written to
-// its
-// place: by workgroup, then by thread.
+// neighbours in the list, or lets the first of equals win, then differs from run to run. Here a pass runs twice: at
+// stage 0 each workgroup counts its entries, a prefix sum turns the counts into offsets, and at stage 1 every entry is
+// written to its place: by workgroup, then by thread.
 #define_import_path hachure::ordered
 
 // The state of an ordered list, in one buffer because bindings are few.

@@ -11,8 +11,7 @@ fn paper_grain(p: vec2<f32>) -> f32 {
 }
 
 // Frames a picture: a bare margin along the edges, a bare foot below, and a line around the picture within them. `px`
-// is
-// the position on the sheet; `widths_px` are the widths of the margin and of the line.
+// is the position on the sheet; `widths_px` are the widths of the margin and of the line.
 fn bordered(drawn: vec3<f32>, bare: vec3<f32>, border: vec3<f32>, widths_px: vec2<f32>, foot_px: f32, px: vec2<f32>, sheet_px: vec2<f32>) -> vec3<f32> {
     let from_edge = min(px, sheet_px - vec2<f32>(0.0, foot_px) - px);
     let in_px = min(from_edge.x, from_edge.y) - widths_px.x;

@@ -4,8 +4,7 @@
 
 struct ReliefRules {
     // Standard deviation of the blur, in pixels, and the factors by which it grows far away, away from the focus, and
-    // on
-    // level land.
+    // on level land.
     scale_px: f32,
     coarser_far: f32,
     coarser_aside: f32,
@@ -57,11 +56,8 @@ fn on_plane(view: View, own: vec4<f32>, other: vec4<f32>, offset_px: vec2<f32>) 
 }
 
 // Returns the view-centred curvature at a pixel, times alpha: xx, xy, yy, positive where the surface bulges toward the
-// eye
-// (Vergne and others 2009, sections 4.2 and 4.4, step 7: a Sobel filter on the gradient, and flat where conductance is
-// 0
-// around the pixel).
-// `facing` is the cosine between normal and ray.
+// eye (Vergne and others 2009, sections 4.2 and 4.4, step 7: a Sobel filter on the gradient, and flat where conductance
+// is 0 around the pixel). `facing` is the cosine between normal and ray.
 fn bend_at(view: View, rules: ReliefRules, depth_gradient: texture_2d<f32>, pixel: vec2<i32>, depth_m: f32, facing: f32) -> vec3<f32> {
     let own = unpacked(textureLoad(depth_gradient, pixel, 0));
     // The gradient of a pixel next to a silhouette matches none around it.

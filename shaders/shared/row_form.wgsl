@@ -17,8 +17,7 @@ fn slopes(t: f32) -> vec4<f32> {
 }
 
 // Returns the slope to the east and to the north, and the height in the world, at a position in a block whose relief
-// begins
-// at `first`.
+// begins at `first`.
 fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3<f32> {
     let at = clamp(place + f32(BESIDE), vec2<f32>(1.0), vec2<f32>(f32(NODES) - 2.001));
     let node = vec2<i32>(floor(at));

@@ -1,11 +1,9 @@
 // Proposed marks on the picture, and a raster of which mark claims each cell, and with what priority.
 //
 // A cell of the raster holds the greatest word that was written to it: the priority of a mark that is drawn, which
-// exceeds
-// all others, or of one that is undecided. A priority depends on the mark's position on the land, not on its number, so
-// which mark claims a cell does not depend on timing. Walks across a mark, from cell to cell, find the distance to the
-// next
-// one.
+// exceeds all others, or of one that is undecided. A priority depends on the mark's position on the land, not on its
+// number, so which mark claims a cell does not depend on timing. Walks across a mark, from cell to cell, find the
+// distance to the next one.
 #define_import_path hachure::row_places
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL}

@@ -1,14 +1,12 @@
 // Rows of hachures: the blocks of land in which they are placed, and the data of each block.
 //
 // The land is cut into square blocks of a quadtree in grid coordinates. A block of level L has CELLS x CELLS cells,
-// each 2^L
-// samples of the finest level wide: a cell is the spacing of marks there, before the picture thins them. Positions in a
-// block are in cells from its corner; marks begin in the block and may end outside of it.
+// each 2^L samples of the finest level wide: a cell is the spacing of marks there, before the picture thins them.
+// Positions in a block are in cells from its corner; marks begin in the block and may end outside of it.
 //
 // Heights are in units of 1 / STEPS of a cell. Rows are between heights that are multiples of 2^octave units, and a
-// mark is
-// seeded in the middle of its row, at an odd multiple of half of that. Each cell has the octave of its rows, or 0 for
-// none.
+// mark is seeded in the middle of its row, at an odd multiple of half of that. Each cell has the octave of its rows, or
+// 0 for none.
 #define_import_path hachure::rows
 #import hachure::terrain::{terrain, GridPoint, world_from_grid, grid_from_world}
 
@@ -47,15 +45,12 @@ const CLOSED: u32 = 0x80000000u;
 const ELSEWHERE: u32 = 0x80000000u;
 
 // Bit of the number of intervals: a mark outside of any row. Its index then holds its rise from sample to sample, and
-// its
-// height is in metres.
+// its height is in metres.
 const ALONE: u32 = 0x40000000u;
 // Size of a proposal, in vectors of four. The first vector holds the samples at which the mark begins and ends (the end
 // times 32), a bit for each visible sample, its priority (the greatest comes first), and its state: UNDECIDED to
-// DROPPED.
-// The others are samples: position in pixels, free room on either side in pixels, and distance along the view axis. A
-// mark
-// outside of any row has no known room: there a negative number is the part of it that is drawn.
+// DROPPED. The others are samples: position in pixels, free room on either side in pixels, and distance along the view
+// axis. A mark outside of any row has no known room: there a negative number is the part of it that is drawn.
 const PROPOSAL: i32 = 18;
 const UNDECIDED: f32 = 0.0;
 const CHOSEN: f32 = 1.0;

@@ -5,8 +5,7 @@
 #import hachure::water_maps::{AROUND, SIDE}
 
 // Tiles that are made at once, and offsets in the list of what was found: whether each tile has water, then the number
-// of
-// blocks that may have a lake, the number of tiles with water, their numbers, and the number of tiles being made.
+// of blocks that may have a lake, the number of tiles with water, their numbers, and the number of tiles being made.
 const SQUARES: u32 = 4u;
 const WET_TILES: u32 = 5u;
 const FIRST_WET: u32 = 6u;

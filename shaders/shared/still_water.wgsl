@@ -11,8 +11,7 @@ const LEVEL_MEAN_M: f32 = 0.004;
 // Distance at which the heights around a place are compared, in metres.
 const WATER_M: f32 = 90.0;
 // A lake contains a level square whose side is twice LAKE_M or, if that is less, twice LAKE_SAMPLES samples, and at
-// least
-// four samples. Terraces of land in whole metres are narrower where it slopes by more than 0.25 degrees.
+// least four samples. Terraces of land in whole metres are narrower where it slopes by more than 0.25 degrees.
 const LAKE_M: f32 = 120.0;
 const LAKE_SAMPLES: f32 = 8.0;
 // Number of searches for such a square: around a place, around four points ARM_SAMPLES samples away diagonally, and on
@@ -20,8 +19,7 @@ const LAKE_SAMPLES: f32 = 8.0;
 const LAKE_LOOKS: i32 = 7;
 const ARM_SAMPLES: f32 = 2.5;
 // A level square is part of a terrace if land around it is lower by less than this slope, rise over run, in this many
-// of
-// sixteen samples, or lower or higher in this many, on one of this many coarser levels.
+// of sixteen samples, or lower or higher in this many, on one of this many coarser levels.
 const GENTLE: f32 = 0.01;
 const TERRACE_SAMPLES: f32 = 2.0;
 const LEVEL_SAMPLES: f32 = 6.0;
@@ -29,8 +27,7 @@ const TERRACE_LOOKS: i32 = 3;
 // A square that is level on a level this much coarser is a lake, whatever is around.
 const LARGE: i32 = 2;
 // An end of a lake looks like a terrace too. The rest of the lake is searched this many samples away in eight
-// directions,
-// and at this many distances, each twice the one before.
+// directions, and at this many distances, each twice the one before.
 const END_SAMPLES: f32 = 3.0;
 const ENDS: i32 = 4;
 // Level ground within this height of 0 is the sea, never a terrace.
@@ -157,8 +154,7 @@ struct Square {
 }
 
 // Returns the first level square of the nine around a place on a level: the middle one, then the four that share its
-// sides,
-// then the corners.
+// sides, then the corners.
 fn level_square(g: vec2<f32>, level: i32) -> Square {
     let window = wide_window(level, g);
     let north = squares(window.row_a, window.row_b);
@@ -187,10 +183,8 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
 }
 
 // Returns whether a level square is a terrace and not a lake: around it the land continues downward as gently as
-// terraces
-// do, or most of it is hardly higher. Land around a lake is higher, except at a dam, which is steep, and an outlet,
-// which
-// is narrow.
+// terraces do, or most of it is hardly higher. Land around a lake is higher, except at a dam, which is steep, and an
+// outlet, which is narrow.
 fn is_terrace(square: Square, level: i32) -> bool {
     if abs(square.height_m) <= SEA_M {
         return false;
@@ -218,10 +212,9 @@ fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
 // Returns the height of the lake at a place or within a few samples of it, if `own` has that height; else NO_LAKE.
 //
 // A sample of a coarse level is the mean of those below it. Land around a lake is higher than the lake, so a mean
-// equals the
-// lake's height only where all of it is lake: four such means that are equal, with the sixteen below them, are a square
-// of
-// water. Most terraces are narrower, and means of slopes are not equal; a terrace that is as wide continues downward.
+// equals the lake's height only where all of it is lake: four such means that are equal, with the sixteen below them,
+// are a square of water. Most terraces are narrower, and means of slopes are not equal; a terrace that is as wide
+// continues downward.
 fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     if terrain.max_z_m - terrain.min_z_m < LEVEL_WORLD_M {
         return NO_LAKE;
@@ -230,8 +223,7 @@ fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     var square = Square(NO_LAKE, g);
     var at = first;
     // Squares around the place come first, then those farther away on the same level, for the arms of a lake, then
-    // larger
-    // ones.
+    // larger ones.
     for (var look = 0; look < LAKE_LOOKS && square.height_m == NO_LAKE; look++) {
         at = first + max(look - 4, 0);
         let aside = vec2<f32>(f32((look & 1) * 2 - 1), f32((look & 2) - 1)) * select(0.0, ARM_SAMPLES, look > 0 && look < 5);

@@ -121,8 +121,7 @@ const CLASSES: u32 = 64u;
 const MOVE_PX: f32 = 0.5;
 const RESTS_PX: f32 = 0.01;
 // Distance between the points where new strokes begin to grow and old ones to shrink: this way all of them finish in
-// the
-// same time.
+// the same time.
 const SEEDS_PX: f32 = 64.0;
 // Difference between texture parameter and arc length beyond which the texture has a seam.
 const SEAM_PX: f32 = 6.0;

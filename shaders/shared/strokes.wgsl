@@ -50,8 +50,7 @@ struct Chain {
     // Key of the first segment.
     key: u32,
     // Length from its first end to its last, including gaps between segments; all the way round if it is closed. In
-    // 1/16 px,
-    // modulo 2³².
+    // 1/16 px, modulo 2³².
     length_units: u32,
     padding: array<u32, 3>,
 }

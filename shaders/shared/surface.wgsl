@@ -1,12 +1,9 @@
 // The only definition of the surface. Every pass that needs a height calls it, so that mesh, positions, normals and
-// lines
-// agree.
+// lines agree.
 //
 // Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level, which `terrain` chooses by position
-// and
-// distance alone. Two patches of the mesh that share a vertex therefore compute bit-identical heights for it, whatever
-// their
-// own levels are.
+// and distance alone. Two patches of the mesh that share a vertex therefore compute bit-identical heights for it,
+// whatever their own levels are.
 //
 // Why: docs/decisions/one-surface.md.
 #define_import_path hachure::surface
@@ -216,8 +213,7 @@ fn form_at(near: Near) -> Surface {
 }
 
 // Returns the height of a vertex of the mesh: bicubic on the finest level, where vertices may be between samples.
-// Coarser
-// levels have a sample in every pixel or two, and bilinear is within the error that chose them.
+// Coarser levels have a sample in every pixel or two, and bilinear is within the error that chose them.
 fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {
     let cell = cell_at(surface_level(g, distance_m).place, g);
     if cell.is_finest {
@@ -240,8 +236,7 @@ fn row_of_voids(cell: Cell, row: i32) -> vec4<f32> {
 }
 
 // Returns the no-data part around a place, 0 to 1, and its gradient over the level's samples: the no-data flags (the
-// lowest
-// bit of each sample) under a B-spline, which rounds their stairs.
+// lowest bit of each sample) under a B-spline, which rounds their stairs.
 fn void_share(cell: Cell) -> vec3<f32> {
     let f = clamp(cell.f, vec2<f32>(0.0), vec2<f32>(1.0));
     let rows = mat4x4<f32>(row_of_voids(cell, -1), row_of_voids(cell, 0), row_of_voids(cell, 1), row_of_voids(cell, 2));

@@ -45,8 +45,7 @@ struct TileRecord {
     // 1 if there is no finer data.
     is_finest: u32,
     // As `blocked`, for horizons and for shores: parts of a level by which they have to stay above this tile's map.
-    // NO_MAP
-    // if the tile has no map: see `horizon_maps` and `water_maps`.
+    // NO_MAP if the tile has no map: see `horizon_maps` and `water_maps`.
     unlit: u32,
     shoreless: u32,
     pad_a: u32,
@@ -66,8 +65,7 @@ struct Terrain {
     degree: i32,
     level_count: i32,
     // The camera's height is coarse + fine. The coarse part is exact in f32 and near, so sample heights minus it keep
-    // their
-    // digits.
+    // their digits.
     camera_z_coarse_m: f32,
     camera_z_fine_m: f32,
     // Range of heights of the whole terrain, relative to the camera.
@@ -210,8 +208,7 @@ struct SurfaceLevel {
 }
 
 // Raises the wanted level as far as tiles are loaded. The first usable level from the wanted one upward decides, since
-// a
-// tile is used only where its parents are loaded.
+// a tile is used only where its parents are loaded.
 fn as_far_as_there(wanted: f32, first: LevelPlace, g: vec2<f32>) -> SurfaceLevel {
     let coarsest = terrain.level_count - 1;
     var place = first;

@@ -1,6 +1,6 @@
 // The cells in which lines from shading are detected: one for each pixel or, where lines are wide enough, one for each
-// block
-// of 2 x 2 pixels, at a quarter of the cost. Blocks begin at even pixels of the whole picture, so that its parts agree.
+// block of 2 x 2 pixels, at a quarter of the cost. Blocks begin at even pixels of the whole picture, so that its parts
+// agree.
 #define_import_path hachure::tone_grid
 #import hachure::view::View
 
@@ -30,8 +30,7 @@ fn place_of_px(grid: Grid, px: vec2<f32>) -> vec2<f32> {
 // A line as detected in a cell.
 struct Line {
     // Curvature of the tone, relative to the threshold of lines: positive for a dark line, negative for a highlight
-    // line. A
-    // pixel has a line where the value interpolated between cells is beyond 1 or -1; 0 is none.
+    // line. A pixel has a line where the value interpolated between cells is beyond 1 or -1; 0 is none.
     curvature: f32,
     opacity: f32,
     // Signed distance of the line's centre from the centre of the cell, positive to the left of `way`.

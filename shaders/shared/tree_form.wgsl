@@ -1,8 +1,7 @@
 // The shape of a tree for hatching marks: a round body, and a plane that faces the eye.
 //
 // A crown has hundreds of leaves, and marks on each of them would be speckle. A pen gives a tree one shade by the side
-// of
-// the crown, in strokes that cross it as if it were flat.
+// of the crown, in strokes that cross it as if it were flat.
 #define_import_path hachure::tree_form
 #import hachure::view::View
 #import hachure::earth::bend

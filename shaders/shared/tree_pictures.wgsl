@@ -1,6 +1,5 @@
 // The pictures of a tree from all directions above the horizon, and the tree's space: that of a tree 1 unit tall and
-// wide,
-// with its foot at 0. See src/forest/impostor.rs.
+// wide, with its foot at 0. See src/forest/impostor.rs.
 #define_import_path hachure::tree_pictures
 #import hachure::trees::TreeInstance
 

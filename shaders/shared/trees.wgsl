@@ -13,8 +13,7 @@ const DRAW_WORDS: u32 = 4u;
 // Depth along the view axis below which parts of trees are not drawn, so that an eye within a crown looks out of it.
 const CLEAR_M: f32 = 5.0;
 // Over this distance beyond CLEAR_M a tree disappears as the eye approaches its trunk: branches without their trunk
-// would
-// hang in the air.
+// would hang in the air.
 const CLEARING_M: f32 = 2.0;
 // Trees that are smaller on the picture cast no shadow.
 const SHADOW_PX: f32 = 8.0;
@@ -34,8 +33,7 @@ struct TreeInstance {
     // Range of dither values that show the tree: the first one and the end, in 16 bits each.
     shown: u32,
     // Species and level: species * TREE_LEVELS + level; from bit 16 on, the light on its site, 0 to 255; the highest
-    // bit:
-    // the tree has strokes.
+    // bit: the tree has strokes.
     bucket: u32,
 }
 
@@ -89,8 +87,7 @@ fn normal_on_tree(tree: TreeInstance, own: vec3<f32>) -> vec3<f32> {
 }
 
 // Returns a value of 0 to 1 for a pixel and a tree, well distributed among neighbours (interleaved gradient noise:
-// Jimenez
-// 2014, "Next Generation Post Processing in Call of Duty: Advanced Warfare").
+// Jimenez 2014, "Next Generation Post Processing in Call of Duty: Advanced Warfare").
 fn dither(pixel: vec2<f32>, id: u32) -> f32 {
     let own = fract(f32(id & 0xffffu) * 0.61803399);
     return fract(52.9829189 * fract(dot(floor(pixel), vec2<f32>(0.06711056, 0.00583715))) + own);

@@ -48,8 +48,8 @@ fn place_at(view: View, px: vec2<f32>, depth_m: f32) -> vec3<f32> {
 }
 
 // Returns how far the content of a pixel has moved since the previous frame, in pixels. `point` is its position or,
-// with 0
-// as its last coordinate, a direction, which the eye's movement does not affect. Jitter does not count as motion.
+// with 0 as its last coordinate, a direction, which the eye's movement does not affect. Jitter does not count as
+// motion.
 fn motion_of(view: View, pixel: vec2<i32>, point: vec4<f32>) -> vec2<f32> {
     let clip = view.previous_clip_from_camera * point;
     // A point off-screen or behind the previous eye has no position in its picture: it comes from far outside.
@@ -80,8 +80,7 @@ fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
 }
 
 // Returns the sine of a direction's height above a horizon that is below level. `up` is the sine of its height above
-// level,
-// `horizon` the cosine and the sine of the horizon's depression.
+// level, `horizon` the cosine and the sine of the horizon's depression.
 fn above_horizon(up: f32, horizon: vec2<f32>) -> f32 {
     return up * horizon.x + sqrt(max(1.0 - up * up, 0.0)) * horizon.y;
 }

@@ -1,13 +1,10 @@
 // The distance of a place from the shore of still water, from the tiles that `surface/lakes` makes.
 //
 // A map holds the signed distance of each sample of its tile and of two around it, in samples of its level, in 8 bits,
-// with
-// more precision near the shore. Between samples it is a B-spline, so that shores are smooth where a sample is many
-// pixels
-// wide. The level is that of the pixel's footprint, and between levels distances are mixed: both are functions of
-// position
-// and distance alone, so nothing pops. A place too far from the shore for a level is left to the coarser one, whose
-// distances reach twice as far.
+// with more precision near the shore. Between samples it is a B-spline, so that shores are smooth where a sample is
+// many pixels wide. The level is that of the pixel's footprint, and between levels distances are mixed: both are
+// functions of position and distance alone, so nothing pops. A place too far from the shore for a level is left to the
+// coarser one, whose distances reach twice as far.
 #define_import_path hachure::water_maps
 #import hachure::terrain::{terrain, tiles, place_on_level, between_corners, LevelPlace, TILE_SAMPLES, TILE_BORDER, NO_MAP}
 #import hachure::surface::spline_weights
@@ -81,10 +78,8 @@ fn shore_in(slot: i32, place: LevelPlace) -> f32 {
 }
 
 // Returns the distance to the shore in metres, at a place where a pixel is `pixel_m` wide: negative on land near the
-// shore,
-// 0 on land farther away, and `most_m` where the shore is out of every map's reach. `narrow` is the smallest extent of
-// a
-// sample, relative to the nominal sample size of its level.
+// shore, 0 on land farther away, and `most_m` where the shore is out of every map's reach. `narrow` is the smallest
+// extent of a sample, relative to the nominal sample size of its level.
 fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, most_m: f32) -> f32 {
     let coarsest = terrain.level_count - 1;
     let wanted = clamp(log2(pixel_m / terrain.spacing_m), 0.0, f32(coarsest));

@@ -2,8 +2,7 @@
 // constants are those of src/scene/wind.rs.
 //
 // A tree bends like a rod fixed at its foot: by the square of the height above it. A lean that would exceed MOST_LEAN
-// of that
-// height is limited. Leaves of meshes also flutter.
+// of that height is limited. Leaves of meshes also flutter.
 #define_import_path hachure::wind
 #import hachure::trees::TreeInstance
 
@@ -97,8 +96,7 @@ fn flutter_at(wind: Wind, at_m: vec2<f32>, up_m: f32) -> array<vec3<f32>, 2> {
 }
 
 // Returns the displacement of a part of a mesh by wind, in this frame and in the previous one. `own` is the part's
-// position
-// in tree units, `from_foot_m` its offset from the tree's foot. Both eyes see the same flutter.
+// position in tree units, `from_foot_m` its offset from the tree's foot. Both eyes see the same flutter.
 fn moved_by_wind(
     wind: Wind,
     focal_px: f32,

@@ -1,8 +1,7 @@
 // The wobble of a hand-drawn line: smooth noise that is fixed in the world and has one size on the picture.
 //
 // Two octaves of value noise, whose cells are powers of two of a metre, are blended by distance. So a place keeps its
-// noise
-// while the camera approaches, until finer noise takes over (Benard et al. 2009 do so with textures).
+// noise while the camera approaches, until finer noise takes over (Benard et al. 2009 do so with textures).
 #define_import_path hachure::wobble
 
 #import hachure::stroke_samples::hash

@@ -1,15 +1,12 @@
 // The line along which the land bends most, at one pixel of sixteen: the direction of hatching that follows curvature
 // (Hertzmann and Zorin 2000, "Illustrating Smooth Surfaces", section 4: hatches follow principal directions where these
-// are
-// well defined, and the field is smoothed in between).
+// are well defined, and the field is smoothed in between).
 //
 // They smooth a field of crosses by optimisation. Here the squared second fundamental form (the third one, which has no
-// sense
-// and no sign, so that a rib and the gully next to it agree) is averaged over the surrounding blocks, as far as they
-// see the
-// same land, and its larger eigenvector is the line. Where the average hardly bends, in radians of the normal over a
-// sample
-// of the form, a line of equal height replaces it: rows around a hill continue over its even faces.
+// sense and no sign, so that a rib and the gully next to it agree) is averaged over the surrounding blocks, as far as
+// they see the same land, and its larger eigenvector is the line. Where the average hardly bends, in radians of the
+// normal over a sample of the form, a line of equal height replaces it: rows around a hill continue over its even
+// faces.
 #import hachure::curvature::{frame_of, form2, principal_of}
 
 struct BendAxisRules {

@@ -1,17 +1,14 @@
 // The curvature of the land's form, at one pixel of sixteen.
 //
 // The form is the level of the pyramid that has `feature_px` pixels per sample, under a B-spline (form.wgsl). So the
-// scale of
-// whatever is drawn from it follows the picture, and lines of small features give way to those of large ones as the eye
-// moves
-// away. The bicubic surface itself has a step in its curvature at each sample; its form has none. The form's third
-// derivatives would have steps, so they are differences of second ones over a sample.
+// scale of whatever is drawn from it follows the picture, and lines of small features give way to those of large ones
+// as the eye moves away. The bicubic surface itself has a step in its curvature at each sample; its form has none. The
+// form's third derivatives would have steps, so they are differences of second ones over a sample.
 //
 // Everything is analytic: with f the height, p its slopes, H its second and T its third derivatives along tangents a,
-// b, c,
-// and W = sqrt(1 + p.p), the second fundamental form is -H(a, b) / W, and its covariant derivative is
-// -T(a, b, c) / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from
-// triangles). The curvature of the earth is neglected, as it is a hundred times less than that of any hill.
+// b, c, and W = sqrt(1 + p.p), the second fundamental form is -H(a, b) / W, and its covariant derivative is -T(a, b, c)
+// / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from triangles).
+// The curvature of the earth is neglected, as it is a hundred times less than that of any hill.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
@@ -39,8 +36,7 @@ struct CurvatureRules {
 @group(0) @binding(6) var shape_change: texture_storage_2d<rgba32float, write>;
 
 // Distance from the land's border, in samples, at which curvature near the border is evaluated: closer to it the form
-// bends
-// artificially.
+// bends artificially.
 const INSIDE: f32 = 2.5;
 
 fn inside(g: vec2<f32>, level: f32) -> vec2<f32> {

@@ -1,22 +1,16 @@
 // Cut lines: the intersections of the land with families of parallel planes, as wide as the tone is dark.
 //
 // An engraver places parallel lines that follow the form, and lets them swell in the shade. Tanaka drew relief this way
-// with
-// contour lines (K. Tanaka, "The Relief Contour Method of Representing Topography on Maps", 1950); Dürer's followers
-// did with
-// planes that are upright or inclined. Each family of planes is a height above one of them, so a pixel knows its
-// distance from
-// the next line from this height and its gradient over the picture, as `height_lines` does. Lines match at the borders
-// of
-// parts and where land hides land, they are fixed to the land, and never fork.
+// with contour lines (K. Tanaka, "The Relief Contour Method of Representing Topography on Maps", 1950); Dürer's
+// followers did with planes that are upright or inclined. Each family of planes is a height above one of them, so a
+// pixel knows its distance from the next line from this height and its gradient over the picture, as `height_lines`
+// does. Lines match at the borders of parts and where land hides land, they are fixed to the land, and never fork.
 //
 // The addition here: the density of lines follows the picture. Planes are at distances that are powers of two; where
-// the lines
-// of one power are more than 1.3 spacings apart, lines between them grow, so gaps stay between 0.7 and 1.45 spacings on
-// even
-// slopes. A line is a part of the gaps on its sides, so ink matches the requested tone, while lines grow as well. The
-// density
-// of lines follows a coarser form than the lines themselves: they do not end in each small fold.
+// the lines of one power are more than 1.3 spacings apart, lines between them grow, so gaps stay between 0.7 and 1.45
+// spacings on even slopes. A line is a part of the gaps on its sides, so ink matches the requested tone, while lines
+// grow as well. The density of lines follows a coarser form than the lines themselves: they do not end in each small
+// fold.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}

@@ -1,19 +1,14 @@
 // The form of the land: the normal that is lit, at one pixel of sixteen.
 //
 // A cartographer lights the land's form and not each of its samples (Imhof 1965, "Kartographische Geländedarstellung",
-// on
-// generalisation in shaded relief): a few large masses of shade, whose borders are as calm as the picture is coarse.
-// The form
-// is the level of the pyramid that has `form_px` pixels per sample, under a B-spline, which smooths the samples and
-// does not
-// pass through them. It is a function of position and distance alone, like the mark normals. Near the eye, where the
-// finest
-// samples are larger than that, the form is the land itself.
+// on generalisation in shaded relief): a few large masses of shade, whose borders are as calm as the picture is coarse.
+// The form is the level of the pyramid that has `form_px` pixels per sample, under a B-spline, which smooths the
+// samples and does not pass through them. It is a function of position and distance alone, like the mark normals. Near
+// the eye, where the finest samples are larger than that, the form is the land itself.
 //
 // A ridge that runs along the light has the same tone on both sides. There the light turns, always to the same side, by
-// up to
-// `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. What is rotated is the
-// normal, the other way around the plumb line: so slopes, and the light on other things, stay as they are.
+// up to `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. What is rotated
+// is the normal, the other way around the plumb line: so slopes, and the light on other things, stay as they are.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
@@ -30,8 +25,7 @@ struct FormRules {
 }
 
 // Levels by which the form that defines ridges is coarser; and the squared change of slope over a sample at which the
-// light
-// turns by half of the maximum.
+// light turns by half of the maximum.
 const RIDGE_LEVELS: f32 = 2.0;
 const RIDGE: f32 = 0.01;
 
@@ -43,12 +37,10 @@ const RIDGE: f32 = 0.01;
 @group(0) @binding(4) var form_normal: texture_storage_2d<rgba32float, write>;
 
 // Returns how far the light turns, as a part of the maximum. `bends` are second derivatives by x, y of the world: xx,
-// xy,
-// yy, over a sample of the form.
+// xy, yy, over a sample of the form.
 fn turned(bends: vec3<f32>) -> f32 {
     // Directions are represented by twice their angle, so that both ends of a ridge are the same. The greatest bend is
-    // along
-    // `most`; along a ridge, where the land bends down on the whole, the least bend is across it.
+    // along `most`; along a ridge, where the land bends down on the whole, the least bend is across it.
     let most = vec2<f32>(bends.x - bends.z, 2.0 * bends.y);
     let sum = bends.x + bends.z;
     let along = -most * sign(sum);

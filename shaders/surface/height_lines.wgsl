@@ -1,15 +1,12 @@
 // Contour lines on the visible land.
 //
 // A pixel knows the height of the land's form and its gradient over the picture, so its distance from the nearest line
-// is the
-// difference of height divided by the gradient. This is exact where the form is a plane within a line's width, and
-// needs no
-// neighbours: lines are as sharp at the borders of parts and where land hides land. The form is the one used for light
-// (form.wgsl): a cartographer draws lines as calm as the map's scale (Imhof 1965, on generalisation).
+// is the difference of height divided by the gradient. This is exact where the form is a plane within a line's width,
+// and needs no neighbours: lines are as sharp at the borders of parts and where land hides land. The form is the one
+// used for light (form.wgsl): a cartographer draws lines as calm as the map's scale (Imhof 1965, on generalisation).
 //
 // Every `index`-th line, usually every fifth, is heavier. Lines that are too close to be distinguished fade out, and
-// the
-// heavier ones after them.
+// the heavier ones after them.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}

@@ -1,14 +1,10 @@
 // The mark normal of the land: its normal at the scale of hatching marks, at one pixel of sixteen.
 //
 // Marks follow the land's form, not its pebbles: direction and foreshortening of hatching come from the level of the
-// pyramid
-// that has `form_px` pixels per sample, under a B-spline (shared/form.wgsl). On gentle land small forms hardly define
-// which
-// way is down, so marks follow a form up to CALM_LEVELS levels coarser there, and stay in rows. The mark normal is a
-// function
-// of position and distance alone, so it is smooth across tiles and levels of detail, and does not change when the
-// camera
-// turns. Marks treat a tree as flat and facing the eye.
+// pyramid that has `form_px` pixels per sample, under a B-spline (shared/form.wgsl). On gentle land small forms hardly
+// define which way is down, so marks follow a form up to CALM_LEVELS levels coarser there, and stay in rows. The mark
+// normal is a function of position and distance alone, so it is smooth across tiles and levels of detail, and does not
+// change when the camera turns. Marks treat a tree as flat and facing the eye.
 #import hachure::view::View
 #import hachure::terrain::grid_from_world
 #import hachure::earth::unbend

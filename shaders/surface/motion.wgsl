@@ -2,8 +2,7 @@
 //
 // Trees in wind (WIND) provide their own displacement: each vertex of a mesh as it leans and flutters, each pixel of an
 // impostor as it leans. Three effects are neglected: the curvature of the earth rotates that displacement by less than
-// 0.01,
-// half floats round it by 0.05 %, and the visible part of the flutter is taken from this frame's distance.
+// 0.01, half floats round it by 0.05 %, and the visible part of the flutter is taken from this frame's distance.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #ifdef WIND
 #import hachure::surface_id::{kind_of, TREE}

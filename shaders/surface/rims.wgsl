@@ -1,20 +1,14 @@
 // Dashed lines around holes in the visible land.
 //
 // The rim is where the no-data share passes the value at which land ends (surface.wgsl), so a line follows it exactly,
-// and is
-// as smooth. Its ink is on the land's side: anything may be visible through the hole. A pixel evaluates the share at
-// its
-// centre and one pixel to each side, on the plane that it shows: a pixel of land at a flat angle covers many samples,
-// and one
-// sample covers many pixels of near land.
+// and is as smooth. Its ink is on the land's side: anything may be visible through the hole. A pixel evaluates the
+// share at its centre and one pixel to each side, on the plane that it shows: a pixel of land at a flat angle covers
+// many samples, and one sample covers many pixels of near land.
 //
 // Dashes are counted along the rim. From a pixel's position the rim is followed both ways to the next line of a lattice
-// fixed
-// to the samples, and a whole number of dashes fits between two such points: all pixels of a rim agree on them, dashes
-// are
-// even, and they stay on the land when the eye moves. A rim that crosses no lattice line is a small ring, whose dashes
-// begin
-// at its northernmost point.
+// fixed to the samples, and a whole number of dashes fits between two such points: all pixels of a rim agree on them,
+// dashes are even, and they stay on the land when the eye moves. A rim that crosses no lattice line is a small ring,
+// whose dashes begin at its northernmost point.
 #import hachure::view::View
 #import hachure::terrain::{levels, grid_from_world, place_on_level, surface_level}
 #import hachure::surface::{cell_at, void_share, RIM_SHARE}
@@ -77,8 +71,7 @@ fn to_rim(share: vec3<f32>) -> vec2<f32> {
 // Length of a ring in dashes up to which it is not drawn, and from which on it is whole.
 const RING_DASHES: vec2<f32> = vec2<f32>(1.0, 2.5);
 // Sizes of samples in pixels between which ink goes from pale to full: where samples are as small as pixels, rims are
-// ragged
-// and crowded.
+// ragged and crowded.
 const RAGGED_PX: vec2<f32> = vec2<f32>(1.0, 4.0);
 const RAGGED_INK: f32 = 0.5;
 
@@ -94,8 +87,7 @@ struct Walk {
 }
 
 // Returns where a step crosses a lattice line that the rim crosses rather than follows, as a part of the step; 2 if
-// nowhere.
-// The rim's own direction decides, not that of the step, because other pixels have different steps.
+// nowhere. The rim's own direction decides, not that of the step, because other pixels have different steps.
 fn crossing(begun: vec2<f32>, ended: vec2<f32>, place: vec2<f32>, next: vec2<f32>) -> f32 {
     let is_over = floor(begun) != floor(ended);
     if !any(is_over) {
@@ -155,8 +147,7 @@ fn dash_at(start: vec2<f32>) -> f32 {
     let reach_px = f32(STEPS) * min(STEP_SAMPLES * sample_px, STEP_PX);
     let lattice_px = min(LATTICE_DASHES * rim_rules.period_px, LATTICE_REACH * reach_px);
     // Spacings are powers of two, so the lattice of a coarser level, or of a picture from farther away, is a subset of
-    // this
-    // one.
+    // this one.
     let lattice = exp2(clamp(floor(log2(lattice_px / max(sample_px, 1e-6))), -8.0, 8.0));
     let back = walk(start, -1.0, lattice);
     let on = walk(start, 1.0, lattice);

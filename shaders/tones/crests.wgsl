@@ -1,14 +1,10 @@
 // Makes crests lighter and hollows darker, by the curvature of the land: shading by curvature in addition to shading by
-// the
-// sun (Kennelly 2008, "Terrain maps displaying hill-shading with curvature"). It shows forms that run along the light,
-// and
-// those in the shade.
+// the sun (Kennelly 2008, "Terrain maps displaying hill-shading with curvature"). It shows forms that run along the
+// light, and those in the shade.
 //
 // The light that is added depends on the mean of the principal curvatures over a sample of the form, which is how far
-// the
-// normal turns there; a sharp ridge gains little more than a blunt one. Land that a style leaves white for its slope
-// gains
-// nothing.
+// the normal turns there; a sharp ridge gains little more than a blunt one. Land that a style leaves white for its
+// slope gains nothing.
 #import hachure::view::View
 #import hachure::light::Light
 #import hachure::mark_normal::values_between_blocks

@@ -1,33 +1,25 @@
 // Hatching by the fractal rule: approaching only ever adds marks, and never removes one (surface-stable fractal
-// dithering:
-// Johansen 2025, there for dots of a regular pattern).
+// dithering: Johansen 2025, there for dots of a regular pattern).
 //
 // Along an axis of a chart, grid points for marks are the multiples of a length that is halved from level to level.
-// Every
-// second grid point of a level also belongs to the coarser one, so a mark belongs to the coarsest level that has it.
-// Its
-// *rank* is the density of marks from which on it exists: between half of its level's density and all of it, in an even
-// order. Since marks have a constant width on the picture, a darkness corresponds to a density on the picture, which is
-// a
-// greater density on the ground when the eye is near: new marks come between the existing ones, and those stay.
+// Every second grid point of a level also belongs to the coarser one, so a mark belongs to the coarsest level that has
+// it. Its *rank* is the density of marks from which on it exists: between half of its level's density and all of it, in
+// an even order. Since marks have a constant width on the picture, a darkness corresponds to a density on the picture,
+// which is a greater density on the ground when the eye is near: new marks come between the existing ones, and those
+// stay.
 //
 // Dots are not at the multiples themselves. A cell between two multiples holds one dot, which stays when the cell is
-// halved:
-// it is in the half that the numbers of the surrounding cells choose (nested scrambling: Owen 1995). So a dot's
-// position is
-// fixed in the world and is in its cell at every level, and only nearby cells have to be searched.
+// halved: it is in the half that the numbers of the surrounding cells choose (nested scrambling: Owen 1995). So a dot's
+// position is fixed in the world and is in its cell at every level, and only nearby cells have to be searched.
 //
 // Dots of the kind `dots` (the variant `DOTS`) keep apart from each other, as described in dots.wgsl.
 //
 // Code for marks with ends is a variant (`ENDED`), because software drivers run both sides of a branch.
 //
 // Rows of marks are selected this way across, and the marks of a row along it, each axis with its own foreshortening.
-// The
-// offset of a row's marks is a digital net of the rows' numbers, so that neighbouring rows have different offsets. As
-// long as
-// neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all widths grow
-// such
-// that the inked part remains the requested darkness, up to black.
+// The offset of a row's marks is a digital net of the rows' numbers, so that neighbouring rows have different offsets.
+// As long as neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all
+// widths grow such that the inked part remains the requested darkness, up to black.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::mark_normal::{mark_normal_at, values_between_blocks}
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
@@ -83,10 +75,8 @@ fn stirred(number: u32) -> u32 {
 }
 
 // Returns which half of a cell keeps its mark, by the cell's number: the lowest bit is for the cell itself, the others
-// are
-// for the cells that contain it. In three of four cases it is not the half that the cell itself is in its parent: a
-// mark is
-// seldom near the end of its cell, where the next cell's mark might be.
+// are for the cells that contain it. In three of four cases it is not the half that the cell itself is in its parent: a
+// mark is seldom near the end of its cell, where the next cell's mark might be.
 fn kept_halves(cells: u32) -> u32 {
     return ~cells ^ (((cells >> 1u) ^ (cells >> 4u)) & ((cells >> 2u) ^ (cells >> 7u)));
 }
@@ -122,8 +112,7 @@ fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32, is_loose: bool) -> A
     let place_px = place_m / per_px;
     let density = min(d, 1.0) * place_px / width_px;
     // With marks at more than every second grid point, gaps are two grid points wide or filled, and filled ones
-    // overlap. The
-    // bare part of the paper is 1 - d, all in the gaps.
+    // overlap. The bare part of the paper is 1 - d, all in the gaps.
     let unfilled = 2.0 * (1.0 - density);
     let even_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
     let wide_px = select(select(width_px, even_px, density > 0.5), min(width_px * d * d, 2.0 * place_px), is_loose);
@@ -167,8 +156,7 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let is_endless = layer.marks_px.x <= 0.0;
     let is_dot = !is_endless && size_px.x <= size_px.y;
     // Both axes together make the darkness: the longer the marks, the more of it is due to rows. Rows of dots touch and
-    // have
-    // few dots each, or they would be visible as rows; and where it is dark, dots overlap.
+    // have few dots each, or they would be visible as rows; and where it is dark, dots overlap.
     let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
     let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
     let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
@@ -248,8 +236,7 @@ fn dot_axis(axis: i32, at: vec3<f32>, foot: Footprint, own: Footprint, apart_px:
 }
 
 // Dots of the kind `dots`. The chart's scale is that of the form, and dots are round on the land itself. A dot belongs
-// to
-// the chart with the greater weight at the dot's centre: no two charts show dots at one place.
+// to the chart with the greater weight at the dot's centre: no two charts show dots at one place.
 fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint, own: Footprint) -> Cover {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, line);

@@ -1,23 +1,17 @@
 // Hatching: marks that are fixed in the world and keep their size on the picture.
 //
 // A layer's marks are a tonal art map (Praun et al. 2001), stored as one tile of thresholds: a place takes ink where
-// the
-// darkness is above its threshold. The tile is mapped on a chart of the world (`hatch`), at the level of a ladder of
-// scales at
-// which one texel is about one pixel: a dynamic solid texture (Benard et al. 2009). Additions:
+// the darkness is above its threshold. The tile is mapped on a chart of the world (`hatch`), at the level of a ladder
+// of scales at which one texel is about one pixel: a dynamic solid texture (Benard et al. 2009). Additions:
 //
 // - Scales are half octaves apart, and across and along the marks they are chosen separately, each by the gradient of
-// its
-//  coordinate on the picture. So marks keep spacing and length at grazing angles too.
+//   its coordinate on the picture. So marks keep spacing and length at grazing angles too.
 // - Inks of two scales are not blended. Marks that darken by number overlap those of the other scale, and both share
-// the
-//  darkness as optical density: a scale with the weight w takes 1 - (1 - darkness)^w of it. So marks stay sharp, and
-//  those of
-//  one scale become fewer while those of the other become more. Marks that swell would be thin twice; for them the
-//  thresholds are mixed, and made uniform again by the exact distribution of the mixture.
+//   the darkness as optical density: a scale with the weight w takes 1 - (1 - darkness)^w of it. So marks stay sharp,
+//   and those of one scale become fewer while those of the other become more. Marks that swell would be thin twice; for
+//   them the thresholds are mixed, and made uniform again by the exact distribution of the mixture.
 // - Scales of one axis have different offsets on the other for each level, so that two never show the same marks:
-// shares of
-//  darkness assume independent marks.
+//   shares of darkness assume independent marks.
 // - With SWELLING there may be marks that swell; without it their code is omitted.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
@@ -45,8 +39,7 @@ struct Axis {
 // The camera's position on each axis, in texels of each level: level by level for each axis.
 @group(0) @binding(3) var<storage, read> phases: array<f32>;
 // Tile by tile, row by row, for each texel the four thresholds around it (this, along, across, both) and the gradient
-// of
-// thresholds there, for ink and for gaps: square roots in half bytes.
+// of thresholds there, for ink and for gaps: square roots in half bytes.
 @group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 @group(0) @binding(8) var normal: texture_2d<f32>;
@@ -78,8 +71,7 @@ fn tile_threshold(map: u32, place: vec2<f32>, texels: f32, is_dark: bool) -> Thr
 
 #ifdef SWELLING
 // Mixes two thresholds by weight w into one that is uniform again: through the distribution function of (1 - w) A + w B
-// for
-// independent uniform A and B.
+// for independent uniform A and B.
 fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
     let x = mix(first.value, second.value, w);
     let b = min(w, 1.0 - w);
@@ -140,8 +132,7 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
     let swells = (layer.flags & SWELLS) != 0u;
 #endif
     // Two charts, each with the finer and the coarser scale of its two coordinates; combinations without weight are
-    // skipped.
-    // Loops are tested at their end: software drivers run both sides of a branch.
+    // skipped. Loops are tested at their end: software drivers run both sides of a branch.
     var cover = Cover(0.0, -1e3, 0.0);
     var k = select(0, 1, charts.second >= 1.0);
     let last = select(0, 1, charts.second > 0.0);

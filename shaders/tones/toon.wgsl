@@ -1,8 +1,7 @@
 // Toon tones: light in a few steps with soft borders, or smooth, and their colours.
 //
 // Colours come from a two-dimensional table of the tone and of the place's height, slope or distance (X-toon: Barla,
-// Thollot
-// and Markosian 2006). Elevation tints are such a table.
+// Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
 #import hachure::focus::{Focus, in_focus, half_of_focus}
@@ -26,8 +25,7 @@ struct Toon {
     // Number of steps; 0: smooth.
     steps: f32,
     // Tones of the darkest and the lightest step, and softness of the borders between steps (1: each rises all the way
-    // to
-    // the next).
+    // to the next).
     darkest: f32,
     lightest: f32,
     softness: f32,

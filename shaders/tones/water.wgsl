@@ -1,20 +1,15 @@
 // Water as a cartographer draws it: a tint without tones, a line along the shore, and water lines or ruled lines.
 //
 // Water lines run along the shore, each farther from the one before, and paler: as on the sheets of Dufour and
-// Siegfried and
-// on the copperplates of the USGS (Raisz 1938, "General Cartography", on water-lining). Their distances are in pixels
-// at the
-// place, so that they are independent of the camera; at flat angles they come together, get thinner, and vanish before
-// they
-// would merge. Ruled lines are horizontal on the sheet.
+// Siegfried and on the copperplates of the USGS (Raisz 1938, "General Cartography", on water-lining). Their distances
+// are in pixels at the place, so that they are independent of the camera; at flat angles they come together, get
+// thinner, and vanish before they would merge. Ruled lines are horizontal on the sheet.
 //
 // With MIRROR still water takes the tone of its reflection, more at flatter angles. The ray that the water surface
-// reflects is
-// marched on the picture: its projection runs straight to its vanishing point, and its inverse depth is linear (McGuire
-// and
-// Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is reflected; if nothing does, it
-// is the
-// sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so does this.
+// reflects is marched on the picture: its projection runs straight to its vanishing point, and its inverse depth is
+// linear (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is reflected;
+// if nothing does, it is the sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so
+// does this.
 #import hachure::view::{View, distance_from_eye, from_eye}
 #ifdef MIRROR
 #import hachure::earth::unbend
@@ -87,8 +82,7 @@ fn line_ink(away_px: f32, width_px: f32) -> f32 {
 
 #ifdef MIRROR
 // Length of the search for a reflection on the picture, its step, and bisections of the last step. Steps are short
-// because
-// the land below a crest hides a ray over few pixels.
+// because the land below a crest hides a ray over few pixels.
 const MIRROR_REACH_PX: f32 = 256.0;
 const STEP_PX: f32 = 1.5;
 const HALVINGS: i32 = 4;

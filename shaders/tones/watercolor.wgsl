@@ -1,12 +1,9 @@
 // Watercolour: washes stray from their outlines, darken at their edges, and settle in the paper.
 //
 // After Bousseau and others 2006: pigment density d changes a colour C to C - (C - C²)(d - 1), and d depends on wet
-// edges,
-// granulation and flow. Edges are found by the difference to the surroundings. The paper warps texture coordinates;
-// here the
-// positions at which the wash is sampled are warped, by noise that is fixed in the world, so washes keep their shape
-// while the
-// camera moves. Granulation is a property of the paper and is fixed to the sheet.
+// edges, granulation and flow. Edges are found by the difference to the surroundings. The paper warps texture
+// coordinates; here the positions at which the wash is sampled are warped, by noise that is fixed in the world, so
+// washes keep their shape while the camera moves. Granulation is a property of the paper and is fixed to the sheet.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::color::{luminance, noise}
 #import hachure::wobble::{Anchor, wobble}
@@ -31,8 +28,7 @@ struct Watercolor {
 @group(0) @binding(5) var washed: texture_storage_2d<rgba16float, write>;
 
 // Returns the wash at a position of the picture, interpolated between pixels and clamped to the border. Where there is
-// no
-// land it returns `own`: paint ends at bare paper, and does not run into it.
+// no land it returns `own`: paint ends at bare paper, and does not run into it.
 fn wash_at(px: vec2<f32>, own: vec4<f32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     if textureLoad(position, clamp(vec2<i32>(round(px)), vec2<i32>(0), last), 0).w <= 0.0 {

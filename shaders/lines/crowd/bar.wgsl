@@ -1,12 +1,9 @@
 // The bar that a line's rank must reach to be drawn, for each cell. It is set so that the lines above it have no more
-// ink
-// than the style allows, in a window of four cells to a side.
+// ink than the style allows, in a window of four cells to a side.
 //
 // Ink is summed from the highest rank down until the limit is reached. Within the last step of ranks the bar is
-// interpolated
-// as if ink were distributed evenly. If the lines of the highest step alone are too many, they become paler. A single
-// stroke
-// never counts as a crowd, however broad.
+// interpolated as if ink were distributed evenly. If the lines of the highest step alone are too many, they become
+// paler. A single stroke never counts as a crowd, however broad.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, first_cell, BINS, CELL_WORDS, UNITS, SOFT}
 

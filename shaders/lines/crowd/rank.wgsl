@@ -1,12 +1,9 @@
 // The rank of a line at each pixel: 0 is a short fragment on a face, 1 a long skyline.
 //
 // Half of the rank is the relative step in distance across the line, from the nearest surface around to the farthest;
-// the sky
-// is farthest. The other half is how far the line continues: its mean ink along a straight path of a quarter of the
-// window to
-// either side, in the best of eight directions, minus the mean across. A short fragment has little ink along its path,
-// and
-// grey noise as much across as along.
+// the sky is farthest. The other half is how far the line continues: its mean ink along a straight path of a quarter of
+// the window to either side, in the best of eight directions, minus the mean across. A short fragment has little ink
+// along its path, and grey noise as much across as along.
 //
 // The second channel is how far the cap holds for the line: that of the nearest surface around, whose contour it is.
 #import hachure::view::View

@@ -2,17 +2,13 @@
 // Mapping", Eqs. 9 to 11).
 //
 // R maps a pixel of this eye to the other one's picture; the surface point is known, and for the sky its direction. D
-// is how
-// far a round trip misses the pixel; J is how much farther a neighbour moves than the pixel itself. Where both are
-// small,
-// both eyes see the place, and no parallax hides a partner. There the line is limited to the strongest of the 5 x 5
-// pixels
-// around its place in the other eye.
+// is how far a round trip misses the pixel; J is how much farther a neighbour moves than the pixel itself. Where both
+// are small, both eyes see the place, and no parallax hides a partner. There the line is limited to the strongest of
+// the 5 x 5 pixels around its place in the other eye.
 //
 // Interpretations and changes:
 // - The paper processes one eye and then the other, whose partners may have been removed meanwhile. Here both read the
-// other
-//  eye's original lines, so neither eye comes first.
+//   other eye's original lines, so neither eye comes first.
 // - Outside of the other eye's picture a partner may exist, so the line stays.
 // - J uses all eight neighbours.
 #import hachure::view::{View, ray_of_pixel}

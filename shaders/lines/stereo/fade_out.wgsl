@@ -2,25 +2,22 @@
 // Fade-Out").
 //
 // A smooth surface has its contour at a different place for each eye. Between the two is a strip that only one eye
-// sees; it is
-// darkened, with a soft border that both eyes see. So both eyes find something dark at the same place of the surface.
+// sees; it is darkened, with a soft border that both eyes see. So both eyes find something dark at the same place of
+// the surface.
 //
 // The viewpoints are those of a disc: its centre is between the eyes, its radius is half of their distance, and it is
 // perpendicular to the view direction, so that tilting the head changes nothing. The viewpoint that sees the surface
-// most
-// nearly as a contour counts.
+// most nearly as a contour counts.
 //
 // Interpretations and changes:
 // - The mean angle of the paper is the one between the directions to this viewpoint and to the opposite one on the
-// disc: it
-//  does not depend on the tilt of the head either.
+//   disc: it does not depend on the tilt of the head either.
 // - The viewpoint is the one on the border of the disc opposite to the normal. It is exact for surfaces that are far
-// compared
-//  with the disc's radius; for surfaces as near as the distance of the eyes it is some degrees off.
+//   compared with the disc's radius; for surfaces as near as the distance of the eyes it is some degrees off.
 // - Gate: a plane that is seen edge-on has no contour, and would be darkened entirely. A fade that would be wider than
-//  WIDEST_PX on the picture, given how the normal changes there, is suppressed.
+//   WIDEST_PX on the picture, given how the normal changes there, is suppressed.
 // - Land whose back is visible through a hole has no contour either. Surfaces turned away slightly are next to a
-// contour.
+//   contour.
 #import hachure::view::View
 
 struct FadeOut {

@@ -1,17 +1,14 @@
 // Makes the strokes of two eyes the same strokes, by what their samples found in the other eye (look.wgsl).
 //
 // - A sample takes identity, texture parameter and width of the other eye's stroke. The leading eye does so as well:
-// where
-//  strokes are within a pixel of each other the follower may have found another one.
+//   where strokes are within a pixel of each other the follower may have found another one.
 // - FOLLOWER: a sample that found nothing continues from the nearest sample along its stroke that did. It is moved to
-// the
-//  other eye's line: chains of pixels waver by less than MOVED_PX, and larger differences are true parallax of the
-//  contour.
+//   the other eye's line: chains of pixels waver by less than MOVED_PX, and larger differences are true parallax of the
+//   contour.
 // - Both: the pressure is the greater of the two eyes'. A stroke may end for one eye where nearer land hides the rest
-// of it,
-//  and continue for the other.
+//   of it, and continue for the other.
 // - Both: where the other eye sees the place but has no stroke, a stroke is not slidable (He, Wang and Bao 2019) and
-// tapers.
+//   tapers.
 #import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, BESIDE, SPACING_PX}
 

@@ -1,6 +1,5 @@
 // Moves strokes with the world between full updates. Pietrok (2021, section 4.3) moves them by the motion field; here
-// each
-// sample knows its distance, so its own motion is exact.
+// each sample knows its distance, so its own motion is exact.
 #import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 

@@ -1,6 +1,5 @@
 // Draws the centre lines of strokes, a pixel and a half wide, with the id of their samples. The ink of a wide stroke
-// covers
-// the centres of its neighbours, so the image of its ids does not show where they are.
+// covers the centres of its neighbours, so the image of its ids does not show where they are.
 #import hachure::view::View
 #import hachure::stroke_samples::{Sample, SampleCounts, LAST}
 

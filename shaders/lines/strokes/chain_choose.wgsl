@@ -1,21 +1,16 @@
 // Each free end chooses the end that continues it best (Pietrok 2021, section 4.2.3: nearer than D, at less than the
-// angle
-// A, not overlapping).
+// angle A, not overlapping).
 //
 // The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins
-// ends
-// that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle between
-// the
-// segment's outward direction and its partner's inward direction, the score is
-//  floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a).
+// ends that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
+// between the segment's outward direction and its partner's inward direction, the score is
+//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a).
 // The least score wins, then the least (key, segment, end). Overlap: neither end may be behind the other by more than
 // `overlap_units`. A segment without length has no direction: its angle counts as the largest allowed, and nothing is
-// behind
-// it. A segment's two ends are never joined to each other.
+// behind it. A segment's two ends are never joined to each other.
 //
 // In later rounds the candidates only become fewer. So an end keeps its choice while that is free, and one that found
-// no
-// candidate never will.
+// no candidate never will.
 #import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Segment, bit_count, bucket_of}
 
 @group(0) @binding(0) var<uniform> turn: u32;
@@ -51,14 +46,13 @@ fn is_behind(delta: vec2<i32>, outward: vec2<i32>) -> bool {
         return false;
     }
     let back = u32(-along);
-    // |outward| < 181, so a larger distance is certainly too far, and its square might not fit.
+    // outward| < 181, so a larger distance is certainly too far, and its square might not fit.
     return back > 181u * rules.overlap_units
         || back * back > rules.overlap_units * rules.overlap_units * squared(outward);
 }
 
 // Returns a / b, rounded down, for quotients up to 4096 and a + 2 b below 2^32. The float is off by one at most;
-// integer
-// division is several times slower on software drivers.
+// integer division is several times slower on software drivers.
 fn quotient(a: u32, b: u32) -> u32 {
     var q = u32(f32(a) / f32(b));
     q -= u32(q * b > a);

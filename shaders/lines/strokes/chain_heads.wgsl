@@ -1,6 +1,5 @@
 // Each chain was ranked in both directions. This takes the direction whose first end is less by (key, segment, end),
-// and
-// marks the segments that begin a chain. A cut loop begins at its least segment by the same rule.
+// and marks the segments that begin a chain. A cut loop begins at its least segment by the same rule.
 #import hachure::strokes::{ChainPlan, Segment, StrokeCounts}
 #import hachure::ranking::{FOUND, ROUNDS}
 

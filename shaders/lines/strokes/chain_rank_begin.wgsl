@@ -1,10 +1,8 @@
 // Begins ranking: each state knows the one before it. See chain_rank.wgsl.
 //
 // Stage 0 begins with all states. Stage 11, after the first ranking, begins again with those that found no head: they
-// are in
-// loops, which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so that
-// each is
-// the reverse of the other.
+// are in loops, which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so
+// that each is the reverse of the other.
 #import hachure::strokes::{ChainPlan, NONE, Segment, end_position, length_units}
 #import hachure::ranking::{FIRST_ROUNDS, FOUND, PROGRESS}
 

@@ -1,8 +1,7 @@
 // Computes the rank of each sample of a stroke, and adds its ink to the cells.
 //
 // Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but
-// averaged
-// along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length.
+// averaged along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
 #import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, BESIDE}

@@ -1,6 +1,5 @@
 // Applies the bar to strokes: the pressure falls, so a stroke becomes thinner, then pale, then vanishes. Pressure is
-// carried
-// from frame to frame, so that nothing appears or disappears suddenly.
+// carried from frame to frame, so that nothing appears or disappears suddenly.
 //
 // FOLLOWER: the bars are the leading eye's, read at the sample's position in its picture. Both eyes then omit the same
 // strokes; with bars of its own picture each eye would omit different ones.

@@ -1,16 +1,13 @@
 // Extracts visible segments of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
 // There is one thread per pixel. A pixel begins a segment if its edge is not visible in the two steps before it; then
-// the
-// thread follows the edge to the segment's end. So every segment is found once, and an edge that is visible in two
-// places
-// gives two. The thesis collects the numbers of edges instead, and drops duplicates. A gap of one step does not end a
-// segment: another line crosses there.
+// the thread follows the edge to the segment's end. So every segment is found once, and an edge that is visible in two
+// places gives two. The thesis collects the numbers of edges instead, and drops duplicates. A gap of one step does not
+// end a segment: another line crosses there.
 //
 // A line has one pixel for each step along its longer axis. Rasterisers may place it one pixel off, so three pixels
-// across
-// are examined. A segment ends where the edge ends if the edge's last pixel is visible, and else in the middle between
-// pixels.
+// across are examined. A segment ends where the edge ends if the edge's last pixel is visible, and else in the middle
+// between pixels.
 //
 // Segments are in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
 #import hachure::view::View

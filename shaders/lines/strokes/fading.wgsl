@@ -1,9 +1,8 @@
 // Finds the samples of the previous frame's strokes that are gone; the others stay, and fade.
 //
 // A sample is gone if a new stroke runs where it is now (within COVERED_PX, in the same direction), if the surface
-// hides it,
-// if it has left the picture, or if it has shrunk to nothing. Segments with at least one end that is not gone are
-// retained.
+// hides it, if it has left the picture, or if it has shrunk to nothing. Segments with at least one end that is not gone
+// are retained.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, nearest_on, LAST}
 

@@ -1,10 +1,8 @@
 // Appends the samples of fading strokes after those of this frame. They shrink from their ends, and from points
-// SEEDS_PX
-// apart, just as strokes grow (temporal.wgsl).
+// SEEDS_PX apart, just as strokes grow (temporal.wgsl).
 //
 // `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world and puts
-// them
-// into the list; 2 sets their number in the list and in the draw arguments.
+// them into the list; 2 sets their number in the list and in the draw arguments.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, to_seed_px}
 
@@ -68,8 +66,7 @@ fn shrunk_px(number: u32) -> f32 {
     let own = old_samples[number];
     var left_px = min(own.shown_px, 0.5 * temporal.growth_px + to_seed_px(own.along_px));
     // In both directions, as far as the stroke is retained. Where something else covers the rest, the end counts as one
-    // segment
-    // farther, so that what is retained for a single sample does not vanish at once.
+    // segment farther, so that what is retained for a single sample does not vanish at once.
     for (var way = 0u; way < 2u; way++) {
         var at = number;
         for (var i = 0u; i <= BESIDE; i++) {

@@ -1,24 +1,17 @@
 // Finds, for each sample of a stroke, the stroke at its position in another image of strokes: the previous frame's, or
-// (PAIR)
-// the other eye's.
+// (PAIR) the other eye's.
 //
 // A sample's position there is exact: its own distance is known, and the world does not move. (Pietrok looks the motion
-// up in
-// an image, where a line on a contour straddles two motions.) Drawn strokes within REACH_PX are considered, nearest
-// first;
-// strokes that run in another direction or are at another distance do not count.
+// up in an image, where a line on a contour straddles two motions.) Drawn strokes within REACH_PX are considered,
+// nearest first; strokes that run in another direction or are at another distance do not count.
 //
 // PAIR: the contour of a smooth surface is elsewhere for the other eye. So a sample that finds nothing searches along
-// its
-// epipolar line (He, Wang and Bao 2019, section 4.2). Each surface point on this path is a contour for some viewpoint
-// between
-// the eyes, t of Eq. 3. A contour is epipolar-slidable if t increases from one eye to the other; the search ends at an
-// extreme
-// point, where t turns back, and where the surface ends. Changes: t is computed from the images of position and normal,
-// since
-// there is one surface per pixel, and not from lists of extreme points; and both directions are searched, since one of
-// them
-// soon leaves the surface. The pass also finds whether the other eye sees the sample.
+// its epipolar line (He, Wang and Bao 2019, section 4.2). Each surface point on this path is a contour for some
+// viewpoint between the eyes, t of Eq. 3. A contour is epipolar-slidable if t increases from one eye to the other; the
+// search ends at an extreme point, where t turns back, and where the surface ends. Changes: t is computed from the
+// images of position and normal, since there is one surface per pixel, and not from lists of extreme points; and both
+// directions are searched, since one of them soon leaves the surface. The pass also finds whether the other eye sees
+// the sample.
 #import hachure::view::{View, place_at, ray_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
 
@@ -44,8 +37,7 @@ const REACH_PX: i32 = 3;
 const LEAST_ALIKE: f32 = 0.7;
 const MOST_DEPTH_RATIO: f32 = 1.25;
 // Largest distance of a match, in pixels. A line may move between frames. Ink that is farther away for the other eye
-// does
-// not match, for it is only one or two pixels wide.
+// does not match, for it is only one or two pixels wide.
 const FRAME_APART_PX: f32 = 2.5;
 const PAIR_APART_PX: f32 = 1.5;
 // Cost of a factor of 2 in distance, in pixels. Both eyes see one surface at one time, so for them it is high.
@@ -82,8 +74,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let most_apart_px = PAIR_APART_PX;
     let depth_cost_px = PAIR_DEPTH_COST_PX;
     // A chain that joins a near edge to a far one has intermediate distances, for one eye more than for the other: a
-    // stroke
-    // at another distance is better than none.
+    // stroke at another distance is better than none.
     let most_depth_ratio = 1e9;
 #else
     let most_apart_px = FRAME_APART_PX;

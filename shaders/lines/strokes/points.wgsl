@@ -1,12 +1,9 @@
 // The points of strokes: the joints of a chain's segments, smoothed.
 //
 // A chain of n segments has n + 1 points. Where two segments meet, the point is midway between their ends; the ends of
-// an
-// open chain stay, a closed one wraps around. Then each point moves toward its neighbours by the binomial weights 1 4 6
-// 4 1,
-// at most one pixel, because edges of a mesh zigzag around the contour that they represent (Pietrok 2021, section
-// 4.2.4,
-// smooths "the transitions between edges" without details).
+// an open chain stay, a closed one wraps around. Then each point moves toward its neighbours by the binomial weights 1
+// 4 6 4 1, at most one pixel, because edges of a mesh zigzag around the contour that they represent (Pietrok 2021,
+// section 4.2.4, smooths "the transitions between edges" without details).
 #import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
 #import hachure::edges::{Edge, kind_of_edge}
 #import hachure::stroke_style::Point

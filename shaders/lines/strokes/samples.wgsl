@@ -1,8 +1,7 @@
 // Resamples strokes at even distances.
 //
 // Points of chains are where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
-// that
-// their data (pressure, texture, the previous line) reach every part of a stroke.
+// that their data (pressure, texture, the previous line) reach every part of a stroke.
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
@@ -166,8 +165,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let is_at_border = (i == 0u && is_off.x) || (i == count && is_off.y);
     let flags = ends | select(0u, RUNS_OFF, is_at_border) | (at.kind << KIND_SHIFT);
     let position_m = place_at(view, at.px, at.depth_m);
-    // Until the stroke gets its identity (temporal.wgsl), `stroke` holds the number of the chain.
-    // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
+    // Until the stroke gets its identity (temporal.wgsl), `stroke` holds the number of the chain. A stroke ends half a
+    // pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
     samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), length_px, 0.0);
     // No match until the search (look.wgsl).

@@ -1,10 +1,8 @@
 // Draws strokes as ink: a strip along the samples of each (Pietrok 2021, section 4.2.4; Northrup and Markosian 2000).
 //
 // There is one instance for each pair of consecutive samples, with two triangles each. Sides are mitred, at most to
-// twice the
-// width; ends are round. The strip is wider on each side for the border's coverage. Where strokes cross or a strip
-// folds onto
-// itself, the darker one stays (max blending), so nothing is inked twice.
+// twice the width; ends are round. The strip is wider on each side for the border's coverage. Where strokes cross or a
+// strip folds onto itself, the darker one stays (max blending), so nothing is inked twice.
 //
 // The texture's parameter in pixels runs along the stroke, and the distance from its centre line in pixels across it.
 #import hachure::view::{View, place_at}
@@ -40,8 +38,7 @@ struct Vertex {
 
 const FRINGE_PX: f32 = 0.75;
 // A stroke that continues off the sheet is extended past its last sample by OFF_PX. Between updates the view moves, and
-// the
-// extension grows with the distance to the border, times ASLANT because strokes meet the border obliquely, up to
+// the extension grows with the distance to the border, times ASLANT because strokes meet the border obliquely, up to
 // MOST_OFF_PX.
 const OFF_PX: f32 = 4.0;
 const ASLANT: f32 = 1.5;
@@ -189,8 +186,7 @@ fn texture_ink(along_px: f32, across_px: f32, from_middle_px: f32, half_width_px
 }
 
 // Ink through the style's stroke texture. Haze takes a quarter of its effect from the pressure: distant strokes are
-// lighter,
-// and more broken.
+// lighter, and more broken.
 @fragment
 fn textured(in: Vertex) -> Fragment {
     let at = touched(in);

@@ -1,21 +1,16 @@
 // Carries strokes over from the previous frame: identity, texture parameter, pressure, and part of the position.
 //
 // - Identity and parameter: each sample takes those of the old stroke that it found; a sample that found nothing
-// continues
-//  from the nearest one that did. Where lines are crowded, chains split and join from frame to frame; data of samples
-//  are
-//  not affected by that. Where two old strokes meet in one chain the texture has a seam, which stays in place.
-//  Perspective
-//  stretches parameters; they relax slowly toward even ones, by what the chain voted for (vote.wgsl).
+//   continues from the nearest one that did. Where lines are crowded, chains split and join from frame to frame; data
+//   of samples are not affected by that. Where two old strokes meet in one chain the texture has a seam, which stays in
+//   place. Perspective stretches parameters; they relax slowly toward even ones, by what the chain voted for
+//   (vote.wgsl).
 // - The shown part grows along the stroke by `growth_px` per frame, from what was shown before and from seeds SEEDS_PX
-// apart,
-//  so no more of a line appears at once than an eye can follow. What the last update could not see, because it was
-//  outside
-//  of its picture, is shown at once.
+//   apart, so no more of a line appears at once than an eye can follow. What the last update could not see, because it
+//   was outside of its picture, is shown at once.
 // - Pressure changes by a bounded step.
 // - Position: the line is held where it was, as far as the style says, and does not jump: a larger offset shrinks by
-// MOVE_PX
-//  per frame, also in the frames between updates (advance.wgsl).
+//   MOVE_PX per frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, BESIDE, to_seed_px, hash, let_go}

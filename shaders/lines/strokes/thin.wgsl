@@ -1,22 +1,18 @@
 // Merges parallel edges of the ID reference image into one line.
 //
 // The contour of a mesh is not a single line: on a ridge it zigzags between triangles that face the eye and triangles
-// that do
-// not, so pieces of it run parallel to the outline, a fraction of a pixel inside of it. They are visible, since less
-// than a
-// pixel hides nothing. Ridges one behind the other come equally close to each other where they meet. A pen draws each
-// of these
-// once. A pixel of an edge is dropped if another edge runs in the same direction within `merge_px` of it and
+// that do not, so pieces of it run parallel to the outline, a fraction of a pixel inside of it. They are visible, since
+// less than a pixel hides nothing. Ridges one behind the other come equally close to each other where they meet. A pen
+// draws each of these once. A pixel of an edge is dropped if another edge runs in the same direction within `merge_px`
+// of it and
 //
 // - its kind has priority: contours before borders before creases,
 // - or it is much nearer: it is drawn darker,
 // - or it is farther out, on the side where the surface ends: that is the outline, and of ridges the skyline.
 //
 // An edge that continues this one at its end is parallel to no part of it. A dropped pixel drops nothing itself, so
-// some line
-// stays within `merge_px` of each. In each round, pixels that no edge drops are marked KEPT, pixels that a KEPT one
-// drops are
-// removed, and the others wait; after the last round they stay.
+// some line stays within `merge_px` of each. In each round, pixels that no edge drops are marked KEPT, pixels that a
+// KEPT one drops are removed, and the others wait; after the last round they stay.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture, kind_of_edge}
 #import hachure::stroke_style::Strokes

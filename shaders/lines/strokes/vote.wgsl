@@ -1,11 +1,9 @@
 // Finds the old stroke that most of a chain continues, and the offset on it, so that temporal.wgsl can even out the
 // texture: the chain's samples vote (Kalnins et al. 2003 let the samples of the previous frame vote for the parameter
-// along a
-// stroke).
+// along a stroke).
 //
 // At most 64 evenly spaced samples of a chain vote. The majority wins (Boyer and Moore 1981; without a majority,
-// whichever
-// candidate is left). The offset of the parameter is the mean of what they found, without outliers.
+// whichever candidate is left). The offset of the parameter is the mean of what they found, without outliers.
 #import hachure::strokes::StrokeCounts
 #import hachure::stroke_samples::{Temporal, Heritage, Match, SampleCounts}
 

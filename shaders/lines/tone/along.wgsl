@@ -1,23 +1,17 @@
 // Smooths lines from shading along themselves: short fragments vanish, and the rest gets even ink.
 //
 // Lee et al. 2007, "Line drawings via abstracted shading", find lines pixel by pixel and say so: "rendered lines
-// contain some
-// pixel-level artifacts and may look a bit ratty" (section 1), and opacity may depend on other measures of confidence
-// (section 3). This pass is not part of the paper. Its measure is length: from each cell it walks both ways along the
-// line,
-// in the direction that the search found, until the line ends or turns sharply. Short ends fade out, and opacity is
-// drawn
-// toward its mean along the line (the idea of flow-based filters: Kang, Lee and Chui 2007).
+// contain some pixel-level artifacts and may look a bit ratty" (section 1), and opacity may depend on other measures of
+// confidence (section 3). This pass is not part of the paper. Its measure is length: from each cell it walks both ways
+// along the line, in the direction that the search found, until the line ends or turns sharply. Short ends fade out,
+// and opacity is drawn toward its mean along the line (the idea of flow-based filters: Kang, Lee and Chui 2007).
 //
 // - A walk begins on the line's centre, and each step moves to the centre of the line that it finds, so that all cells
-// across
-//  a line walk the same way and fade alike.
+//   across a line walk the same way and fade alike.
 // - A line parallel to the walk is another one: walks that hopped to neighbours, or missed by a fraction of a pixel,
-// made
-//  chequerboards where lines turn.
+//   made chequerboards where lines turn.
 // - A gap or a bend lowers the weight of what follows and does not end the line: all of it is smooth, so that
-// neighbours walk
-//  as far. A line that leaves the picture counts as continued.
+//   neighbours walk as far. A line that leaves the picture counts as continued.
 #import hachure::view::View
 #import hachure::tone_grid::{away_px, grid_of, left_of, line_of_texel, place_of_px, px_of_place, Grid}
 

@@ -1,26 +1,21 @@
 // Blurs the tone image along one axis by a Gaussian of the lines' width; two such passes are the blur.
 //
 // Lee et al. 2007, "Line drawings via abstracted shading", section 3.2: "to reduce sampling artifacts, the preparation
-// of the
-// tone image includes a blurring step using a Gaussian kernel of size w". The width w decides which shapes are lines.
+// of the tone image includes a blurring step using a Gaussian kernel of size w". The width w decides which shapes are
+// lines.
 //
 // Interpretations and changes:
 // - "of size w" is a standard deviation of `blur` line widths, half of one unless a style says otherwise; the kernel is
-// cut
-//  off at 2.3 standard deviations.
+//   cut off at 2.3 standard deviations.
 // - Only surface counts, and the sum is divided by the part of the kernel that is surface: light does not leak into the
-// sky,
-//  and widths do not shrink near it. In styles that draw skylines the sky is white instead, like the paper's
-//  background, and
-//  the edge of the land is a tone edge.
+//   sky, and widths do not shrink near it. In styles that draw skylines the sky is white instead, like the paper's
+//   background, and the edge of the land is a tone edge.
 // - Each pixel's kernel has the width of its own lines. A pixel of the sky has the widest, so that the land extends
-// into the
-//  sky as far as the fit of the search does.
+//   into the sky as far as the fit of the search does.
 // - Near the border the kernel is as wide as there is room on both sides: a gradient of tone remains one, and makes no
-// line
-//  along the border.
+//   line along the border.
 // - Wide lines use a grid of cells of 2 x 2 pixels. A cell is the mean of its pixels, and the kernel is narrower
-// accordingly.
+//   accordingly.
 #import hachure::view::View
 #import hachure::tone_grid::{grid_of}
 
@@ -44,16 +39,14 @@ struct Blur {
 // The output of lines/tone/tone_image.wgsl, or of the first pass.
 @group(0) @binding(2) var tone_image: texture_2d<f32>;
 // r: diffuse tone; g: specular; b: width of lines in pixels; a: part of the kernel that is surface. Before the last
-// pass
-// the first three are multiplied by a.
+// pass the first three are multiplied by a.
 @group(0) @binding(3) var blurred: texture_storage_2d<rgba16float, write>;
 
 // Extent of the kernel, in standard deviations.
 const REACH: f32 = 2.3;
 const LEAST: f32 = 1e-3;
 // Variance that cells of 2 x 2 pixels and interpolation between them already have, along one axis, in square pixels:
-// 0.25
-// for a cell, and the rest makes curvatures those of pixels.
+// 0.25 for a cell, and the rest makes curvatures those of pixels.
 const OF_CELL: f32 = 0.6;
 // Least variance left for the kernel: with less, distant lines showed the stairs of cells.
 const LEAST_LEFT: f32 = 0.84;

@@ -1,19 +1,14 @@
 // Draws lines from shading as ink: pixels read the distance to the lines of the cells around them.
 //
 // Lee et al. 2007, "Line drawings via abstracted shading", section 3.3: the opacity is that of the line, times a
-// falloff with
-// the distance to it. They search from each pixel; here cells of a grid have searched (`search`), which may be larger
-// than
-// pixels, and a pixel reads the four around it. A line is straight between cells, so the distance of any pixel from it
-// is
-// exact, and borders are as crisp as pixels.
+// falloff with the distance to it. They search from each pixel; here cells of a grid have searched (`search`), which
+// may be larger than pixels, and a pixel reads the four around it. A line is straight between cells, so the distance of
+// any pixel from it is exact, and borders are as crisp as pixels.
 //
 // - Lines are anti-aliased: their ink falls to half at half their width, within a pixel. `softness` fades them from
-// within,
-//  as the paper does.
+//   within, as the paper does.
 // - Dark lines and highlight lines are separate: a pixel between both has some of each. Where the cells of a line end,
-// the
-//  border is where the interpolated curvature falls below the threshold.
+//   the border is where the interpolated curvature falls below the threshold.
 #import hachure::view::View
 #import hachure::tone_grid::{grid_of, place_of_px}
 

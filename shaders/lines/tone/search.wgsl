@@ -3,38 +3,28 @@
 //
 // Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading", sections 3.1 to 3.3.
 // - Section 3.1: the tone around a point, at 3 x 3 samples that are half a line width apart, is fitted by least squares
-// with
-//  f = a0 x^2 + 2 a1 x y + a2 y^2 + a3 x + a4 y + a5. The eigenvalues of (a0 a1; a1 a2) are the curvatures; the line is
-//  at
-//  the distance -(a3 a4).u / (2 lambda) along u, the direction of the greater one, lambda.
+//   with f = a0 x^2 + 2 a1 x y + a2 y^2 + a3 x + a4 y + a5. The eigenvalues of (a0 a1; a1 a2) are the curvatures; the
+//   line is at the distance -(a3 a4).u / (2 lambda) along u, the direction of the greater one, lambda.
 // - Section 3.2: from a pixel the search moves by the part beta of that distance, five times, and fits again. It gives
-// up
-//  where the curvature falls below a threshold, or after half a line width in all. On the flank of a ridge the line
-//  comes
-//  nearer; on a step it recedes. So beta = 0 keeps all tone edges, 1 keeps only ridges and valleys, and values in
-//  between
-//  also keep strong edges.
+//   up where the curvature falls below a threshold, or after half a line width in all. On the flank of a ridge the line
+//   comes nearer; on a step it recedes. So beta = 0 keeps all tone edges, 1 keeps only ridges and valleys, and values
+//   in between also keep strong edges.
 // - Section 3.3: the opacity is a ramp of the curvature between two thresholds, times a falloff with the distance to
-// the line,
-//  times counterchange: 1 - t for a dark line and t for a highlight line, where t is the tone.
+//   the line, times counterchange: 1 - t for a dark line and t for a highlight line, where t is the tone.
 //
 // Interpretations and changes:
 // - X of the fit is (-1, 0, 1) in both directions, so its pseudo-inverse is a few sums. Curvatures are those of the
-// tone per
-//  square of half a line width, so thresholds mean the same for any width.
+//   tone per square of half a line width, so thresholds mean the same for any width.
 // - Samples are between pixels, so they are bilinear.
 // - The distance to the line is that from the pixel to the line of the first fit, or of the last one, whichever is
-// less. On a
-//  flank the first fit is off by up to a half (a parabola has no inflection), and the search finds the right position.
-//  On an
-//  edge the line recedes from the search, and only the first fit gives the position at which it is drawn.
+//   less. On a flank the first fit is off by up to a half (a parabola has no inflection), and the search finds the
+//   right position. On an edge the line recedes from the search, and only the first fit gives the position at which it
+//   is drawn.
 // - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is optional, for it removes spots and
-// opens
-//  crossings: see `roundest`.
+//   opens crossings: see `roundest`.
 // - Samples of a fit without surface nearby take the tone of the fit's own cell.
 // - The search runs per cell of a grid; cells are 2 x 2 pixels where lines are wide. It does not produce ink but lines,
-// with
-//  position and strength. `ink` draws them in the pixels.
+//   with position and strength. `ink` draws them in the pixels.
 //
 // SPECULAR: the specular channel has highlight lines, too.
 #import hachure::view::View
@@ -72,8 +62,7 @@ const LEAST_SURFACE: f32 = 0.01;
 // Largest distance of a line that is stored, in cells.
 const FARTHEST: f32 = 64.0;
 // Curvatures relative to the threshold of lines. Cells down to the first are searched too, since the border of a line
-// is
-// between them and their neighbours; curvatures are clamped to the second.
+// is between them and their neighbours; curvatures are clamped to the second.
 const BESIDE: f32 = 0.2;
 const MOST: f32 = 1000.0;
 
@@ -92,8 +81,7 @@ fn tone_at(place: vec2<f32>, channel: u32, own: f32) -> f32 {
 }
 
 // Fits the tone around a point, in units of the samples' spacing. Near the border the fit is that of the nearest point
-// whose
-// samples are in the picture, and its gradient is extrapolated to the point by its curvature.
+// whose samples are in the picture, and its gradient is extrapolated to the point by its curvature.
 fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fit {
     let size = vec2<f32>(grid.size);
     let first = min(vec2<f32>(spacing + 0.5), 0.5 * size);
@@ -128,9 +116,8 @@ fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fi
 }
 
 // Returns the line that a cell detects in one channel. There is one fit in one loop, which ends when no cell of a
-// workgroup
-// continues: drivers that execute both sides of a branch have little to do where there are no lines. Lengths are in
-// cells.
+// workgroup continues: drivers that execute both sides of a branch have little to do where there are no lines. Lengths
+// are in cells.
 fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) -> Line {
     let spacing = 0.5 * width;
     var at = place;

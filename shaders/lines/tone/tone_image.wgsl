@@ -1,21 +1,17 @@
 // The tone image: the shading in which lines from shading are found.
 //
 // Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading", section 3: a line drawing is an
-// abstraction of
-// the shaded picture, so that is made first. Diffuse light and specular highlights have separate channels, since broad
-// bright
-// tones often hide highlights (section 1); the light is arbitrary. With "abstracted normals" (section 3.4) the land is
-// lit by
-// its form (surface/form.wgsl) and not by each of its samples, as its base coat may be.
+// abstraction of the shaded picture, so that is made first. Diffuse light and specular highlights have separate
+// channels, since broad bright tones often hide highlights (section 1); the light is arbitrary. With "abstracted
+// normals" (section 3.4) the land is lit by its form (surface/form.wgsl) and not by each of its samples, as its base
+// coat may be.
 //
 // Interpretations and changes:
 // - Diffuse light is the tone of the style's light (shared/light.wgsl), so that lines continue where the base coat
-// ends. Cast
-//  shadows are omitted: their borders would be lines of the sun and not of the land.
+//   ends. Cast shadows are omitted: their borders would be lines of the sun and not of the land.
 // - A light at the eye shines along each pixel's own ray, any other light from one direction.
 // - The width of lines by depth (section 3.4) is determined here, so that all later passes agree, and it is blurred
-// like
-//  tones: it does not jump where a near ridge is in front of a far one.
+//   like tones: it does not jump where a near ridge is in front of a far one.
 // - Haze determines what is near and far, as for the widths of strokes (lines/strokes/samples.wgsl).
 // - A cell of the grid (shared/tone_grid.wgsl) is shaded once, by the mean of its pixels' normals.
 #import hachure::view::{View, from_eye}
@@ -50,8 +46,7 @@ struct ToneRules {
 // One empty texel if nothing is abstracted.
 @group(0) @binding(5) var form_normal: texture_2d<f32>;
 // r: diffuse tone, 0 black to 1 white; g: specular; b: width of lines in pixels, all multiplied by a: the part of the
-// cell
-// that is surface; all 0 is the sky.
+// cell that is surface; all 0 is the sky.
 @group(0) @binding(6) var tone_image: texture_storage_2d<rgba16float, write>;
 
 // Widths by depth: part of the haze distance at which a line has its nominal width, and the least and greatest factor.

@@ -1,6 +1,5 @@
 // Classifies each sample of a tile and its surroundings before lakes are searched: the sea, declared water, or none. It
-// also
-// lists the blocks of 2 × 2 samples that may have a lake: those with a level block in or next to them.
+// also lists the blocks of 2 × 2 samples that may have a lake: those with a level block in or next to them.
 #import hachure::terrain::{levels, place_on_level, TILE_SAMPLES}
 #import hachure::map_job::MapJob
 #import hachure::lake_blocks::{block_place, block_g, sample_of, SEA, GIVEN_WATER}
@@ -29,9 +28,8 @@ const GROUPS: u32 = 21u;
 
 #ifdef GIVEN
 // Number of levels, the first of them, and 1 if there is no other water. From word 4 on, five numbers for each level:
-// offset
-// of its cells, position of its first cell among the samples of that level, and its size. Cells are packed four to a
-// word.
+// offset of its cells, position of its first cell among the samples of that level, and its size. Cells are packed four
+// to a word.
 @group(0) @binding(5) var<storage, read> given: array<i32>;
 
 // Returns whether at least half of a sample of a level is declared water.

@@ -1,8 +1,7 @@
 // Finds the lakes that the samples of a tile and its surroundings belong to, each identified by its height.
 //
 // Lakes are searched at the centre of each block of four samples; each of the four is in the lake found there or in
-// none.
-// Searched positions are slightly off the samples of all levels, so that the nearest samples do not depend on the
+// none. Searched positions are slightly off the samples of all levels, so that the nearest samples do not depend on the
 // camera.
 #import hachure::terrain::{levels, place_on_level, first_sample, last_sample}
 #import hachure::map_job::MapJob

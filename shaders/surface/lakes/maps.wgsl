@@ -2,8 +2,7 @@
 // begins.
 //
 // The nearest of the shores that the columns on both sides found is almost the nearest of all; of the pieces of shore
-// around
-// it, each a sample long, the nearest decides.
+// around it, each a sample long, the nearest decides.
 #import hachure::map_job::MapJob
 #import hachure::water_maps::{code_of, AROUND, SIDE, SHORE_REACH, MAP_WORDS, MAP_ROWS, FAR_LAND, FAR_WATER}
 #import hachure::terrain::TILE_BORDER
@@ -14,8 +13,7 @@ const GROUPS: u32 = 33u;
 // Columns on either side in which a shore is searched on land.
 const LAND_REACH: i32 = 4;
 // Half the length of a piece of shore, in samples; and the distance within which the piece decides on which side of it
-// a
-// sample is.
+// a sample is.
 const HALF_PIECE: f32 = 0.6;
 const BESIDE_PIECE: f32 = 1.5;
 // Smallest cosine between the normals of pieces of one shore.

@@ -34,8 +34,7 @@ fn wet(first: i32, place: vec2<i32>, lake: f32) -> f32 {
 }
 
 // Weights of six samples along an axis at a position between the middle two: those of a B-spline over means of three,
-// which
-// remove islands of a sample or two; or their derivatives.
+// which remove islands of a sample or two; or their derivatives.
 struct Taps {
     first: vec3<f32>,
     last: vec3<f32>,
@@ -120,8 +119,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
     }
     let normal = normalize(slope);
     // A coarse sample with some land does not count as water where heights define water. So on coarse levels the true
-    // shore is
-    // farther out than halfway between samples: by half a sample, measured from corner to corner where it runs
+    // shore is farther out than halfway between samples: by half a sample, measured from corner to corner where it runs
     // diagonally.
     if job.level > 0 && lake != GIVEN_WATER {
         offset -= grid * normal * (0.5 * (abs(normal.x) + abs(normal.y)));

@@ -1,22 +1,18 @@
 // Contour edges: edges between a triangle that faces the eye and one that does not, on the triangles as drawn.
 //
 // There is one workgroup for each patch and one thread for each of its quads. A quad has three edges of its own: its
-// first
-// column's, its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them
+// first column's, its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them
 // (`Patch.sides`); the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, uses a
 // geometry shader and one mesh).
 //
 // A patch that is morphing to a coarser level has coincident vertices, so some triangles have no area. They have no
-// side of
-// their own: quads are examined on the patch's current level, and a triangle without area there follows the other
-// triangle of
-// its quad.
+// side of their own: quads are examined on the patch's current level, and a triangle without area there follows the
+// other triangle of its quad.
 //
 // Triangles in a hole are not drawn, and their heights are not measured: they have no edges.
 //
 // Edges are in the order of patches and quads (edge_list.wgsl): `stage` 0 examines the quads and stores the result, two
-// bits
-// for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number.
+// bits for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number.
 #import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, grid_from_world, world_from_grid}

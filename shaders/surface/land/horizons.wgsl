@@ -1,21 +1,15 @@
 // Horizon maps: the sky and the sun as seen from each place, one tile of texels for each tile of heights.
 //
 // Horizon mapping (Max 1988): each texel stores the elevation of the horizon toward the sun and not whether it is in
-// shadow,
-// so the sun may rise and set over the same tiles, and borders of shadows may be as soft as the sun is wide. The
-// visible sky
-// is the mean over eight azimuths of 1 - sin(horizon), the sky-view factor (Zaksek et al. 2011), which is horizon-based
-// ambient occlusion (Bavoil and Sainz 2008) of a height field.
+// shadow, so the sun may rise and set over the same tiles, and borders of shadows may be as soft as the sun is wide.
+// The visible sky is the mean over eight azimuths of 1 - sin(horizon), the sky-view factor (Zaksek et al. 2011), which
+// is horizon-based ambient occlusion (Bavoil and Sainz 2008) of a height field.
 //
 // The addition here: steps double with the level of the pyramid. At level L, whose samples are s apart, the horizon is
-// sampled
-// at n s, (n + 1) s, ... (2 n - 1) s, and then the next level takes over at n times twice s. So a step is as long as
-// the
-// samples that it reads, which are already averaged, and a horizon at 50 km takes some 70 steps. The sequence of
-// distances is
-// the same for all tiles: a tile of a finer level has more steps nearby, and no others. The horizons of two levels of
-// detail,
-// and of two neighbouring tiles, are therefore those of one function of position.
+// sampled at n s, (n + 1) s, ... (2 n - 1) s, and then the next level takes over at n times twice s. So a step is as
+// long as the samples that it reads, which are already averaged, and a horizon at 50 km takes some 70 steps. The
+// sequence of distances is the same for all tiles: a tile of a finer level has more steps nearby, and no others. The
+// horizons of two levels of detail, and of two neighbouring tiles, are therefore those of one function of position.
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
 #import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT, is_in_grid}
 #import hachure::surface::{heights, camera_relative_m}
@@ -76,8 +70,7 @@ struct Eye {
 }
 
 // Returns the tangent of the horizon's elevation, at least `least`. `way` is grid coordinates per metre; over the
-// length of a
-// sample at that distance the map is straight.
+// length of a sample at that distance the map is straight.
 fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
     let coarsest = terrain.level_count - 1;
     let room_m = terrain.max_z_m - eye.z_m;
@@ -113,8 +106,7 @@ fn sine(tangent: f32) -> f32 {
 }
 
 // The sky is computed from every second texel along each side, and interpolated between these nodes: it is a mean over
-// all
-// azimuths, smoother than the horizon toward the sun, which makes borders of shadows. A workgroup shares its nodes.
+// all azimuths, smoother than the horizon toward the sun, which makes borders of shadows. A workgroup shares its nodes.
 const NODE_SPACING: i32 = 2;
 const NODES_PER_SIDE: i32 = 5;
 const NODES: i32 = 25;

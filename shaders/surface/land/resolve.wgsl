@@ -1,12 +1,9 @@
 // Computes position and normal of the surface itself from the depth of the mesh.
 //
 // The mesh is within the level-of-detail error of the surface. The bicubic surface at the scale of the pixel's
-// footprint,
-// expanded to second order at the hit on the mesh, is intersected with the pixel's ray; the normal there is the
-// analytic
-// derivative. Position and normal then belong to one smooth surface, and LSA contours do not show the mesh. Near
-// silhouettes,
-// where the ray misses the smooth surface, the mesh's own position is used.
+// footprint, expanded to second order at the hit on the mesh, is intersected with the pixel's ray; the normal there is
+// the analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not show the
+// mesh. Near silhouettes, where the ray misses the smooth surface, the mesh's own position is used.
 #import hachure::view::{View, place_of_pixel, ray_of_pixel}
 #import hachure::terrain::{grid_from_world, surface_level}
 #import hachure::surface::{surface_near, surface_at, Surface}

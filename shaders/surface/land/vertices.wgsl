@@ -1,15 +1,12 @@
 // Computes the vertices of the patches, morphed (CDLOD: Strugar 2010): camera-relative positions, as drawn.
 //
 // Changes: a patch's level of detail follows from its measured error, not from its distance, so patches of any levels
-// may
-// meet. Each patch has a continuous level, and each of its edges has the coarser of the two levels that meet there; a
-// vertex
-// that does not exist on the edge's level moves onto one that does. Positions are integers in grid units until the last
-// step, and both patches take that step with the same numbers, so there are no cracks.
+// may meet. Each patch has a continuous level, and each of its edges has the coarser of the two levels that meet there;
+// a vertex that does not exist on the edge's level moves onto one that does. Positions are integers in grid units until
+// the last step, and both patches take that step with the same numbers, so there are no cracks.
 //
 // The vertices next to an edge morph onto it, and must arrive at the edge's own morphed vertices: only then do four
-// siblings
-// have the shape of their parent when they appear, even if the parent had a coarser neighbour.
+// siblings have the shape of their parent when they appear, even if the parent had a coarser neighbour.
 //
 // This is a separate pass because a software rasteriser shades vertices on one core, and because later passes need the
 // triangles as drawn.

@@ -1,26 +1,19 @@
 // Culls meshes: it selects those whose sphere intersects the view, is not hidden by the earth, and is not smaller than
-// a
-// pixel. For each it selects the coarsest level whose error is small enough at the mesh's nearest distance to an eye of
-// the
-// rig. It also counts what is drawn, and the threads that compute vertices and find edges, for indirect dispatches; the
-// CPU
-// knows neither.
+// a pixel. For each it selects the coarsest level whose error is small enough at the mesh's nearest distance to an eye
+// of the rig. It also counts what is drawn, and the threads that compute vertices and find edges, for indirect
+// dispatches; the CPU knows neither.
 //
 // The list holds the visible meshes in the order of the scene; a thread finds its mesh by its number. There are three
-// stages:
-// 0, each workgroup counts the items of its 256 meshes; 1, one workgroup turns counts into offsets (at most 256 of
-// them) and
-// writes the indirect arguments; 2, each workgroup writes its part of the list.
+// stages: 0, each workgroup counts the items of its 256 meshes; 1, one workgroup turns counts into offsets (at most 256
+// of them) and writes the indirect arguments; 2, each workgroup writes its part of the list.
 //
 // If a world has more vertices than the capacity, stage 3 comes first: it counts the vertices in view for the usual
-// allowed
-// error, three times that, nine times, and any error, and the first of these that fits is used. Meshes that do not fit
-// even
-// then are at the end of the list, without vertices and triangles: the first such mesh corrects the draw arguments.
+// allowed error, three times that, nine times, and any error, and the first of these that fits is used. Meshes that do
+// not fit even then are at the end of the list, without vertices and triangles: the first such mesh corrects the draw
+// arguments.
 //
 // The position of a mesh in the world needs more digits than f32 has. It is given in units of 64 m and of 2^-24 m, so
-// that
-// the difference to the rig's origin is rounded only once.
+// that the difference to the rig's origin is rounded only once.
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, distance_from_eye, is_beside}
 #import hachure::terrain::terrain
@@ -142,8 +135,7 @@ fn middle_m(standing: Standing) -> vec3<f32> {
 }
 
 // Returns whether the earth itself hides a point of the flat map: the point is beyond the horizon of a camera on the
-// lowest
-// land.
+// lowest land.
 fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
     let k = terrain.inverse_radius;
     let away = max(length(flat_m.xy) - radius_m, 0.0) * k;

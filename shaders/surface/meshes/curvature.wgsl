@@ -1,10 +1,8 @@
 // The curvature of meshes, at the blocks of pixels that see one: interpolated between the corners of the triangle,
-// where it
-// was computed when the mesh was loaded (src/mesh/curvature.rs).
+// where it was computed when the mesh was loaded (src/mesh/curvature.rs).
 //
 // This runs after surface/curvature, and overwrites its output. The forms of corners are transformed to the tangent
-// frame of
-// the pixel's normal. A mesh has no smoothed forms as the land has, so its curvature is used as it is.
+// frame of the pixel's normal. A mesh has no smoothed forms as the land has, so its curvature is used as it is.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel, distance_from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, MeshInstance}
 #import hachure::mark_normal::pixel_of_block

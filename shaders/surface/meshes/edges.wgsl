@@ -3,10 +3,8 @@
 // (land/edges.wgsl).
 //
 // There is one thread per triangle, and edges are in the order of triangles (ordered.wgsl): `stage` 0 counts them, 1
-// writes
-// them, 2 updates their number. An edge between two triangles belongs to the one with the lesser number. A neighbour
-// with
-// opposite winding (is_turned) has its front where this triangle has its back, so its side is negated.
+// writes them, 2 updates their number. An edge between two triangles belongs to the one with the lesser number. A
+// neighbour with opposite winding (is_turned) has its front where this triangle has its back, so its side is negated.
 //
 // Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is stored in the
 // triangles.

@@ -1,11 +1,10 @@
 // Computes position and normal where a mesh is visible, with the lightness of its material: the pixel's ray is
-// intersected
-// with the plane of the triangle that the rasteriser found there, and the normals of its corners are interpolated.
+// intersected with the plane of the triangle that the rasteriser found there, and the normals of its corners are
+// interpolated.
 //
 // This runs after surface/land/resolve, and overwrites its output. Pixels of the land are not touched, so they are
 // bit-identical to those without meshes. Where the ray is almost parallel to the triangle, its plane is inaccurate, and
-// the
-// rasteriser's depth is used.
+// the rasteriser's depth is used.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from}
 #import hachure::surface_id::{kind_of, FIRST_MESH, MESH}
@@ -62,8 +61,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         + normal_from(triangle.normal_c) * parts.z;
     let turned = vec3<f32>(dot(standing.east.xyz, mixed), dot(standing.north.xyz, mixed), dot(standing.up.xyz, mixed));
     // The normal of the visible side. At the rim of a round shape the interpolated normal may face away from the eye,
-    // but not
-    // away from its own triangle's front.
+    // but not away from its own triangle's front.
     let front = select(face, -face, closing > 0.0);
     var n = turned * inverseSqrt(max(dot(turned, turned), 1e-30));
     if dot(turned, turned) < 1e-20 {

@@ -1,10 +1,8 @@
 // Computes the vertices of the meshes in view, as drawn: relative to the rig's origin, on the bent earth.
 //
 // This is a separate pass because the rasteriser, the normals and the edges need bit-identical positions, and because
-// software
-// rasterisers shade vertices on one core. The matrices are computed in f64 and are relative to the camera; each vertex
-// is
-// bent by itself, like the land around it.
+// software rasterisers shade vertices on one core. The matrices are computed in f64 and are relative to the camera;
+// each vertex is bent by itself, like the land around it.
 #import hachure::dispatch::thread_number
 #import hachure::meshes::{mesh_instances, instance_of, BY_VERTEX}
 #import hachure::earth::bend

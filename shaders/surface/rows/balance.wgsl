@@ -1,10 +1,8 @@
 // Computes the factor by which marks must be wider so that their ink matches the requested ink: between rows, and on
-// crests
-// and in folds, land stays bare, and neighbouring marks compensate for that.
+// crests and in folds, land stays bare, and neighbouring marks compensate for that.
 //
 // For each square of the picture, the factor is the requested darkness around it divided by the ink that marks would
-// have
-// there.
+// have there.
 #import hachure::view::View
 #import hachure::rows::RowRules
 #import hachure::row_ink::{INK_UNIT, square_px, squares_of}

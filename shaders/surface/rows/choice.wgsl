@@ -2,16 +2,12 @@
 // spacing.
 //
 // Evenly spaced streamlines (Jobard and Lefer 1997) are grown one after the other. Here all proposals are processed in
-// rounds
-// (Luby 1986, "A simple parallel algorithm for the maximal independent set problem"): in each round, a proposal loses
-// the
-// parts that are too near to a drawn mark; the rest is written to a raster with its priority; and it is drawn if no
-// other
-// nearby proposal has a greater priority. Long marks have the greatest priority, and marks of rows before others;
-// otherwise
-// priorities are random numbers that depend on a mark's position on the land. So the choice depends on a mark's
-// surroundings
-// alone. A round has three stages, since all threads must finish one before any begins the next.
+// rounds (Luby 1986, "A simple parallel algorithm for the maximal independent set problem"): in each round, a proposal
+// loses the parts that are too near to a drawn mark; the rest is written to a raster with its priority; and it is drawn
+// if no other nearby proposal has a greater priority. Long marks have the greatest priority, and marks of rows before
+// others; otherwise priorities are random numbers that depend on a mark's position on the land. So the choice depends
+// on a mark's surroundings alone. A round has three stages, since all threads must finish one before any begins the
+// next.
 #import hachure::rows::{HALF, PROPOSAL, UNDECIDED, CHOSEN, DRAWN, DROPPED, SAMPLES}
 #import hachure::row_places::{places, rules, proposed, proposals, raster, TAKEN, WALK, CELLS_PER_SPACING, cell_px, cell_at, word_at}
 #import hachure::row_places::{sample_of, along_at, across_at, is_seen}

@@ -1,8 +1,7 @@
 // Computes the marks of a frame: the drawn parts of chosen proposals, and their widths.
 //
 // A mark's width is the requested darkness (by Lehmann's law it follows from the slope; here from the style's tone),
-// times
-// the mark's room, times the factor that compensates for bare land around it.
+// times the mark's room, times the factor that compensates for bare land around it.
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL, SAMPLES, DRAWN}
 #import hachure::row_ink::{SLENDER, square_px, squares_of}

@@ -1,12 +1,10 @@
 // Computes the height of rows for each cell: a power of two.
 //
 // It follows from the steepness of the surrounding land, so that rows are about as long on gentle land as on steep
-// land; and
-// from whether a row of that height reaches the cell at all. A row's marks begin at its middle height. Where the slope
-// line
-// through a cell ends at a crest, at the bottom of a valley or on level land before it reaches that height, no mark
-// arrives,
-// and rows of half the height are tried. This is a function of position alone, so neighbouring blocks agree.
+// land; and from whether a row of that height reaches the cell at all. A row's marks begin at its middle height. Where
+// the slope line through a cell ends at a crest, at the bottom of a valley or on level land before it reaches that
+// height, no mark arrives, and rows of half the height are tried. This is a function of position alone, so neighbouring
+// blocks agree.
 #import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
@@ -58,8 +56,7 @@ fn leads(block: RowBlock, first: i32, frame: Frame, begin: vec2<f32>, rise_m: f3
 }
 
 // Returns whether a mark of rows of this height reaches a point: from the middle of its own row or, if that row has
-// none
-// there, from beyond the border of the next.
+// none there, from beyond the border of the next.
 fn is_covered(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, height_m: f32, row_m: f32) -> bool {
     let step_m = 0.5 * row_m / f32(CORE);
     let rise_m = (floor(height_m / row_m) + 0.5) * row_m - height_m;

@@ -1,20 +1,15 @@
 // Proposes the marks of a frame: which candidates may be drawn, which part of each, and how much room they have.
 //
 // A candidate has a rank, the number of factors of two in its index; the greatest rank comes first. It is drawn where
-// the gap
-// between its neighbours of greater rank is wide on the picture, and grows and tapers with that gap. So the spacing of
-// marks
-// stays within half an octave, where land spreads rows and where it gathers them, near and far, without forks. This is
-// a
-// function of position and view alone.
+// the gap between its neighbours of greater rank is wide on the picture, and grows and tapers with that gap. So the
+// spacing of marks stays within half an octave, where land spreads rows and where it gathers them, near and far,
+// without forks. This is a function of position and view alone.
 //
 // A mark's room is its part of the gaps on either side. A candidate takes its part of a gap from its neighbours, also
-// while
-// it grows: the ink of a row does not depend on the number of marks in it.
+// while it grows: the ink of a row does not depend on the number of marks in it.
 //
 // Candidates outside of any row, which fill the land that rows leave bare, are proposed as they are: `choice` decides
-// which
-// of all proposals are drawn on the picture, and `rooms` how much room they have.
+// which of all proposals are drawn on the picture, and `rooms` how much room they have.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
@@ -166,8 +161,7 @@ fn room_beside(frame: Frame, stand: Stand, one: Candidate) -> f32 {
 }
 
 // Returns how strongly a block's level is shown at a point: 0 if the point is off-screen. `slack` is a tolerance in
-// octaves
-// and in hundreds of pixels.
+// octaves and in hundreds of pixels.
 fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     let cell_px = rules.cell_px_m * exp2(block.level) / length(at_m);
     var f = 1.0 - log2(cell_px / rules.spacing_px);
@@ -306,8 +300,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_inside = all(seen.xy >= vec2<f32>(0.0)) && all(seen.xy < vec2<f32>(view.size_px));
         let land = textureLoad(position, clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
         // Hidden parts take no space on the picture. Visibility off-screen is not known, and far off-screen it affects
-        // no visible
-        // mark.
+        // no visible mark.
         let is_near = all(seen.xy >= vec2<f32>(-border_px)) && all(seen.xy < vec2<f32>(view.size_px) + border_px);
         let is_seen = is_near && (!is_inside || (land.w > 0.0 && seen.z < land.w + 2.0 * cell_m(block)));
         seen_samples |= select(0u, 1u << u32(j + HALF), is_seen);

@@ -2,8 +2,7 @@
 //
 // There is one instance per mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the
 // border's coverage. Marks narrower than a pixel are paler instead. Where marks of two levels overlap, the darker one
-// stays. A
-// pixel is inked where it shows the land that the mark is on.
+// stays. A pixel is inked where it shows the land that the mark is on.
 #import hachure::view::View
 #import hachure::rows::{RowRules, SAMPLES}
 #import hachure::surface_id::{kind_of, LAND}

@@ -1,10 +1,8 @@
 // Computes the room on either side of a mark, and the ink that it would have at the requested tone.
 //
 // A mark of a row knows its room from its neighbours in the row. The distance across to the next mark on the picture
-// limits
-// that room where another row or a single mark is near, and is the whole room of a single mark. The ink is summed in
-// squares,
-// for `balance`.
+// limits that room where another row or a single mark is near, and is the whole room of a single mark. The ink is
+// summed in squares, for `balance`.
 #import hachure::rows::{HALF, PROPOSAL, DRAWN, SAMPLES}
 #import hachure::row_places::{view, places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, cell_px, word_at}
 #import hachure::row_places::{sample_of, across_at, is_seen}

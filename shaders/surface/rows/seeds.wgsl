@@ -1,22 +1,16 @@
 // Places seeds of hachures at even distances along the middles of rows.
 //
 // The middle of a row is a contour line of the form's height. It is followed through the cells of a block by marching
-// squares
-// (Lorensen and Cline 1987, in the plane): from where it enters the block, or land with the same row height, to where
-// it
-// leaves; or all around. A piece has a whole number of intervals of DENSITY candidates, so that its ends, which the
-// next block
-// knows as well, are seeds. One thread follows one piece. The thread of a cell owns a line if there is no cell before
-// it; a
-// closed line belongs to the cell with the least number, which is found by going around.
+// squares (Lorensen and Cline 1987, in the plane): from where it enters the block, or land with the same row height, to
+// where it leaves; or all around. A piece has a whole number of intervals of DENSITY candidates, so that its ends,
+// which the next block knows as well, are seeds. One thread follows one piece. The thread of a cell owns a line if
+// there is no cell before it; a closed line belongs to the cell with the least number, which is found by going around.
 //
 // Differences from Lehmann's rows: seeds are in the middle and not at the upper contour, since flow lines that leave a
-// ridge
-// diverge without limit, and those from the middle only half as far. And rows do not have the same height everywhere:
-// their
-// height follows the slope of the surrounding land in octaves, so that they are about as long on gentle land as on
-// steep land.
-// Where land is so folded that no row reaches it, single marks fill the rest: each cell has a seed for one.
+// ridge diverge without limit, and those from the middle only half as far. And rows do not have the same height
+// everywhere: their height follows the slope of the surrounding land in octaves, so that they are about as long on
+// gentle land as on steep land. Where land is so folded that no row reaches it, single marks fill the rest: each cell
+// has a seed for one.
 #import hachure::terrain::terrain
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, BESIDE, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
 #import hachure::rows::{WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_way}
@@ -53,8 +47,7 @@ fn is_active(first: i32, cell: vec2<i32>, octave: i32) -> bool {
 }
 
 // Edge e is between corners e and e + 1, around the cell. A line enters where heights fall from corner to corner, and
-// leaves
-// where they rise: the next cell goes around the same edge the other way.
+// leaves where they rise: the next cell goes around the same edge the other way.
 fn falls(h: vec4<f32>, edge: i32, height_m: f32) -> bool {
     return h[edge] >= height_m && h[(edge + 1) & 3] < height_m;
 }

@@ -1,24 +1,17 @@
 // Traces the marks of candidates: from its seed each runs up and down the slope to the heights at which its row ends.
 //
 // Samples are at even heights, so samples of neighbouring marks with the same number are side by side, and their
-// distance is
-// the local gap. Between samples a mark follows the gradient of the land's form by two steps of the midpoint rule, by
-// height;
-// a step of Newton's method then corrects the height. A mark ends early where the form is level, where rows have
-// another
-// height, and where there is no land.
+// distance is the local gap. Between samples a mark follows the gradient of the land's form by two steps of the
+// midpoint rule, by height; a step of Newton's method then corrects the height. A mark ends early where the form is
+// level, where rows have another height, and where there is no land.
 //
 // Some marks are shifted up by one sample: if all ends were at one height, a white line would run along them, and rows
-// would
-// look like steps. The paper-folding sequence by the mark's index decides which marks are shifted: however many marks
-// the
-// picture thins out, at most three neighbours are alike.
+// would look like steps. The paper-folding sequence by the mark's index decides which marks are shifted: however many
+// marks the picture thins out, at most three neighbours are alike.
 //
 // Beyond the border of its row a mark continues where no mark of the next row would arrive: where the land stops
-// rising, or
-// falling, before the middle of that row. So crests and valleys between rows are not bare. A mark outside of any row
-// runs as
-// far up and down as one of a row does on land of the surrounding steepness.
+// rising, or falling, before the middle of that row. So crests and valleys between rows are not bare. A mark outside of
+// any row runs as far up and down as one of a row does on land of the surrounding steepness.
 #import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, ELSEWHERE, ALONE, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place}
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}

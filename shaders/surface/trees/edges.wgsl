@@ -1,18 +1,14 @@
 // Contours and open borders of the trees whose near meshes are drawn, on the triangles as drawn, including their lean
-// in
-// the wind. They are appended to the edges of the land and of models.
+// in the wind. They are appended to the edges of the land and of models.
 //
 // A workgroup has 64 edges of a tree. Edges are in the order of trees (near.wgsl), then of their mesh: `stage` 0 counts
-// them,
-// 1 writes them, 2 updates their number (ordered.wgsl).
+// them, 1 writes them, 2 updates their number (ordered.wgsl).
 //
 // An edge between two triangles is a contour if both are on the same side of the plane through the edge and the eye.
-// Pietrok
-// 2021, section 4.2.1, compares the sides of two triangles; this test is equivalent but independent of winding, because
-// sheets
-// of leaves wind both ways. A crown has hundreds of leaves, and their contours against each other would be black; so
-// each edge
-// requires something far behind it (id_image.wgsl), which leaves the outline and open arcs within it.
+// Pietrok 2021, section 4.2.1, compares the sides of two triangles; this test is equivalent but independent of winding,
+// because sheets of leaves wind both ways. A crown has hundreds of leaves, and their contours against each other would
+// be black; so each edge requires something far behind it (id_image.wgsl), which leaves the outline and open arcs
+// within it.
 #import hachure::view::{View, is_beside}
 #import hachure::earth::bend
 #import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}

@@ -1,22 +1,16 @@
 // Draws the trees in view that are impostors: two triangles each, which face the eye and contain the tree's sphere.
 //
 // The ray of a pixel is marched, in tree space and within the tree's upright cylinder, through the depths of the
-// picture taken
-// from nearest to the eye (src/forest/impostor.rs). The depths describe a single surface, so if the ray is behind it by
-// more
-// than a step and THICKNESS there is no hit. The step that hits is bisected. The picture is read at the level whose
-// texels are
-// as large as pixels, filtered between texels and between levels, and the tree is where at least half is covered: read
-// from
-// single texels, its outline would jump whenever it moves by a fraction of a pixel. A piece of canopy is drawn in the
-// same way,
-// from pictures of its own; since it is wide, and on land that is less flat, it is drawn somewhat nearer to the eye.
+// picture taken from nearest to the eye (src/forest/impostor.rs). The depths describe a single surface, so if the ray
+// is behind it by more than a step and THICKNESS there is no hit. The step that hits is bisected. The picture is read
+// at the level whose texels are as large as pixels, filtered between texels and between levels, and the tree is where
+// at least half is covered: read from single texels, its outline would jump whenever it moves by a fraction of a pixel.
+// A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and on land that is less
+// flat, it is drawn somewhat nearer to the eye.
 //
 // In wind (WIND) a tree leans as its mesh does, so in the space where it is upright a ray is a curve. A shear by the
-// lean of
-// its top is removed from that space, which leaves rays straight; at each step the rest, at most a quarter of the lean
-// of the
-// top, displaces the position that is looked up.
+// lean of its top is removed from that space, which leaves rays straight; at each step the rest, at most a quarter of
+// the lean of the top, displaces the position that is looked up.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
@@ -82,8 +76,7 @@ const HALVINGS: u32 = 4u;
 const THICKNESS: f32 = 0.04;
 const NOWHERE: f32 = 1e6;
 // Levels by which the picture is coarser than its texels at pixel size, for a tree whose sphere has the first size or
-// less;
-// it is not coarser from the second size on. The smaller a tree, the more its outline would jump.
+// less; it is not coarser from the second size on. The smaller a tree, the more its outline would jump.
 const COARSER: f32 = 1.2;
 const COARSER_PX: vec2<f32> = vec2<f32>(10.0, 44.0);
 // Shortest step of a search.
@@ -91,8 +84,7 @@ const STEP_PX: f32 = 2.0;
 const LEAST_STEPS: u32 = 5u;
 
 // Distance by which a piece of canopy is drawn nearer: relative to its width beyond its height, and limited relative to
-// its
-// distance.
+// its distance.
 const NEARER: f32 = 0.5;
 const NEARER_AT_MOST: f32 = 0.05;
 

@@ -1,6 +1,5 @@
 // The position and normal that hatching marks use: those of the surface itself, except that marks treat trees as flat,
-// with
-// the shading of a round body (hachure::tree_form).
+// with the shading of a round body (hachure::tree_form).
 #import hachure::view::{View, place_of_pixel}
 #import hachure::surface_id::{kind_of, TREE}
 #import hachure::mark_normal::FLAT

@@ -1,12 +1,9 @@
 // Lists the trees that have strokes: those whose near meshes are drawn, from near to far, whichever workgroup listed
-// them
-// first.
+// them first.
 //
 // The order of the lists of trees depends on timing, but the order of the lists of edges must not (ordered.wgsl). Near
-// trees
-// are a few hundred, so each counts the trees before it: those nearer to the eye or, at the same distance, with a
-// lesser id.
-// The count is its place.
+// trees are a few hundred, so each counts the trees before it: those nearer to the eye or, at the same distance, with a
+// lesser id. The count is its place.
 #import hachure::view::View
 #import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, DRAW_WORDS, has_strokes}
 #import hachure::dispatch::GROUPS_IN_ROW

@@ -1,20 +1,15 @@
 // Places the trees of a block that an eye sees, and decides how each is drawn: one workgroup per block, whose threads
-// take
-// its points in turn.
+// take its points in turn.
 //
 // A tree exists if the density that the land determines at its point is above the point's rank (src/forest/mod.rs). Its
-// foot
-// is on the surface as drawn.
+// foot is on the surface as drawn.
 //
 // Far away fewer trees are drawn, and each is wider, so that together they cover the land as all of them would: the
-// stochastic
-// simplification of Cook, Halstead, Planck and Ryu (2007, "Stochastic Simplification of Aggregate Detail"), whose order
-// is
-// here the rank of the points. A tree shrinks to nothing before it is removed, so none pops. Where it would be much
-// wider than
-// its natural shape, a piece of canopy that follows the slope replaces it. The representation of a tree changes with
-// its
-// height on the picture, for each tree at a size of its own; it dissolves from one to the next.
+// stochastic simplification of Cook, Halstead, Planck and Ryu (2007, "Stochastic Simplification of Aggregate Detail"),
+// whose order is here the rank of the points. A tree shrinks to nothing before it is removed, so none pops. Where it
+// would be much wider than its natural shape, a piece of canopy that follows the slope replaces it. The representation
+// of a tree changes with its height on the picture, for each tree at a size of its own; it dissolves from one to the
+// next.
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, is_beside}
 #import hachure::surface::{surface_near, surface_at, is_void}
@@ -41,8 +36,7 @@ struct TreeBlock {
 }
 
 // The input of the pass, in one buffer: WebGPU guarantees eight storage buffers, and more than three uniforms are too
-// many
-// for a driver (docs/decisions/software-drivers.md).
+// many for a driver (docs/decisions/software-drivers.md).
 struct Question {
     rules: TreeRules,
     blocks: array<TreeBlock>,

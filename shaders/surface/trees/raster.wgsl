@@ -1,7 +1,6 @@
 // Draws the trees in view that are meshes: depth, surface id, normal and lightness. A tree is small compared with the
 // earth: it is upright at its position on the flat map, and each of its vertices is bent. In wind (WIND) vertices lean
-// and
-// flutter, and each pixel gets its displacement to the previous frame; normals do not change.
+// and flutter, and each pixel gets its displacement to the previous frame; normals do not change.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species

@@ -1,18 +1,13 @@
 // The shadows of trees: which pixels are in the shadow of a tree.
 //
 // A tree's shadow is an upright cylinder extruded away from the sun. A box contains it, and its faces toward the eye
-// are drawn
-// where they are in front of the visible surface. Each pixel's point then tests, along its ray to the sun, whether the
-// tree
-// hides the sun: by the depths of the picture taken from nearest to the sun, where the ray meets them. So a shadow has
-// the
-// outline of its tree, falls on land, models and other trees alike, and needs no shadow map whose texels could be
-// visible; its
-// cost depends on the area that it covers on the picture.
+// are drawn where they are in front of the visible surface. Each pixel's point then tests, along its ray to the sun,
+// whether the tree hides the sun: by the depths of the picture taken from nearest to the sun, where the ray meets them.
+// So a shadow has the outline of its tree, falls on land, models and other trees alike, and needs no shadow map whose
+// texels could be visible; its cost depends on the area that it covers on the picture.
 //
 // A tree does not shadow itself: its normals shade it. In wind (WIND) its shadow leans with it, by the straight part of
-// the
-// lean.
+// the lean.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::{Forest, Species}
@@ -46,7 +41,7 @@ const CORNERS: u32 = 18u;
 const COMES: f32 = 1.5;
 // A shadow that is longer than its box fades out over this last part.
 const FADES: f32 = 0.25;
-// Depth by which a point in front of the tree is not hidden, in radii of its sphere.
+// Depth by which the tree must be nearer to the sun than a point to hide it, in radii of its sphere.
 const BIAS: f32 = 0.02;
 
 struct Box {

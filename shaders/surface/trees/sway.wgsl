@@ -1,6 +1,5 @@
 // Computes the sway of the visible trees in the wind; each thread takes every tree at a stride. All vertices of a tree,
-// and
-// all pixels of its impostor, sway by the position of its foot. Pieces of canopy do not move.
+// and all pixels of its impostor, sway by the position of its foot. Pieces of canopy do not move.
 #import hachure::trees::{TreeInstance, CANOPY, TREE_LEVELS}
 #import hachure::wind::{Wind, Sway, sway_at}
 

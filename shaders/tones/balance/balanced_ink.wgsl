@@ -1,8 +1,7 @@
 // Computes the ink of marks at a darkness that is interpolated between balanced cells.
 //
 // PAIR: two eyes count the same marks in cells of their own pictures, which are at different positions on the surface.
-// Each
-// adds the mean of what both would add at a point of the surface, so that its marks are equally dark for both.
+// Each adds the mean of what both would add at a point of the surface, so that its marks are equally dark for both.
 #import hachure::view::View
 #import hachure::cover::{Balance, first_cell, ink_of}
 

@@ -1,14 +1,11 @@
 // A step of the blur that stops at silhouettes and creases (Vergne and others 2009, section 4.3: the anisotropic
-// diffusion
-// of Perona and Malik 1990).
+// diffusion of Perona and Malik 1990).
 //
 // Changes:
 // - Steps reach farther and farther, by 1, 1, 2, 2, 4, 4 ... pixels, so that few of them make a wide blur. Points in
-// between
-//  are not examined: a neighbour counts as far as it is on the plane of the pixel.
+//   between are not examined: a neighbour counts as far as it is on the plane of the pixel.
 // - The paper counts steps; here the style gives a standard deviation, and the last step of a pixel may be partial: the
-// blur
-//  varies smoothly from place to place.
+//   blur varies smoothly from place to place.
 #import hachure::view::View
 #import hachure::relief::{unpacked, on_plane}
 

@@ -2,15 +2,13 @@
 // Shading for Depicting Shape and Detail").
 //
 // At each scale the land's normal is compared with a light that grazes the next coarser form: the sun's direction minus
-// its
-// component along that form's normal. So ridges of every size have a light and a dark side, on slopes that face the sun
-// too.
-// The product is exaggerated and clamped, and scales are added with weights, the coarsest form in the unchanged light.
+// its component along that form's normal. So ridges of every size have a light and a dark side, on slopes that face the
+// sun too. The product is exaggerated and clamped, and scales are added with weights, the coarsest form in the
+// unchanged light.
 //
 // Changes: forms are levels of the pyramid under a B-spline, at a number of pixels per sample (surface/form.wgsl), and
-// scales
-// double where the paper's grow by the square root of two. Surfaces other than land have no forms, and the unchanged
-// light.
+// scales double where the paper's grow by the square root of two. Surfaces other than land have no forms, and the
+// unchanged light.
 #import hachure::view::{View, from_eye}
 #import hachure::terrain::grid_from_world
 #import hachure::earth::{Unbent, unbend}

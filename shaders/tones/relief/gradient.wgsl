@@ -2,21 +2,16 @@
 // 3).
 //
 // The paper uses the gradient of depth g = -(n_x, n_y) / n_z, and sets its conductance to 0 where a Sobel filter on
-// depth
-// finds a silhouette, or where the normals of neighbours differ by a crease.
+// depth finds a silhouette, or where the normals of neighbours differ by a crease.
 //
 // Changes:
 // - In perspective the depth of a plane is not linear across the picture, but its inverse is. So this is the gradient
-// of
-//  inverse depth, n_xy / (n . p) with p the point relative to the eye: level ground has no curvature however it is
-//  seen.
-//  From far above, as on a map, both are the same.
+//   of inverse depth, n_xy / (n . p) with p the point relative to the eye: level ground has no curvature however it is
+//   seen. From far above, as on a map, both are the same.
 // - A Sobel filter on depth finds silhouettes everywhere on ground at a flat angle. Here a neighbour is on another
-// surface if
-//  it is off the plane of the pixel.
+//   surface if it is off the plane of the pixel.
 // - The extent of the blur (the importance function of section 4.3) grows with distance, away from the focus of the
-// picture
-//  and on level land, as the style requests.
+//   picture and on level land, as the style requests.
 #import hachure::view::{View, from_eye, distance_from_eye}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, haze_clear}

@@ -2,22 +2,18 @@
 // 6).
 //
 // Lights surround the scene: the sun, and a number of parts of the sky, each with its mean radiance. Equation 2 of the
-// paper
-// is summed over them, with the inverse of the warp and its effect on solid angles (shared/light_warp.wgsl). Equation 3
-// multiplies by (lambda_u lambda_v)^gamma.
+// paper is summed over them, with the inverse of the warp and its effect on solid angles (shared/light_warp.wgsl).
+// Equation 3 multiplies by (lambda_u lambda_v)^gamma.
 //
 // Interpretations and changes:
 // - Curvature is positive where the surface bulges toward the eye; there more of the surroundings is gathered.
 // - The diffuse light of the parts of the sky is divided by that of a white sky, summed over the same parts. So a white
-// sky
-//  stays white whatever the warp does, and few lights leave no bands.
+//   sky stays white whatever the warp does, and few lights leave no bands.
 // - Light is clamped to the hemisphere around the normal after the inverse warp. The paper clamps it before as well;
-// with a
-//  white sky that would darken every curved surface.
+//   with a white sky that would darken every curved surface.
 // - The glossy part is the isotropic lobe of Ashikhmin and Shirley (2000, "An anisotropic Phong BRDF model").
 // - The paper uses curvature along the line of sight; `foreshortening` reduces it on land at a flat angle, where each
-// sample
-//  of a DEM would look like a fold.
+//   sample of a DEM would look like a fold.
 //
 // Without WARPED, light is unchanged.
 #import hachure::view::{View, from_eye, distance_from_eye}

@@ -1,12 +1,10 @@
 // Radiance scaling: light is scaled by curvature (Vergne, Pacanowski, Barla, Granier and Schlick 2010, "Radiance
-// Scaling
-// for Versatile Surface Enhancement", section 3). It uses one light, and so is cheaper than a warp of many.
+// Scaling for Versatile Surface Enhancement", section 3). It uses one light, and so is cheaper than a warp of many.
 //
-// With d the light of a place and e = exp(-gamma kappa), d is multiplied by
-// (alpha e + d (1 - alpha - alpha e)) / (alpha + d (e - alpha - alpha e)). Light above alpha becomes lighter where the
-// surface
-// bulges and darker in hollows, light below alpha the opposite, and kappa = 0 leaves it unchanged. Kappa is the mean
-// curvature, here limited to -1 to 1 by an arctangent as in the warp.
+// With d the light of a place and e = exp(-gamma kappa), d is multiplied by (alpha e + d (1 - alpha - alpha e)) /
+// (alpha + d (e - alpha - alpha e)). Light above alpha becomes lighter where the surface bulges and darker in hollows,
+// light below alpha the opposite, and kappa = 0 leaves it unchanged. Kappa is the mean curvature, here limited to -1 to
+// 1 by an arctangent as in the warp.
 #import hachure::view::{View, from_eye}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, light_tone}
