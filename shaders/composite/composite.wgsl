@@ -1,4 +1,4 @@
-// Paper, tones, haze, focus and lines become a picture.
+// Combines paper, tones, haze, focus and lines into a picture.
 #import hachure::focus::{Focus, in_focus, half_of_focus, focus_width}
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::paper::{bordered, paper_grain}
@@ -8,47 +8,48 @@ struct Composite {
     // Distance at which haze has taken 63 %.
     haze_m: f32,
     ink: vec3<f32>,
-    // How much of the paper's grain shows.
+    // Strength of the paper's grain.
     grain: f32,
     sky_zenith: vec3<f32>,
-    // How much of a line is left in full haze.
+    // Part of a line that is left in full haze, 0 to 1.
     faintest_line: f32,
     sky_horizon: vec3<f32>,
     // 1: lines are drawn.
     line_strength: f32,
     haze: vec3<f32>,
-    // Tones at full haze keep this much of themselves.
+    // Part of a tone that is left in full haze, 0 to 1.
     faintest_tone: f32,
     stroke_ink: vec3<f32>,
-    // How much farther than tones lines reach into the haze.
+    // How many times farther than tones lines reach into the haze.
     line_reach: f32,
     mark_ink: vec3<f32>,
-    // How much of a mark's ink is left in full haze.
+    // Part of a mark's ink that is left in full haze, 0 to 1.
     faintest_mark: f32,
-    // 1: a sample of a mean: its fourth channel is the ink of lines.
+    // 1: the picture is one sample of a mean, and its fourth channel is the ink of lines.
     is_sample: u32,
     water_ink: vec3<f32>,
-    // How much of the ink of shores and water lines is left in full haze.
+    // Part of the ink of shores and water lines that is left in full haze, 0 to 1.
     faintest_water: f32,
-    // Of rules and outlines in the sky.
+    // Linear colour of ruled lines and outlines in the sky.
     sky_ink: vec3<f32>,
     border: vec3<f32>,
-    // 1: the sheet has a margin or a border, of so many pixels.
+    // 1: the sheet has a margin or a border, whose widths are `border_px`.
     is_bordered: u32,
     border_px: vec2<f32>,
-    // Cosine and sine of how far below level the horizon lies.
+    // Cosine and sine of the horizon's depression below level.
     horizon: vec2<f32>,
     height_ink_color: vec3<f32>,
-    // How much of the ink of lines of equal height is left in full haze.
+    // Part of the ink of contour lines that is left in full haze, 0 to 1.
     faintest_height: f32,
-    // Of bare paper below the picture.
+    // Height of the bare paper below the picture.
     foot_px: f32,
-    // What tones far from the focus go to.
+    // Linear colour that tones far from the focus approach.
     unfocused: vec3<f32>,
-    // How much of the ink of rims is left in full haze.
+    // Part of the ink of rims that is left in full haze, 0 to 1.
     faintest_rim: f32,
     rim_ink: vec3<f32>,
-    // How much of the ink of lines from tone is left in full haze, and how much farther they reach into it.
+    // Part of the ink of lines from shading that is left in full haze, 0 to 1; `tone_line_reach` is how many times
+    // farther than tones they reach into it.
     faintest_tone_line: f32,
     tone_line_ink: vec3<f32>,
     tone_line_reach: f32,
@@ -60,17 +61,17 @@ struct Composite {
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var tone: texture_2d<f32>;
 @group(0) @binding(4) var line: texture_2d<f32>;
-// Ink of strokes; haze has taken its part.
+// Ink of strokes, after haze.
 @group(0) @binding(5) var ink: texture_2d<f32>;
 // Ink of hatching.
 @group(0) @binding(6) var marks: texture_2d<f32>;
 // Ink of rows of hachures.
 @group(0) @binding(7) var rows: texture_2d<f32>;
-// Ink of cut lines, a family in each of three channels.
+// Ink of cut lines, one family per channel.
 @group(0) @binding(8) var cuts: texture_2d<f32>;
 // Ink of shores and water lines.
 @group(0) @binding(9) var water_ink: texture_2d<f32>;
-// Ink of lines of equal height.
+// Ink of contour lines.
 @group(0) @binding(10) var height_ink: texture_2d<f32>;
 // Ink of the rims of holes.
 @group(0) @binding(11) var rims: texture_2d<f32>;
@@ -79,19 +80,19 @@ struct Composite {
 // A drawn sky: linear colour, and the ink of its lines.
 @group(0) @binding(13) var sky: texture_2d<f32>;
 #endif
-// Ink of lines from tone: dark ones, and highlight lines.
+// Ink of lines from shading: dark lines and highlight lines.
 @group(0) @binding(15) var tone_lines: texture_2d<f32>;
-// Linear; opaque, or a sample.
+// Linear colour; alpha is 1, or in a sample the ink of lines.
 @group(0) @binding(14) var picture: texture_storage_2d<rgba16float, write>;
 
-// Clear near, then hazy: what is left of contrast at a distance.
+// Returns the part of the contrast that haze leaves at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
     let t = distance_m / (composite.haze_m * reach);
     return exp(-t * t);
 }
 
-// What a line stands for: the place of the nearest surface around it, for a silhouette belongs to what hides, and how far
-// that is.
+// Returns the nearest surface point around a pixel, to which a line there belongs (a silhouette belongs to the
+// occluding surface), and its distance.
 fn nearest_m(pixel: vec2<i32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);
@@ -117,7 +118,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
     var color: vec3<f32>;
-    // Families of cut lines cross each other.
+    // Families of cut lines overlap independently.
     let bare = 1.0 - textureLoad(cuts, pixel, 0).rgb;
     let cut_ink = 1.0 - bare.r * bare.g * bare.b;
     var mark_ink = max(max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r), cut_ink);
@@ -164,7 +165,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let nearest = nearest_m(pixel);
         let clear = clearness(nearest.w, composite.line_reach);
         let seen = in_focus(focus, view, nearest.xyz, sheet + 0.5);
-        // A line lies on both sides of its edge. In the distance the farther side goes, and lines are thin.
+        // A line covers both sides of its edge. In the distance the farther side fades, so that lines are thin.
         let behind = at.w <= 0.0 || distance_from_eye(view, at.xyz) > 1.01 * nearest.w;
         let side = select(1.0, clear, behind);
         // Away from the focus lines lose their pale sides.
@@ -177,7 +178,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
         color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
     }
-    // The ink of lines before haze takes its part: far ones are lines as well.
+    // The ink of lines before haze, because distant lines are lines as well.
     let alpha = select(1.0, textureLoad(line, pixel, 0).r, composite.is_sample == 1u);
     textureStore(picture, pixel, vec4<f32>(color, alpha));
 }

@@ -1,20 +1,20 @@
-// The picture onto the window, scaled to it; or those of two eyes, side by side or in the same pixels.
+// Draws the picture into the window, scaled to it; or two eyes' pictures, side by side or mixed.
 #import hachure::color::srgb_from_linear
 
 struct Present {
-    // 1: the window's format does not encode to sRGB by itself.
+    // 1: the window's format does not encode to sRGB, so the shader does.
     encode: u32,
-    // Of two eyes. 1: the left one's on the left half. 0: mixed.
+    // For two eyes. 1: side by side, the left eye on the left; 0: mixed.
     side_by_side: u32,
     window_px: vec2<f32>,
-    // Rows that give red, green and blue of the left eye's linear colour, and of the right eye's.
+    // Rows that give red, green and blue from the left eye's linear colour, and from the right eye's.
     left_mix: array<vec4<f32>, 3>,
     right_mix: array<vec4<f32>, 3>,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
 @group(0) @binding(1) var picture: texture_2d<f32>;
-// Of two eyes the right one's; only `pair` reads it.
+// The right eye's picture; only `pair` reads it.
 @group(0) @binding(2) var right_picture: texture_2d<f32>;
 
 @vertex
@@ -48,7 +48,7 @@ fn encoded(color: vec3<f32>) -> vec4<f32> {
     return vec4<f32>(select(color, srgb_from_linear(color), present.encode != 0u), 1.0);
 }
 
-// Between pixels, at a place from 0 to 1.
+// Samples a picture bilinearly at a position from 0 to 1.
 fn scaled(of_eye: texture_2d<f32>, place: vec2<f32>) -> vec3<f32> {
     let size = vec2<f32>(textureDimensions(of_eye));
     let p = place * size - 0.5;

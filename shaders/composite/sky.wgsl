@@ -1,91 +1,92 @@
-// A drawn sky. It is a function of the direction, or of the sheet, and knows no distance: two eyes see the same, parts of
-// a picture join, and it turns as the world does.
+// Draws the sky. It is a function of the direction, or of the position on the sheet, and has no distance: two eyes see
+// the same sky, parts of a picture join, and it rotates with the world.
 //
-// Rules are parallel to the horizon, and their distance from it is counted on the sheet: the height of a ray at unit
-// distance along the axis is linear over the picture, so the rules are straight, as those of an engraver's ruling machine
-// (Hind 1923, "A History of Engraving and Etching"), and stay where they are when the eye turns.
+// Ruled lines are parallel to the horizon, and their distance from it is measured on the sheet. The height of a ray at
+// unit distance along the axis is linear over the picture, so the lines are straight, like those of an engraver's
+// ruling machine (Hind 1923, "A History of Engraving and Etching"), and stay in place when the eye turns.
 //
-// Clouds are heaps of discs on a level base, or bands, in rows of the sky that lie closer and are flatter toward the
-// horizon, as clouds of one height do. Each lies in a cell of its row, and how far its outline is is known at every
-// pixel, so that the outline is crisp at any size and no crumbs lie around it, which octaves of noise have.
+// Clouds are heaps of discs on a level base, or bands, in rows of the sky that are closer and flatter toward the
+// horizon, like clouds of one altitude. Each cloud is in a cell of its row, and every pixel knows the distance to its
+// outline, so that outlines are crisp at any size and have no speckle around them, unlike octaves of noise.
 //
-// Stars lie in the cells of a cube's faces, one in a cell at most, where a hash says. Bokashi is the printer's band of
+// Stars are in the cells of a cube's faces, at most one per cell, placed by a hash. Bokashi is the printer's band of
 // graded colour at the top of the sheet, and above the horizon.
 #import hachure::view::{View, above_horizon, ray_of_pixel}
 #import hachure::pcg::pcg
 
 struct SkyLook {
-    // Linear; so are the other colours.
+    // Linear colour, like all colours here.
     zenith: vec3<f32>,
     rules_px: f32,
     horizon: vec3<f32>,
     spacing_px: f32,
     cloud: vec3<f32>,
-    // What rules lose of their width at the horizon; below 0 high up.
+    // Part of their width that ruled lines lose at the horizon; negative: high up.
     fade: f32,
     bokashi_color: vec3<f32>,
-    // Share of the sheet's height.
+    // Height of the band at the top, as a part of the sheet's height.
     bokashi: f32,
     sun: vec3<f32>,
     sun_rad: f32,
     to_sun: vec3<f32>,
-    // Share of cells that have a cloud.
+    // Part of the cells that have a cloud.
     clouds: f32,
     star: vec3<f32>,
-    // Share of cells that have a star.
+    // Part of the cells that have a star.
     stars: f32,
-    // Diameter of the brightest.
+    // Diameter of the brightest star.
     star_px: f32,
     outline_px: f32,
     horizon_bokashi: f32,
     // 1: clouds are bands.
     streaks: u32,
-    // Cosine and sine of how far below level the horizon lies.
+    // Cosine and sine of the horizon's depression below level.
     below_level: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> sky_look: SkyLook;
-// rgb: linear, before the paper; a: ink of rules and outlines.
+// rgb: linear colour, before the paper; a: ink of ruled lines and outlines.
 @group(0) @binding(2) var sky: texture_storage_2d<rgba16float, write>;
 
 const TURN: f32 = 6.2831855;
-// Rules have all of their width so high above the horizon (or at it), in parts of the focal length.
+// Height above the horizon at which ruled lines have their full width (or, for a negative fade, their least), in focal
+// lengths.
 const FADED: f32 = 0.6;
-// Rules end before clouds and the sun.
+// Gap between ruled lines and clouds or the sun.
 const GAP_PX: f32 = 1.5;
-// Rows of clouds, the base of the lowest in radians, and from a base to the next.
+// Rows of clouds, elevation of the lowest base in radians, and ratio between the elevations of consecutive bases.
 const ROWS: u32 = 6u;
 const LOWEST_RAD: f32 = 0.045;
 const NEXT_ROW: f32 = 1.75;
-// Half the width of a cell by half the width of its widest cloud.
+// Width of a cell relative to the width of its widest cloud.
 const CELL: f32 = 1.5;
-// Discs of a cloud: those along its base, and with the heaps on them.
+// Discs of a cloud along its base, and in all.
 const BASE_DISCS: u32 = 5u;
 const DISCS: u32 = 8u;
-// Cells along the side of a cube's face that may have a star.
+// Cells along the side of a cube's face; each may have a star.
 const STAR_CELLS: f32 = 72.0;
-// The part of a cell at its border in which no star's centre lies.
+// Border of a cell, as a part of it, in which no star has its centre.
 const STAR_BORDER: f32 = 0.2;
 const FAR_PX: f32 = 1e6;
 
-// Two numbers in [0, 1) for each (cell, number).
+// Returns two random numbers in [0, 1) for a cell and a number.
 fn chance(cell: vec2<i32>, number: u32) -> vec2<f32> {
     let mixed = pcg(pcg(vec2<u32>(cell)) + vec2<u32>(number * 747796405u, number));
     return vec2<f32>(mixed >> vec2<u32>(8u)) / 16777216.0;
 }
 
-// How much of a pixel is inside of an outline that is so far away; below 0 is inside.
+// Returns the part of a pixel inside an outline at a signed distance, negative inside.
 fn cover(away_px: f32) -> f32 {
     return clamp(0.5 - away_px, 0.0, 1.0);
 }
 
-// How much of a pixel a line covers whose middle is so far away.
+// Returns the part of a pixel that a line covers whose centre is `away_px` away.
 fn line_ink(away_px: f32, width_px: f32) -> f32 {
     return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - abs(away_px), 0.0, 1.0);
 }
 
-// Ink of rules so far above the horizon.
+// Returns the ink of ruled lines at a height above the horizon.
 fn rules(above_px: f32) -> f32 {
     let number = floor(above_px / sky_look.spacing_px);
     let middle_px = (number + 0.5) * sky_look.spacing_px;
@@ -94,8 +95,8 @@ fn rules(above_px: f32) -> f32 {
     return line_ink(above_px - middle_px, sky_look.rules_px * (1.0 - lost));
 }
 
-// How far the outline of a cloud is, in radians, below 0 inside, and how fast that changes. `at` is the place from the
-// middle of its base in halves of its width, `flat` how much lower it is than discs are.
+// Returns the signed distance to the outline of a cloud, negative inside, and its gradient's length. `at` is the
+// position relative to the middle of the cloud's base, in half widths; `flat` is the vertical scale of its discs.
 fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec2<f32> {
     let p = vec2<f32>(at.x, at.y / flat);
     var nearest = vec2<f32>(1e9, 1.0);
@@ -108,7 +109,7 @@ fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec2<f32> {
             radius = (0.36 - 0.3 * along * along) * (0.8 + 0.35 * by_chance.y);
             middle = vec2<f32>(along, 0.45 * radius);
         } else if sky_look.streaks == 1u {
-            // A second, shorter band beside the first.
+            // A second, shorter band next to the first.
             let side = select(-1.0, 1.0, (pcg(vec2<u32>(cell)).x & 1u) == 1u);
             radius = 0.2 + 0.08 * by_chance.y;
             middle = vec2<f32>(side * 0.35 + (f32(i) - 6.0) * 0.2, 0.5);
@@ -129,7 +130,7 @@ fn cloud_at(at: vec2<f32>, flat: f32, cell: vec2<i32>) -> vec2<f32> {
     return nearest;
 }
 
-// How far the nearest outline of a cloud is, below 0 inside.
+// Returns the distance to the nearest outline of a cloud in pixels, negative inside.
 fn clouds_px(azimuth: f32, elevation: f32, pixel_rad: f32) -> f32 {
     var nearest_px = FAR_PX;
     var base = LOWEST_RAD;
@@ -159,7 +160,7 @@ fn clouds_px(azimuth: f32, elevation: f32, pixel_rad: f32) -> f32 {
     return nearest_px;
 }
 
-// How bright the star of this direction's cell is here.
+// Returns the brightness at this direction of the star in the direction's cell, 0 to 1.
 fn star_light(way: vec3<f32>, height: f32, pixel_rad: f32) -> f32 {
     let size = abs(way);
     var face = 0;
@@ -175,12 +176,12 @@ fn star_light(way: vec3<f32>, height: f32, pixel_rad: f32) -> f32 {
         beside = way.xy;
     }
     face += select(0, 1, major < 0.0);
-    // By angles, so that cells are of nearly one size.
+    // Angles divide a face into cells of nearly one size.
     let on_face = atan(beside / abs(major)) * (8.0 / TURN);
     let place = (on_face * 0.5 + 0.5) * STAR_CELLS;
     let cell = vec2<i32>(floor(place)) + vec2<i32>(face * 1000, 5000);
     let has = chance(cell, 0u);
-    // The air takes the faint ones at the horizon.
+    // The air absorbs faint stars near the horizon.
     if has.x >= sky_look.stars * smoothstep(0.0, 0.45, height) {
         return 0.0;
     }
@@ -195,10 +196,10 @@ fn star_light(way: vec3<f32>, height: f32, pixel_rad: f32) -> f32 {
     }
     let away_px = length(cross(normalize(toward), way)) / pixel_rad;
     let bright = has.y * has.y;
-    // It stays inside of its cell, however small pictures are.
+    // The star stays inside its cell, however small the picture is.
     let border_px = STAR_BORDER * TURN / (4.0 * STAR_CELLS) / pixel_rad;
     let radius_px = min(0.5 * sky_look.star_px * mix(0.5, 1.0, bright), border_px);
-    // Smaller than a pixel is fainter.
+    // A star smaller than a pixel is fainter instead.
     return mix(0.35, 1.0, bright) * min(4.0 * radius_px * radius_px, 1.0)
         * clamp(max(radius_px, 0.5) + 0.5 - away_px, 0.0, 1.0);
 }
@@ -212,16 +213,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let ray = ray_of_pixel(view, pixel);
     let away = length(ray);
     let way = ray / away;
-    // The mean of a pixel's angles along the radius and across it.
+    // The mean of a pixel's angular size along the radius and across it.
     let pixel_rad = 1.0 / (view.focal_px * away * sqrt(away));
-    // The sine of the height above the horizon.
+    // Sine of the height above the horizon.
     let height = above_horizon(way.z, sky_look.below_level);
     var color = mix(sky_look.horizon, sky_look.zenith, clamp(height * 2.0, 0.0, 1.0));
-    // Pixels above the horizon, on the sheet. Straight down or up there is no horizon.
+    // Pixels above the horizon, on the sheet. A view straight down or up has no horizon.
     let rise = length(vec2<f32>(view.ray_dx.z, view.ray_dy.z));
     let above_px = clamp(ray.z / max(rise, 1e-9), -FAR_PX, FAR_PX);
     let top = (f32(pixel.y + view.origin_px.y) + 0.5) / view.picture_px.y;
-    // What lies far below the horizon, as beside a map, is no sky.
+    // Far below the horizon, as around a map, there is no sky.
     let is_sky = clamp(1.0 + 4.0 * height, 0.0, 1.0);
     if sky_look.bokashi > 0.0 {
         color = mix(color, sky_look.bokashi_color, is_sky * (1.0 - smoothstep(0.0, sky_look.bokashi, top)));

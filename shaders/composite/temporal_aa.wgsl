@@ -1,40 +1,41 @@
-// Temporal anti-aliasing: the picture is the mean of frames whose content is moved by parts of a pixel (Karis 2014,
-// High-Quality Temporal Supersampling; Yang, Liu and Salvi 2020, A Survey of Temporal Antialiasing Techniques).
+// Temporal anti-aliasing: the picture is the mean of frames with subpixel jitter (Karis 2014, High-Quality Temporal
+// Supersampling; Yang, Liu and Salvi 2020, A Survey of Temporal Antialiasing Techniques).
 //
-// Each pixel fetches what was drawn where its content was in the frame before, by Catmull and Rom's cubic, so that a
-// long flight does not blur it. The motion is that of the nearest surface within a pixel, for a line lies on both sides
-// of its edge. The mean takes 2 / (age + 2) of a frame, so that the first ones are forgotten as the square of the age.
+// Each pixel fetches the history at the position that its content had in the previous frame, by Catmull-Rom
+// interpolation, so that a long flight does not blur it. The motion is that of the nearest surface within a pixel,
+// since a line covers both sides of its edge. A frame's weight in the mean is 2 / (age + 2), so that the weight of
+// early frames falls as the square of the age.
 //
-// What we changed: what was drawn is clamped to what the frame has in the 3 × 3 pixels around only where another surface
-// was seen before. On the same surface the clamp takes a part: a line that one sample misses, and the next one finds,
-// would else come and go as quickly as without a history. Distances tell the surface: motion is exact, so a surface is
-// where it is expected or was not seen. A picture at rest is not clamped at all, and becomes the mean of its samples.
+// Changes: history is fully clamped to the frame's 3 × 3 neighbourhood only where another surface was visible before.
+// On the same surface the clamp is partial: a line that one sample misses and the next one hits would otherwise flicker
+// as if there were no history. Distance identifies the surface: motion is exact, so a surface is either where it is
+// expected or was not visible. A picture at rest is not clamped at all, and becomes the mean of its samples.
 //
-// The grain of the paper is fixed to the sheet and does not move with what is drawn: it is laid over the mean. So are
-// strokes (STROKES): they cover their borders exactly and follow their world by themselves, and would only lose by being
-// fetched from between pixels again and again. Of their ink just the half is new, which takes the flicker out of it.
+// The paper's grain is fixed to the sheet and does not move with the content, so it is applied after the mean. So are
+// strokes (STROKES): their borders are antialiased and they follow the world by themselves, and repeated interpolation
+// would only degrade them. Half of their ink is from the history, which removes flicker.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #import hachure::color::hash
 #import hachure::paper::{bordered, paper_grain}
 
 struct TemporalAa {
-    // 1: there is a frame before.
+    // 1: there is a previous frame.
     has_history: u32,
-    // Of this frame, if the one before had the same view of the same world; else 0.
+    // Weight of this frame if the previous one had the same view of the same world; else 0.
     rest_weight: f32,
-    // How much of the paper's grain shows.
+    // Strength of the paper's grain.
     grain: f32,
-    // The number of the frame.
+    // Number of the frame.
     frame: i32,
     stroke_ink: vec3<f32>,
-    // 1: the sheet has a margin or a border, of so many pixels.
+    // 1: the sheet has a margin or a border, whose widths are `border_px`.
     is_bordered: u32,
     paper: vec3<f32>,
     pad_paper: f32,
     border: vec3<f32>,
     pad_border: f32,
     border_px: vec2<f32>,
-    // Of bare paper below the picture.
+    // Height of the bare paper below the picture.
     foot_px: f32,
     pad_px: f32,
 }
@@ -44,45 +45,47 @@ struct TemporalAa {
 // This frame: linear colour, and in the fourth channel the ink of lines.
 @group(0) @binding(2) var sample_picture: texture_2d<f32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
-// Pixels from the previous frame to this one.
+// Motion from the previous frame to this one, in pixels.
 @group(0) @binding(4) var motion: texture_2d<f32>;
 #ifdef STROKES
-// In this frame.
+// Ink of strokes in this frame.
 @group(0) @binding(5) var ink: texture_2d<f32>;
 #endif
 @group(0) @binding(6) var history_before: texture_2d<f32>;
-// Of the nearest surface within a pixel, log2 of its distance along the view axis; the age; the ink of strokes.
+// For the nearest surface within a pixel: log2 of its distance along the view axis, its age, and the ink of strokes.
 @group(0) @binding(7) var seen_before: texture_2d<f32>;
 @group(0) @binding(8) var history: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(9) var seen: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(10) var picture: texture_storage_2d<rgba16float, write>;
 
-// In a flight a sixth of the picture is new: what is older was fetched from between pixels too often to be sharp.
+// Limits the age, so that in a flight a sixth of the picture is new: older content has been interpolated too often to
+// be sharp.
 const MOST_AGE: f32 = 10.0;
-// What is left of the difference to what is around, on the same surface.
+// Part of a difference to the neighbourhood that is retained on the same surface.
 const KEPT: f32 = 0.85;
-// A contour slides over its surface as the eye goes on: so much motion in a frame leaves all, and nothing, of that.
+// A contour slides over its surface as the eye moves. Below the first motion per frame KEPT applies fully, above the
+// second not at all.
 const SLOW_PX: f32 = 0.25;
 const QUICK_PX: f32 = 1.0;
-// From QUICK_PX to this more of the picture is new, since there is not the time to see flicker, but blur: up to NEW_FAST.
+// From QUICK_PX to this motion the weight of the new frame rises, up to NEW_FAST: fast motion shows blur, not flicker.
 const FAST_PX: f32 = 6.0;
 const NEW_FAST: f32 = 0.75;
-// At the same distance: to 3 % of it.
+// Largest difference of log2 distance on the same surface: 3 % of the distance.
 const SAME: f32 = 0.04;
-// log2 of the distance of the sky.
+// log2 of the distance that represents the sky.
 const SKY: f32 = 100.0;
-// Of the ink of strokes.
+// Weight of this frame in the ink of strokes.
 const NEW_INK: f32 = 0.5;
 
-// What was drawn at a place.
+// The history at a position.
 struct Before {
     drawn: vec4<f32>,
     ink: f32,
-    // How long the surface has been seen there: -1 if it was another one.
+    // Number of frames for which the surface has been visible there; -1 if another one was.
     age: f32,
 }
 
-// Catmull and Rom's cubic through what was drawn. It may swing beyond that: thin lines would else become faint.
+// Interpolates the history by Catmull-Rom. The result may overshoot, without which thin lines would fade.
 fn drawn_before(place: vec2<f32>, distance: f32) -> Before {
     let last = vec2<i32>(view.size_px) - 1;
     let corner = vec2<i32>(floor(place - 0.5));
@@ -119,13 +122,13 @@ fn drawn_before(place: vec2<f32>, distance: f32) -> Before {
     return before;
 }
 
-// log2 of a distance.
+// Returns log2 of a distance.
 fn log_of(depth_m: f32) -> f32 {
     return log2(max(depth_m, 1e-6));
 }
 
-// Rounded to 16 bits, up or down by chance: a mean that takes little of a frame would else stand still, or sink where
-// a driver cuts bits off.
+// Rounds to 16 bits, up or down at random. Otherwise a mean that takes little of each frame would stop changing, or
+// drift down on drivers that truncate.
 fn dithered(mean: vec4<f32>, pixel: vec2<i32>) -> vec4<f32> {
     let unit = exp2(floor(log2(max(mean, vec4<f32>(1e-4)))) - 10.0);
     return floor(mean / unit + hash(pixel + vec2<i32>(7919 * temporal_aa.frame, 0))) * unit;
@@ -141,7 +144,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let now = textureLoad(sample_picture, pixel, 0);
     var least = now;
     var most = now;
-    // The nearest surface around, and which pixel shows it.
+    // The nearest surface around the pixel, and the pixel that shows it.
     var nearest = pixel;
     var distance = SKY;
     for (var i = 0; i < 9; i++) {
@@ -172,7 +175,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let was_m = (view.previous_clip_from_camera * vec4<f32>(at.xyz, 1.0)).w;
             let before = drawn_before(place, select(SKY, log_of(was_m), at.w > 0.0));
             let is_same = before.age >= 0.0;
-            // How far it moved because the eye did, and did not only turn.
+            // Motion that is due to the eye's translation, without its rotation.
             let turned_px = motion_of(view, nearest, vec4<f32>(ray_of_pixel(view, nearest), 0.0));
             let slid_px = length(moved_px - turned_px);
             let kept = select(0.0, KEPT * (1.0 - smoothstep(SLOW_PX, QUICK_PX, slid_px)), is_same);

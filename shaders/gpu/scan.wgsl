@@ -1,11 +1,11 @@
 // Exclusive prefix sum in place: reduce, then scan (Merrill, Grimshaw 2009; Harris, Sengupta, Owens 2007, GPU Gems 3,
 // chapter 39).
 //
-// Three stages: 0, each workgroup sums a block of 2048 values; 1, one workgroup turns the blocks' sums into their
-// beginnings; 2, each workgroup sums its block again, from its beginning on. Sums wrap at 2^32. The value after the
-// last becomes the sum of all, if the buffer has room for it.
+// There are three stages: 0, each workgroup sums a block of 2048 values; 1, one workgroup turns the sums of the blocks
+// into their offsets; 2, each workgroup scans its block from its offset on. Sums wrap at 2^32. The value after the last
+// becomes the total, if the buffer has room for it.
 //
-// Single-pass sums (decoupled look-back) read less, but wait for other workgroups, and not every driver promises that
+// Single-pass sums (decoupled look-back) read less, but wait for other workgroups, and not every driver guarantees that
 // those make progress.
 
 @group(0) @binding(0) var<uniform> stage: u32;
@@ -14,14 +14,14 @@
 @group(0) @binding(3) var<storage, read_write> values: array<u32>;
 
 const THREADS: u32 = 256u;
-// Values of a thread in a block, and of the one workgroup that has the 1024 blocks' sums.
+// Values per thread in a block, and per thread of the one workgroup that scans the sums of 1024 blocks.
 const OF_BLOCK: u32 = 8u;
 const OF_SUMS: u32 = 4u;
 
 var<workgroup> even: array<u32, 256>;
 var<workgroup> odd: array<u32, 256>;
 
-// The sum of what the threads up to this one have (Hillis, Steele 1986).
+// Returns the inclusive prefix sum over the threads of a workgroup (Hillis, Steele 1986).
 fn sum_of_threads(thread: u32, own: u32) -> u32 {
     even[thread] = own;
     workgroupBarrier();

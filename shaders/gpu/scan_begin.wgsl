@@ -1,9 +1,9 @@
-// How many values a prefix sum has, and how many workgroups it needs. See scan.wgsl.
+// Computes the size of a prefix sum, and the number of workgroups that it needs. See scan.wgsl.
 
 struct ScanSource {
-    // Where the number of values stands in `numbers`.
+    // Index of the number of values in `numbers`.
     index: u32,
-    // Values that there is room for; a greater number is cut down to it.
+    // Capacity for values; a greater number is clamped to it.
     capacity: u32,
 }
 

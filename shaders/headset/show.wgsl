@@ -1,13 +1,13 @@
-// An eye's picture onto the image that the headset shows, pixel by pixel, with a border that darkens on the way.
+// Copies an eye's picture to the headset's image, pixel by pixel, with a vignette while the view moves.
 //
-// Within 22 degrees of the lens's axis nothing changes; beyond 37 degrees the picture is black while the room moves. What
-// streams by at the edge of the sight is what makes people sick.
+// Nothing changes within 22 degrees of the lens's axis; beyond 37 degrees the picture is black while the room moves.
+// Motion in peripheral vision is what makes people sick.
 
 struct Show {
-    // The upper left corner of the picture in tangents from the lens's axis, x to the right and y down.
+    // Upper left corner of the picture, in tangents from the lens's axis, x to the right and y down.
     corner_tangent: vec2<f32>,
     tangent_per_px: vec2<f32>,
-    // 0: all is seen. 1: the border is black.
+    // 0: no vignette. 1: the border is black.
     vignette: f32,
     pad: f32,
 }

@@ -1,12 +1,12 @@
-// How the surface bends as the picture shows it: view-dependent curvature (Judd, Durand and Adelson 2007, "Apparent Ridges
-// for Line Drawing").
+// View-dependent curvature: the curvature of the surface as the picture foreshortens it (Judd, Durand and Adelson 2007,
+// "Apparent Ridges for Line Drawing").
 //
-// The shape operator says how the normal turns by steps on the surface. By steps on the picture it turns more where the
-// surface is foreshortened: a step there is 1 / facing times as long on the surface, toward the eye. The largest turn is
-// the largest singular value of that operator, and its direction lies on the picture.
+// The shape operator gives the change of the normal per step on the surface. Per step on the picture the normal changes
+// faster where the surface is foreshortened: a step there is 1 / facing times as long on the surface, toward the eye.
+// The largest change is the largest singular value of that operator, and its direction is on the picture.
 //
-// Changed from the paper: the sign says whether the surface is convex along that direction, which tells ridges from
-// valleys, and what is foreshortened to nothing bends no more than it does at LEAST_FACING.
+// Changes from the paper: the sign says whether the surface is convex along that direction, which separates ridges from
+// valleys; and foreshortening is limited to LEAST_FACING.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{frame_of, form2, principal_of}
@@ -14,9 +14,9 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var shape_normal: texture_2d<f32>;
 @group(0) @binding(2) var shape_bend: texture_2d<f32>;
-// Turn of the normal by a metre across the line of sight, in the direction in which it is largest, positive where the
-// surface is convex; that direction on the picture, a unit vector without a sense; which part of that turn it makes by a
-// step across.
+// Change of the normal per metre across the line of sight, in the direction of the largest change, positive where the
+// surface is convex; that direction on the picture, a unit vector without a sense; and the smallest change as a part of
+// the largest.
 @group(0) @binding(3) var apparent: texture_storage_2d<rgba32float, write>;
 
 const LEAST_FACING: f32 = 0.02;
@@ -37,18 +37,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_eye = normalize(view.eye_m - at_m);
     let facing = dot(seen.xyz, to_eye);
     let frame = frame_of(seen.xyz);
-    // Tangents toward the eye and across, in the frame; face on, any will do.
+    // Tangents toward the eye and across, in the tangent frame; if the surface faces the eye, any direction will do.
     let level = to_eye * frame;
     let toward = select(vec2<f32>(1.0, 0.0), level / max(length(level), 1e-12), length(level) > 1e-4);
     let across = vec2<f32>(-toward.y, toward.x);
     let longer = 1.0 / max(facing, LEAST_FACING);
-    // How the normal turns by a step on the picture, toward the eye and across.
+    // Change of the normal per step on the picture, toward the eye and across.
     let by_toward = longer * vec2<f32>(form2(bend, toward, toward), form2(bend, toward, across));
     let by_across = vec2<f32>(form2(bend, toward, across), form2(bend, across, across));
     let found = principal_of(vec3<f32>(dot(by_toward, by_toward), dot(by_toward, by_across), dot(by_across, by_across)));
     let step = found.along.x * longer * toward + found.along.y * across;
     let turn = sqrt(max(found.most, 0.0)) * select(-1.0, 1.0, form2(bend, step, step) >= 0.0);
-    // That step on the picture.
+    // The same step on the picture.
     let start = view.clip_from_camera * vec4<f32>(at_m, 1.0);
     let on = view.clip_from_camera * vec4<f32>(frame * step, 0.0);
     let way = (on.xy * start.w - start.xy * on.w) * vec2<f32>(1.0, -1.0) * vec2<f32>(view.size_px);

@@ -1,16 +1,16 @@
-// Apparent ridges and valleys become edges: crests of the curvature that the picture shows (apparent.wgsl; Judd, Durand
+// Adds apparent ridges and valleys to the edge list: crests of view-dependent curvature (apparent.wgsl; Judd, Durand
 // and Adelson 2007, "Apparent Ridges for Line Drawing").
 //
-// On such a line the curvature has a maximum along its own direction on the picture. Its derivative there is that of the
-// blocks beside; the paper has those of the triangles around a vertex. A direction has no sense: those of a cell's
-// corners are turned to agree with the first one. As they slide with the eye toward contours, lines are those that a
-// person sees; ridges (ridges.wgsl) stay where they are.
+// On such a line the curvature has a maximum along its own direction on the picture. Its derivative is taken from the
+// neighbouring blocks; the paper takes it from the triangles around a vertex. A direction has no sense, so the
+// directions at a cell's corners are flipped to agree with the first one. Apparent ridges slide toward contours as the
+// eye moves, like the lines that a person sees; ridges (ridges.wgsl) are fixed to the surface.
 //
-// Curves by marching squares over the blocks of `lines/apparent` (cells.wgsl). A curve ends where the surface bends less
-// than `least_bend` over a feature, where it bends about as much across, and where it is seen so nearly along itself that its
-// contour is drawn.
+// Curves are found by marching squares over the blocks of `lines/apparent` (cells.wgsl). A curve ends where the surface
+// bends less than `least_bend` over a feature, where it bends about as much across, and where it is so foreshortened
+// that its contour is drawn instead.
 //
-// Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
+// Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of, is_beside}
 #import hachure::cell_edges::{Cell, put_curves}
@@ -18,9 +18,9 @@
 #import hachure::edge_list::has_told
 
 struct ApparentRules {
-    // In turns of the normal over a feature.
+    // Least change of the normal over a feature, in radians.
     least_bend: f32,
-    // -1: valleys.
+    // 1: ridges. -1: valleys.
     side: f32,
 }
 
@@ -32,14 +32,15 @@ struct ApparentRules {
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 @group(0) @binding(6) var apparent: texture_2d<f32>;
 
-// A cosine: what is seen more nearly along itself has its contours.
+// Cosine between normal and view direction below which the surface's contours are drawn instead.
 const LEAST_FACING: f32 = 0.2;
-// Across a line the surface bends less than this part.
+// Largest curvature across a line, as a part of the curvature along it.
 const MOST_ACROSS: f32 = 0.7;
-// Directions of a cell differ by less, by a cosine: else there is no one line.
+// Smallest cosine between the directions at a cell's corners; with less agreement there is not a single line.
 const ALIKE: f32 = 0.7;
 
-// Where the surface becomes concave the normal still turns, to the side: the turn itself goes on, and only its sign leaps.
+// Returns the magnitude of the change of the normal. Where the surface becomes concave only its sign jumps; the
+// magnitude is continuous.
 fn turn_at(block: vec2<i32>) -> f32 {
     return abs(textureLoad(apparent, block, 0).x);
 }
@@ -48,8 +49,8 @@ fn place_of(block: vec2<i32>) -> Corner {
     return corner_at(view, block, textureLoad(shape_normal, block, 0), 0.0, 0.0);
 }
 
-// What a block says of lines: how the curvature changes along a direction, which is the block's own but with the sense of
-// `sense`.
+// Returns a block as a corner whose value is the derivative of the curvature along the block's direction, flipped to
+// agree with `sense`.
 fn crest_of(block: vec2<i32>, sense: vec2<f32>) -> Corner {
     let own = textureLoad(apparent, block, 0);
     let alike = dot(own.yz, sense);

@@ -1,21 +1,23 @@
-// Lines by curvature, pixel by pixel (Pietrok 2021, section 4.1): contours, and suggestive contours (DeCarlo and others
-// 2003).
+// Curvature-based lines, pixel by pixel (Pietrok 2021, section 4.1): contours, and suggestive contours (DeCarlo and
+// others 2003).
 //
-// A pixel near a contour sees the land almost along itself. On a surface that bends by k toward the eye, what has the
-// cosine c between its normal and the direction to the eye lies c² / 2k before the contour, as seen: that distance, in
-// pixels, is what the line's width is held against, so contours are equally wide however the land bends. The thesis
-// asks for a cosine below a threshold, and its lines are wide where the land is flat.
+// A pixel near a contour sees the land at a flat angle. On a surface with curvature k toward the eye, a point whose
+// normal has the cosine c to the direction to the eye is c² / 2k before the contour, as projected. That distance in
+// pixels is compared with the line's width, so contours are equally wide whatever the curvature. The thesis compares
+// the cosine with a threshold, and its lines are wide where the land is flat.
 //
-// A suggestive contour lies where the curvature toward the eye is zero. Between the four blocks around a pixel (radial.wgsl)
-// the curvature is bilinear, and its value over its slope is the distance from the line, in pixels.
+// A suggestive contour is where the curvature toward the eye is zero. Between the four blocks around a pixel
+// (radial.wgsl) the curvature is bilinear, and its value divided by its gradient is the distance from the line, in
+// pixels.
 //
-// Along a line runs u, across the normal as the picture shows it, and across it v, the distance: the thesis has both for
-// contours alone, since a suggestive contour does not lie across the normal. Here its direction is that of the line of
-// zeros, so both have them. By u lines swing to and fro, by v their borders are soft.
+// Coordinate u runs along a line, perpendicular to the projected normal, and v across it is the distance. The thesis
+// has both for contours alone, since a suggestive contour is not perpendicular to the normal. Here its direction is
+// that of the zero line, so both kinds of line have them. u makes lines swing from side to side, v gives them soft
+// borders.
 //
 // TEXTURED draws through a stroke texture, which repeats along u and v. Where a line bends, a u along each pixel's own
-// direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis sees
-// "some warping"). Here u runs along the nearest of SECTORS directions, and hands over to the next one.
+// direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis reports
+// "some warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 #import hachure::surface_id::{kind_of, TREE}
@@ -28,7 +30,7 @@ struct CurvatureLines {
     suggestive_px: f32,
     least_rise: f32,
     most_facing: f32,
-    // Part of the width.
+    // Soft border, as a part of the half width.
     taper: f32,
     warp_px: f32,
     warp_length_px: f32,
@@ -40,26 +42,26 @@ struct CurvatureLines {
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
 @group(0) @binding(5) var radial: texture_2d<f32>;
-// Of trees, from elsewhere; 0 where there are none.
+// Ink of the lines of trees, from another detector; 0 where there are none.
 @group(0) @binding(6) var tree_line: texture_2d<f32>;
 @group(0) @binding(7) var line: texture_storage_2d<r32float, write>;
 #ifdef TEXTURED
-// Pigment and threshold.
+// The brush; its tile holds pigment and threshold.
 @group(0) @binding(8) var<uniform> brush: Brush;
 @group(0) @binding(9) var brush_tile: texture_2d<f32>;
 @group(0) @binding(10) var brush_sampler: sampler;
 #endif
 
-// Blocks are of the pixel's surface if they lie so near its plane, in widths of a block on the ground.
+// Largest distance of a block from the pixel's plane, in widths of a block on the ground, to be of the same surface.
 const ON_PLANE: f32 = 2.0;
-// No line is wider than so many widths: flat land that is seen along itself is no contour.
+// Least curvature, per pixel. It limits the width of lines: flat land at a flat angle has no contour.
 const LEAST_BEND: f32 = 1e-4;
 const TURN: f32 = 6.2831855;
 
 #ifdef TEXTURED
 const SECTORS: f32 = 16.0;
 
-// What the texture takes in a sector.
+// Returns the ink of the texture in one sector.
 fn ink_in_sector(pixel: vec2<i32>, sector: f32, across_px: f32, half_width_px: f32) -> f32 {
     let angle = sector * TURN / SECTORS;
     let u_px = dot(vec2<f32>(pixel + view.origin_px), vec2<f32>(cos(angle), sin(angle)));
@@ -68,7 +70,7 @@ fn ink_in_sector(pixel: vec2<i32>, sector: f32, across_px: f32, half_width_px: f
     return brush_ink(brush, texel, 1.0, abs(across_px), half_width_px);
 }
 
-// Ink of a line along a direction, so far from its middle.
+// Returns the ink of a line along a direction, at a distance from its centre.
 fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
     let covered = clamp(half_width_px + 0.5 - abs(across_px), 0.0, 1.0);
     if covered <= 0.0 {
@@ -81,26 +83,26 @@ fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32
         ink_in_sector(pixel, (first + 1.0) % SECTORS, across_px, half_width_px), next);
 }
 #else
-// Ink of a line, so far from its middle.
+// Returns the ink of a line at a distance from its centre.
 fn ink_of(pixel: vec2<i32>, along: vec2<f32>, across_px: f32, half_width_px: f32) -> f32 {
     let border_px = max(curvature_lines.taper * half_width_px, 0.5);
     return clamp((half_width_px + 0.5 * border_px - abs(across_px)) / border_px, 0.0, 1.0);
 }
 #endif
 
-// How far a line swings aside at a place, along its way on the picture.
+// Returns the sideways swing of a line at a position along it on the picture.
 fn swing_px(pixel: vec2<i32>, along: vec2<f32>) -> f32 {
     let u_px = dot(vec2<f32>(pixel + view.origin_px), along);
     return curvature_lines.warp_px * sin(u_px * TURN / curvature_lines.warp_length_px);
 }
 
-// What four blocks say, about a pixel.
+// Values interpolated between four blocks around a pixel.
 struct Between {
-    // As `radial`.
+    // As in `radial`.
     own: vec4<f32>,
-    // Slope of the curvature over the picture, by pixels.
+    // Gradient of the curvature over the picture, per pixel.
     slope: vec2<f32>,
-    // Whether all are of the pixel's surface.
+    // True if all four blocks are of the pixel's surface.
     is_whole: bool,
     is_there: bool,
 }
@@ -136,8 +138,8 @@ fn facing_of(at: vec4<f32>, n: vec3<f32>) -> f32 {
     return dot(n, normalize(view.eye_m - at.xyz));
 }
 
-// How far before the contour a pixel lies, by how its cosine differs from those beside it: near a contour the cosine is
-// the root of the distance. Details of the land that its form does not have bend more than that.
+// Estimates how far before the contour a pixel is from how its cosine differs from its neighbours': near a contour the
+// cosine is the square root of the distance. This catches details of the land that its smoothed form lacks.
 fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: f32) -> f32 {
     let last = vec2<i32>(view.size_px) - 1;
     let allowed_m = 2.0 * distance_from_eye(view, at.xyz) / view.focal_px;
@@ -153,8 +155,8 @@ fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: 
     return 0.5 * abs(facing) / max(most, 1e-4);
 }
 
-// A pixel that faces the eye more is no contour, however the land bends; by those beside it, if it faces the eye more
-// than the second.
+// Largest cosine of a pixel near a contour, whatever the curvature of the land; and the largest for the estimate from
+// neighbours.
 const MOST_FACING: f32 = 0.5;
 const MOST_FACING_BY_SIDES: f32 = 0.18;
 
@@ -172,7 +174,7 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
     }
     let aside = (view.clip_from_camera * vec4<f32>(n, 0.0)).xy * vec2<f32>(1.0, -1.0);
     let along = normalize(vec2<f32>(aside.y, -aside.x) + vec2<f32>(1e-9, 0.0));
-    // All of it lies on the side that is seen.
+    // The whole line is on the visible side.
     let half_px = 0.5 * curvature_lines.width_px;
     return ink_of(pixel, along, from_contour_px - half_px - 0.5 * (swing_px(pixel, along) + curvature_lines.warp_px), half_px);
 }
@@ -185,7 +187,7 @@ fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
     }
     let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;
     let across_px = seen.own.x / steepness - swing_px(pixel, along);
-    // Lines come and go with the rise.
+    // Lines fade in and out with the rise.
     let strength = clamp(seen.own.y / max(curvature_lines.least_rise, 1e-4) - 1.0, 0.0, 1.0);
     return ink_of(pixel, along, across_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
 }

@@ -1,28 +1,28 @@
 // Local Surface Approximation contours (Zaidi et al., Eqs. 1 to 8).
 //
-// For each pair of opposite neighbours (q, its control c) of pixel p: a sphere through p and c, tangent to their
-// normals, predicts q; the error is how far q is from that prediction.
+// For each pair of opposite neighbours (q and its control c) of pixel p: a sphere through p and c that matches their
+// normals predicts q, and the error is the distance of q from that prediction.
 //
-// ANTIALIASED: the same once more with pixels twice as far (Eq. 8). A detail smaller than a pixel errs only where it is
-// hit; where the surface around it goes on as before, its error is halved.
-// EIGHT: the errors of the eight directions are kept too, for a density filter that does not merge opposite ones.
+// ANTIALIASED: the same is done again with pixels twice as far (Eq. 8). A detail smaller than a pixel has an error only
+// where a pixel hits it; where the surface around it continues, its error is halved.
+// EIGHT: the errors of the eight directions are stored too, for a density filter that does not merge opposite ones.
 //
-// Readings and changes:
+// Interpretations and changes:
 // - Eq. 6 as printed has q above and below the line. Its sense is: above, the checked pixel; below, the control.
-// - The minimum over the arc of normals is 0 where the perpendicular lies inside the arc; the maximum likewise may lie
-//   inside. Both are exact here.
+// - The minimum over the arc of normals is 0 where the perpendicular is inside the arc; the maximum may be inside as
+//   well. Both are exact here.
 // - epsilon is a length. `paper`: 1e-5 m. `footprint`: a part of the pixel's size in the world, so that a drawing does
-//   not depend on the unit and the distance.
-// - A pixel whose neighbourhood holds both sky and surface is a silhouette.
-// - Nothing is thresholded here: that comes once, at the end (threshold.wgsl).
-// - The error is kept for each of the four axes, since the line-density filter works along axes.
-// - Eq. 8 is of ramped errors. What it makes is stored as the error that the ramp takes there: so the ramp still comes
-//   once and last, the density filter means the same with and without it, and no line is drawn for its sake.
+//   not depend on unit and distance.
+// - A pixel whose neighbourhood contains both sky and surface is a silhouette.
+// - Nothing is thresholded here: that is done once, at the end (threshold.wgsl).
+// - The error is stored for each of the four axes, since the line-density filter works along axes.
+// - Eq. 8 uses ramped errors. Its result is stored as the error that the ramp maps to it: so the ramp is still applied
+//   once and last, the density filter means the same with and without Eq. 8, and Eq. 8 adds no lines.
 // - Sky is an error of 1 in each of the terms of Eq. 8: a hole of one pixel in the land is halved, too.
 #import hachure::view::{View, distance_from_eye}
 
 struct Lsa {
-    // epsilon = paper_m + footprint * (pixel's size in the world).
+    // epsilon = epsilon_paper_m + epsilon_footprint * (pixel's size in the world).
     epsilon_paper_m: f32,
     epsilon_footprint: f32,
     // The ramp k of Eq. 6.
@@ -38,7 +38,7 @@ struct Lsa {
 // Errors of the axes (1,0), (0,1), (1,1), (1,-1); the greatest is E(p) of Eq. 1.
 @group(0) @binding(4) var errors: texture_storage_2d<rgba16float, write>;
 #ifdef EIGHT
-// Those of the eight directions, two to a word: along each axis, and against it.
+// Errors of the eight directions, two per word: along each axis, and against it.
 @group(0) @binding(5) var directions: texture_storage_2d<rgba32uint, write>;
 #endif
 
@@ -47,7 +47,7 @@ struct Sample {
     n: vec3<f32>,
 }
 
-// dot(N, d) for N along the arc from a to b: the least magnitude and the greatest.
+// Returns the least and the greatest magnitude of dot(N, d) for N along the arc from a to b.
 fn arc_range(a: vec3<f32>, b: vec3<f32>, d: vec3<f32>) -> vec2<f32> {
     let at_a = dot(a, d);
     let at_b = dot(b, d);
@@ -60,7 +60,7 @@ fn arc_range(a: vec3<f32>, b: vec3<f32>, d: vec3<f32>) -> vec2<f32> {
         least = 0.0;
     }
     if sine > 1e-7 {
-        // Along the arc: at_a cos(t) + tangent sin(t). Its slope changes sign inside where the greatest lies inside.
+        // Along the arc: at_a cos(t) + tangent sin(t). Its slope changes sign inside where the maximum is inside.
         let tangent = dot(across, d) / sine;
         let slope_at_b = tangent * cosine - at_a * sine;
         if tangent * slope_at_b < 0.0 {
@@ -70,13 +70,13 @@ fn arc_range(a: vec3<f32>, b: vec3<f32>, d: vec3<f32>) -> vec2<f32> {
     return vec2<f32>(least, most);
 }
 
-// S(p, c): what the control pixel c says of the surface around p.
+// S(p, c): the surface around p as predicted by the control pixel c.
 struct Fit {
     // Signed, Eq. 3.
     curvature: f32,
     // The denominator of Eq. 6.
     control_m: f32,
-    // Where one of them is sky and the other is not, nothing fits.
+    // True if one of them is sky and the other is not: nothing fits.
     is_torn: bool,
 }
 
@@ -88,7 +88,7 @@ fn fit(p: Sample, c: Sample, epsilon_m: f32) -> Fit {
     return Fit(curvature, arc_range(p.n, c.n, to_c).y + epsilon_m, is_sky(p) != is_sky(c));
 }
 
-// e(q, S), Eq. 7.
+// Returns e(q, S), Eq. 7.
 fn deviation(p: Sample, q: Sample, surface: Fit) -> f32 {
     if surface.is_torn || is_sky(p) != is_sky(q) {
         return 1.0;
@@ -122,16 +122,17 @@ fn ramped(error: f32) -> f32 {
     return clamp((error - lsa.ramp.x) / (lsa.ramp.y - lsa.ramp.x), 0.0, 1.0);
 }
 
-// Eq. 8: `a` of the far pixel by the near one's surface, `b` of the near pixel by the far one's, `c` of both near.
+// Eq. 8. `a` is the error of the far pixel by the near one's surface, `b` of the near pixel by the far one's, `c` with
+// both near.
 fn antialiased(a: f32, b: f32, c: f32) -> f32 {
     let far = min(ramped(a), ramped(b));
     let near = ramped(c);
     return select(c, mix(lsa.ramp.x, lsa.ramp.y, 0.5 * (far + near)), far < near);
 }
 
-// The errors of the two pixels that lie a step along an axis, and a step against it.
+// Returns the errors of the two pixels one step along an axis, and one step against it.
 fn axis_errors(p: Sample, pixel: vec2<i32>, step: vec2<i32>, epsilon_m: f32) -> vec2<f32> {
-    // Beyond the border there is nothing to compare.
+    // Beyond the border there is nothing to compare with.
     if !is_inside(pixel + step, pixel - step) {
         return vec2<f32>(0.0);
     }

@@ -1,8 +1,8 @@
-// How the surface bends toward the eye, for each block of `surface/curvature`: what contours by curvature ask for.
+// The curvature of the surface toward the eye, for each block of `surface/curvature`, as curvature-based lines need it.
 //
-// All is told by sizes of the picture, so that it is a number for any scale: curvature by a pixel, and its rise toward the
-// eye by a feature, in turns of the normal. The original (DeCarlo and others 2003) asks for the rise in parts of a
-// model's size.
+// Everything is in units of the picture, so that numbers are independent of scale: curvature per pixel, and its rise
+// toward the eye over a feature, in turns of the normal (radians). The original (DeCarlo and others 2003) measures the
+// rise relative to the size of a model.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{Shape, radial_of}
@@ -11,8 +11,8 @@
 @group(0) @binding(1) var shape_normal: texture_2d<f32>;
 @group(0) @binding(2) var shape_bend: texture_2d<f32>;
 @group(0) @binding(3) var shape_change: texture_2d<f32>;
-// Curvature toward the eye, in turns over a pixel; its rise, in turns over a feature and by a feature; the cosine between
-// the normal and the direction to the eye; distance along the view axis, 0 for what is not there.
+// Curvature toward the eye, in radians per pixel; its derivative times the feature size squared, in radians; the cosine
+// between the normal and the direction to the eye; distance along the view axis, 0 where there is no surface.
 @group(0) @binding(4) var radial: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)

@@ -1,15 +1,16 @@
-// Ridges and valleys become edges: crests of curvature (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes via
-// Implicit Surface Fitting").
+// Adds ridges and valleys to the edge list: crests of curvature (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on
+// Meshes via Implicit Surface Fitting").
 //
 // On a ridge the largest curvature has a maximum along its own direction, and is convex; a valley is a ridge of the
-// surface seen from below. So its derivative along that direction is zero, and falls. A direction has no sense: those of
-// a cell's corners are turned to agree with the first one, and the derivative takes its sign from there.
+// surface seen from below. So the derivative of the curvature along that direction is zero, and falling. A direction
+// has no sense, so the directions at a cell's corners are flipped to agree with the first one, and the derivative takes
+// its sign from them.
 //
-// Curves by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the surface bends less
-// than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and where it is seen so
-// nearly along itself that a contour is near, which says the same.
+// Curves are found by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the
+// surface bends less than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and
+// where it is so foreshortened that a contour is near, which shows the same shape.
 //
-// Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
+// Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
@@ -18,9 +19,9 @@
 #import hachure::edge_list::has_told
 
 struct RidgeRules {
-    // In turns of the normal over a feature.
+    // Least change of the normal over a feature, in radians.
     least_bend: f32,
-    // -1: valleys.
+    // 1: ridges. -1: valleys.
     side: f32,
 }
 
@@ -32,12 +33,12 @@ struct RidgeRules {
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
 
-// Across a ridge the surface bends less than this part.
+// Largest curvature across a ridge, as a part of the curvature along its direction.
 const MOST_ACROSS: f32 = 0.7;
-// A cosine: what is seen more nearly along itself has its contours.
+// Cosine between normal and view direction below which the surface's contours are drawn instead.
 const LEAST_FACING: f32 = 0.2;
 
-// What a corner says of ridges: its corner without the sense of its direction, and that direction in the world.
+// A corner of a cell, whose value has the sign of an arbitrary sense of its direction, and that direction in the world.
 struct Crest {
     corner: Corner,
     along: vec3<f32>,
@@ -57,10 +58,11 @@ fn crest_of(block: vec2<i32>) -> Crest {
     return Crest(corner_at(view, block, seen, change, room), frame * found.along);
 }
 
-// Directions of a cell differ by less, by a cosine: else the surface bends alike in all of them, and there is no ridge.
+// Smallest cosine between the directions at a cell's corners. With less agreement the surface bends alike in all
+// directions, and there is no ridge.
 const ALIKE: f32 = 0.7;
 
-// With the sense of another direction.
+// Returns the corner with its direction flipped to agree with another one.
 fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
     var corner = own.corner;
     let alike = dot(own.along, along);
@@ -78,7 +80,7 @@ fn look(block: vec2<i32>) -> Curves {
     let ne = agreeing(crest_of(block + vec2<i32>(1, 0)), first.along);
     let se = agreeing(crest_of(block + vec2<i32>(1, 1)), first.along);
     let sw = agreeing(crest_of(block + vec2<i32>(0, 1)), first.along);
-    // Along its direction, on the picture, the derivative falls.
+    // On a ridge the derivative falls along its direction on the picture.
     let slope = 0.5 * vec2<f32>(ne.value - nw.value + se.value - sw.value, sw.value - nw.value + se.value - ne.value);
     let start = view.clip_from_camera * vec4<f32>(nw.at_m, 1.0);
     let on = view.clip_from_camera * vec4<f32>(first.along, 0.0);

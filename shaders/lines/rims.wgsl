@@ -1,24 +1,24 @@
-// Takes away the lines along the rims of holes: there the data end and not the land, and a rim has a line of its own.
+// Removes lines along the rims of holes: there the data end, not the land, and a rim has a line of its own.
 //
-// A detector's line lies on both sides of what it finds, up to two pixels away. Beside the rim of a hole is land that the
-// rim knows as such; what is seen through the hole knows nothing, and asks around. Land behind a ridge may lie beside a
-// hole too: the line of the ridge stays. It is told by what is nearest around the line, which lies off the plane of the
-// land beside the hole.
+// A detector's line covers both sides of an edge, up to two pixels away. The rim pass marks the land next to a hole;
+// pixels seen through the hole are not marked, so their neighbours are searched. Land behind a ridge may be next to a
+// hole too, and the line of the ridge must stay: there the nearest surface around the line is off the plane of the land
+// next to the hole.
 #import hachure::view::{View, distance_from_eye}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var line: texture_2d<f32>;
-// Ink of the rims; 1 on land beside a hole.
+// Ink of the rims; its second channel is 1 on land next to a hole.
 @group(0) @binding(2) var rim: texture_2d<f32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
 @group(0) @binding(5) var rimless: texture_storage_2d<r32float, write>;
 
 const REACH_PX: i32 = 2;
-// What lies farther off the plane than so many pixels is other land.
+// Distance from the plane, in pixels, beyond which a point is on other land.
 const OTHER_LAND_PX: f32 = 3.0;
 
-// What is nearest around a pixel; w is its depth, 0 for nothing.
+// Returns the nearest surface point around a pixel; w is its depth, 0 for none.
 fn nearest_around(p: vec2<i32>, last: vec2<i32>) -> vec4<f32> {
     var nearest = vec4<f32>(0.0);
     for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {

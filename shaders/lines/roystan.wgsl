@@ -1,14 +1,14 @@
 // Roystan's outline: Roberts crosses on depth and on normals ("Honks" in the comparison of Zaidi et al.).
 //
-// An edge where 100 sqrt(sum of squared depth differences) > 1.5 depth k, with k growing from 1 to 8 as the surface
-// turns away from the eye, or where the normals, packed to [0, 1], differ by more than 0.4. The depth is the
-// reversed device depth, near / distance, as in its original.
+// A pixel is an edge where 100 sqrt(sum of squared depth differences) > 1.5 depth k, with k growing from 1 to 8 as the
+// surface turns away from the eye, or where the normals, packed to [0, 1], differ by more than 0.4. The depth is the
+// reversed device depth, near / distance, as in the original.
 //
-// Three things are not as in the original (Roystan, "Outline Shader", 2019). Its crosses span one pixel and lie between
-// pixels; these span two and have the pixel in their middle, so that lines stand where those of the other detectors
-// stand. The threshold grows with the depth of the pixel itself or of the corner, whichever is nearer; there with that
-// of the corner alone, which misses edges from one side. And the turn of the surface is that of the pixel, not of the
-// corner.
+// There are three differences from the original (Roystan, "Outline Shader", 2019). Its crosses span one pixel and are
+// centred between pixels; these span two and are centred on the pixel, so that lines are at the same positions as those
+// of the other detectors. The threshold grows with the depth of the pixel itself or of the corner, whichever is nearer;
+// in the original with that of the corner alone, which misses edges from one side. And the orientation of the surface
+// is that of the pixel, not of the corner.
 #import hachure::view::{View, ray_of_pixel}
 
 @group(0) @binding(0) var<uniform> view: View;

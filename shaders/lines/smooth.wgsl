@@ -1,16 +1,16 @@
-// Anti-aliasing of lines: an average along the line, without specks.
+// Anti-aliasing of lines: an average along the line that removes specks.
 //
 // The line image has stairs where a line is nearly horizontal or vertical. Its structure tensor over 3 x 3 pixels gives
-// the direction of the line; an average of bilinear samples along it turns stairs into slopes and leaves the width
-// alone (the idea is that of flow-based filters: Kang et al. 2007). A line that crosses the neighbourhood has some ten
-// pixels of it; what has fewer than a few is a speck, and fades.
+// the direction of the line; an average of bilinear samples along it turns stairs into slopes without changing the
+// width (the idea is that of flow-based filters: Kang et al. 2007). A line that crosses the neighbourhood has about ten
+// inked pixels in it; fewer than a few are a speck, and fade.
 #import hachure::view::View
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var line: texture_2d<f32>;
 @group(0) @binding(2) var smoothed: texture_storage_2d<r32float, write>;
 
-// Ink within 5 x 5 pixels, in whole pixels, at which a line begins to be one, and is one.
+// Ink within 5 x 5 pixels, in whole pixels, at which a line begins to show, and shows fully.
 const SPECK: vec2<f32> = vec2<f32>(2.0, 4.5);
 
 fn load(pixel: vec2<i32>) -> f32 {
@@ -33,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let p = vec2<i32>(id.xy);
-    // Rows of three around p.
+    // Rows of three pixels around p.
     let above = vec3<f32>(load(p + vec2<i32>(-1, -1)), load(p + vec2<i32>(0, -1)), load(p + vec2<i32>(1, -1)));
     let here = vec3<f32>(load(p + vec2<i32>(-1, 0)), load(p), load(p + vec2<i32>(1, 0)));
     let below = vec3<f32>(load(p + vec2<i32>(-1, 1)), load(p + vec2<i32>(0, 1)), load(p + vec2<i32>(1, 1)));
@@ -42,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(smoothed, p, vec4<f32>(0.0));
         return;
     }
-    // The ring around those nine.
+    // The ring around those nine pixels.
     var top = vec3<f32>(0.0);
     var bottom = vec3<f32>(0.0);
     var left = vec3<f32>(0.0);
@@ -56,7 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     ink += dot(top + bottom + left + right, vec3<f32>(1.0));
     ink += load(p + vec2<i32>(-2, -2)) + load(p + vec2<i32>(2, -2)) + load(p + vec2<i32>(-2, 2)) + load(p + vec2<i32>(2, 2));
 
-    // Structure tensor over the nine, from central differences.
+    // Structure tensor over the nine pixels, from central differences.
     let dx_above = vec3<f32>(above.y - left.x, above.z - above.x, right.x - above.y);
     let dx_here = vec3<f32>(here.y - left.y, here.z - here.x, right.y - here.y);
     let dx_below = vec3<f32>(below.y - left.z, below.z - below.x, right.z - below.y);
@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let xx = dot(dx_above, dx_above) + dot(dx_here, dx_here) + dot(dx_below, dx_below);
     let yy = dot(dy_above, dy_above) + dot(dy_here, dy_here) + dot(dy_below, dy_below);
     let xy = dot(dx_above, dy_above) + dot(dx_here, dy_here) + dot(dx_below, dy_below);
-    // The direction in which the image changes least; where none is better, do nothing.
+    // The direction in which the image changes least. Without a preferred direction nothing is averaged.
     let difference = sqrt((xx - yy) * (xx - yy) + 4.0 * xy * xy);
     let coherence = difference / max(xx + yy, 1e-6);
     let angle = 0.5 * atan2(2.0 * xy, xx - yy) + 1.5707963;
@@ -75,7 +75,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = 0.3 * here.y;
     sum += 0.2 * (bilinear(at + along) + bilinear(at - along));
     sum += 0.15 * (bilinear(at + 2.2 * along) + bilinear(at - 2.2 * along));
-    // What the averages took from the core of a line comes back.
+    // Restores the ink that the average took from the core of a line.
     let value = min(1.25 * sum, 1.0) * smoothstep(SPECK.x, SPECK.y, ink);
     textureStore(smoothed, p, vec4<f32>(value, 0.0, 0.0, 0.0));
 }

@@ -1,7 +1,7 @@
-// Sobel on depth: the baseline that everybody knows.
+// Sobel on depth, the well-known baseline.
 //
-// The 3 x 3 gradient of the distance along the view axis, relative to that distance (so that one threshold serves a
-// picture with near and far; the raw one draws either nothing near or everything far).
+// The 3 x 3 gradient of the distance along the view axis is divided by that distance, so that one threshold serves a
+// picture with near and far; the raw gradient draws either nothing near or everything far.
 #import hachure::view::View
 
 @group(0) @binding(0) var<uniform> view: View;

@@ -1,18 +1,20 @@
-// Suggestive contours become edges: where the surface would be a contour for an eye nearby (DeCarlo, Finkelstein,
-// Rusinkiewicz, Santella 2003, "Suggestive Contours for Conveying Shape"; Pietrok 2021, section 4.1, draws their pixels).
+// Adds suggestive contours to the edge list: lines that would be contours for a nearby eye (DeCarlo, Finkelstein,
+// Rusinkiewicz, Santella 2003, "Suggestive Contours for Conveying Shape"; Pietrok 2021, section 4.1, draws their
+// pixels).
 //
-// They are the zeros of the radial curvature at which it rises toward the eye. Their edges go into the list that
-// contours are in, so strokes chain both, and a suggestive contour takes up a contour where that ends.
+// They are the zeros of the radial curvature where it rises toward the eye. Their edges go into the same list as
+// contours, so strokes chain both, and a suggestive contour continues a contour where that ends.
 //
-// Curves by marching squares over the blocks of `lines/radial` (cells.wgsl). A curve ends where the rise falls below
-// `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
+// Curves are found by marching squares over the blocks of `lines/radial` (cells.wgsl). A curve ends where the rise
+// falls below `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
 //
-// Each eye of a pair leaves out what is no suggestive contour for the other eye (He, Wang and Bao 2019, section 4.4:
-// those that depend on the view cannot be fused). The paper looks for a partner in the other eye's picture. Here the
-// shape of the surface is at hand, so the other eye's curvature is known at each corner: the curvature of both eyes
-// differs there by as much as their zeros lie apart, times its slope. What nearer land hides from the other eye stays.
+// Each eye of a stereo pair omits lines that are not suggestive contours for the other eye (He, Wang and Bao 2019,
+// section 4.4: view-dependent lines that differ cannot be fused). The paper searches for a partner in the other eye's
+// picture. Here the shape of the surface is available, so the other eye's curvature is computed at each corner: the
+// curvatures of both eyes differ there by the distance of their zeros times the gradient. Lines that nearer land hides
+// from the other eye stay.
 //
-// Edges stand in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 says how many there are now.
+// Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
@@ -23,12 +25,12 @@
 
 struct SuggestiveRules {
     least_rise: f32,
-    // A cosine: what faces the eye more has none.
+    // Cosine between normal and direction to the eye above which there are no suggestive contours.
     most_facing: f32,
-    // How far apart the lines of two eyes may lie on the surface, as this eye sees them; 0 asks no other eye.
+    // Largest distance between the lines of both eyes on the surface, in pixels of this eye; 0 ignores the other eye.
     agree_px: f32,
     padding: f32,
-    // Where the other eye of a pair is in the rig.
+    // Position of the other eye of the stereo pair in the rig.
     other_eye_m: vec3<f32>,
     padding_eye: f32,
 }
@@ -42,7 +44,8 @@ struct SuggestiveRules {
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
 @group(0) @binding(7) var radial: texture_2d<f32>;
 
-// Above 0 where a line may be: by its rise, over a feature and by a feature, and by how much the surface faces the eye.
+// Returns a positive number where a line may be: by its rise, as in `radial`, and by how much the surface faces the
+// eye.
 fn room_of(rise: f32, facing: f32) -> f32 {
     let rises = (rise - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
     return min(rises, suggestive_rules.most_facing - facing);
@@ -53,8 +56,8 @@ fn corner_of(block: vec2<i32>) -> Corner {
     return corner_at(view, block, textureLoad(shape_normal, block, 0), own.x, min(room_of(own.y, own.z), own.z));
 }
 
-// Above 0 where the other eye may have this eye's line. `slope` is that of the curvature, by a pixel of this eye. What is
-// turned away from the other eye is near one of its contours, which is as good a partner.
+// Returns a positive number where the other eye may have this eye's line. `slope` is the gradient of the curvature, per
+// pixel of this eye. A surface turned away from the other eye is near one of its contours, which is as good a partner.
 fn room_for_other(block: vec2<i32>, slope: f32) -> f32 {
     let own = textureLoad(radial, block, 0);
     let at_m = place_of_pixel(view, pixel_of_block(view, block), own.w);

@@ -1,9 +1,10 @@
-// From errors to lines: the line-density filter (Zaidi et al., end of section 4.1) and the ramp, once and last.
+// Turns errors into lines: the line-density filter (Zaidi et al., end of section 4.1) and the ramp, applied once and
+// last.
 //
 // Along each axis the error is reduced by `density` times (2 in the paper) the smallest error in a line of five pixels
-// around it: a single line, low on both sides, stays; an area where everything is an edge goes.
+// around it: a single line, low on both sides, stays; an area where everything is an edge vanishes.
 // EIGHT: each of the eight directions is reduced by itself. Without it opposite ones share the greater error.
-// Detectors that know no axes (`scalar`) take the smallest over all four lines, as one number.
+// Detectors without axes (`scalar`) take the smallest over all four lines, as one number.
 #import hachure::view::View
 
 struct Threshold {
@@ -26,7 +27,7 @@ fn load(pixel: vec2<i32>) -> vec4<f32> {
 }
 
 #ifdef EIGHT
-// What the filter leaves of the greater of an axis' two directions.
+// Returns the greater filtered error of an axis's two directions.
 fn left_of_axis(p: vec2<i32>, step: vec2<i32>, axis: u32) -> f32 {
     let here = along(p, axis);
     var least = here;
@@ -51,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let p = vec2<i32>(id.xy);
     let here = load(p);
     var error = max(max(here.x, here.y), max(here.z, here.w));
-    // The filter only lowers: what is below the ramp needs none.
+    // The filter only lowers errors, so those below the ramp need no filter.
     if threshold.density > 0.0 && error > threshold.ramp.x {
 #ifdef EIGHT
         let level = max(left_of_axis(p, vec2<i32>(1, 0), 0u), left_of_axis(p, vec2<i32>(0, 1), 1u));

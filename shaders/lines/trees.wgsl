@@ -1,25 +1,25 @@
-// Which of the lines among trees are drawn: those that a pen would.
+// Selects which lines among trees are drawn: those that a pen would draw.
 //
-// A detector finds an edge wherever one leaf hides another, and all of them would be black. Near, the outline of a tree is
-// drawn, and within it what stands clear of what is behind it, so that clumps of leaves are open arcs and not cells. The
-// smaller trees are on the picture, the fewer of them are drawn: those that a number of their own chooses, so each comes
-// and goes by itself, the same for both eyes. What stands before the sky or before land far behind is drawn always.
-// Trees that have strokes have no lines beside them.
+// A detector finds an edge wherever one leaf hides another, and all of them would be black. Near the eye, a tree's
+// outline is drawn, and inside it edges that are well clear of what is behind them, so that clumps of leaves are open
+// arcs and not cells. The smaller trees are on the picture, the fewer of them are drawn: each tree's own random number
+// decides, so each fades in and out by itself, the same for both eyes. Outlines against the sky or against land far
+// behind are always drawn. Trees that have strokes get no lines in addition.
 //
-// The line of a small tree is fine: it is full on the tree and faint on what is behind, in the corners of stairs, and around
-// a chink of one pixel. Without its faint side it would be as fine, but flicker twice as much.
+// The line of a small tree is fine: it is full on the tree and faint on what is behind, in the corners of stairs, and
+// around a gap of one pixel. Without its faint side it would be as fine, but flicker twice as much.
 //
-// Errors of the detector are kept or taken away before the density filter, which then sees a line for what it is.
+// Errors of the detector are retained or removed before the density filter, which then sees the actual lines.
 #import hachure::view::View
 #import hachure::surface_id::{kind_of, TREE}
 #import hachure::trees::shows_strokes
 
 struct TreeLines {
-    // Of a tree in the mean.
+    // Mean height of a tree.
     height_m: f32,
-    // Only lines of trees are wanted.
+    // 1: only lines of trees are wanted.
     only_trees: u32,
-    // Of errors: where a line begins, and where it is full.
+    // Errors at which a line begins, and at which it is full.
     ramp: vec2<f32>,
 }
 
@@ -28,33 +28,33 @@ struct TreeLines {
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var depth: texture_depth_2d;
 @group(0) @binding(4) var errors: texture_2d<f32>;
-// Where a tree is seen: whether it has strokes.
+// Its last channel says whether the visible tree has strokes.
 @group(0) @binding(5) var tree_normal: texture_2d<f32>;
 @group(0) @binding(6) var tree_errors: texture_storage_2d<rgba16float, write>;
 
-// Heights on the picture at which all trees are outlined against land, and against each other, and what is left of
-// those that are smaller at least.
+// Heights on the picture from which on all trees are outlined against land, and against each other; and the parts of
+// smaller trees that are outlined at least.
 const OUTLINED_PX: f32 = 34.0;
 const APART_PX: f32 = 80.0;
 const FEWEST_OUTLINED: f32 = 0.3;
 const FEWEST_APART: f32 = 0.1;
-// Heights on the picture from which on, and at which all of the lines within a tree are drawn.
+// Heights on the picture at which lines within a tree begin to be drawn, and at which all are.
 const WITHIN_PX: vec2<f32> = vec2<f32>(70.0, 140.0);
-// Heights on the picture at which lines are fine, and as broad as those of the land.
+// Heights on the picture up to which lines are fine, and from which on they are as broad as those of the land.
 const BROAD_PX: vec2<f32> = vec2<f32>(100.0, 220.0);
-// Of a fine line on its faint side.
+// Ink of a fine line on its faint side.
 const OUTER_INK: f32 = 0.28;
-// How far behind, by the tree's height, what a line stands before has to be: within a tree,
-// among trees, and before land.
+// Distance to what is behind a line, in heights of the tree, over which the line fades in: within a tree, among trees,
+// and against land.
 const BEHIND_WITHIN: vec2<f32> = vec2<f32>(0.05, 0.12);
 const BEHIND_APART: vec2<f32> = vec2<f32>(0.1, 0.3);
 const BEHIND_LAND: vec2<f32> = vec2<f32>(0.06, 0.2);
-// From here on it is another slope: by the tree's height, and by its distance, for land that is seen from aside goes on
-// far behind.
+// Distances beyond which the land behind is another slope: in heights of the tree, and relative to the distance from
+// the eye, because land at a flat angle extends far behind.
 const BEHIND_ALL: vec2<f32> = vec2<f32>(6.0, 12.0);
 const BEHIND_BY_DISTANCE: vec2<f32> = vec2<f32>(0.1, 0.25);
 
-// Whether a tree is among the share that is drawn; it fades in.
+// Returns how far a tree is among the share that is drawn, 0 to 1; it fades in.
 fn is_chosen(tree: u32, share: f32) -> f32 {
     let own = fract(f32((tree >> 3u) & 0xffffu) * 0.61803399);
     return clamp((share * 1.1 - own) / 0.1, 0.0, 1.0);
@@ -103,7 +103,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let along_m = view.near_m / front;
     let size_px = tree_lines.height_m * view.focal_px / along_m;
-    // By a tree's height; the sky is far.
+    // In heights of the tree; the sky is far.
     let behind_m = view.near_m / max(back, 1e-12) - along_m;
     let behind = behind_m / tree_lines.height_m;
     var drawn = 0.0;
@@ -113,7 +113,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let share = clamp(size_px / APART_PX, FEWEST_APART, 1.0);
         drawn = is_chosen(tree, share) * smoothstep(BEHIND_APART.x, BEHIND_APART.y, behind);
     } else {
-        // Open arcs: no line where a crown meets the ground that it stands on.
+        // Open arcs: there is no line where a crown meets the ground below it.
         let share = clamp(size_px / OUTLINED_PX, FEWEST_OUTLINED, 1.0);
         drawn = is_chosen(tree, share) * smoothstep(BEHIND_LAND.x, BEHIND_LAND.y, behind);
     }
@@ -124,7 +124,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var i = 0; i < 9; i++) {
         pixels_behind += i32(nears[i] < 0.5 * (front + back));
     }
-    // More than any error.
+    // Greater than any error.
     var most = 4.0;
     if nears[4] < 0.5 * (front + back) || pixels_behind < 2 {
         let soft = mix(tree_lines.ramp.x, tree_lines.ramp.y, OUTER_INK);

@@ -1,4 +1,4 @@
-// Curves of cells (cells.wgsl) go into the list of edges (edge_list.wgsl), in the order of cells.
+// Appends curves of cells (cells.wgsl) to the edge list (edge_list.wgsl), in the order of the cells.
 #define_import_path hachure::cell_edges
 #import hachure::view::View
 #import hachure::cells::{Curves, on_surface, key_of_cell}
@@ -6,14 +6,15 @@
 #import hachure::edge_list::{has_counted, place_in_list, put_edge}
 #import hachure::ordered::{clear_marks, mark}
 
-// What runs a pass over cells, one to a thread.
+// The cell that a thread works on; each thread has one.
 struct Cell {
     block: vec2<i32>,
     thread: u32,
     group: u32,
 }
 
-// At stages 0 and 1, by all threads of a workgroup. `first_key` tells the curves of one pass from those of another one.
+// Appends the curves of a cell. All threads of a workgroup call it, at stages 0 and 1. `first_key` separates the keys
+// of one pass from those of another.
 fn put_curves(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, cell: Cell, found: Curves, kind: u32, first_key: u32) {
     var curves = found;
     clear_marks(cell.thread);

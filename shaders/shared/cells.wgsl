@@ -1,16 +1,17 @@
-// Curves on the surface that is seen, by marching squares over blocks of pixels: where a value at the blocks is zero.
+// Zero curves of a value on the visible surface, by marching squares over blocks of pixels.
 //
-// A cell has the places that four blocks stand for at its corners, which must be of one surface. A curve enters and leaves
-// where the value is zero on a side. It ends in the cell where `room` falls to zero, which is above it where all that is
-// asked of the curve holds.
+// A cell has four neighbouring blocks as its corners, which must be of one surface. A curve enters and leaves the cell
+// where the value is zero on a side. It ends inside the cell where `room` falls to zero; `room` is positive where all
+// conditions on the curve hold.
 #define_import_path hachure::cells
 #import hachure::view::{View, place_at, ray_at, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 
-// Corners are of one surface if each lies so near the plane of the next one, in widths of a cell on the ground.
+// Two corners are of one surface if each is this near the other's tangent plane, in widths of a cell on the ground.
 const ON_PLANE: f32 = 1.5;
 
-// A corner of a cell. `seen` of `corner_at` is the normal of its block, and the distance along the view axis.
+// A corner of a cell: the pixel that represents a block. The argument `seen` of `corner_at` is the block's normal, and
+// the distance along the view axis in metres.
 struct Corner {
     px: vec2<f32>,
     at_m: vec3<f32>,
@@ -43,7 +44,7 @@ fn crossing_of(a: Corner, b: Corner) -> Crossing {
     return Crossing(mix(a.px, b.px, t), mix(a.room, b.room, t), is_there);
 }
 
-// The curves of a cell, from place to place of the picture: at most two.
+// The curves of a cell, at most two: start and end, in pixels of the target.
 struct Curves {
     lines: array<vec4<f32>, 2>,
     count: u32,
@@ -63,14 +64,14 @@ fn add_curve(curves: ptr<function, Curves>, start: Crossing, end: Crossing) {
     }
 }
 
-// Corners from the north-west clockwise.
+// Returns the curves of a cell whose corners are given clockwise from the north-west.
 fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curves {
     var curves: Curves;
     if !(is_beside(view, nw, ne) && is_beside(view, ne, se) && is_beside(view, se, sw) && is_beside(view, sw, nw)) {
         return curves;
     }
     var sides = array<Crossing, 4>(crossing_of(nw, ne), crossing_of(ne, se), crossing_of(se, sw), crossing_of(sw, nw));
-    // At a saddle curves part the middle from the corners that are not like it.
+    // At a saddle the curves separate the middle from the two corners whose sign differs from the middle's.
     if sides[0].is_there && sides[1].is_there && sides[2].is_there && sides[3].is_there {
         let middle = nw.value + ne.value + se.value + sw.value;
         if (middle < 0.0) == (nw.value < 0.0) {
@@ -95,7 +96,8 @@ fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curv
     return curves;
 }
 
-// The place on the surface that is seen at a place of the picture: on the plane of the pixel there.
+// Returns the point of the visible surface at a position on the picture: where its ray meets the tangent plane of the
+// pixel there.
 fn on_surface(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, px: vec2<f32>) -> vec3<f32> {
     let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
     let at = textureLoad(position, pixel, 0);
@@ -103,11 +105,11 @@ fn on_surface(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, px
     let ray = ray_at(view, px);
     let facing = dot(n, ray);
     let depth_m = dot(n, at.xyz - view.eye_m) / select(facing, -1e-6, abs(facing) < 1e-6);
-    // A plane that is seen edge-on leads anywhere.
+    // A plane seen edge-on would put the point anywhere, so the depth is clamped.
     return place_at(view, px, clamp(depth_m, 0.98 * at.w, 1.02 * at.w));
 }
 
-// A number for a cell of the whole picture.
+// Returns a key for a cell that is the same in every part of a large picture.
 fn key_of_cell(view: View, block: vec2<i32>) -> u32 {
     let own = vec2<u32>(block + first_block(view));
     return own.x * 0x9e3779b1u ^ own.y * 0x85ebca6bu;

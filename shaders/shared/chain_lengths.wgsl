@@ -1,4 +1,4 @@
-// How long chains are on the picture: what the budget is counted by (budget.wgsl) and what it is spent by (sizes.wgsl).
+// The length of each chain on the picture: budget.wgsl counts the budget by it, and sizes.wgsl spends the budget by it.
 #define_import_path hachure::chain_lengths
 
 #import hachure::strokes::{Chain, StrokeCounts, UNITS_PER_PX}
@@ -7,7 +7,7 @@
 @group(0) @binding(0) var<uniform> strokes: Strokes;
 @group(0) @binding(1) var<storage, read> counts: StrokeCounts;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
-// Arc length at each point since the first of all, in 1/16 px.
+// Arc length of each point from the first point of the first chain, in 1/16 px.
 @group(0) @binding(3) var<storage, read> along_units: array<u32>;
 
 fn chain_length_px(number: u32) -> f32 {

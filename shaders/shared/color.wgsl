@@ -1,4 +1,4 @@
-// Colours and noises of the paper. Colours are linear.
+// Colour conversions, and the noise of the paper. Colours are linear.
 #define_import_path hachure::color
 
 #import hachure::pcg::pcg
@@ -16,7 +16,7 @@ fn hash(cell: vec2<i32>) -> f32 {
     return f32(pcg(vec2<u32>(cell)).x >> 8u) / 16777216.0;
 }
 
-// Value noise in [0, 1], C1.
+// Returns value noise in [0, 1], continuous in its first derivative.
 fn noise(p: vec2<f32>) -> f32 {
     let whole = floor(p);
     let cell = vec2<i32>(whole);

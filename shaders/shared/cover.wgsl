@@ -1,55 +1,56 @@
-// What marks ink of a pixel, and what they would if the tone were a little darker: so tones can be balanced after all
-// marks are known (`tones/balance`).
+// The ink of marks in a pixel, and how it would change if the tone were a little darker, so that tones can be balanced
+// once all marks are known (`tones/balance`).
 #define_import_path hachure::cover
 #import hachure::view::View
 
-// Of the bell in which tones are balanced, and where it ends.
+// Standard deviation of the Gaussian over which tones are balanced, and where it is cut off, in cells.
 const SIGMA_CELLS: f32 = 1.6;
 const REACH_CELLS: i32 = 4;
 
 struct Balance {
-    // Side of a cell in which ink is counted: a power of two.
+    // Side of a cell in which ink is counted, in pixels: a power of two.
     cell_px: i32,
     pad_a: i32,
     pad_b: i32,
     pad_c: i32,
 }
 
-// Cells are counted in the whole picture, so that parts of a large one agree.
+// Returns the first cell of the target. Cells are counted in the whole picture, so that parts of a large one agree.
 fn first_cell(view: View, balance: Balance) -> vec2<i32> {
     return view.origin_px >> vec2<u32>(firstTrailingBit(u32(balance.cell_px)));
 }
 
 struct Cover {
-    // 0 to 1.
+    // Ink of the pixel, 0 to 1.
     ink: f32,
-    // The ink of the mark that reaches farthest, not bounded: below 0 it does not come to the pixel, above 1 it goes
-    // on.
+    // Unclamped ink of the mark that reaches farthest: negative if the mark ends before the pixel, above 1 if it
+    // extends beyond it.
     reach: f32,
-    // How fast that grows with the darkness that is asked for.
+    // Derivative of `reach` with respect to the requested darkness.
     rise: f32,
 }
 
-// Two covers that know nothing of each other.
+// Combines two covers that are independent of each other.
 fn united(a: Cover, b: Cover) -> Cover {
     let ink = 1.0 - (1.0 - a.ink) * (1.0 - b.ink);
     return Cover(ink, max(a.reach, b.reach), select(b.rise, a.rise, a.reach > b.reach));
 }
 
-// Gaps for marks: gaps close as marks grow.
+// Turns gaps into marks. Gaps close as marks grow, so `rise` keeps its sign.
 fn turned(gaps: Cover) -> Cover {
     return Cover(1.0 - gaps.ink, 1.0 - gaps.reach, gaps.rise);
 }
 
-// How fast a layer's darkness grows with all darkness, when the optical densities of all layers grow alike.
+// Returns how fast a layer's darkness grows with the total darkness if the optical densities of all layers grow in
+// proportion.
 fn growth_of_share(share: f32, darkness: f32) -> f32 {
     let own = max(1.0 - share, 1e-4);
     let whole = max(1.0 - darkness, 1e-4);
     return own * log(own) / min(whole * log(whole), -1e-4);
 }
 
-// As a texel: ink without bounds, its rise, the darkness that was asked for, and 1 for the surface; the sky is all 0.
-// White paper and black stay what they are.
+// Packs a cover into a texel: unclamped ink, its rise, the requested darkness, and 1 for the surface; the sky is all 0.
+// White and black stay what they are.
 fn texel_of(cover: Cover, darkness: f32) -> vec4<f32> {
     if darkness > 0.998 {
         return vec4<f32>(2.0, 0.0, darkness, 1.0);
@@ -59,12 +60,12 @@ fn texel_of(cover: Cover, darkness: f32) -> vec4<f32> {
     return vec4<f32>(unbounded, min(cover.rise * near_end, 6e4), darkness, 1.0);
 }
 
-// The bounded ink of a texel at a darkness that is `more` than was asked for.
+// Returns the clamped ink of a texel at a darkness that is `more` than was requested.
 fn ink_of(texel: vec4<f32>, more: f32) -> f32 {
     return clamp(texel.x + texel.y * more, 0.0, 1.0);
 }
 
-// How fast that grows here: where a mark's border is, and nowhere else.
+// Returns the derivative of `ink_of` with respect to darkness; it is nonzero only at the border of a mark.
 fn rise_of(texel: vec4<f32>) -> f32 {
     return select(0.0, texel.y, texel.x > 0.0 && texel.x < 1.0);
 }

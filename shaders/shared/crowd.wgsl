@@ -1,39 +1,39 @@
-// How much ink lines leave about a place, by how much they matter: see src/lines/crowd/.
+// How much ink the lines around a place leave, by the rank of the lines. See src/lines/crowd/.
 #define_import_path hachure::crowd
 #import hachure::view::View
 
 struct Crowd {
-    // The part of the paper that lines may cover.
+    // Largest part of the paper that lines may cover, 0 to 1.
     most: f32,
-    // Side of a cell in which ink is counted: a quarter of the window's.
+    // Side of a cell in which ink is counted, in pixels: a quarter of the window of the sum.
     cell_px: u32,
-    // Of the targets.
+    // Number of cells across and down the target.
     cells: vec2<u32>,
-    // From this eye to the other one of a pair; 0 is none.
+    // Distance to the other eye of a stereo pair, in metres; 0 if there is none.
     apart_m: f32,
     padding_a: u32,
     padding_b: u32,
     padding_c: u32,
 }
 
-// Ranks are counted in so many steps, the lowest first.
+// Number of steps of rank in which ink is counted, the lowest first.
 const BINS: u32 = 8u;
-// What is kept of a cell: the ink of each step, then the width of its broadest stroke, in the same units.
+// Words stored per cell: the ink of each step, then the width of the broadest stroke in the same units.
 const CELL_WORDS: u32 = 9u;
-// Ink is counted in whole numbers, so that its sum is the same in whatever order: of a pixel that is all ink.
+// Units of ink in a fully inked pixel. Ink is counted in integers, so that its sum does not depend on the order.
 const UNITS: f32 = 64.0;
-// Where both eyes of a pair see a place from directions that differ by less than this angle, the cap holds; where they
-// differ by more than the second one, it does not. In radians, for small angles.
+// The cap holds fully where the two eyes of a stereo pair see a place from directions that differ by less than the
+// first angle, and not at all beyond the second. In radians, for small angles.
 const APART_RAD: vec2<f32> = vec2<f32>(0.05, 0.1);
-// Lines go as their rank falls below the bar by this, and are whole above it by as much.
+// Lines are gone where their rank is this far below the bar, and whole where it is this far above.
 const SOFT: f32 = 0.2;
 
-// Cells are counted in the whole picture, so that parts of a large one agree.
+// Returns the first cell of the target. Cells are counted in the whole picture, so that parts of a large one agree.
 fn first_cell(view: View, crowd: Crowd) -> vec2<i32> {
     return view.origin_px / i32(crowd.cell_px);
 }
 
-// The cell of a place on the targets, in the list of their cells.
+// Returns the cell of a position on the target, counted from the target's first cell.
 fn cell_at(view: View, crowd: Crowd, px: vec2<f32>) -> vec2<i32> {
     let cell = vec2<i32>(floor((px + vec2<f32>(view.origin_px)) / f32(crowd.cell_px))) - first_cell(view, crowd);
     return clamp(cell, vec2<i32>(0), vec2<i32>(crowd.cells) - 1);
@@ -43,21 +43,23 @@ fn bin_of(rank: f32) -> u32 {
     return u32(clamp(rank * f32(BINS), 0.0, f32(BINS) - 1.0));
 }
 
-// How far the cap holds for lines at a distance along the view axis: 0 to 1, and 1 for the sky, whose distance is 0.
+// Returns how far the cap holds for lines at a distance along the view axis: 0 to 1, and 1 for the sky, whose distance
+// is 0.
 //
-// Contours of near things lie elsewhere for each eye, among other lines: each eye would thin out others. The cap is for
-// far ranges, which both eyes see alike; what is near is neither counted nor thinned out.
+// Contours of near objects are at different positions for each eye, among different lines, so each eye would thin out
+// different ones. The cap is for far ranges, which both eyes see alike; near lines are neither counted nor thinned out.
 fn capped(crowd: Crowd, depth_m: f32) -> f32 {
     let apart_rad = select(0.0, crowd.apart_m / max(depth_m, 1e-6), depth_m > 0.0);
     return 1.0 - smoothstep(APART_RAD.x, APART_RAD.y, apart_rad);
 }
 
-// What the bar at a place leaves of a line of some rank: the bar itself, and what is left of lines above it.
+// Returns the part of a line's ink that is left at a place. `bar` holds the rank of the bar, and the part that is left
+// of lines above it.
 fn left_of(bar: vec2<f32>, rank: f32) -> f32 {
     return bar.y * smoothstep(bar.x - SOFT, bar.x + SOFT, rank);
 }
 
-// The bar at a place on the targets of a view, between the middles of cells.
+// Returns the bar at a position on the target, interpolated between the centres of cells.
 fn bar_at(view: View, crowd: Crowd, bars: texture_2d<f32>, px: vec2<f32>) -> vec2<f32> {
     let place = (px + vec2<f32>(view.origin_px)) / f32(crowd.cell_px) - 0.5;
     let whole = floor(place);

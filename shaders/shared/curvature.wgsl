@@ -1,19 +1,20 @@
-// How a surface bends: the second fundamental form and its derivative, in a frame that its normal alone decides.
+// The second fundamental form of a surface and its derivative, in a tangent frame that depends on the normal alone.
 //
-// Signs are those of Rusinkiewicz (2004, "Estimating Curvatures and Their Derivatives on Triangle Meshes"): a surface that
-// is convex, seen from outside, has positive curvature. So the form is how the normal turns: bend(a, b) = D_a n . b.
+// Signs are those of Rusinkiewicz (2004, "Estimating Curvatures and Their Derivatives on Triangle Meshes"): a surface
+// that is convex, seen from outside, has positive curvature. So the form is the derivative of the normal: bend(a, b) =
+// D_a n . b.
 #define_import_path hachure::curvature
 
 struct Shape {
-    // Unit.
+    // Unit vector.
     normal: vec3<f32>,
-    // uu, uv, vv, in 1/m; u and v are the first two columns of `frame_of`.
+    // Second fundamental form uu, uv, vv, in 1/m; u and v are the first two columns of `frame_of`.
     bend: vec3<f32>,
-    // uuu, uuv, uvv, vvv, in 1/m².
+    // Its derivative uuu, uuv, uvv, vvv, in 1/m².
     change: vec4<f32>,
 }
 
-// Two unit tangents for a normal (Duff and others 2017, "Building an Orthonormal Basis, Revisited").
+// Returns two unit tangents for a normal (Duff and others 2017, "Building an Orthonormal Basis, Revisited").
 fn frame_of(n: vec3<f32>) -> mat2x3<f32> {
     let side = select(-1.0, 1.0, n.z >= 0.0);
     let a = -1.0 / (side + n.z);
@@ -22,17 +23,18 @@ fn frame_of(n: vec3<f32>) -> mat2x3<f32> {
         vec3<f32>(b, side + n.y * n.y * a, -n.y));
 }
 
-// A symmetric form of two vectors.
+// Evaluates a symmetric bilinear form.
 fn form2(form: vec3<f32>, a: vec2<f32>, b: vec2<f32>) -> f32 {
     return form.x * a.x * b.x + form.y * (a.x * b.y + a.y * b.x) + form.z * a.y * b.y;
 }
 
-// A symmetric form of three vectors.
+// Evaluates a symmetric trilinear form.
 fn form3(form: vec4<f32>, a: vec2<f32>, b: vec2<f32>, c: vec2<f32>) -> f32 {
     return form2(vec3<f32>(dot(form.xy, c), dot(form.yz, c), dot(form.zw, c)), a, b);
 }
 
-// The two principal curvatures, the larger one first, and the direction of that in the frame, a unit vector.
+// The two principal curvatures, the larger one first, and the direction of the larger one in the tangent frame, a unit
+// vector.
 struct Principal {
     most: f32,
     least: f32,
@@ -43,16 +45,17 @@ fn principal_of(bend: vec3<f32>) -> Principal {
     let mean = 0.5 * (bend.x + bend.z);
     let half = 0.5 * (bend.x - bend.z);
     let radius = length(vec2<f32>(half, bend.y));
-    // Of the two ways to write it the one whose parts do not cancel. At an umbilic any direction is as good.
+    // The direction can be written in two ways; this chooses the one whose terms do not cancel. At an umbilic any
+    // direction will do.
     var along = select(vec2<f32>(bend.y, radius - half), vec2<f32>(radius + half, bend.y), half >= 0.0);
     along = select(along / max(length(along), 1e-30), vec2<f32>(1.0, 0.0), radius <= 1e-30);
     return Principal(mean + radius, mean - radius, along);
 }
 
-// How a surface bends along the direction to the eye as it is seen on the surface (DeCarlo and others 2003, "Suggestive
-// Contours for Conveying Shape").
+// Radial curvature: the curvature along the direction to the eye projected on the surface (DeCarlo and others 2003,
+// "Suggestive Contours for Conveying Shape").
 struct Radial {
-    // Curvature, in 1/m, and its derivative toward the eye, in 1/m².
+    // Radial curvature, in 1/m, and its derivative toward the eye, in 1/m².
     curvature: f32,
     change: f32,
     // Cosine between the normal and the direction to the eye.
@@ -66,8 +69,8 @@ fn radial_of(shape: Shape, to_eye: vec3<f32>) -> Radial {
     let along = w / sine;
     let across = vec2<f32>(-along.y, along.x);
     let torsion = form2(shape.bend, along, across);
-    // While the place moves toward the eye, so does the direction: DeCarlo and others 2004, "Interactive Rendering of
-    // Suggestive Contours with Temporal Coherence", appendix.
+    // As the point moves toward the eye, the direction to the eye changes too: DeCarlo and others 2004, "Interactive
+    // Rendering of Suggestive Contours with Temporal Coherence", appendix.
     let change = form3(shape.change, along, along, along) - 2.0 * torsion * torsion * facing / sine;
     return Radial(form2(shape.bend, along, along), change, facing);
 }

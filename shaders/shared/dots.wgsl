@@ -1,35 +1,35 @@
-// Round dots of one size that keep apart: the marks of the kind `dots`, by the fractal rule.
+// Round dots of one size that keep apart: marks of the kind `dots` under the fractal rule.
 //
-// Dots stand at the places of both axes of a chart, each place moved a little in its own way. The darkness asks for a
-// distance between dots on the picture, and each axis has the level whose places are as far apart as that, or nearer by
-// up to a half. Of these, every second place of an axis is one of the coarser level, and stands; of the others the
-// part stands that makes the number right, in an order of their own. So there is one set of dots for all scales and
-// tones: none knows nothing of its neighbours, as sets of several scales would, and lies on them. Nearer and darker
-// only add dots.
+// Dots are at the grid points of both axes of a chart, each point displaced a little at random. The darkness determines
+// the distance between dots on the picture, and each axis uses the level whose points are that far apart, or nearer by
+// up to a half. Every second point of an axis belongs to the coarser level too and always has a dot; of the others as
+// many have one as the density requires, in a random order. So a single set of dots serves all scales and tones.
+// Several independent sets of different scales would overlap, because none would know its neighbours. Coming nearer or
+// growing darker only adds dots.
 //
-// A dot is a disc on the picture, around the place where its middle is seen.
+// A dot is a disc on the picture around the projection of its centre.
 #define_import_path hachure::dots
 #import hachure::cover::Cover
 #import hachure::hatch::{Footprint, change_along}
 
-// The darkest tone of dots that only come nearer to each other; beyond it they grow.
+// Darkness up to which dots only come nearer to each other; beyond it they grow.
 const DENSEST: f32 = 0.45;
-// How gradually a dot comes, as a part of its order.
+// Range of a dot's order over which it grows from nothing to full size.
 const COMES: f32 = 0.1;
 
-// An axis at a place: the nearest place of its level.
+// An axis at a position: the nearest grid point of its level.
 struct DotAxis {
     index: i32,
     level: i32,
-    // From there, in places.
+    // Offset of the position from that grid point, in grid points.
     rest: f32,
-    // Places from dot to dot: 1 to 2.
+    // Distance between dots, in grid points: 1 to 2.
     apart: f32,
-    // Places from pixel to pixel.
+    // Change of the coordinate from pixel to pixel, right and down, in grid points.
     change: vec2<f32>,
 }
 
-// The distance of dots on the picture that makes a darkness.
+// Returns the distance between dots on the picture that gives a darkness, in pixels.
 fn distance_px(darkness: f32, width_px: f32) -> f32 {
     return width_px * sqrt(0.7853982 / clamp(darkness, 0.002, DENSEST));
 }
@@ -40,15 +40,16 @@ fn stirred_bits(value: u32) -> u32 {
     return (v >> 22u) ^ v;
 }
 
-// Who a place is, at whatever level it is looked at: its number at its own level, and that.
+// Returns an identity of a grid point that is the same at every level that contains it: its odd index at its own level,
+// and that level.
 fn who(index: i32, level: i32) -> u32 {
     let bits = bitcast<u32>(index);
     let coarser = select(countTrailingZeros(bits), 24u, (bits & 0xffffffu) == 0u);
     return ((bits >> coarser) & 0xffffffu) | (u32(level + i32(coarser)) << 24u);
 }
 
-// An axis as a row of dots has it, whose number is that of a place of the other axis: each row begins elsewhere, or dots
-// would stand in rows both ways.
+// Shifts an axis for one row of dots, which is numbered by a grid point of the other axis. Each row has its own offset;
+// without it dots would line up both ways.
 fn of_row(u: DotAxis, row: u32) -> DotAxis {
     let part = stirred_bits(row) & 0x3fffu;
     let power = i32(row >> 24u) - u.level - 8;
@@ -58,9 +59,9 @@ fn of_row(u: DotAxis, row: u32) -> DotAxis {
     return DotAxis(u.index + whole + i32(nearest), u.level, rest - nearest, u.apart, u.change);
 }
 
-// The dot at a place `step` from the nearest one.
+// The dot of the grid point `step` from the nearest one.
 struct Dot {
-    // From the pixel to its middle.
+    // From the pixel to the dot's centre, in pixels.
     away_px: vec2<f32>,
     width_px: f32,
 }
@@ -69,7 +70,7 @@ fn dot_at(all: DotAxis, v: DotAxis, step: vec2<i32>, darkness: f32, width_px: f3
     let u = of_row(all, who(v.index + step.y, v.level));
     let place = vec2<i32>(u.index, v.index) + step;
     let identity = stirred_bits(who(place.x, u.level) ^ stirred_bits(who(place.y, v.level) ^ seed));
-    // Where it is dark there is no room to stray.
+    // Where it is dark there is no space for random displacement.
     let apart = distance_px(darkness, 1.0);
     let stray = min(0.4, 0.1 + 0.5 * (apart - 1.0) / apart);
     let strays = (vec2<f32>(vec2<u32>(identity & 0xfffu, (identity >> 12u) & 0xfffu)) / 2048.0 - 1.0) * stray;
@@ -77,7 +78,7 @@ fn dot_at(all: DotAxis, v: DotAxis, step: vec2<i32>, darkness: f32, width_px: f3
     let det = u.change.x * v.change.y - u.change.y * v.change.x;
     let away_px = vec2<f32>(away.x * v.change.y - away.y * u.change.y, u.change.x * away.y - v.change.x * away.x)
         / select(det, 1e-12, abs(det) < 1e-12);
-    // Of places that the coarser level has not.
+    // Part of such grid points that have a dot: less than 1 on an axis where the coarser level lacks the point.
     let parts = select(vec2<f32>(1.0), 2.0 / vec2<f32>(u.apart, v.apart) - 1.0, (place & vec2<i32>(1)) != vec2<i32>(0));
     let part = parts.x * parts.y;
     let order = f32(stirred_bits(identity) >> 8u) / 16777216.0;
@@ -85,7 +86,7 @@ fn dot_at(all: DotAxis, v: DotAxis, step: vec2<i32>, darkness: f32, width_px: f3
     return Dot(away_px, width_px * sqrt(grown));
 }
 
-// Ink of a dot in a pixel. Dots do not grow to balance tones.
+// Returns the ink of a dot in a pixel, 0 to 1. Dots do not grow to balance tones.
 fn ink_of_dot(dot: Dot, darkness: f32) -> f32 {
     let wide_px = dot.width_px * sqrt(max(darkness, DENSEST) / DENSEST);
     return min(wide_px, 1.0) * clamp(0.5 * max(wide_px, 1.0) - length(dot.away_px) + 0.5, 0.0, 1.0);

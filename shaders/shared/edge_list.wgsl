@@ -1,18 +1,18 @@
-// How passes add to the list of edges (edges.wgsl), in an order that does not depend on timing (ordered.wgsl).
+// Appends to the edge list (edges.wgsl) in an order that does not depend on timing (ordered.wgsl).
 //
-// A pass runs at three stages. At 0 and 1 each workgroup clears its marks and marks what it has found; `has_counted` ends
-// stage 0, and at stage 1 edges go from `place_in_list` on. `has_told` is stage 2, which says how many edges there are
-// now.
+// A pass runs in three stages. At stages 0 and 1 each workgroup clears its marks and marks the edges it has found.
+// `has_counted` ends stage 0; at stage 1 edges are written from `place_in_list` on. At stage 2 `has_told` adds to the
+// number of edges.
 #define_import_path hachure::edge_list
 #import hachure::edges::{Edge, MOST_EDGES}
 #import hachure::ordered::{Order, all_marks, marks_before}
 
 @group(0) @binding(25) var<storage, read_write> edges: array<Edge>;
-// An indirect draw of lines: vertices, two for each edge; instances; 0; 0.
+// Arguments of an indirect draw of lines: vertices (two for each edge), instances, 0, 0.
 @group(0) @binding(26) var<storage, read_write> edge_draw: array<u32>;
 @group(0) @binding(27) var<storage, read_write> order: Order;
 
-// At stage 2 nothing else is to be done.
+// Updates the number of edges at stage 2. Returns whether this is stage 2, where the pass has nothing else to do.
 fn has_told(thread: u32) -> bool {
     if order.stage == 2u && thread == 0u {
         edge_draw[0] += 2u * order.starts[order.groups];
@@ -20,7 +20,7 @@ fn has_told(thread: u32) -> bool {
     return order.stage == 2u;
 }
 
-// After all marks of a workgroup; at stage 0 that was all.
+// Stores the workgroup's count at stage 0, after all of its marks. Returns whether this is stage 0, which ends here.
 fn has_counted(group: u32, thread: u32) -> bool {
     if order.stage == 0u && thread == 0u {
         order.starts[group] = all_marks();
@@ -28,12 +28,12 @@ fn has_counted(group: u32, thread: u32) -> bool {
     return order.stage == 0u;
 }
 
-// Where the list has the edge that a workgroup marked by this number.
+// Returns the index in the list of the edge that a workgroup marked by `number`.
 fn place_in_list(group: u32, number: u32) -> u32 {
     return edge_draw[0] / 2u + order.starts[group] + marks_before(number);
 }
 
-// Edges for which there is no room are left out.
+// Writes an edge; edges beyond the list's capacity are dropped.
 fn put_edge(place: u32, edge: Edge) {
     if place < MOST_EDGES {
         edges[place] = edge;

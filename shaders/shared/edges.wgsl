@@ -1,30 +1,30 @@
-// The list of edges: every kind of surface adds its own, and whoever draws lines of them reads it. See
+// The edge list: each kind of surface appends its edges, and the passes that draw lines read it. See
 // src/surface/edges.rs.
 #define_import_path hachure::edges
 
-// An edge of the surface as drawn, from a to b, in metres from the origin of the rig.
+// An edge of the surface as drawn, from a to b.
 struct Edge {
-    // Metres from the rig's origin.
+    // Start, in metres from the rig's origin.
     a_m: vec3<f32>,
-    // Lasts across frames while its patch is drawn.
+    // Identifies the edge across frames while its patch is drawn.
     key: u32,
-    // Metres from the rig's origin.
+    // End, in metres from the rig's origin.
     b_m: vec3<f32>,
-    // KIND_CONTOUR, KIND_BORDER, KIND_CREASE, KIND_SUGGESTIVE, KIND_RIDGE or KIND_VALLEY; from bit 8 on, how far behind it there must be something else, in
-    // CLEAR_UNITS to the metre.
+    // Low 8 bits: KIND_CONTOUR, KIND_BORDER, KIND_CREASE, KIND_SUGGESTIVE, KIND_RIDGE or KIND_VALLEY. From bit 8 on:
+    // the distance by which the surface next to it must be farther away, in units of 1 / CLEAR_UNITS metres.
     kind: u32,
 }
 
 const KIND_CONTOUR: u32 = 0u;
 const KIND_BORDER: u32 = 1u;
 const KIND_CREASE: u32 = 2u;
-// On the surface, where it would be a contour for an eye nearby.
+// A suggestive contour: on the surface, where a nearby viewpoint would have a contour.
 const KIND_SUGGESTIVE: u32 = 3u;
 const KIND_RIDGE: u32 = 4u;
 const KIND_VALLEY: u32 = 5u;
 const CLEAR_UNITS: f32 = 64.0;
 
-// An edge that is drawn only where what is beside it lies farther behind it than this.
+// Returns a kind for an edge that is drawn only where the surface next to it is farther away by more than `clear_m`.
 fn kind_with_clearance(kind: u32, clear_m: f32) -> u32 {
     return kind | u32(clamp(clear_m * CLEAR_UNITS, 0.0, 16777215.0)) << 8u;
 }
@@ -37,18 +37,18 @@ fn clearance_m(edge: Edge) -> f32 {
     return f32(edge.kind >> 8u) / CLEAR_UNITS;
 }
 
-// There is room for.
+// Capacity of the edge list.
 const MOST_EDGES: u32 = 1048576u;
 
-// Which edges are wanted.
+// Which edges are collected.
 struct EdgeRules {
-    // Of the angle between two triangles' normals: a sharper edge is a crease.
+    // Cosine of the angle between two triangles' normals; an edge with a larger angle is a crease.
     crease_cosine: f32,
     // 1: the borders of the land are edges.
     borders: u32,
 }
 
-// A point of the picture and its distance along the view axis.
+// A point of the picture, and its distance along the view axis in metres.
 struct OnPicture {
     px: vec2<f32>,
     depth_m: f32,
@@ -57,11 +57,11 @@ struct OnPicture {
 struct EdgeOnPicture {
     a: OnPicture,
     b: OnPicture,
-    // False where all of it is behind the eye.
+    // False if the whole edge is nearer than the near plane.
     is_there: bool,
 }
 
-// Whether an edge lies beside the picture or behind the eye.
+// Returns whether an edge is off-screen or behind the eye.
 fn is_outside(a_m: vec3<f32>, b_m: vec3<f32>, clip_from_camera: mat4x4<f32>, near_m: f32) -> bool {
     let a = clip_from_camera * vec4<f32>(a_m, 1.0);
     let b = clip_from_camera * vec4<f32>(b_m, 1.0);
@@ -74,7 +74,7 @@ fn on_picture(clip: vec4<f32>, size_px: vec2<f32>) -> OnPicture {
     return OnPicture((ndc * vec2<f32>(0.5, -0.5) + 0.5) * size_px, clip.w);
 }
 
-// An edge on a picture of `size_px` pixels; what is nearer than `near_m` is cut off.
+// Projects an edge on a picture of `size_px` pixels, clipped at `near_m`.
 fn edge_on_picture(edge: Edge, clip_from_camera: mat4x4<f32>, size_px: vec2<f32>, near_m: f32) -> EdgeOnPicture {
     var a = clip_from_camera * vec4<f32>(edge.a_m, 1.0);
     var b = clip_from_camera * vec4<f32>(edge.b_m, 1.0);

@@ -1,32 +1,32 @@
-// The focus of a picture: about it everything has its full contrast, and away from it less.
+// The focus of a picture: contrast is full around it and falls away from it.
 #define_import_path hachure::focus
 #import hachure::view::{View, distance_from_eye}
 
-// What the focus is about.
+// What the focus is centred on.
 const NO_FOCUS: u32 = 0u;
 const AT_DISTANCE: u32 = 1u;
 const ON_PICTURE: u32 = 2u;
 const AT_PLACE: u32 = 3u;
 
-// What ink that is far from the focus loses of its width, where it loses all of its contrast.
+// Part of its width that ink far from the focus loses, where it loses all of its contrast.
 const THINNER: f32 = 0.4;
 
 struct Focus {
-    // A place, in metres from the rig's origin; or one on the picture, in parts of its width and of its height.
+    // A position in metres from the rig's origin; for ON_PICTURE a position in parts of the picture's width and height.
     at: vec3<f32>,
     about: u32,
-    // Unit: along it a place has no height of its own. 0: it has one.
+    // Unit vector along which distance from the focus does not count; 0 if it counts in every direction.
     axis: vec3<f32>,
-    // From the eye.
+    // Distance of the focus from the eye, in metres.
     distance_m: f32,
-    // Full contrast reaches so far: metres, or parts of the picture's height.
+    // Radius of full contrast: metres, or parts of the picture's height.
     extent: f32,
-    // How much of the contrast is gone far from it.
+    // Part of the contrast that is lost far from the focus, 0 to 1.
     strength: f32,
 }
 
-// What is left of contrast at a place, which is seen at `sheet_px` of the whole picture: 1 within the focus, and everywhere
-// if there is none.
+// Returns the part of the contrast that is left at a position seen at `sheet_px` of the whole picture: 1 within the
+// focus, and everywhere if there is none.
 fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f32 {
     if focus.about == NO_FOCUS {
         return 1.0;
@@ -43,13 +43,13 @@ fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f
     return 1.0 - focus.strength * (1.0 - exp(-t * t));
 }
 
-// Half of what is left, as a factor: marks have one in their tone and one in their ink, lines one in their ink and the
-// other in their width.
+// Returns the square root of the contrast that is left. Marks take it once in their tone and once in their ink, lines
+// once in their ink and once in their width.
 fn half_of_focus(clear: f32) -> f32 {
     return sqrt(clear);
 }
 
-// How wide a line is where so much of its contrast is left, by its full width.
+// Returns the width of a line relative to its full width, where `clear` of its contrast is left.
 fn focus_width(clear: f32) -> f32 {
     return 1.0 - THINNER * (1.0 - clear);
 }

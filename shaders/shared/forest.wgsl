@@ -1,7 +1,7 @@
-// What the land says to trees: how densely they stand at a place, and of which species a tree is.
+// How densely trees grow at a place, and of which species a tree is, as determined by the land.
 //
-// The land is asked at a scale of about RULE_M, whatever is drawn there, so that no tree comes or goes with the level of
-// detail (far away, where no such level is loaded, at the finest that is).
+// The land is sampled at a scale of about RULE_M, whatever level is drawn there, so that no tree comes or goes with the
+// level of detail (far away, where that level is not loaded, at the finest that is).
 #define_import_path hachure::forest
 #import hachure::terrain::{terrain, grid_from_world, place_on_level, as_far_as_there}
 #import hachure::surface::{surface_near, surface_at}
@@ -11,99 +11,99 @@
 
 struct Forest {
     seed: u32,
-    // Blocks that are asked.
+    // Number of blocks in the dispatch.
     blocks: u32,
-    // Trees that there is room for.
+    // Capacity for trees.
     capacity: u32,
     species: u32,
-    // Of the points: 1 is all of them.
+    // Part of the points that have a tree, 0 to 1.
     density: f32,
-    // Metres above the sea, and by how much it strays.
+    // Height of the tree line and how far it varies, in metres above the sea.
     tree_line_m: f32,
     raggedness_m: f32,
-    // Rise over run where the last tree stands.
+    // Steepest slope with trees, rise over run.
     steepest: f32,
-    // Up to here all trees are drawn, seen from above.
+    // Distance up to which all trees are drawn, seen from above, in metres.
     full_m: f32,
-    // Beyond it none is.
+    // Distance beyond which no tree is drawn, in metres.
     reach_m: f32,
-    // Heights on the picture below which a tree is drawn as MIDDLE, and as IMPOSTOR.
+    // Heights on the picture below which a tree is drawn as MIDDLE, and as IMPOSTOR, in pixels.
     middle_px: f32,
     impostor_px: f32,
     tile_m: f32,
     points: f32,
-    // A species asks for hollows or ridges.
+    // 1: some species prefers hollows or ridges.
     asks_hollow: u32,
-    // Of the tallest tree.
+    // Height of the tallest tree.
     tallest_m: f32,
-    // Unit.
+    // Unit vector to the sun, in the world.
     to_sun: vec3<f32>,
-    // As far away from the sun a tree's shadow reaches from its foot, by its height; 0 where there are no shadows.
+    // Length of a tree's shadow on its side away from the sun, in heights of the tree; 0 where there are no shadows.
     shadow_reach: f32,
-    // No part of a tree is moved farther by wind.
+    // Largest displacement of any part of a tree by wind.
     sways_m: f32,
-    // Where land is level there is water.
+    // 1: level land is water.
     level_is_water: u32,
     padding_a: u32,
     padding_b: u32,
 }
 
-// A forest has no more.
+// Most species of a forest.
 const MOST_SPECIES: u32 = 8u;
 
 struct Species {
-    // Of all trees.
+    // Part of all trees, 0 to 1.
     share: f32,
     height_m: f32,
-    // Above the sea.
+    // Lowest and highest elevation at which the species grows, in metres above the sea.
     low_m: f32,
     high_m: f32,
-    // Unit: where slopes should look, times how much that matters.
+    // The direction in which preferred slopes face (a unit vector), times the strength of the preference.
     aspect: vec2<f32>,
-    // How much hollows are preferred to ridges.
+    // Preference for hollows over ridges; negative prefers ridges.
     by_hollow: f32,
-    // Of a crown, by the tree's height.
+    // Radius of the crown in heights of the tree.
     crown: f32,
-    // Of the spheres of its pictures, in tree units: of a tree, and of a piece of canopy.
+    // Centres and radii of the bounding spheres of its pictures, in tree units: of a tree, and of a piece of canopy.
     middle: vec3<f32>,
     radius: f32,
     canopy_middle: vec3<f32>,
     canopy_radius: f32,
-    // The upright cylinders within: radius, bottom and top.
+    // Upright bounding cylinders within: radius, bottom and top, in tree units.
     cylinder: vec4<f32>,
     canopy_cylinder: vec4<f32>,
 }
 
-// What may stand where.
+// The rasters and species that determine which trees may grow where.
 struct TreeRules {
-    // Of rasters: the south-western corner, from the origin of the rig.
+    // South-western corner of the cover rasters, in metres from the rig's origin.
     cover_low_m: vec2<f32>,
     cells_per_m: vec2<f32>,
-    // MOST_SPECIES.
+    // MOST_SPECIES entries.
     species: array<Species, 8>,
-    // For each of 255 classes of land and each species, in place of the species' share.
+    // Shares that replace a species' own, for each of 255 classes of land cover and each species.
     shares: array<f32, 2040>,
 }
 
-// The land where a tree stands, or would.
+// The land at the position of a tree.
 struct Site {
-    // In the grid.
+    // Position in the grid.
     g: vec2<f32>,
-    // To the east and to the north, metres per metre.
+    // Gradient to the east and to the north, in metres per metre.
     slope: vec2<f32>,
     // Relative to the camera.
     height_m: f32,
 }
 
-// The land is asked at this scale.
+// Scale at which the land is sampled, in metres.
 const RULE_M: f32 = 30.0;
-// Hollows and ridges are told by so much wider a look: three levels.
+// Hollows and ridges are relative to land averaged over this many more levels of the pyramid.
 const AROUND: f32 = 3.0;
-// The shore of still water is not steeper at the scale of RULE_M, rise over run.
+// Steepest shore of still water at the scale of RULE_M, rise over run.
 const STEEPEST_SHORE: f32 = 0.3;
-// Of the noise that the tree line strays by: so many in a tile, so that it fits together.
+// Cells of the noise of the tree line in a tile: an integer, so that tiles fit together.
 const PATCHES: i32 = 4;
-// Above and below its heights a species becomes rarer over as much.
+// Range of height above and below its limits over which a species becomes rarer.
 const FADES_OVER_M: f32 = 100.0;
 
 fn random(seed: u32, at: vec2<i32>, salt: u32) -> vec2<f32> {
@@ -111,7 +111,7 @@ fn random(seed: u32, at: vec2<i32>, salt: u32) -> vec2<f32> {
     return vec2<f32>(mixed >> vec2<u32>(8u)) / 16777216.0;
 }
 
-// −1 to 1, smooth, the same on both sides of a tile's border. `in_tile` is 0 to 1.
+// Returns smooth noise of −1 to 1, continuous across the borders of tiles. `in_tile` is 0 to 1.
 fn stray(seed: u32, tile: vec2<i32>, in_tile: vec2<f32>) -> f32 {
     let at = in_tile * f32(PATCHES);
     let whole = floor(at);
@@ -123,7 +123,7 @@ fn stray(seed: u32, tile: vec2<i32>, in_tile: vec2<f32>) -> f32 {
     return 2.0 * mix(south, north, t.y) - 1.0;
 }
 
-// Whether there is land.
+// Returns whether the position is within the extent of the land.
 fn has_land(g: vec2<f32>) -> bool {
     let units = g * terrain.units_per_sample;
     return all(units >= vec2<f32>(terrain.extent_units.xy)) && all(units <= vec2<f32>(terrain.extent_units.zw));
@@ -137,7 +137,7 @@ fn site_at(xy_m: vec2<f32>) -> Site {
     return Site(at.g, slope, land.height_m);
 }
 
-// How far a site lies below the land around it, by RULE_M.
+// Returns how far a site is below the land around it, in units of RULE_M.
 fn hollow_at(site: Site) -> f32 {
     let rule_level = clamp(log2(RULE_M / terrain.spacing_m), 0.0, f32(terrain.level_count - 1));
     let level = min(rule_level + AROUND, f32(terrain.level_count - 1));
@@ -145,10 +145,10 @@ fn hollow_at(site: Site) -> f32 {
     return (wide.height_m - site.height_m) / RULE_M;
 }
 
-// Whether a site is water: lakes and the sea are level in elevation data, wherever they are wider than what is around a
-// site; at a shore less than half of that is.
+// Returns whether a site is water. Lakes and the sea are level in elevation data wherever they are wider than the
+// neighbourhood that `level_around` samples; at a shore less than half of that is level.
 fn is_still_water(site: Site) -> bool {
-    // Its shore is nearer than what the land is asked at.
+    // A site so steep may be near the shore, but it is not in the water.
     if length(site.slope) > STEEPEST_SHORE {
         return false;
     }
@@ -156,20 +156,20 @@ fn is_still_water(site: Site) -> bool {
     return is_level(own) && level_around(site.g, own.height_m) >= 3;
 }
 
-// Of the points, those that have trees: it thins out toward the tree line and toward what is too steep. `stray` is that of
-// the tree line.
+// Returns the part of the points that have trees: it falls toward the tree line and toward steep land. `stray` is the
+// noise of the tree line, −1 to 1.
 fn density_of(forest: Forest, site: Site, stray: f32) -> f32 {
     let below_m = forest.tree_line_m + forest.raggedness_m * stray - (site.height_m + camera_z_m());
     return forest.density * smoothstep(0.0, max(forest.raggedness_m, 1.0), below_m)
         * (1.0 - smoothstep(0.7 * forest.steepest, forest.steepest, length(site.slope)));
 }
 
-// How much of a species' share there is at a place.
+// Returns the share of a species at a site.
 fn suits(species: Species, site: Site, hollow: f32) -> f32 {
     let above_sea_m = site.height_m + camera_z_m();
     let by_height = clamp(1.0 + min(above_sea_m - species.low_m, species.high_m - above_sea_m) / FADES_OVER_M, 0.0, 1.0);
     let steepness = length(site.slope);
-    // A slope looks down: against its gradient. Gentle ones hardly look anywhere.
+    // A slope faces down: against its gradient. Gentle slopes hardly face anywhere.
     let looks = -dot(site.slope, species.aspect) / max(steepness, 1e-6);
     let by_aspect = 1.0 + smoothstep(0.05, 0.3, steepness) * 0.5 * (looks - length(species.aspect));
     let by_hollow = clamp(1.0 + 2.0 * species.by_hollow * hollow, 0.0, 2.0);

@@ -1,19 +1,19 @@
-// The land's form: what is left of it at a level of the pyramid, under a B-spline.
+// The form of the land: the land at a level of the pyramid, smoothed by a B-spline.
 #define_import_path hachure::form
 #import hachure::view::{View, distance_from_eye, ray_of_pixel}
 #import hachure::terrain::{terrain, GridPoint, grid_from_world, place_on_level, as_far_as_there, first_sample, last_sample}
 #import hachure::surface::{Surface, surface_near, form_at}
 #import hachure::earth::{Unbent, unbend, bend_normal}
 
-// Levels above the coarsest that there is; and how wide the square is, in its samples, by how many times larger a sample
-// should be.
+// Levels that can be averaged beyond the coarsest one of the pyramid; and the width of the averaging square in samples,
+// per factor by which a sample should be larger.
 const MOST_BEYOND: f32 = 2.0;
 const WIDER: f32 = 1.5;
-// Land that is seen more nearly along itself than this, by a cosine, is taken for it.
+// Smallest cosine between the surface and the view direction that is used; land at a flatter angle counts as this.
 const LEAST_FACING: f32 = 0.0625;
 
-// The land as a level has it. A small DEM has few levels, and a map of it asks for more: above the coarsest the form is
-// the mean over a square.
+// Returns the land smoothed at a level. A small DEM has few levels, and a map of it may request more: above the
+// coarsest level the form is the mean over a square.
 fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
     let coarsest = f32(terrain.level_count - 1);
     let wanted = clamp(level, 0.0, coarsest);
@@ -38,15 +38,16 @@ fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32
     return bend_normal(flat_place, vec2<f32>(dot(gradient, point.dg_dx), dot(gradient, point.dg_dy)));
 }
 
-// The level whose samples are `sample_px` wide at a place, however the land there faces the eye.
+// Returns the level whose samples cover an area of `sample_px` squared on the picture, taking the angle of the land
+// into account.
 fn level_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> f32 {
     let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
     let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
     return level - 0.5 * log2(max(facing, LEAST_FACING));
 }
 
-// From a pixel's place on a plane with that normal to where the rays of the pixels right of it and below it meet the
-// plane, in metres. `depth_m` is along the view axis.
+// Returns the vectors from the point of a pixel, on a plane with that normal, to where the rays of the pixels to the
+// right and below meet the plane, in metres. `depth_m` is along the view axis.
 fn steps_on_plane(view: View, pixel: vec2<i32>, depth_m: f32, normal: vec3<f32>) -> mat2x3<f32> {
     let ray = ray_of_pixel(view, pixel);
     let facing = dot(normal, ray);
@@ -56,8 +57,8 @@ fn steps_on_plane(view: View, pixel: vec2<i32>, depth_m: f32, normal: vec3<f32>)
     return mat2x3<f32>(right, down);
 }
 
-// The level whose samples are `sample_px` wide at a place, and the normal there. Seen along the land a sample is narrower:
-// it is as large by its area.
+// The level whose samples are `sample_px` wide on the picture, and the normal there. Land at a flat angle has narrower
+// samples; they are matched by area.
 struct Form {
     level: f32,
     normal: vec3<f32>,

@@ -1,52 +1,52 @@
-// What both ways of hatching share: how darkness is divided among layers, along which axes a layer's marks lie at a
-// place, and how these axes run on the picture.
+// Code that both ways of hatching share: how darkness is divided among layers, along which axes a layer's marks run at
+// a place, and how these axes project on the picture.
 //
-// A *chart* is a pair of directions of the world: `across` the marks and `along` them. A coordinate along a direction
-// is u = axis . place, in metres, so a chart is a solid texture (Benard et al. 2009): marks live in space and the
-// surface cuts them out, without a parameterisation of the surface. Directions come from a fixed set of axes, 32 around
-// the compass; where a layer follows the land, two neighbouring charts hand over to each other.
+// A *chart* is a pair of directions of the world: `across` the marks and `along` them. The coordinate along a direction
+// is u = axis . place, in metres, so a chart is a solid texture (Benard et al. 2009): marks are defined in space and
+// the surface cuts through them, without a parameterisation of the surface. Directions come from a fixed set of axes,
+// 32 around the compass; where a layer follows the land, two neighbouring charts are blended.
 #define_import_path hachure::hatch
 #import hachure::view::View
 
-// Around the compass: north, then clockwise.
+// Level axes around the compass: north, then clockwise.
 const AZIMUTHS: i32 = 32;
-// After the level axes come those that fall at 45 degrees: no slope stands square to all of (level, falling).
+// First of the axes that fall at 45 degrees. No slope is perpendicular to both a level axis and its falling one.
 const FIRST_FALLING: i32 = 32;
 const HEIGHT_AXIS: i32 = 64;
-// Then each layer's own two: across and along its fixed direction.
+// First of each layer's own two axes: across and along its fixed direction.
 const FIRST_FIXED: i32 = 65;
-// And each layer's own along direction again, on which one moves slowly.
+// First of each layer's own along axis again, on which the coordinate changes slowly.
 const FIRST_SLOW: i32 = 73;
 const STEP_RAD: f32 = 0.19634954;
-// The part of a step of azimuth in which two charts share a place.
+// Part of a step of azimuth in which two charts are blended.
 const AZIMUTH_ZONE: f32 = 0.5;
 const FIXED: u32 = 0u;
 const SLOPE: u32 = 1u;
 const CONTOUR: u32 = 2u;
 const SIGHT: u32 = 3u;
 const CURVATURE: u32 = 4u;
-// Of a layer: marks that have no ends, and such that darken by growing wider.
+// Flags of a layer: its marks have no ends; and its marks darken by growing wider.
 const ENDLESS: u32 = 1u;
 const SWELLS: u32 = 2u;
-// Round dots that know of each other.
+// Flag: round dots that keep apart (dots.wgsl).
 const DOTS: u32 = 4u;
 
 struct HatchLayer {
     // FIXED, SLOPE, CONTOUR, SIGHT or CURVATURE.
     direction: u32,
-    // Which map.
+    // Index of the layer's tonal art map.
     map: u32,
-    // Marks are this much larger than their recipe has them.
+    // Size of marks relative to their recipe.
     size: f32,
-    // Added to the direction of the land, in steps of azimuth.
+    // Rotation from the direction of the land, clockwise, in steps of azimuth (STEP_RAD).
     turn: f32,
-    // Unit, level: the fixed direction, and what level land falls back to.
+    // Horizontal unit vector: the fixed direction, which level land uses too.
     fixed_direction: vec2<f32>,
     // Length and width of a mark in pixels, for the fractal rule; a length of 0 is endless.
     marks_px: vec2<f32>,
-    // ENDLESS, SWELLS, DOTS.
+    // Bits: ENDLESS, SWELLS, DOTS.
     flags: u32,
-    // How much of the marks is only their mean: such as are too small for pixels.
+    // Part of the marks that is replaced by their mean, 0 to 1, for marks too small for pixels.
     grey: f32,
     pad_a: f32,
     pad_b: f32,
@@ -54,54 +54,55 @@ struct HatchLayer {
 
 struct Hatch {
     layers: array<HatchLayer, 4>,
-    // Of each layer, in the order in which they begin. Optical density, -ln(1 - darkness), at which it does, and from
-    // there to the next.
+    // Optical density, -ln(1 - darkness), at which each layer begins, and the span from there to the next. Layers are
+    // in the order in which they begin.
     begins: vec4<f32>,
     spans: vec4<f32>,
-    // Steepness at which a layer comes and goes, as sines.
+    // Steepness at which a layer fades in and out, as sines.
     comes_from: vec4<f32>,
     comes_full: vec4<f32>,
     goes_from: vec4<f32>,
     goes_full: vec4<f32>,
     count: u32,
-    // Levels of the ladder and the first one's number.
+    // Number of levels of the ladder, and the number of the first.
     level_count: i32,
     first_level: i32,
-    // Width of the border of a mark in thresholds, at least: 0 is sharp, a pencil has some.
+    // Smallest width of a mark's border, in thresholds: 0 is sharp, a pencil has some.
     softness: f32,
     // Side of the tile in texels: a power of two.
     side: u32,
-    // A bit for each layer that is drawn: all, or one whose marks are asked for alone.
+    // One bit for each layer that is drawn: all layers, or the only one that was requested.
     drawn: u32,
     // Not 0: some layer follows the curvature.
     by_curvature: u32,
     pad_c: u32,
 }
 
-// How a place moves over the surface from pixel to pixel.
+// Derivative of the surface point from pixel to pixel, right and down, in metres.
 struct Footprint {
     dx: vec3<f32>,
     dy: vec3<f32>,
 }
 
-// Of a plane with normal n through the place that a ray sees at `along_m`.
+// Returns the footprint on a plane with normal n, through the point at `along_m` on a ray.
 fn footprint(view: View, ray: vec3<f32>, along_m: f32, n: vec3<f32>) -> Footprint {
     let closing = dot(n, ray);
-    // Beyond 89 degrees marks are allowed to shrink.
+    // Beyond 89 degrees marks may shrink.
     let safe = select(1.0, -1.0, closing < 0.0) * max(abs(closing), 0.02 * length(ray));
     let dx = view.ray_dx - ray * (dot(n, view.ray_dx) / safe);
     let dy = view.ray_dy - ray * (dot(n, view.ray_dy) / safe);
     return Footprint(dx * along_m, dy * along_m);
 }
 
-// How a coordinate changes from pixel to pixel, in metres.
+// Returns the change of a coordinate from pixel to pixel, right and down, in metres.
 fn change_along(axis: vec3<f32>, foot: Footprint) -> vec2<f32> {
     return vec2<f32>(dot(axis, foot.dx), dot(axis, foot.dy));
 }
 
-// Optical densities add up where independent marks lie on each other: -ln(1 - coverage). A layer takes part from the
-// darkness on at which it begins, in equal shares with the others that have begun, as far as it likes the slope. The
-// first does what nobody likes. Returns each layer's darkness. Written out: software drivers index vectors slowly.
+// Divides a darkness among the layers; returns each layer's darkness. Where independent marks overlap, optical
+// densities -ln(1 - coverage) add up. A layer takes part from the darkness at which it begins, in equal shares with the
+// others that have begun, weighted by its range of steepness. The first layer takes what no other layer may. The loop
+// is unrolled because software drivers index vectors slowly.
 fn divide(hatch: Hatch, darkness: f32, steepness: f32) -> vec4<f32> {
     let whole = -log(max(1.0 - darkness, 1e-4));
     let liking = smoothstep(hatch.comes_from, hatch.comes_full, vec4<f32>(steepness))
@@ -118,7 +119,7 @@ fn divide(hatch: Hatch, darkness: f32, steepness: f32) -> vec4<f32> {
     return 1.0 - exp(-densities);
 }
 
-// Two charts and how much of the second.
+// Two charts, and the weight of the second, 0 to 1.
 struct Charts {
     across: vec2<i32>,
     along: vec2<i32>,
@@ -129,18 +130,19 @@ fn azimuth_axis(first: i32, step: i32) -> i32 {
     return first + (step & (AZIMUTHS - 1));
 }
 
-// How much of its fixed direction a layer has where no direction bends more than others.
+// Weight of the fixed direction where no direction bends more than others.
 const UNDECIDED: f32 = 0.03;
 
-// The charts along the greatest bend (surface/bend_axis.wgsl), as a line on the map. A line has no sense, so half of the
-// compass is enough, and the charts of both ends are one. Level axes count along it: they run along lines of any slope.
+// Returns the charts along the direction of greatest curvature (surface/bend_axis.wgsl), as a line on the map. A line
+// has no sense, so half of the compass is enough, and the charts at both ends are the same. Level axes serve as
+// `along`: they suit lines of any slope.
 fn charts_of_line(layer: HatchLayer, n: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
     let fixed = layer.fixed_direction;
     let doubled = bend_axis + UNDECIDED * vec2<f32>(fixed.x * fixed.x - fixed.y * fixed.y, 2.0 * fixed.x * fixed.y);
     let angle = 0.5 * atan2(doubled.y, doubled.x);
     var ahead = vec2<f32>(cos(angle), sin(angle));
     if layer.turn != 0.0 {
-        // On the surface, clockwise from above.
+        // The turn is on the surface, clockwise from above.
         let along = normalize(vec3<f32>(ahead, -dot(n.xy, ahead) / max(n.z, 0.05)));
         let turn = layer.turn * STEP_RAD;
         ahead = (cos(turn) * along - sin(turn) * cross(n, along)).xy;
@@ -153,7 +155,8 @@ fn charts_of_line(layer: HatchLayer, n: vec3<f32>, bend_axis: vec2<f32>) -> Char
     return Charts(vec2<i32>(a + 8, b + 8), vec2<i32>(a, b), clamp((step - whole - 0.5) / AZIMUTH_ZONE + 0.5, 0.0, 1.0));
 }
 
-// The charts of a layer at a place with mark normal n, seen along a ray. `bend_axis` is for layers by curvature alone.
+// Returns the charts of a layer at a place with mark normal n, seen along a ray. `bend_axis` is used only by layers
+// that follow the curvature.
 fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_axis: vec2<f32>) -> Charts {
     if layer.direction == CURVATURE {
         return charts_of_line(layer, n, bend_axis);
@@ -164,7 +167,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_a
     let facing_across = abs(dot(n, fixed_across));
     let facing_along = abs(dot(n.xy, layer.fixed_direction));
     if layer.direction == FIXED {
-        // On a wall that stands square to an axis, height takes its place.
+        // On a wall perpendicular to an axis, the height axis replaces it.
         let no_across = smoothstep(0.95, 0.985, facing_across);
         let no_along = smoothstep(0.75, 0.85, facing_along);
         if no_across > 0.0 {
@@ -176,12 +179,13 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_a
         return Charts(vec2<i32>(own_across), vec2<i32>(own_along, HEIGHT_AXIS), no_along);
     }
     let steep = length(n.xy);
-    // Along the contours as they are; turned ones are like those down the slope, a quarter further.
+    // Layers along the contours, without a turn. Turned ones are treated like those down the slope, a quarter turn
+    // further.
     if layer.direction == CONTOUR && layer.turn == 0.0 {
         let level = 1.0 - smoothstep(0.045, 0.06, steep);
         if (layer.flags & ENDLESS) != 0u {
-            // What runs along a line without ends is its wobble: one axis for all, or lines would break where it
-            // changes. It has the scale of what runs across, and height rises slowly.
+            // Along a line without ends only its wobble varies, so one axis serves all: lines would break where the
+            // axis changes. The axis has the scale of the `across` axis, and height changes slowly.
             return Charts(vec2<i32>(HEIGHT_AXIS, own_across), vec2<i32>(FIRST_SLOW + index, own_along), level);
         }
         let step = atan2(n.x, n.y) / STEP_RAD + 8.0;
@@ -194,7 +198,7 @@ fn charts_at(layer: HatchLayer, index: i32, n: vec3<f32>, ray: vec3<f32>, bend_a
         return Charts(vec2<i32>(HEIGHT_AXIS),
             vec2<i32>(azimuth_axis(0, i32(whole)), azimuth_axis(0, i32(whole) + 1)), second);
     }
-    // Level land has no slope: there the fixed direction wins, without a border.
+    // Level land has no slope: there the fixed direction takes over gradually.
     let is_contour = layer.direction == CONTOUR;
     let level_ahead = select(layer.fixed_direction, -fixed_across.xy, is_contour);
     var ahead = n.xy + level_ahead * (0.03 * max(1.0 - steep * 8.0, 0.0));

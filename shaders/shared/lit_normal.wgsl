@@ -3,11 +3,12 @@
 #import hachure::view::View
 #import hachure::mark_normal::between_blocks
 
-// A block of the form that sees another face still knows more of it than a sample of the land.
+// Weight of a block that sees another face: its form still describes the pixel's face better than one sample of the
+// land.
 const BESIDE: f32 = 0.05;
 
-// `own` is the normal of a pixel that sees `at`, and the lightness of what is there: other things than land have no form.
-// `detail` is how much of the land's own slopes is left.
+// Returns the normal to light. `own` is the normal of a pixel that sees `at`, and the lightness of what is there; only
+// land, whose lightness is 1, has a form. `detail` is the weight of the land's own normal, 0 to 1.
 fn lit_normal(view: View, form_normal: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, own: vec4<f32>, detail: f32) -> vec4<f32> {
     if own.w != 1.0 || detail >= 1.0 {
         return own;

@@ -1,31 +1,32 @@
-// Meshes that stand on the land: their triangles, and where they stand for this eye.
+// Triangle meshes on the land, and their positions for this eye.
 #define_import_path hachure::meshes
 
-// One that is in view. What has no room has no vertices and no triangles.
+// An instance in view. An instance without room has no vertices and no triangles.
 struct MeshInstance {
-    // Rows of the matrix from the mesh to the flat map around the rig; the mesh counts from its middle.
+    // Rows of the matrix from the mesh, centred on its middle, to the flat map around the rig.
     east: vec4<f32>,
     north: vec4<f32>,
     up: vec4<f32>,
-    // Its vertices among those of all levels of all meshes; and where they are, in the order of the list.
+    // First vertex among those of all levels of all meshes; number of vertices; first index in `mesh_places`.
     first_vertex: u32,
     vertices: u32,
     first_place: u32,
-    // Its triangles among those of all levels of all meshes.
+    // First triangle among those of all levels of all meshes, and number of triangles.
     first_triangle: u32,
     triangles: u32,
-    // How many triangles come before that are near enough for edges; its own are not unless is_near is 1.
+    // Number of triangles of earlier instances that are near enough for edges; the instance's own count only if
+    // `is_near` is 1.
     near_before: u32,
     is_near: u32,
-    // Its fronts are outside.
+    // 1: the mesh is closed, and its front faces are outside.
     is_solid: u32,
-    // Its first triangle among those of all that stands in the world, level by level.
+    // Number of its first triangle among the triangles of all instances of the world, at all levels.
     first_number: u32,
-    // How many triangles in view come before.
+    // Number of triangles in view of earlier instances.
     triangles_before: u32,
-    // Its number in the world.
+    // Index of the instance in the world.
     standing: u32,
-    // How many there are in the list.
+    // Number of instances in the list.
     listed: u32,
 }
 
@@ -33,15 +34,16 @@ struct MeshTriangle {
     corner_a: u32,
     corner_b: u32,
     corner_c: u32,
-    // Across the edges ab, bc, ca: BORDER, AGAIN, or twice the number of the triangle there, plus 1 if it is turned.
+    // Neighbour across the edges ab, bc, ca: BORDER, AGAIN, or twice the neighbour's number, plus 1 if it has the
+    // opposite orientation.
     across_ab: u32,
     across_bc: u32,
     across_ca: u32,
-    // Octahedral, 2 × 16 bits.
+    // Normals at the corners, octahedral, 2 × 16 bits.
     normal_a: u32,
     normal_b: u32,
     normal_c: u32,
-    // Of its material: 1 is bare land, and it is always less.
+    // Lightness of the material, always less than 1, which is bare land.
     lightness: f32,
 }
 
@@ -50,17 +52,17 @@ const AGAIN: u32 = 0xfffffffeu;
 
 @group(0) @binding(20) var<storage, read> mesh_instances: array<MeshInstance>;
 @group(0) @binding(21) var<storage, read> mesh_triangles: array<MeshTriangle>;
-// Of all that is in view, as drawn: metres from the origin of the rig.
+// Vertices of everything in view, as drawn: metres from the rig's origin.
 @group(0) @binding(22) var<storage, read> mesh_places: array<vec4<f32>>;
 
-// What instances are counted by: vertices in view, triangles in view that are near enough for edges, triangles in view,
-// all triangles of the world at all levels.
+// What `instance_of` counts by: vertices in view, triangles in view that are near enough for edges, triangles in view,
+// or all triangles of the world at all levels.
 const BY_VERTEX: u32 = 0u;
 const BY_NEAR: u32 = 1u;
 const BY_TRIANGLE: u32 = 2u;
 const BY_NUMBER: u32 = 3u;
 
-// The instance that something belongs to: the last one that begins at its number or before.
+// Returns the instance that an item belongs to: the last one whose first item has this number or a lower one.
 fn instance_of(number: u32, by: u32) -> u32 {
     var low = 0u;
     var high = mesh_instances[0].listed;
@@ -81,7 +83,7 @@ struct Corners {
     c_m: vec3<f32>,
 }
 
-// The corners of a triangle of an instance, as drawn.
+// Returns the corners of a triangle of an instance, as drawn.
 fn corners_of(first_place: u32, triangle: MeshTriangle) -> Corners {
     return Corners(
         mesh_places[first_place + triangle.corner_a].xyz,
@@ -90,7 +92,7 @@ fn corners_of(first_place: u32, triangle: MeshTriangle) -> Corners {
     );
 }
 
-// A unit vector from its octahedral map (Cigolle and others 2014).
+// Decodes a unit vector from its octahedral map (Cigolle and others 2014).
 fn normal_from(packed: u32) -> vec3<f32> {
     let xy = unpack2x16snorm(packed);
     let z = 1.0 - abs(xy.x) - abs(xy.y);

@@ -1,20 +1,20 @@
-// A patch of the mesh: 16 x 16 quads. See src/tiles/selection.rs.
+// A patch of the terrain mesh: 16 x 16 quads. See src/tiles/selection.rs.
 #define_import_path hachure::mesh
 
 struct Patch {
-    // In grid units relative to the anchor.
+    // Position of the first vertex, in grid units relative to the anchor.
     origin_units: vec2<i32>,
-    // Log2 of the units between vertices.
+    // Log2 of the grid units between vertices.
     stride_exponent: u32,
-    // What the surface id target gets.
+    // Value for the surface id target.
     id: u32,
-    // Levels above the patch's own, at its first column, last column, first row, last row.
+    // Continuous level, relative to the patch's own, at its first column, last column, first row and last row.
     edge_levels: vec4<f32>,
-    // Levels above the patch's own inside of it.
+    // Continuous level, relative to the patch's own, inside the patch.
     inner_level: f32,
-    // The sides whose edges are this patch's: bit 0 for its first column, 1 last column, 2 first row, 3 last row.
+    // Sides whose edges belong to this patch: bit 0 for its first column, 1 last column, 2 first row, 3 last row.
     sides: u32,
-    // 1: it has void samples.
+    // 1: the patch has no-data samples.
     has_holes: u32,
     padding: f32,
 }

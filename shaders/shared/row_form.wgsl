@@ -1,9 +1,9 @@
-// The land's form as rows of hachures follow it: heights at the corners of a block's cells, and cubic polynomials between
-// them (Keys 1981, cubic convolution), which go through these heights and have no kinks.
+// The form of the land that rows of hachures follow: heights at the corners of a block's cells, interpolated by cubic
+// convolution (Keys 1981), which passes through these heights and has no kinks.
 #define_import_path hachure::row_form
 #import hachure::rows::{RowBlock, Frame, BESIDE, NODES, SLOPE_CELLS, SLOPE_NODES}
 
-// Of a step, in cells.
+// Largest step along the slope, in cells.
 const LONGEST: f32 = 2.0;
 
 @group(0) @binding(2) var<storage, read_write> relief: array<f32>;
@@ -16,7 +16,8 @@ fn slopes(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(t * (4.0 - 3.0 * t) - 1.0, t * (9.0 * t - 10.0), t * (8.0 - 9.0 * t) + 1.0, t * (3.0 * t - 2.0));
 }
 
-// By east and north the slope, and the height in the world, at a place of a block whose relief begins at `first`.
+// Returns the slope to the east and to the north, and the height in the world, at a position in a block whose relief
+// begins at `first`.
 fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3<f32> {
     let at = clamp(place + f32(BESIDE), vec2<f32>(1.0), vec2<f32>(f32(NODES) - 2.001));
     let node = vec2<i32>(floor(at));
@@ -38,13 +39,13 @@ fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3
     return vec3<f32>(dot(gradient, frame.point.dg_dx), dot(gradient, frame.point.dg_dy), height_m);
 }
 
-// The way in cells along the slope that rises by `rise_m`.
+// Returns the step along the slope that rises by `rise_m`, in cells.
 fn way_of(block: RowBlock, frame: Frame, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
     let by_m = slope * (rise_m / max(dot(slope, slope), 1e-12));
     return (frame.point.dg_dx * by_m.x + frame.point.dg_dy * by_m.y) / block.cell;
 }
 
-// The mean square of the slope around a place.
+// Returns the mean square of the slope around a position.
 fn steepness(first: i32, at: vec2<f32>) -> f32 {
     let place = at / f32(SLOPE_CELLS) + 1.0;
     let node = clamp(vec2<i32>(floor(place)), vec2<i32>(0), vec2<i32>(SLOPE_NODES - 2));

@@ -1,11 +1,11 @@
-// Squares of the picture in which the ink of rows is held against what is asked for.
+// Squares of the picture in which the ink of rows is compared with the requested ink.
 #define_import_path hachure::row_ink
 #import hachure::rows::RowRules
 
-// Side of a square, in spacings, and parts of a pixel's ink that are counted.
+// Side of a square, in spacings, and units of ink per pixel.
 const SQUARE: f32 = 4.0;
 const INK_UNIT: f32 = 64.0;
-// A mark is as long as so many of its widths.
+// Length of a mark in widths.
 const SLENDER: f32 = 4.0;
 
 fn square_px(rules: RowRules) -> i32 {

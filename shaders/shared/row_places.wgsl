@@ -1,24 +1,25 @@
-// Proposals of marks on the picture, and a raster that says who is where on it.
+// Proposed marks on the picture, and a raster of which mark claims each cell, and with what priority.
 //
-// A cell of the raster has the greatest word that was put there: the turn of a mark that is drawn, above all, or that of
-// one that would be. A turn belongs to a mark's place on the land, as its number does not: which mark has a cell depends on
-// no timing. Walks across a mark, from cell to cell, tell how near the next one is.
+// A cell of the raster holds the greatest word that was written to it: the priority of a mark that is drawn, which
+// exceeds all others, or of one that is undecided. A priority depends on the mark's position on the land, not on its
+// number, so which mark claims a cell does not depend on timing. Walks across a mark, from cell to cell, find the
+// distance to the next one.
 #define_import_path hachure::row_places
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL}
 
-// Cells of the raster to a spacing, and spacings that it reaches beside the picture.
+// Cells of the raster per spacing, and the margin of the raster around the picture, in spacings.
 const CELLS_PER_SPACING: f32 = 6.0;
 const RASTER_BESIDE: f32 = 16.0;
-// Of a word: here is a mark that is drawn, whose turn follows.
+// Bit of a word: the cell belongs to a mark that is drawn, whose priority follows.
 const TAKEN: u32 = 0x80000000u;
-// Steps of a walk and of a line, in cells: none is passed over.
+// Step of a walk and of a line, in cells, small enough to skip no cell.
 const WALK: f32 = 0.7;
 
 struct RowPlaces {
-    // Of the raster.
+    // Size of the raster in cells.
     size: vec2<u32>,
-    // A later round's words are greater, so none is wiped off.
+    // Number of the round. Later rounds write greater words, so the raster need not be cleared.
     round: u32,
     stage: u32,
 }
@@ -34,14 +35,14 @@ fn cell_px() -> f32 {
     return rules.spacing_px / CELLS_PER_SPACING;
 }
 
-// The number of a cell; below 0 outside of the raster.
+// Returns the index of a cell; negative outside of the raster.
 fn cell_at(px: vec2<f32>) -> i32 {
     let cell = vec2<i32>(floor((px + RASTER_BESIDE * rules.spacing_px) / cell_px()));
     let is_outside = any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(places.size));
     return select(cell.y * i32(places.size.x) + cell.x, -1, is_outside);
 }
 
-// What a place of the raster says; outside of it all is taken.
+// Returns the word of a cell; everything outside of the raster is taken.
 fn word_at(px: vec2<f32>) -> u32 {
     let cell = cell_at(px);
     if cell < 0 {
@@ -54,7 +55,7 @@ fn sample_of(number: u32, j: i32) -> vec4<f32> {
     return proposals[number * u32(PROPOSAL) + 1u + u32(j)];
 }
 
-// Of a mark that goes from sample to sample: unit, along it.
+// Returns the unit tangent of a mark between samples `begin` and `end`.
 fn along_at(number: u32, j: i32, begin: i32, end: i32) -> vec2<f32> {
     let way = sample_of(number, min(j + 1, end)).xy - sample_of(number, max(j - 1, begin)).xy;
     return way / max(length(way), 1e-6);

@@ -1,54 +1,56 @@
-// Rows of hachures: the blocks of land in which they are placed, and what is known of each.
+// Rows of hachures: the blocks of land in which they are placed, and the data of each block.
 //
-// The land is cut into square blocks of a quadtree in grid coordinates. A block of level L has CELLS x CELLS cells, each
-// 2^L samples of the finest level wide: a cell is the spacing of marks there, before the picture thins them. Places in a
-// block are counted in cells from its corner; marks may begin in it and end beside it.
+// The land is cut into square blocks of a quadtree in grid coordinates. A block of level L has CELLS x CELLS cells,
+// each 2^L samples of the finest level wide: a cell is the spacing of marks there, before the picture thins them.
+// Positions in a block are in cells from its corner; marks begin in the block and may end outside of it.
 //
-// Heights are counted in units of 1 / STEPS of a cell. Rows lie between heights that are multiples of 2^octave units, and
-// a mark is seeded in the middle of its row, at an odd multiple of half of that. Each cell has the octave of its rows, or
-// none (0).
+// Heights are in units of 1 / STEPS of a cell. Rows are between heights that are multiples of 2^octave units, and a
+// mark is seeded in the middle of its row, at an odd multiple of half of that. Each cell has the octave of its rows, or
+// 0 for none.
 #define_import_path hachure::rows
 #import hachure::terrain::{terrain, GridPoint, world_from_grid, grid_from_world}
 
 const CELLS: i32 = 64;
-// Heights stand at the corners of cells, and of so many cells beside the block: nodes along a side.
+// Cells around the block that have heights too, and nodes (corners of cells) along a side.
 const BESIDE: i32 = 17;
 const NODES: i32 = 99;
-// The slope that octaves follow stands at nodes that are so many cells apart, from one beside the block to the other.
+// Distance between the nodes of the slope that octaves follow, in cells, and the number of them along a side, with one
+// outside of the block at either end.
 const SLOPE_CELLS: i32 = 8;
 const SLOPE_NODES: i32 = 11;
-// Octaves stand for cells up to so many beside the block: cells along a side.
+// Cells around the block that have octaves too, and cells with octaves along a side.
 const MARGIN: i32 = 8;
 const OCTAVES: i32 = 80;
-// Words of a block's relief: heights, then slopes, then octaves.
+// Offsets in a block's relief, in words: heights come first, then slopes, then octaves; and its size.
 const FIRST_OCTAVE: i32 = 9922;
 const RELIEF: i32 = 16322;
 const STEPS: f32 = 64.0;
-// Of rows, by how steep the land is.
+// Range of the octaves of rows; the steepness of the land determines the octave.
 const LEAST_OCTAVE: i32 = 3;
 const GREATEST_OCTAVE: i32 = 12;
-// Candidates to a cell's width along the middle of a row; the picture chooses among them.
+// Candidates per width of a cell along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
-// Candidates of a block.
+// Most candidates of a block.
 const MOST_CANDIDATES: u32 = 16384u;
-// Samples of a mark: in the middle, and on each side of it.
+// Samples of a mark on each side of the middle one.
 const HALF: i32 = 8;
-// Of these, the samples to the border of the row: those beyond are for marks that no row goes on from.
+// Samples from the middle to the border of the row; those beyond serve marks that no other row continues.
 const CORE: i32 = 5;
 const SAMPLES: i32 = 17;
-// Words of a candidate: its index, the number of intervals in its piece, what is below, its height, and its samples.
+// Words of a candidate: its index, the number of intervals in its piece, the candidate below it, its height, and its
+// samples.
 const WORDS: u32 = 21u;
 const CLOSED: u32 = 0x80000000u;
-// Of an index: the same mark begins a piece of the next block, which draws it.
+// Bit of an index: the same mark begins a piece of the next block, which draws it.
 const ELSEWHERE: u32 = 0x80000000u;
 
-// Of intervals: a mark that stands in no row. Its index is what it rises from sample to sample, and its height is one, in
-// metres.
+// Bit of the number of intervals: a mark outside of any row. Its index then holds its rise from sample to sample, and
+// its height is in metres.
 const ALONE: u32 = 0x40000000u;
-// What is proposed for the picture, in words of four numbers. First the samples at which it begins and ends (the last times
-// 32), a bit for each sample that is seen, its turn (the greatest comes first), and what is decided: UNDECIDED and so on.
-// Then the samples: place in pixels, room beside it in pixels, distance along the view axis. A mark that stands in no row
-// does not know its room: below 0 is how much of it is drawn.
+// Size of a proposal, in vectors of four. The first vector holds the samples at which the mark begins and ends (the end
+// times 32), a bit for each visible sample, its priority (the greatest comes first), and its state: UNDECIDED to
+// DROPPED. The others are samples: position in pixels, free room on either side in pixels, and distance along the view
+// axis. A mark outside of any row has no known room: there a negative number is the part of it that is drawn.
 const PROPOSAL: i32 = 18;
 const UNDECIDED: f32 = 0.0;
 const CHOSEN: f32 = 1.0;
@@ -56,34 +58,35 @@ const DRAWN: f32 = 2.0;
 const DROPPED: f32 = 3.0;
 
 struct RowRules {
-    // Distance of marks on the picture.
+    // Distance between marks on the picture, in pixels.
     spacing_px: f32,
-    // Length of a row where the land is as steep as it is around, in cells.
+    // Length of a row where the land is as steep as its surroundings, in cells.
     row_cells: f32,
-    // Tangent of the slope that is level.
+    // Tangent of the slope below which land counts as level.
     level: f32,
     // Darkest tone of marks.
     darkest: f32,
-    // Part of a mark's length over which it thins out at an end.
+    // Part of a mark's length over which it tapers at an end.
     taper: f32,
-    // Marks that this frame has room for.
+    // Capacity for marks in this frame.
     most_marks: u32,
-    // Cells of level 0 on the picture at a distance of a metre: pixels.
+    // Size of a cell of level 0 on the picture at a distance of one metre, in pixels.
     cell_px_m: f32,
-    // Of blocks that there may be.
+    // Range of the levels of blocks.
     least_level: f32,
     greatest_level: f32,
 }
 
 struct RowBlock {
-    // Grid coordinate of its first corner.
+    // Grid coordinates of its first corner.
     corner: vec2<f32>,
-    // Samples of the finest level to a cell, and its log2.
+    // Samples of the finest level per cell, and the log2 of that.
     cell: f32,
     level: f32,
-    // In the pool.
+    // Index in the pool.
     slot: u32,
-    // East and north of its middle, relative to the camera, and of a cell there along x and along y.
+    // East and north of its centre, relative to the camera, and the sides of a cell there along x and along y, all in
+    // metres.
     middle_m: vec2<f32>,
     along_x: vec2<f32>,
     along_y: vec2<f32>,
@@ -101,7 +104,8 @@ fn camera_height_m() -> f32 {
     return terrain.camera_z_coarse_m + terrain.camera_z_fine_m;
 }
 
-// Grid and world around a place: metres east and north of a cell along x and along y.
+// The transform between grid and world around a position: sides of a cell along x and along y, in metres east and
+// north.
 struct Frame {
     point: GridPoint,
     world_m: vec2<f32>,
@@ -122,7 +126,7 @@ fn world_way(frame: Frame, way: vec2<f32>) -> vec2<f32> {
     return frame.along_x * way.x + frame.along_y * way.y;
 }
 
-// Places of marks, in half words: a quarter of a block beside it at most.
+// Positions of marks are packed in 16 bits each, up to a quarter of a block outside of the block.
 fn pack_place(place: vec2<f32>) -> u32 {
     return pack2x16unorm(clamp((place + 16.0) / 96.0, vec2<f32>(0.0), vec2<f32>(1.0)));
 }

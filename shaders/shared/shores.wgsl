@@ -1,31 +1,31 @@
-// What a tile's samples know of shores while its water map is made: 32 bits each.
+// Data of a tile's samples while its water map is made, 32 bits each.
 #define_import_path hachure::shores
 #import hachure::terrain::{terrain, levels, grid_from_world, world_from_grid, TILE_SAMPLES}
 #import hachure::map_job::MapJob
 #import hachure::water_maps::{AROUND, SIDE}
 
-// Tiles that are made at once. What was found of them: whether there is water in each, how many squares of samples may
-// have a lake, how many tiles have water, which, and how many are made.
+// Tiles that are made at once, and offsets in the list of what was found: whether each tile has water, then the number
+// of blocks that may have a lake, the number of tiles with water, their numbers, and the number of tiles being made.
 const SQUARES: u32 = 4u;
 const WET_TILES: u32 = 5u;
 const FIRST_WET: u32 = 6u;
 const JOBS: u32 = 10u;
 const FOUND: u32 = 11u;
-// Squares of four samples along a side of a tile and what is around it.
+// Blocks of 2 × 2 samples along a side of a tile and its surroundings.
 const BLOCKS: i32 = 162;
-// A square in the list of those that may have a lake: its number, and above that the tile's.
+// An entry in the list of blocks that may have a lake: the block's number in the lower bits, the tile's above.
 const JOB_SHIFT: u32 = 16u;
 
 const IS_SHORE: u32 = 1u;
 const IS_WATER: u32 = 2u;
-// Steps of a sample, and the farthest that a shore is from its sample.
+// Steps per sample in which the offset of a shore is stored, and the largest offset in samples.
 const OFFSET_STEPS: f32 = 42.0;
 const FARTHEST_OFFSET: f32 = 3.0;
-// Where the sample of a shore that is nearest in a column is: so many rows farther, plus this; 0 is nowhere.
+// Row of the nearest shore sample in a column, relative to the sample's own, plus ROW_ZERO; 0 is none.
 const ROW_SHIFT: u32 = 26u;
 const ROW_ZERO: i32 = 32;
 
-// A piece of shore near a sample: its place from there in samples, and its normal toward water, of length 1 in the world.
+// A piece of shore near a sample: its offset from there in samples, and its unit normal in the world, toward water.
 struct Shore {
     offset: vec2<f32>,
     normal: vec2<f32>,
@@ -43,7 +43,7 @@ fn unpacked_shore(word: u32) -> Shore {
     return Shore((steps - 128.0) / OFFSET_STEPS, vec2<f32>(cos(angle), sin(angle)));
 }
 
-// What a step along x, and one along y, is in the world at a sample, by the size of samples of the level.
+// Returns the steps along x and along y in the world at a sample, relative to the nominal sample size of the level.
 fn extents(job: MapJob, place: vec2<i32>) -> mat2x2<f32> {
     let info = levels[job.level];
     let sample = clamp(job.tile * TILE_SAMPLES - AROUND + place, vec2<i32>(0), info.size - 1);

@@ -3,36 +3,39 @@
 #import hachure::terrain::{terrain, levels, place_on_level, as_far_as_there, is_in_grid, LevelPlace}
 #import hachure::surface::{heights, Surface, surface_near, surface_at, cell_at, Cell}
 
-// Still water is not steeper, rise over run; heights on it differ by less than that, and means of many of them by less
-// than this.
+// Limits of still water: its slope, rise over run; differences between its heights, in metres; and differences between
+// means of many of its heights, in metres.
 const STEEPEST_WATER: f32 = 2e-4;
 const LEVEL_WATER_M: f32 = 0.03;
 const LEVEL_MEAN_M: f32 = 0.004;
-// As level as that so far around.
+// Distance at which the heights around a place are compared, in metres.
 const WATER_M: f32 = 90.0;
-// A lake has a square of twice this, or of twice so many samples; and of four samples in any case. Terraces of land in
-// whole metres are narrower where it slopes by more than 0.25 degrees.
+// A lake contains a level square whose side is twice LAKE_M or, if that is less, twice LAKE_SAMPLES samples, and at
+// least four samples. Terraces of land in whole metres are narrower where it slopes by more than 0.25 degrees.
 const LAKE_M: f32 = 120.0;
 const LAKE_SAMPLES: f32 = 8.0;
-// For such a square is looked around a place, in four corners so many samples aside, and on two coarser levels.
+// Number of searches for such a square: around a place, around four points ARM_SAMPLES samples away diagonally, and on
+// two coarser levels.
 const LAKE_LOOKS: i32 = 7;
 const ARM_SAMPLES: f32 = 2.5;
-// Land that is lower than a lake by less than this, rise over run, in so many of sixteen samples, or lower or higher in so
-// many, of one of so many coarser levels makes a terrace of it.
+// A level square is part of a terrace if land around it is lower by less than this slope, rise over run, in this many
+// of sixteen samples, or lower or higher in this many, on one of this many coarser levels.
 const GENTLE: f32 = 0.01;
 const TERRACE_SAMPLES: f32 = 2.0;
 const LEVEL_SAMPLES: f32 = 6.0;
 const TERRACE_LOOKS: i32 = 3;
-// Squares of so many levels coarser are lakes, whatever is around.
+// A square that is level on a level this much coarser is a lake, whatever is around.
 const LARGE: i32 = 2;
-// An end of a lake is level country as well: so many samples away in eight directions, and so many times twice as far.
+// An end of a lake looks like a terrace too. The rest of the lake is searched this many samples away in eight
+// directions, and at this many distances, each twice the one before.
 const END_SAMPLES: f32 = 3.0;
 const ENDS: i32 = 4;
-// What is level at this height is the sea, and no terrace.
+// Level ground within this height of 0 is the sea, never a terrace.
 const SEA_M: f32 = 0.5;
-// A world that is no higher is level land, and has no shore to tell a lake by.
+// A world with no greater range of heights is level land, and has no shore that would reveal a lake.
 const LEVEL_WORLD_M: f32 = 0.5;
-// Places that are asked lie so far beside samples and the middles between them: which are nearest is no matter of rounding.
+// Samples are read this far off the grid of samples and their midpoints, so that rounding never decides which is
+// nearest.
 const BESIDE: f32 = 0.13;
 const NO_LAKE: f32 = 1e30;
 const VOID: f32 = 2e30;
@@ -41,7 +44,7 @@ fn is_level(surface: Surface) -> bool {
     return length(surface.gradient) <= STEEPEST_WATER * terrain.spacing_m;
 }
 
-// In how many of eight directions the land is as high, WATER_M away.
+// Returns in how many of eight directions the land has the same height, WATER_M away.
 fn level_around(g: vec2<f32>, height_m: f32) -> i32 {
     var level = 0;
     for (var i = 0; i < 8; i++) {
@@ -53,18 +56,18 @@ fn level_around(g: vec2<f32>, height_m: f32) -> i32 {
     return level;
 }
 
-// Heights above the sea of the sixteen samples around a place, in rows; VOID where the data have none.
+// Heights above the sea of the sixteen samples around a place, in rows; VOID where there is no data.
 struct Window {
     row_a: vec4<f32>,
     row_b: vec4<f32>,
     row_c: vec4<f32>,
     row_d: vec4<f32>,
-    // The place between the middle ones, and the level they are of.
+    // Fractional position between the middle samples, and the level that the samples are of.
     f: vec2<f32>,
     level: i32,
 }
 
-// The lowest bit of a void is set.
+// The lowest bit of a no-data sample is set.
 fn known(height_m: f32) -> f32 {
     return select(height_m, VOID, (bitcast<u32>(height_m) & 1u) != 0u);
 }
@@ -83,7 +86,8 @@ fn window_at(place: LevelPlace, g: vec2<f32>) -> Window {
     return Window(window_row(cell, -1), window_row(cell, 0), window_row(cell, 1), window_row(cell, 2), cell.f, cell.level);
 }
 
-// The same on a level that may be coarser than any: its samples are means over points of the coarsest that there is.
+// Returns the window on a level that may be coarser than the pyramid: its samples then are means over points of the
+// coarsest level.
 fn wide_window(level: i32, g: vec2<f32>) -> Window {
     let last = terrain.level_count - 1;
     if level <= last {
@@ -106,19 +110,19 @@ fn wide_window(level: i32, g: vec2<f32>) -> Window {
     return Window(rows[0], rows[1], rows[2], rows[3], f, level);
 }
 
-// Level coordinates by g.
+// Returns level coordinates per grid coordinate.
 fn wide_scale(level: i32) -> vec2<f32> {
     let last = min(level, terrain.level_count - 1);
     return levels[last].scale / f32(1 << u32(level - last));
 }
 
-// The height of the sample that is nearest to a place.
+// Returns the height of the sample that is nearest to a position.
 fn sample_at(level: i32, g: vec2<f32>) -> f32 {
     let cell = cell_at(place_on_level(level, g), g);
     return known(textureLoad(heights, cell.texel + vec2<i32>(cell.f + 0.5), cell.slot, 0).r);
 }
 
-// Of the three squares between two rows: the height of those that are level, NO_LAKE of others.
+// Returns the heights of the three squares between two rows, NO_LAKE for those that are not level.
 fn squares(a: vec4<f32>, b: vec4<f32>) -> vec3<f32> {
     let low = min(min(a.xyz, a.yzw), min(b.xyz, b.yzw));
     let high = max(max(a.xyz, a.yzw), max(b.xyz, b.yzw));
@@ -137,19 +141,20 @@ fn has_height(window: Window, height_m: f32) -> bool {
     return any(away < vec4<f32>(LEVEL_WATER_M));
 }
 
-// The first level on which a square of four samples is a lake.
+// Returns the finest level on which a level square of 2 × 2 samples is a lake.
 fn lake_level() -> i32 {
     let samples = min(LAKE_M / terrain.spacing_m, LAKE_SAMPLES);
     return max(i32(round(log2(max(samples, 2.0)))), 1);
 }
 
-// A level square near a place: its height, or NO_LAKE, and its middle by g.
+// A level square near a place: its height, or NO_LAKE, and its centre in the grid.
 struct Square {
     height_m: f32,
     centre: vec2<f32>,
 }
 
-// Of the nine squares around a place on a level; the middle one first, then those beside it, then those in the corners.
+// Returns the first level square of the nine around a place on a level: the middle one, then the four that share its
+// sides, then the corners.
 fn level_square(g: vec2<f32>, level: i32) -> Square {
     let window = wide_window(level, g);
     let north = squares(window.row_a, window.row_b);
@@ -165,7 +170,7 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
         offset = vec2<f32>(next);
     }
     let centre = g + (offset + 0.5 - window.f + BESIDE) / wide_scale(window.level);
-    // Beyond the border everything is as at the border.
+    // Beyond the border all heights repeat those at the border.
     let half = 0.75 / wide_scale(window.level);
     if !is_in_grid(centre - half) || !is_in_grid(centre + half) {
         found = NO_LAKE;
@@ -177,8 +182,9 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
     return Square(found, centre);
 }
 
-// Whether a level square belongs to level country: around it the land goes on downward as gently as terraces do, or most of
-// it is hardly higher. Around a lake land is higher, but for a dam, which is steep, and an outlet, which is narrow.
+// Returns whether a level square is a terrace and not a lake: around it the land continues downward as gently as
+// terraces do, or most of it is hardly higher. Land around a lake is higher, except at a dam, which is steep, and an
+// outlet, which is narrow.
 fn is_terrace(square: Square, level: i32) -> bool {
     if abs(square.height_m) <= SEA_M {
         return false;
@@ -194,7 +200,7 @@ fn is_terrace(square: Square, level: i32) -> bool {
     return is_lower;
 }
 
-// How many are lower, and how many higher, but by no more than that.
+// Returns how many samples of a row are lower, and how many higher, but by no more than `most_m`.
 fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
     let by_m = height_m - row;
     let gentle = (abs(by_m) > vec4<f32>(LEVEL_WATER_M)) & (abs(by_m) < vec4<f32>(most_m));
@@ -203,11 +209,12 @@ fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
     return vec2<f32>(dot(select(none, one, gentle & (by_m > none)), one), dot(select(none, one, gentle & (by_m < none)), one));
 }
 
-// The height of the lake that lies at a place or within a few samples of it, of which `own` has some; else NO_LAKE.
+// Returns the height of the lake at a place or within a few samples of it, if `own` has that height; else NO_LAKE.
 //
-// A sample of a coarse level is the mean of those under it. Land around a lake is higher than it, so a mean is the lake's
-// height only where all of it is lake: four such means that are the same, and the sixteen under them, are a square of
-// water. Most terraces are not as wide, and means of slopes are not the same; what is as wide goes on downward.
+// A sample of a coarse level is the mean of those below it. Land around a lake is higher than the lake, so a mean
+// equals the lake's height only where all of it is lake: four such means that are equal, with the sixteen below them,
+// are a square of water. Most terraces are narrower, and means of slopes are not equal; a terrace that is as wide
+// continues downward.
 fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     if terrain.max_z_m - terrain.min_z_m < LEVEL_WORLD_M {
         return NO_LAKE;
@@ -215,12 +222,13 @@ fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     let first = max(lake_level(), own.level);
     var square = Square(NO_LAKE, g);
     var at = first;
-    // Squares around the place; then those farther away on the same level, for the arms of a lake; then larger ones.
+    // Squares around the place come first, then those farther away on the same level, for the arms of a lake, then
+    // larger ones.
     for (var look = 0; look < LAKE_LOOKS && square.height_m == NO_LAKE; look++) {
         at = first + max(look - 4, 0);
         let aside = vec2<f32>(f32((look & 1) * 2 - 1), f32((look & 2) - 1)) * select(0.0, ARM_SAMPLES, look > 0 && look < 5);
         square = level_square(g + aside / wide_scale(at), at);
-        // The one that is seen here, and not what is level beside it.
+        // The lake must be visible at the place itself, not only next to it.
         if !has_height(own, square.height_m) {
             square.height_m = NO_LAKE;
         }
@@ -228,7 +236,7 @@ fn lake_near(g: vec2<f32>, own: Window) -> f32 {
     if square.height_m == NO_LAKE || !is_terrace(square, at) {
         return square.height_m;
     }
-    // The shallow end of a lake: it goes on to where it is none.
+    // The square may be the shallow end of a lake: then a nearby square at the same height is not a terrace.
     var goes_on = abs(level_square(square.centre, first + LARGE).height_m - square.height_m) < LEVEL_WATER_M;
     for (var i = 0; i < 8 * ENDS && !goes_on; i++) {
         let angle = f32(i) * 0.78539816;

@@ -1,100 +1,100 @@
-// What lasts of strokes from frame to frame: their samples. See src/lines/strokes/samples.rs and temporal.rs.
+// The samples of strokes, which persist from frame to frame. See src/lines/strokes/samples.rs and temporal.rs.
 #define_import_path hachure::stroke_samples
 
-// A place on a stroke.
+// A point of a stroke.
 struct Sample {
-    // Camera-relative, in the frame that the list belongs to.
+    // Camera-relative, in metres, in the frame of the list.
     position_m: vec3<f32>,
-    // How strongly the pen is pressed: 0 nothing, 1 full.
+    // Pressure of the pen: 0 none, 1 full.
     pressure: f32,
-    // On the picture.
+    // Position on the picture, in pixels.
     px: vec2<f32>,
-    // The texture's parameter.
+    // Parameter of the texture along the stroke, in pixels.
     along_px: f32,
-    // At full pressure.
+    // Half width at full pressure, in pixels.
     half_width_px: f32,
-    // Distance along the view axis.
+    // Distance along the view axis, in metres.
     depth_m: f32,
-    // How far along the stroke it is to where drawing ends: above 0 the sample is drawn, below it is not.
+    // Distance along the stroke to the end of the drawn part, in pixels: positive where the sample is drawn.
     shown_px: f32,
-    // Whose it is; lasts across frames. Not 0. When a stroke falls into several, all of them keep it.
+    // Identity of the stroke across frames, never 0. A stroke that splits passes it on to all of its parts.
     stroke: u32,
     // FIRST, LAST, FADING, IS_CLOSED, RUNS_OFF, and the kind of edge from bit 8 on.
     flags: u32,
-    // How far from its own place it is held by the line before: a part of `px`.
+    // Displacement by which the previous frame's line holds the sample back, in pixels; `px` includes it.
     held_px: vec2<f32>,
-    // Of its chain.
+    // Length of the sample's chain, in pixels.
     length_px: f32,
-    // How much it matters where strokes are crowded, 0 to 1.
+    // Rank where strokes are crowded, 0 to 1; the highest stay.
     rank: f32,
 }
 
-// What a sample found in the frame before, or in the other eye.
+// The stroke that a sample found in the previous frame, or in the other eye.
 struct Match {
-    // 0: nothing.
+    // Identity of the stroke; 0 is none.
     stroke: u32,
     along_px: f32,
     pressure: f32,
-    // 1 if the old stroke runs the same way, -1 if the other.
+    // 1 if the old stroke runs the same way, -1 if it runs the opposite way.
     sense: f32,
-    // From the sample to the old line.
+    // From the sample to the old line, in pixels.
     toward_px: vec2<f32>,
     half_width_px: f32,
-    // Of the sample itself: arc length from its stroke's start.
+    // Arc length of the sample itself from its stroke's start, in pixels.
     at_px: f32,
     shown_px: f32,
-    // 1: the other eye sees the place.
+    // 1: the other eye sees the point.
     is_seen: u32,
 }
 
-// What a chain takes over.
+// The identity and texture offset that a chain inherits.
 struct Heritage {
-    // 0: nothing, it is new.
+    // Identity of the stroke; 0 if the chain is new.
     stroke: u32,
     sense: f32,
     offset_px: f32,
     padding: u32,
 }
 
-// How many samples there are.
+// Counters of samples and strokes.
 struct SampleCounts {
-    // All of the list.
+    // Number of samples in the list.
     samples: u32,
-    // Those of chains of this frame; the others fade.
+    // Number of samples of this frame's chains; the others are fading.
     fresh: u32,
-    // Strokes of this frame's chains.
+    // Number of strokes of this frame's chains.
     strokes: u32,
-    // Strokes that the budget left out.
+    // Number of strokes that the budget left out.
     left_out: u32,
-    // Strokes that took over from others.
+    // Number of strokes that continue earlier ones.
     carried: u32,
-    // The shortest class of strokes that the budget had room for, four to an octave of pixels.
+    // Shortest class of strokes within the budget, four classes per octave of pixels.
     least_class: u32,
-    // Chains of this frame, as in StrokeCounts.
+    // Number of chains of this frame, as in StrokeCounts.
     chains: u32,
     padding: u32,
 }
 
 struct Temporal {
-    // Takes the camera-relative positions of the frame before to this frame's.
+    // Added to camera-relative positions of the previous frame to give this frame's, in metres.
     step_m: vec3<f32>,
-    // 1: the other list is of the frame before.
+    // 1: the other list is of the previous frame.
     has_history: u32,
-    // By how much the pressure may change in this frame.
+    // Largest change of pressure in this frame.
     pressure_step: f32,
-    // How far the line before holds the new one, 0 to 1.
+    // Weight with which the previous line holds the new one, 0 to 1.
     hold: f32,
-    // How far the ends of strokes grow and shrink in this frame.
+    // Distance by which the ends of strokes grow and shrink in this frame.
     growth_px: f32,
-    // Samples that there is room for.
+    // Capacity for samples.
     capacity: u32,
-    // Of the frame: no two strokes that are born get the same number.
+    // Seed of the frame, so that no two new strokes get the same identity.
     seed: u32,
-    // 1: the camera is where it was.
+    // 1: the camera has not moved.
     rests: u32,
     padding_a: u32,
     padding_b: u32,
-    // The camera in the world: whole blocks of 4096 m, and the rest.
+    // Position of the camera in the world: whole blocks of 4096 m, and the rest.
     camera_blocks: vec3<i32>,
     padding_c: u32,
     camera_rest_m: vec3<f32>,
@@ -107,44 +107,45 @@ const FIRST: u32 = 1u;
 const LAST: u32 = 2u;
 const FADING: u32 = 4u;
 const IS_CLOSED: u32 = 8u;
-// The first or last of a stroke, at the picture's border: the stroke runs on, out of it.
+// The first or last sample of a stroke, at the picture's border: the stroke continues outside of it.
 const RUNS_OFF: u32 = 16u;
 const KIND_SHIFT: u32 = 8u;
 
-// Samples are at most so far apart along a stroke.
+// Largest distance between samples along a stroke.
 const SPACING_PX: f32 = 2.0;
-// Classes of length, four for each octave.
+// Number of length classes, four per octave.
 const CLASSES: u32 = 64u;
 
-// A line that is held back comes no nearer to its place than this in a frame.
+// Smallest step per frame by which a line that is held back moves to its place; and the distance below which it has
+// arrived.
 const MOVE_PX: f32 = 0.5;
 const RESTS_PX: f32 = 0.01;
-// New strokes begin to grow, and old ones to shrink, in places so far apart: then all of them are done in the same
-// time.
+// Distance between the points where new strokes begin to grow and old ones to shrink: this way all of them finish in
+// the same time.
 const SEEDS_PX: f32 = 64.0;
-// Parameters that differ from arc length by more than this do not run on.
+// Difference between texture parameter and arc length beyond which the texture has a seam.
 const SEAM_PX: f32 = 6.0;
-// `shown_px` of what is far from any end.
+// `shown_px` of samples far from any end.
 const WHOLLY_PX: f32 = 8.0;
-// Samples on either side that growth looks at.
+// Samples on either side that growth reads.
 const BESIDE: u32 = 8u;
 
-// How far it is along a stroke to the nearest sample where growth begins: the last one before such a place.
+// Returns the distance along a stroke to the nearest sample where growth begins: the last one before a seed point.
 fn to_seed_px(along_px: f32) -> f32 {
     let ahead_px = round(along_px / SEEDS_PX) * SEEDS_PX - along_px;
     return SPACING_PX * abs(ceil(ahead_px / SPACING_PX) - 1.0);
 }
 
-// Whether two samples that follow each other have parameters of different strokes.
+// Returns whether two consecutive samples have parameters of different strokes.
 fn is_seam(a_px: f32, b_px: f32, apart_px: f32) -> bool {
     return abs(abs(b_px - a_px) - apart_px) > SEAM_PX;
 }
 
-// What is left of a way that a line is held back by, a frame later.
+// Returns what is left, one frame later, of the displacement by which a line is held back.
 fn let_go(held_px: vec2<f32>, hold: f32) -> vec2<f32> {
     let apart_px = length(held_px);
     let left_px = max(hold * apart_px, apart_px - MOVE_PX);
-    // What rests stays to the bit.
+    // A line that has arrived stays bit-identical.
     return select(vec2<f32>(0.0), held_px * (left_px / max(apart_px, 1e-6)), apart_px > RESTS_PX);
 }
 
@@ -164,7 +165,7 @@ fn hash(value: u32) -> u32 {
 }
 
 struct Nearest {
-    // Between the ends of the segment: 0 to 1.
+    // Position between the ends of the segment, 0 to 1.
     t: f32,
     px: vec2<f32>,
 }

@@ -1,15 +1,15 @@
-// What the passes of strokes share beside their records: the style's numbers, and the points of strokes.
+// The style of strokes as their passes read it, and the points of strokes.
 #define_import_path hachure::stroke_style
 
 // A point of a stroke.
 struct Point {
-    // On the picture.
+    // Position on the picture, in pixels.
     px: vec2<f32>,
-    // Distance along the view axis.
+    // Distance along the view axis, in metres.
     depth_m: f32,
-    // Whose it is.
+    // Number of the chain that the point belongs to.
     chain: u32,
-    // Of the edge that begins here.
+    // Kind of the edge that begins here.
     kind: u32,
     padding: u32,
 }
@@ -18,28 +18,28 @@ struct Strokes {
     // Pixels of the reference image per pixel of the picture: 1 to 1/4.
     resolution: f32,
     segment_capacity: u32,
-    // Of the reference image.
+    // Size of the reference image.
     image_px: vec2<u32>,
     half_width_px: f32,
     taper_px: f32,
-    // Camera distance at which haze has taken 63 % of a stroke, and what is left of it at last.
+    // Camera distance at which haze has taken 63 % of a stroke, and the part of it that is left at infinity.
     haze_m: f32,
     faintest: f32,
-    // How much the width follows nearness, 0 to 1.
+    // How much the width grows toward the eye, 0 to 1.
     depth_width: f32,
     // How much thinner strokes are where the step in depth behind them is small, 0 to 1.
     step_width: f32,
-    // Strokes that are shorter are left out.
+    // Length below which strokes are left out.
     shortest_px: f32,
-    // How much wider strokes are where they bend; below 0 thinner.
+    // How much wider strokes are at bends; negative makes them thinner.
     curve_width: f32,
     // How far strokes stray from their line.
     wobble_px: f32,
-    // Edges that run side by side within this are one line; 0: none are.
+    // Distance within which parallel edges are merged into one line; 0 merges none.
     merge_px: f32,
-    // How many times as long as wide strokes are where they are not thinner; 0: all have their width.
+    // Least length of a stroke in widths: shorter strokes are thinner; 0 sets no bound.
     slender: f32,
-    // As parts of that of contours.
+    // Widths relative to that of contours.
     suggestive_width: f32,
     ridge_width: f32,
     valley_width: f32,

@@ -1,87 +1,87 @@
-// What the passes of strokes share: their records, and measures in whole numbers. See src/lines/strokes/.
+// Records that the passes of strokes share, and lengths as integers. See src/lines/strokes/.
 //
-// WGSL has 32 bits and the CPU must get the same: nothing here may round or overflow.
+// WGSL has 32-bit integers, and the CPU must compute the same values, so nothing here may round or overflow.
 #define_import_path hachure::strokes
 
-// Positions and lengths are whole numbers of 1/16 px: the GPU and its twin then agree to the bit.
+// Units per pixel. Positions and lengths are integers of 1/16 px, so that the GPU and its CPU twin agree bit for bit.
 const UNITS_PER_PX: f32 = 16.0;
 
-// A straight segment of a line. Positions are in 1/16 px of the full picture.
+// A straight segment of a line.
 struct Segment {
-    // One end, in 1/16 px of the full picture. It may lie outside of it; farther than 2²¹ it is taken as there.
+    // One end, in 1/16 px of the full picture. It may be outside of the picture; beyond ±2²¹ it is clamped.
     a: vec2<i32>,
     // The other end.
     b: vec2<i32>,
-    // At a and b.
+    // Distances along the view axis at a and b, in metres.
     depths_m: vec2<f32>,
-    // Which edge of the picture it comes from.
+    // Number of its edge in the edge list.
     edge: u32,
-    // Lasts across frames; several segments may share it.
+    // Identifies the segment across frames; several segments may share it.
     key: u32,
 }
 
-// How many there are of everything, on the GPU.
+// The counters of strokes on the GPU.
 struct StrokeCounts {
-    // Edges that were found.
+    // Number of edges found.
     edges: u32,
-    // Segments to chain, at byte 4. More than there is room for are passed over.
+    // Number of segments to chain, at byte 4; those beyond the capacity are skipped.
     segments: u32,
-    // Chains: what `chain::run` writes.
+    // Number of chains, written by `chain::run`.
     chains: u32,
-    // Points of strokes.
+    // Number of points of strokes.
     points: u32,
-    // Edges that found no room.
+    // Number of edges beyond the capacity.
     edges_lost: u32,
-    // Segments that found no room.
+    // Number of segments beyond the capacity.
     segments_lost: u32,
-    // Which rounds of ranking had something to do: see chain_rank.wgsl.
+    // Bit mask of the rounds of ranking that had work: see chain_rank.wgsl.
     progress: u32,
     padding: u32,
 }
 
-// Segments that run on from each other: `count` places of the order, from `first` on.
+// A sequence of connected segments: `count` positions in the order, from `first` on.
 struct Chain {
-    // Its first place in the order.
+    // Its first position in the order.
     first: u32,
-    // Its segments.
+    // Number of its segments.
     count: u32,
-    // 1 if its end runs on into its beginning.
+    // 1 if its end connects to its beginning.
     is_closed: u32,
-    // Of the first segment.
+    // Key of the first segment.
     key: u32,
-    // From its first end to its last, with the gaps between segments; of a closed one all the way round. Modulo 2³².
+    // Length from its first end to its last, including gaps between segments; all the way round if it is closed. In
+    // 1/16 px, modulo 2³².
     length_units: u32,
     padding: array<u32, 3>,
 }
 
-// A place of the order: twice the number of its segment, and 1 more if it runs from b to a; its chain; and how far the
-// segment begins from the chain's start.
+// A position in the order of segments.
 struct SegmentInOrder {
-    // Twice the number of the segment, and 1 more if it runs from b to a.
+    // Twice the number of the segment, plus 1 if it runs from b to a.
     state: u32,
-    // The chain that has it.
+    // Number of the chain that contains it.
     chain: u32,
-    // From the chain's start to the start of the segment. Modulo 2³².
+    // Arc length from the chain's start to the start of the segment, in 1/16 px, modulo 2³².
     begin_units: u32,
 }
 
 struct ChainRules {
-    // Segments that there is room for.
+    // Capacity for segments.
     capacity: u32,
-    // Ends farther apart are not joined: D.
+    // Largest distance between ends that are joined, D in the CPU twin, in 1/16 px.
     reach_units: u32,
-    // cos^2 of the widest angle A, in 1/4096.
+    // cos² of the largest angle A between segments that are joined, in 1/4096.
     least_cos_squared: u32,
-    // How far an end may lie behind the one that it is joined to.
+    // Largest distance by which an end may be behind the one that it is joined to, in 1/16 px.
     overlap_units: u32,
 }
 
-// How much there is to do in this frame.
+// The amount of work in this frame.
 struct ChainPlan {
     segments: u32,
-    // Two of each segment. End 2p is a of segment p, end 2p + 1 its b.
+    // Two per segment. End 2p is a of segment p, end 2p + 1 its b.
     ends: u32,
-    // A power of two.
+    // Number of hash buckets: a power of two.
     buckets: u32,
     padding: u32,
 }
@@ -89,7 +89,7 @@ struct ChainPlan {
 // Buckets between a cell and the one above it. Odd, so that columns spread over all buckets.
 const CELL_ROW: u32 = 0x9e3779b1u;
 
-// No end, no segment.
+// Marks the absence of an end or a segment.
 const NONE: u32 = 0xffffffffu;
 const LIMIT_UNITS: i32 = 0x200000;
 
@@ -102,13 +102,13 @@ fn bit_count(value: u32) -> u32 {
     return 32u - countLeadingZeros(value);
 }
 
-// A vector's length, rounded down. Components of 2^15 and more lose their last bits, so that squares fit.
+// Returns a vector's length, rounded down. Components of 2^15 and more lose their last bits, so that squares fit.
 fn length_units(delta: vec2<i32>) -> u32 {
     let size = vec2<u32>(abs(delta));
     let shift = max(bit_count(max(size.x, size.y)), 15u) - 15u;
     let side = size >> vec2<u32>(shift);
     let squared = side.x * side.x + side.y * side.y;
-    // The float is a guess; the corrections make it exact, whatever the driver's sqrt is.
+    // The float is a first guess; the corrections make it exact, whatever the driver's sqrt returns.
     var root = u32(sqrt(f32(squared)));
     while root * root > squared {
         root -= 1u;
@@ -119,14 +119,15 @@ fn length_units(delta: vec2<i32>) -> u32 {
     return root << shift;
 }
 
-// A vector with components below 128, so that products of four fit 32 bits. Opposite vectors stay opposite.
+// Returns a parallel vector with components below 128, so that products of four fit 32 bits. Opposite vectors stay
+// opposite.
 fn direction(delta: vec2<i32>) -> vec2<i32> {
     let size = vec2<u32>(abs(delta));
     let shift = max(bit_count(max(size.x, size.y)), 7u) - 7u;
     return sign(delta) * vec2<i32>(size >> vec2<u32>(shift));
 }
 
-// The bucket of a cell, of a power of two of them.
+// Returns the bucket of a cell. `buckets` is a power of two.
 fn bucket_of(cell: vec2<u32>, buckets: u32) -> u32 {
     return (cell.x + cell.y * CELL_ROW) & (buckets - 1u);
 }

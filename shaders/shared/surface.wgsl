@@ -1,7 +1,8 @@
-// The one surface. Every pass that wants a height asks here, so that mesh, positions, normals and lines agree.
+// The only definition of the surface. Every pass that needs a height calls it, so that mesh, positions, normals and
+// lines agree.
 //
-// Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level, which `terrain` chooses by place and
-// distance alone. Two patches of the mesh that share a vertex therefore compute the same height for it to the bit,
+// Heights are bicubic (Catmull-Rom, a = -0.5) over the samples of a pyramid level, which `terrain` chooses by position
+// and distance alone. Two patches of the mesh that share a vertex therefore compute bit-identical heights for it,
 // whatever their own levels are.
 //
 // Why: docs/decisions/one-surface.md.
@@ -12,16 +13,16 @@
 @group(0) @binding(14) var heights: texture_2d_array<f32>;
 
 struct Cell {
-    // First texel of the cell in its tile, the tile's slot, its level, and the place within the cell.
+    // First texel of the cell in its tile, the tile's slot, its level, and the position within the cell.
     texel: vec2<i32>,
     slot: i32,
     level: i32,
     f: vec2<f32>,
-    // Whether nothing finer exists here.
+    // True if there is no finer data here.
     is_finest: bool,
 }
 
-// The cell at a place on a level, or on the coarser one that stands in for it.
+// Returns the cell at a position on a level, or on the next coarser level that is loaded.
 fn cell_at(first: LevelPlace, g: vec2<f32>) -> Cell {
     var place = first;
     var slot = NO_SLOT;
@@ -39,7 +40,7 @@ fn cell_at(first: LevelPlace, g: vec2<f32>) -> Cell {
             break if is_found;
         }
     }
-    // Before the very first tile has come there is no height at all; the mesh is empty then.
+    // Before the first tile is loaded there are no heights at all; the mesh is empty then.
     let texel = (place.cell & vec2<i32>(TILE_SAMPLES - 1)) + TILE_BORDER;
     return Cell(texel, select(i32(slot), 0, slot == NO_SLOT), place.level, place.f, is_finest);
 }
@@ -76,12 +77,12 @@ fn cubic_curvatures(f: f32) -> vec4<f32> {
     return vec4<f32>(2.0 - 3.0 * f, 9.0 * f - 5.0, 4.0 - 9.0 * f, 3.0 * f - 1.0);
 }
 
-// The surface around a place, to second order. Derivatives are by g, in metres and samples.
+// The surface around a place, to second order. Derivatives are with respect to grid coordinates, in metres and samples.
 struct Surface {
     // Relative to the camera.
     height_m: f32,
     gradient: vec2<f32>,
-    // xx, xy, yy.
+    // Second derivatives xx, xy, yy.
     curvature: vec3<f32>,
 }
 
@@ -89,14 +90,14 @@ fn camera_relative_m(sample_m: f32) -> f32 {
     return (sample_m - terrain.camera_z_coarse_m) - terrain.camera_z_fine_m;
 }
 
-// The sixteen samples around a cell, as differences from one of them: that keeps the digits that 4000 m would eat.
+// The sixteen samples around a cell, as differences from one of them: this keeps digits that f32 would lose at 4000 m.
 struct Samples {
     row_a: vec4<f32>,
     row_b: vec4<f32>,
     row_c: vec4<f32>,
     row_d: vec4<f32>,
     reference_m: f32,
-    // The place within the cell, and level coordinates per grid coordinate.
+    // Position within the cell, and level coordinates per grid coordinate.
     f: vec2<f32>,
     scale: vec2<f32>,
 }
@@ -110,7 +111,7 @@ fn samples_around(place: LevelPlace, g: vec2<f32>) -> Samples {
         row_of_samples(cell, 2) - reference, reference, cell.f, levels[cell.level].scale);
 }
 
-// What four samples along an axis count for at a place between the middle two, and their first and second derivatives.
+// Weights of four samples along an axis at a position between the middle two, and their first and second derivatives.
 struct Basis {
     weights: vec4<f32>,
     slopes: vec4<f32>,
@@ -146,18 +147,18 @@ fn between(a: Surface, b: Surface, blend: f32) -> Surface {
         mix(a.curvature, b.curvature, blend));
 }
 
-// The surface near a place on a continuous level: the cells of the two levels that it lies between.
+// The surface near a place on a continuous level: the cells of the two nearest integer levels.
 struct Near {
     fine: Samples,
     coarse: Samples,
-    // How much of the coarse one.
+    // Weight of the coarse one.
     blend: f32,
-    // Log2 of the cells' size in samples, about.
+    // Approximate log2 of the size of cells, in samples.
     level: f32,
 }
 
 fn surface_near(g: vec2<f32>, at: SurfaceLevel) -> Near {
-    // Most places need one level only; the blend happens in the middle half.
+    // Most places need one level only; levels are blended in the middle half of their interval.
     let blend = clamp((at.level - f32(at.place.level)) * 2.0 - 0.5, 0.0, 1.0);
     var near: Near;
     near.blend = select(blend, 0.0, blend >= 1.0);
@@ -205,14 +206,14 @@ fn spline_basis(f: f32) -> Basis {
     return Basis(spline_weights(f), spline_slopes(f), spline_curvatures(f));
 }
 
-// The form of the surface: uniform cubic B-splines, which pass beside the samples.
+// Returns the form of the surface: uniform cubic B-splines, which smooth the samples and do not pass through them.
 fn form_at(near: Near) -> Surface {
     return between(surface_by(near.fine, spline_basis(near.fine.f.x), spline_basis(near.fine.f.y)),
         surface_by(near.coarse, spline_basis(near.coarse.f.x), spline_basis(near.coarse.f.y)), near.blend);
 }
 
-// The height for a vertex of the mesh: bicubic on the finest level, where vertices may lie between samples; coarser
-// levels have a sample in every pixel or two, and bilinear is within the error that chose them.
+// Returns the height of a vertex of the mesh: bicubic on the finest level, where vertices may be between samples.
+// Coarser levels have a sample in every pixel or two, and bilinear is within the error that chose them.
 fn vertex_height_m(g: vec2<f32>, distance_m: f32) -> f32 {
     let cell = cell_at(surface_level(g, distance_m).place, g);
     if cell.is_finest {
@@ -234,8 +235,8 @@ fn row_of_voids(cell: Cell, row: i32) -> vec4<f32> {
     return vec4<f32>(bitcast<vec4<u32>>(row_of_samples(cell, row)) & vec4<u32>(1u));
 }
 
-// How much of the land around a place is void, 0 to 1, and how that changes over its level's samples: whether samples are
-// void (the lowest bit says so) under a B-spline, which makes waves of stairs.
+// Returns the no-data part around a place, 0 to 1, and its gradient over the level's samples: the no-data flags (the
+// lowest bit of each sample) under a B-spline, which rounds their stairs.
 fn void_share(cell: Cell) -> vec3<f32> {
     let f = clamp(cell.f, vec2<f32>(0.0), vec2<f32>(1.0));
     let rows = mat4x4<f32>(row_of_voids(cell, -1), row_of_voids(cell, 0), row_of_voids(cell, 1), row_of_voids(cell, 2));
@@ -244,10 +245,10 @@ fn void_share(cell: Cell) -> vec3<f32> {
     return vec3<f32>(dot(down, along), dot(down, spline_slopes(f.x) * rows), dot(spline_slopes(f.y), along));
 }
 
-// The rim of a hole: along rows of voids, the last samples that are none.
+// Value of `void_share` at the rim of a hole. Along rows of no-data samples, the rim is at the last samples with data.
 const RIM_SHARE: f32 = 1.0 / 6.0;
 
-// Whether the data have a hole here.
+// Returns whether the data have a hole here.
 fn is_void(g: vec2<f32>, distance_m: f32) -> bool {
     return void_share(cell_at(surface_level(g, distance_m).place, g)).x > RIM_SHARE;
 }

@@ -1,4 +1,4 @@
-// What is seen at a pixel: a kind of surface in the highest bits of its id, a number of that kind in the others. See
+// The surface id of a pixel: the highest bits are a kind of surface, the others a number within that kind. See
 // src/surface/id.rs.
 #define_import_path hachure::surface_id
 

@@ -1,22 +1,22 @@
-// Where a place lies in the terrain: grid and world, the pyramid's levels and their tiles, and the level that is drawn.
+// Positions in the terrain: grid and world, the levels of the pyramid and their tiles, and the level that is drawn.
 //
-// The level is a continuous function of place and distance alone: the scale of the pixel's footprint, or finer where
-// the measured error of the level would pass the allowed error; coarser while finer tiles are missing. What the
-// surface is there, is in `surface`.
+// The level is a continuous function of position and distance alone. It is the scale of the pixel's footprint, or finer
+// where the measured error of that level would exceed the allowed error, and coarser while finer tiles are missing. The
+// heights themselves are in `surface`.
 //
 // Grid coordinates `g` are in samples of the finest level, relative to the anchor, a sample near the camera.
 #define_import_path hachure::terrain
 
-// A level as the shader reads it.
+// A level of the pyramid.
 struct Level {
     // Level coordinate of g: g * scale + fraction, counted from sample `cell`.
     scale: vec2<f32>,
     fraction: vec2<f32>,
     cell: vec2<i32>,
     size: vec2<i32>,
-    // Its rows of tiles in `tile_rows`: the first, which row of the level that is, and how many.
+    // First of its rows of tiles in `tile_rows`.
     first_row: i32,
-    // The number of its first row of tiles in the level.
+    // Number of that row within the level.
     top: i32,
     row_count: i32,
     pad: i32,
@@ -24,28 +24,28 @@ struct Level {
 
 // A row of the tiles that the view needs.
 struct TileRow {
-    // The column of its first tile in the level.
+    // Column of its first tile in the level.
     left: i32,
     count: i32,
-    // In `tiles`.
+    // Index in `tiles`.
     first_tile: i32,
     pad: i32,
 }
 
-// A tile, as the shader reads it.
+// A tile that the view needs.
 struct TileRecord {
-    // At the corners north-west, north-east, south-west, south-east: the largest height error of the up to four tiles
-    // that meet there, in metres.
+    // Largest height error of the up to four tiles that meet at each corner (north-west, north-east, south-west,
+    // south-east), in metres.
     errors_m: vec4<f32>,
-    // At the same corners, in 8 bits each: by how much of a level the surface has to stay above this tile's, because
-    // tiles around it have not come.
+    // Parts of a level, at the same corners in 8 bits each, by which the surface has to stay above this tile's level
+    // because tiles around it are not loaded.
     blocked: u32,
-    // In the atlas; NO_SLOT for a tile that is not there.
+    // Slot in the atlas; NO_SLOT if the tile is not loaded.
     slot: u32,
-    // 1 where nothing finer exists.
+    // 1 if there is no finer data.
     is_finest: u32,
-    // As `blocked`, by how much of a level horizons, and shores, have to stay above this tile's map; NO_MAP where it has
-    // none: see `horizon_maps` and `water_maps`.
+    // As `blocked`, for horizons and for shores: parts of a level by which they have to stay above this tile's map.
+    // NO_MAP if the tile has no map: see `horizon_maps` and `water_maps`.
     unlit: u32,
     shoreless: u32,
     pad_a: u32,
@@ -54,32 +54,34 @@ struct TileRecord {
 }
 
 struct Terrain {
-    // Coefficients: xy of world_from_grid, zw of grid_from_world, in rows of rising powers of the first variable.
+    // Polynomial coefficients: xy of world_from_grid, zw of grid_from_world, in rows of rising powers of the first
+    // variable.
     terms: array<vec4<f32>, 36>,
-    // The grid's first and last sample, in grid units relative to the anchor.
+    // First and last sample of the grid, in grid units relative to the anchor.
     extent_units: vec4<i32>,
-    // Variables of the polynomials: g * grid_unit, metres * world_unit.
+    // Scales of the polynomials' variables: g * grid_unit, metres * world_unit.
     grid_unit: f32,
     world_unit: f32,
     degree: i32,
     level_count: i32,
-    // The camera's height is coarse + fine; coarse is exact in f32 and near, so samples minus it keep their digits.
+    // The camera's height is coarse + fine. The coarse part is exact in f32 and near, so sample heights minus it keep
+    // their digits.
     camera_z_coarse_m: f32,
     camera_z_fine_m: f32,
-    // Heights of the whole terrain, relative to the camera.
+    // Range of heights of the whole terrain, relative to the camera.
     min_z_m: f32,
     max_z_m: f32,
     spacing_m: f32,
     // Height error that the choice of the level may add, in pixels.
     level_error_px: f32,
-    // Where the expansion of grid_from_world lies: the place in the terrain's extent that is nearest to the camera.
+    // Origin of the expansion of grid_from_world: the point of the terrain's extent that is nearest to the camera.
     world_origin_m: vec2<f32>,
     focal_px: f32,
-    // Grid units in a sample.
+    // Grid units per sample.
     units_per_sample: f32,
-    // Of the globe that the land is bent around, per metre; 0 is flat.
+    // Inverse radius of the globe that the land is bent around, in 1/m; 0 is flat.
     inverse_radius: f32,
-    // The same of the earth itself.
+    // Inverse radius of the earth itself, without refraction, in 1/m.
     earth_inverse_radius: f32,
 }
 
@@ -92,10 +94,10 @@ const TILE_SAMPLES: i32 = 256;
 const TILE_SHIFT: vec2<u32> = vec2<u32>(8u, 8u);
 const TILE_BORDER: i32 = 2;
 const NO_SLOT: u32 = 0xffffffffu;
-// What a tile without a map says.
+// Value of `unlit` and `shoreless` for a tile without a map.
 const NO_MAP: u32 = 0xffffffffu;
 
-// Grid coordinates of the first and the last sample.
+// Return the grid coordinates of the first and the last sample.
 fn first_sample() -> vec2<f32> {
     return vec2<f32>(terrain.extent_units.xy) / terrain.units_per_sample;
 }
@@ -112,7 +114,7 @@ fn first_term_of_row(row: i32) -> i32 {
     return row * (terrain.degree + 1) - (row * (row - 1)) / 2;
 }
 
-// Camera-relative east and north of a grid coordinate, in metres.
+// Returns camera-relative east and north of a grid coordinate, in metres.
 fn world_from_grid(g: vec2<f32>) -> vec2<f32> {
     let v = g * terrain.grid_unit;
     var sum = vec2<f32>(0.0);
@@ -134,7 +136,7 @@ struct GridPoint {
     dg_dy: vec2<f32>,
 }
 
-// The grid coordinate of a camera-relative place, with its derivatives.
+// Returns the grid coordinate of a camera-relative position, with its derivatives.
 fn grid_from_world(xy_m: vec2<f32>) -> GridPoint {
     let v = (xy_m - terrain.world_origin_m) * terrain.world_unit;
     var sum = vec2<f32>(0.0);
@@ -155,10 +157,10 @@ fn grid_from_world(xy_m: vec2<f32>) -> GridPoint {
     return GridPoint(sum, sum_x * terrain.world_unit, sum_y * terrain.world_unit);
 }
 
-// Where a grid coordinate lies on a level: the tile, the cell, and the place within the cell.
+// A grid coordinate on a level: the tile, the cell, and the position within the cell.
 struct LevelPlace {
     level: i32,
-    // In `tiles`; -1 if the view does not need that tile.
+    // Index in `tiles`; -1 if the view does not need that tile.
     tile: i32,
     cell: vec2<i32>,
     f: vec2<f32>,
@@ -183,30 +185,30 @@ fn place_on_level(level: i32, g: vec2<f32>) -> LevelPlace {
     return LevelPlace(level, index, inside, f);
 }
 
-// A number that stands at the corners of a tile, at a place in the tile.
+// Interpolates a value that is given at the corners of a tile.
 fn between_corners(corners: vec4<f32>, place: LevelPlace) -> f32 {
     let in_tile = vec2<f32>(place.cell & vec2<i32>(TILE_SAMPLES - 1)) + place.f;
     let t = clamp(in_tile / f32(TILE_SAMPLES), vec2<f32>(0.0), vec2<f32>(1.0));
     return mix(mix(corners.x, corners.y, t.x), mix(corners.z, corners.w, t.x), t.y);
 }
 
-// Continuous bound of the height error of a level at a place, in metres.
+// Returns a continuous bound of the height error of a level at a place, in metres.
 fn level_error_m(place: LevelPlace) -> f32 {
     if place.tile < 0 {
-        // Nobody needs it, so its parent is good enough.
+        // The view does not need this tile, so its parent is good enough.
         return 0.0;
     }
     return between_corners(tiles[place.tile].errors_m, place);
 }
 
-// The continuous level at a place, and the place on the finer of the two levels that it lies between.
+// The continuous level at a place, and the position on the finer of its two integer levels.
 struct SurfaceLevel {
     level: f32,
     place: LevelPlace,
 }
 
-// As far as there are tiles: from the wanted level up, the first that can be used decides, since a tile is used only
-// where its parents are free.
+// Raises the wanted level as far as tiles are loaded. The first usable level from the wanted one upward decides, since
+// a tile is used only where its parents are loaded.
 fn as_far_as_there(wanted: f32, first: LevelPlace, g: vec2<f32>) -> SurfaceLevel {
     let coarsest = terrain.level_count - 1;
     var place = first;
@@ -230,7 +232,7 @@ fn as_far_as_there(wanted: f32, first: LevelPlace, g: vec2<f32>) -> SurfaceLevel
     return SurfaceLevel(max(wanted, there), place);
 }
 
-// The continuous level at a place that is seen from `distance_m`.
+// Returns the continuous level at a place seen from `distance_m`.
 fn surface_level(g: vec2<f32>, distance_m: f32) -> SurfaceLevel {
     let pixel_m = distance_m / terrain.focal_px;
     let allowed_m = terrain.level_error_px * pixel_m;

@@ -1,17 +1,18 @@
-// What a tree is to marks: a round body, and a plane that faces the eye.
+// The shape of a tree for hatching marks: a round body, and a plane that faces the eye.
 //
-// A crown is hundreds of leaves, and marks that lay on each of them would be crumbs. A pen gives a tree one shade, by the
-// side of the crown, in strokes that run through it as if it were flat.
+// A crown has hundreds of leaves, and marks on each of them would be speckle. A pen gives a tree one shade by the side
+// of the crown, in strokes that cross it as if it were flat.
 #define_import_path hachure::tree_form
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::trees::{TreeInstance, place_on_tree, normal_on_tree}
 
-// Of a leaf's normal, how much is that of the round body.
+// Weight of the round body's normal in the shading normal of a leaf.
 const ROUND: f32 = 0.6;
 
-// At a place of a tree, in its own units: the normal of the round body within its upright cylinder (radius, bottom, top);
-// and how far behind it the plane lies, along the view axis, that stands through the body's middle and faces the eye.
+// Returns, for a point of a tree in its own units, the normal of the round body within its upright cylinder (radius,
+// bottom, top), and how far behind the point the plane through the body's centre that faces the eye is, along the view
+// axis.
 fn form_of(view: View, tree: TreeInstance, cylinder: vec4<f32>, own: vec3<f32>) -> vec4<f32> {
     let middle = vec3<f32>(0.0, 0.0, 0.5 * (cylinder.y + cylinder.z));
     let half = vec3<f32>(cylinder.xx, 0.5 * (cylinder.z - cylinder.y));
@@ -25,7 +26,8 @@ fn form_of(view: View, tree: TreeInstance, cylinder: vec4<f32>, own: vec3<f32>) 
     return vec4<f32>(round, clamp((reaches - 1.0) * along_m, -most_m, most_m));
 }
 
-// The normal that tones shade: leaves differ from the body that they make, but do not hide it, near the eye as far away.
+// Returns the normal for shading. Leaves vary the normal of the body, near the eye as far away, without hiding the
+// body.
 fn rounded(leaf: vec3<f32>, form: vec4<f32>) -> vec3<f32> {
     return normalize(mix(leaf, form.xyz, ROUND));
 }

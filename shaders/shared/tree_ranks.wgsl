@@ -1,13 +1,14 @@
-// The order in which points have trees: those below any rank lie evenly. See src/forest/points.rs and src/forest/blocks.rs.
+// The order in which points get trees: the points below any rank are evenly distributed. See src/forest/points.rs and
+// src/forest/blocks.rs.
 #define_import_path hachure::tree_ranks
 #import hachure::pcg::pcg
 
-// As often as four groups of tiles become one: WIDEST − SPARSE of src/forest/blocks.rs.
+// How often four groups of tiles merge into one: WIDEST − SPARSE of src/forest/blocks.rs.
 const MOST_SPARSE: u32 = 5u;
-// Which of four tiles, or groups of them, has a point in the next level.
+// Seed of the choice among four tiles, or groups of them: the chosen one has a point in the next level.
 const CHOOSES: u32 = 2654435769u;
 
-// Of a group of tiles the one that has a point. See src/forest/blocks.rs.
+// Returns the tile of a group that has a point. See src/forest/blocks.rs.
 fn chosen_tile(group: vec2<i32>, sparseness: u32) -> vec2<i32> {
     var at = group;
     for (var level = i32(sparseness) - 1; level >= 0; level--) {
@@ -17,7 +18,7 @@ fn chosen_tile(group: vec2<i32>, sparseness: u32) -> vec2<i32> {
     return at;
 }
 
-// Of a tile's points the first has a lower rank where its tile is chosen.
+// Returns the rank of a tile's point. The first point of a tile has a lower rank where its tile is chosen.
 fn rank_of(tile: vec2<i32>, number: u32, points: f32) -> f32 {
     if number > 0u {
         return (f32(number) + 0.5) / points;

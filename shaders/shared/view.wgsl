@@ -1,12 +1,11 @@
-// One eye's view of the world. Positions count from the origin of the rig that the eye belongs to, in metres,
-// east-north-up.
+// The view of one eye. Positions are in metres, east-north-up, from the origin of the rig that the eye belongs to.
 #define_import_path hachure::view
 
 struct View {
     clip_from_camera: mat4x4<f32>,
     // Takes this frame's positions to the previous frame's clip space.
     previous_clip_from_camera: mat4x4<f32>,
-    // The ray through picture point p, at unit distance along the view axis: corner + p.x * dx + p.y * dy.
+    // The ray through picture point p, at unit distance along the view axis, is corner + p.x * dx + p.y * dy.
     ray_corner: vec3<f32>,
     // Pixels per radian around the axis.
     focal_px: f32,
@@ -14,61 +13,62 @@ struct View {
     near_m: f32,
     ray_dy: vec3<f32>,
     pad: f32,
-    // Of the targets.
+    // Size of the targets.
     size_px: vec2<u32>,
-    // Where the targets' first pixel lies in the picture (a large picture is rendered in parts).
+    // Position of the targets' first pixel in the picture; a large picture is rendered in parts.
     origin_px: vec2<i32>,
     picture_px: vec2<f32>,
-    // By how much the content of the picture is moved.
+    // Displacement of the picture's content by jitter.
     jitter_px: vec2<f32>,
-    // Where the eye is in its rig.
+    // Position of the eye in its rig.
     eye_m: vec3<f32>,
     pad_eye: f32,
 }
 
-// The ray through a place on the targets, at unit distance along the view axis.
+// Returns the ray through a position on the targets, at unit distance along the view axis.
 fn ray_at(view: View, px: vec2<f32>) -> vec3<f32> {
     let p = px + vec2<f32>(view.origin_px);
     return view.ray_corner + p.x * view.ray_dx + p.y * view.ray_dy;
 }
 
-// The ray through the centre of the targets' pixel, at unit distance along the view axis.
+// Returns the ray through the centre of a pixel of the targets, at unit distance along the view axis.
 fn ray_of_pixel(view: View, pixel: vec2<i32>) -> vec3<f32> {
     let p = vec2<f32>(pixel + view.origin_px) + 0.5;
     return view.ray_corner + p.x * view.ray_dx + p.y * view.ray_dy;
 }
 
-// The place that the ray through the centre of a pixel reaches, so far away along the view axis.
+// Returns the point on the ray through the centre of a pixel, at a distance along the view axis.
 fn place_of_pixel(view: View, pixel: vec2<i32>, depth_m: f32) -> vec3<f32> {
     return ray_of_pixel(view, pixel) * depth_m + view.eye_m;
 }
 
-// The same of a place on the targets.
+// Returns the point on the ray through a position on the targets, at a distance along the view axis.
 fn place_at(view: View, px: vec2<f32>, depth_m: f32) -> vec3<f32> {
     return ray_at(view, px) * depth_m + view.eye_m;
 }
 
-// How far what a pixel shows moved since the previous frame, in pixels: `point` is its place, or with 0 in its last
-// coordinate a direction, which the eye's step does not move. Jitter is no motion.
+// Returns how far the content of a pixel has moved since the previous frame, in pixels. `point` is its position or,
+// with 0 as its last coordinate, a direction, which the eye's movement does not affect. Jitter does not count as
+// motion.
 fn motion_of(view: View, pixel: vec2<i32>, point: vec4<f32>) -> vec2<f32> {
     let clip = view.previous_clip_from_camera * point;
-    // What was beside or behind the previous eye has no place in its picture: it comes from far outside.
+    // A point off-screen or behind the previous eye has no position in its picture: it comes from far outside.
     let ndc = clip.xy / max(clip.w, 1e-6 * length(clip.xyz));
     let before_px = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(view.size_px);
     return vec2<f32>(pixel) + 0.5 - view.jitter_px - before_px;
 }
 
-// From the eye to a place.
+// Returns the vector from the eye to a point.
 fn from_eye(view: View, at_m: vec3<f32>) -> vec3<f32> {
     return at_m - view.eye_m;
 }
 
-// How far a place is from the eye.
+// Returns the distance of a point from the eye.
 fn distance_from_eye(view: View, at_m: vec3<f32>) -> f32 {
     return length(from_eye(view, at_m));
 }
 
-// Whether a sphere lies beside the picture.
+// Returns whether a sphere is off-screen.
 fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
     var m = transpose(view.clip_from_camera);
     var beside = false;
@@ -79,8 +79,8 @@ fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
     return beside;
 }
 
-// The sine of a direction's height above a horizon that lies below level: `up` is the sine of its height above level,
-// `horizon` the cosine and the sine of the horizon's depth.
+// Returns the sine of a direction's height above a horizon that is below level. `up` is the sine of its height above
+// level, `horizon` the cosine and the sine of the horizon's depression.
 fn above_horizon(up: f32, horizon: vec2<f32>) -> f32 {
     return up * horizon.x + sqrt(max(1.0 - up * up, 0.0)) * horizon.y;
 }

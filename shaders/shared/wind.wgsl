@@ -1,22 +1,22 @@
-// How wind moves trees: a function of the place where a tree stands, of the height above its foot, and of time. The numbers
-// are those of src/scene/wind.rs.
+// The motion of trees in wind: a function of the position of a tree, of the height above its foot, and of time. The
+// constants are those of src/scene/wind.rs.
 //
-// A tree bends as a rod does that stands firm: at its foot not at all, and with the square of the height above it; what
-// would lean by more than MOST_LEAN of that height yields. Leaves of meshes flutter besides.
+// A tree bends like a rod fixed at its foot: by the square of the height above it. A lean that would exceed MOST_LEAN
+// of that height is limited. Leaves of meshes also flutter.
 #define_import_path hachure::wind
 #import hachure::trees::TreeInstance
 
-// No part of a tree leans by more, by its height above the foot.
+// Largest lean of any part of a tree, in heights above the foot.
 const MOST_LEAN: f32 = 0.2;
 
-// A wave that runs over the land.
+// A wave that travels over the land.
 struct Wave {
     // Radians per metre to the east and to the north.
     per_m: vec2<f32>,
-    // Where it is at the origin of the rig, in radians: in this frame and in the one before.
+    // Phase at the rig's origin, in radians, in this frame and in the previous one.
     now: f32,
     before: f32,
-    // How much it moves along the wind and across it.
+    // Amplitudes along the wind and across it.
     along: f32,
     across: f32,
     // Radians per metre above the foot of a tree.
@@ -25,31 +25,31 @@ struct Wave {
 }
 
 struct Wind {
-    // Unit: where it blows to.
+    // Unit vector: the direction that the wind blows to.
     toward: vec2<f32>,
-    // By how many metres trees lean in the mean, for each square metre of their height.
+    // Mean lean of trees, in metres per square metre of height.
     mean_lean: f32,
-    // How far leaves flutter, at most.
+    // Largest flutter of leaves.
     flutter_m: f32,
-    // Heights of trees on the picture at which leaves do not flutter any more, and from which on they do as they should.
+    // Heights of trees on the picture below which leaves do not flutter, and above which they flutter fully.
     still_px: f32,
     flutter_px: f32,
-    // The word of `tree_draws` that tells how many trees there are.
+    // Index of the word of `tree_draws` that holds the number of trees.
     counter: u32,
     padding: u32,
-    // Gusts, and how trees swing.
+    // Gusts, and the swinging of trees.
     sways: array<Wave, 5>,
-    // Of leaves.
+    // Flutter of leaves.
     flutters: array<Wave, 2>,
 }
 
-// How a tree sways: metres to the east and to the north, for each square metre of its height.
+// The sway of a tree: metres to the east and to the north, per square metre of height.
 struct Sway {
     now: vec2<f32>,
     before: vec2<f32>,
 }
 
-// That of the tree whose foot is at a place of the flat map, from the origin of the rig.
+// Returns the sway of the tree whose foot is at a point of the flat map, relative to the rig's origin.
 fn sway_at(wind: Wind, foot_m: vec2<f32>) -> Sway {
     var shares = vec4<f32>(1.0, 0.0, 1.0, 0.0);
     for (var i = 0u; i < 5u; i++) {
@@ -62,23 +62,23 @@ fn sway_at(wind: Wind, foot_m: vec2<f32>) -> Sway {
     return Sway(shares.x * wind.toward + shares.y * across, shares.z * wind.toward + shares.w * across);
 }
 
-// What the lean at a height above the foot is of the sway.
+// Returns the lean at a height above the foot, as a factor of the sway.
 fn lean_by_sway(sway: vec2<f32>, up_m: f32) -> f32 {
     let yields = length(sway) * up_m / MOST_LEAN;
     return up_m * up_m * inverseSqrt(1.0 + yields * yields);
 }
 
-// By how much a tree leans at a height above its foot, to the east and to the north.
+// Returns the lean at a height above a tree's foot, in metres to the east and to the north.
 fn lean_at(sway: vec2<f32>, up_m: f32) -> vec2<f32> {
     return sway * lean_by_sway(sway, up_m);
 }
 
-// How much of the flutter shows on a tree that is so tall on the picture.
+// Returns the part of the flutter that a tree of this height on the picture shows, 0 to 1.
 fn flutter_shown(wind: Wind, tall_px: f32) -> f32 {
     return smoothstep(wind.still_px, wind.flutter_px, tall_px);
 }
 
-// Where a leaf flutters to that wind moves by all: in this frame, and in the one before.
+// Returns the displacement of a leaf that flutters fully, in this frame and in the previous one.
 fn flutter_at(wind: Wind, at_m: vec2<f32>, up_m: f32) -> array<vec3<f32>, 2> {
     var swings: array<vec2<f32>, 2>;
     for (var i = 0u; i < 2u; i++) {
@@ -95,8 +95,8 @@ fn flutter_at(wind: Wind, at_m: vec2<f32>, up_m: f32) -> array<vec3<f32>, 2> {
     );
 }
 
-// By how much wind moves a part of a mesh, whose place is told in the tree's own units and from its foot: in this frame,
-// and in the one before. Both eyes see it flutter alike.
+// Returns the displacement of a part of a mesh by wind, in this frame and in the previous one. `own` is the part's
+// position in tree units, `from_foot_m` its offset from the tree's foot. Both eyes see the same flutter.
 fn moved_by_wind(
     wind: Wind,
     focal_px: f32,

@@ -1,29 +1,30 @@
-// Along which line the land bends most, at one pixel of sixteen: the direction of marks that tell a form by its curvature
+// The line along which the land bends most, at one pixel of sixteen: the direction of hatching that follows curvature
 // (Hertzmann and Zorin 2000, "Illustrating Smooth Surfaces", section 4: hatches follow principal directions where these
-// are well defined, and what lies between is made smooth).
+// are well defined, and the field is smoothed in between).
 //
 // They smooth a field of crosses by optimisation. Here the squared second fundamental form (the third one, which has no
-// sense and no sign, so that a rib and the gully beside it agree) is averaged over the blocks around, as far as they see
-// the same land, and its larger eigenvector is the line. Where the average hardly bends, in turns of the normal over a
-// sample of the form, a line of equal height takes its place: rows around a hill go on over its even faces.
+// sense and no sign, so that a rib and the gully next to it agree) is averaged over the surrounding blocks, as far as
+// they see the same land, and its larger eigenvector is the line. Where the average hardly bends, in radians of the
+// normal over a sample of the form, a line of equal height replaces it: rows around a hill continue over its even
+// faces.
 #import hachure::curvature::{frame_of, form2, principal_of}
 
 struct BendAxisRules {
-    // Blocks between one that is asked and the next.
+    // Distance between the blocks that are averaged, in blocks.
     step: i32,
 }
 
-// Blocks that are asked to each side.
+// Blocks that are averaged on each side.
 const REACH: i32 = 2;
-// Others see the same land within this, by the distance.
+// Largest relative difference of distance to blocks that see the same land.
 const NEAR: f32 = 0.15;
-// Turns of the normal over a sample, squared, that a line of equal height counts as.
+// Weight of the line of equal height, in squared radians of the normal over a sample.
 const EVEN: f32 = 0.0001;
 
 @group(0) @binding(0) var<uniform> bend_axis_rules: BendAxisRules;
 @group(0) @binding(1) var shape_normal: texture_2d<f32>;
 @group(0) @binding(2) var shape_bend: texture_2d<f32>;
-// xy: cosine and sine of twice the line's angle on the map, counter-clockwise from east, times how decided it is, 0 to 1.
+// xy: cosine and sine of twice the line's angle on the map, counter-clockwise from east, times its certainty, 0 to 1.
 @group(0) @binding(3) var bend_axis: texture_storage_2d<rgba16float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -51,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let shape = textureLoad(shape_bend, at, 0);
             let bend = shape.xyz * shape.w;
             let squared = vec3<f32>(bend.x * bend.x + bend.y * bend.y, bend.y * (bend.x + bend.z), bend.y * bend.y + bend.z * bend.z);
-            // By this block's tangents.
+            // In this block's tangent frame.
             let other = frame_of(there.xyz);
             let u = frame[0] * other;
             let v = frame[1] * other;
@@ -61,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
     sum /= weights;
-    // Along a line of equal height; level land has none.
+    // Adds the line of equal height; level land has none.
     let level = vec3<f32>(-own.y, own.x, 0.0) * frame;
     sum += EVEN * vec3<f32>(level.x * level.x, level.x * level.y, level.y * level.y);
     let found = principal_of(sum);

@@ -1,14 +1,14 @@
-// How the land's form bends, at one pixel of sixteen.
+// The curvature of the land's form, at one pixel of sixteen.
 //
-// The form is the level of the pyramid that has `feature_px` pixels to a sample, under a B-spline (form.wgsl): the scale
-// of what is drawn by it follows the picture, and lines of small features make room for those of large ones as the eye
-// goes away. The bicubic surface itself has a step in its curvature at each sample; its form has none. The form's third
-// derivatives would have steps, so they are differences of second ones over a sample.
+// The form is the level of the pyramid that has `feature_px` pixels per sample, under a B-spline (form.wgsl). So the
+// scale of whatever is drawn from it follows the picture, and lines of small features give way to those of large ones
+// as the eye moves away. The bicubic surface itself has a step in its curvature at each sample; its form has none. The
+// form's third derivatives would have steps, so they are differences of second ones over a sample.
 //
-// All is analytic: with f the height, p its slopes, H its second and T its third derivatives along tangents a, b, c,
-// and W = sqrt(1 + p.p), the second fundamental form is -H(a, b) / W, and its covariant derivative is
-// -T(a, b, c) / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from
-// triangles). The curvature of the earth is left out, as it is a hundred times less than that of any hill.
+// Everything is analytic: with f the height, p its slopes, H its second and T its third derivatives along tangents a,
+// b, c, and W = sqrt(1 + p.p), the second fundamental form is -H(a, b) / W, and its covariant derivative is -T(a, b, c)
+// / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from triangles).
+// The curvature of the earth is neglected, as it is a hundred times less than that of any hill.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
@@ -18,7 +18,7 @@
 #import hachure::surface_id::{kind_of, LAND}
 
 struct CurvatureRules {
-    // Size of a sample of the level that is asked, in pixels.
+    // Size of a sample of the requested level, in pixels.
     feature_px: f32,
 }
 
@@ -26,16 +26,17 @@ struct CurvatureRules {
 @group(0) @binding(1) var<uniform> curvature_rules: CurvatureRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
-// Above 0 on water, which is flat whatever the land's form is there; one texel where nobody knows of water.
+// Positive on water, which is flat whatever the land's form there; a single texel in scenes without water.
 @group(0) @binding(7) var water: texture_2d<f32>;
-// xyz: the form's unit normal; w: distance along the view axis. All 0 is what is no land.
+// xyz: the form's unit normal; w: distance along the view axis. All 0 where there is no land.
 @group(0) @binding(4) var shape_normal: texture_storage_2d<rgba32float, write>;
 // xyz: `Shape.bend`; w: size of a sample of the form, in metres.
 @group(0) @binding(5) var shape_bend: texture_storage_2d<rgba32float, write>;
 // `Shape.change`.
 @group(0) @binding(6) var shape_change: texture_storage_2d<rgba32float, write>;
 
-// Where the land ends its form would bend to go on level: so far inside, in samples, it knows nothing of that.
+// Distance from the land's border, in samples, at which curvature near the border is evaluated: closer to it the form
+// bends artificially.
 const INSIDE: f32 = 2.5;
 
 fn inside(g: vec2<f32>, level: f32) -> vec2<f32> {
@@ -43,7 +44,7 @@ fn inside(g: vec2<f32>, level: f32) -> vec2<f32> {
     return clamp(g, first_sample() + away, last_sample() - away);
 }
 
-// Second derivatives by the grid, at a place and level.
+// Returns second derivatives with respect to grid coordinates, at a position and level.
 fn bends_at(g: vec2<f32>, level: f32) -> vec3<f32> {
     return form_of_level(g, level).curvature;
 }
@@ -59,7 +60,7 @@ fn shape_at(flat_place: Unbent, point: GridPoint, level: f32) -> Shape {
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
     let normal = bend_normal(flat_place, slope);
     let frame = frame_of(normal);
-    // On the map, and on the grid.
+    // The tangents on the map, and on the grid.
     let u_map = unbend_direction(flat_place, frame[0]).xy;
     let v_map = unbend_direction(flat_place, frame[1]).xy;
     let to_grid = mat2x2<f32>(point.dg_dx, point.dg_dy);

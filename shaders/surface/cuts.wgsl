@@ -1,15 +1,16 @@
-// Cut lines: what families of parallel planes cut out of the land, as wide as the tone is dark.
+// Cut lines: the intersections of the land with families of parallel planes, as wide as the tone is dark.
 //
-// An engraver lays lines beside each other that follow the form, and lets them swell in the shade. Tanaka drew relief so
-// with lines of equal height (K. Tanaka, "The Relief Contour Method of Representing Topography on Maps", 1950); Dürer's
-// followers did with planes that stand upright or lean. Each family of planes is a height above one of them, so a pixel
-// knows how far the next line is from this height, by how fast it changes over the picture, as `height_lines` does.
-// Lines are the same at the borders of parts and where land hides land, they belong to the land, and never fork.
+// An engraver places parallel lines that follow the form, and lets them swell in the shade. Tanaka drew relief this way
+// with contour lines (K. Tanaka, "The Relief Contour Method of Representing Topography on Maps", 1950); Dürer's
+// followers did with planes that are upright or inclined. Each family of planes is a height above one of them, so a
+// pixel knows its distance from the next line from this height and its gradient over the picture, as `height_lines`
+// does. Lines match at the borders of parts and where land hides land, they are fixed to the land, and never fork.
 //
-// What is ours: lines are as dense as the picture wants them. Planes stand at distances that are powers of two; where
-// lines of one power lie farther apart than 1.3 spacings, those between them grow, so gaps stay between 0.7 and 1.45
-// spacings on even slopes. A line has its part of the gaps beside it, so ink is the tone that is asked for, while lines
-// grow as well. How dense lines are follows a coarser form than the lines themselves: they do not end in each small fold.
+// The addition here: the density of lines follows the picture. Planes are at distances that are powers of two; where
+// the lines of one power are more than 1.3 spacings apart, lines between them grow, so gaps stay between 0.7 and 1.45
+// spacings on even slopes. A line is a part of the gaps on its sides, so ink matches the requested tone, while lines
+// grow as well. The density of lines follows a coarser form than the lines themselves: they do not end in each small
+// fold.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
@@ -17,12 +18,12 @@
 #import hachure::surface_id::{kind_of, LAND}
 
 struct CutLayer {
-    // Of the planes, unit: east, north, up.
+    // Unit normal of the planes: east, north, up.
     normal: vec3<f32>,
-    // How far the rig's origin lies above a plane that all powers of two share.
+    // Height of the rig's origin above a plane that all powers of two share.
     phase_m: f32,
     spacing_px: f32,
-    // Sine of the angle to the planes under which land has no lines.
+    // Sine of the angle between land and planes below which land has no lines.
     level: f32,
     darkness_from: f32,
 }
@@ -39,33 +40,35 @@ struct CutRules {
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_2d<f32>;
-// Ink of each family in a channel, 0 to 1.
+// Ink of each family in its own channel, 0 to 1.
 @group(0) @binding(5) var cut_ink: texture_storage_2d<rgba16float, write>;
 
-// Levels by which the form is coarser that says how dense lines are.
+// Levels by which the form that determines density is coarser.
 const COARSER: f32 = 1.5;
-// Gaps, in spacings, between which the line between two grows.
+// Gaps, in spacings, between which the line in the middle of a gap grows.
 const CLOSED_GAP: f32 = 1.3;
 const OPEN_GAP: f32 = 1.45;
-// Of a gap that is wider than the coarser form has it, a line has so much more at most: on crests and saddles are no blots.
+// Largest ratio of a gap to the gap of the coarser form that counts for a line's width: it avoids blots on crests and
+// saddles.
 const WIDEST_GAP: f32 = 1.25;
-// Of the darkness beyond its `darkness_from`, what a crossing family takes.
+// Part of the darkness beyond `darkness_from` that a crossing family takes.
 const CROSSING: f32 = 0.6;
 
-// By east and north, the slope of a height above planes, on a form with a slope by east and north.
+// Returns the gradient to the east and to the north of the height above planes, on a form with this slope.
 fn slope_above(normal: vec3<f32>, slope: vec2<f32>) -> vec2<f32> {
     return normal.xy + normal.z * slope;
 }
 
-// Ink of lines `interval_m` apart, shifted by a part of that, at a height that changes by `rise_m` over a pixel.
+// Returns the ink of lines `interval_m` apart, shifted by a part of that, at a height that changes by `rise_m` per
+// pixel.
 fn line_ink(height_m: f32, interval_m: f32, shift: f32, rise_m: f32, width_px: f32) -> f32 {
     let turn = height_m / interval_m - shift;
     let away_px = abs(turn - round(turn)) * interval_m / rise_m;
     return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - away_px, 0.0, 1.0);
 }
 
-// Ink of a family at a height above its planes, where that changes by `rise_m` over a pixel, and by `calm_m` as far as
-// density is concerned.
+// Returns the ink of a family at a height above its planes that changes by `rise_m` per pixel, and by `calm_m` on the
+// coarser form.
 fn family_ink(layer: CutLayer, height_m: f32, rise_m: f32, calm_m: f32, dark: f32) -> f32 {
     let wanted = log2(layer.spacing_px * max(calm_m, 1e-12));
     // Whole lines are one to two spacings apart.
@@ -100,7 +103,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let calm_slope = vec2<f32>(dot(calm, point.dg_dx), dot(calm, point.dg_dy));
     let steps = steps_on_plane(view, pixel, at.w, bend_normal(flat_place, slope));
 
-    // What crossing families leave of the darkness, as light that passes through all of them.
+    // The darkness left by crossing families, as light that passes through all of them.
     var light = 1.0 - dark;
     for (var i = 1u; i < cut_rules.count; i++) {
         light /= 1.0 - CROSSING * max(dark - cut_rules.layers[i].darkness_from, 0.0);

@@ -1,4 +1,4 @@
-// In place of `surface/water` where no tile has any: no pixel has water.
+// Replaces `surface/water` where no tile has water: no pixel has water.
 @group(0) @binding(0) var water: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)

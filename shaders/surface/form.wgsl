@@ -1,14 +1,14 @@
-// The form of the land: the normal that light falls on, at one pixel of sixteen.
+// The form of the land: the normal that is lit, at one pixel of sixteen.
 //
 // A cartographer lights the land's form and not each of its samples (Imhof 1965, "Kartographische Geländedarstellung",
-// on generalisation in shaded relief): few large masses of shade, whose borders are as calm as the picture is coarse. The
-// form is the level of the pyramid that has `form_px` pixels to a sample, under a B-spline, which passes beside the
-// samples and is the smoother for it. It is a function of place and distance alone, as the normals of marks are. Near
+// on generalisation in shaded relief): a few large masses of shade, whose borders are as calm as the picture is coarse.
+// The form is the level of the pyramid that has `form_px` pixels per sample, under a B-spline, which smooths the
+// samples and does not pass through them. It is a function of position and distance alone, like the mark normals. Near
 // the eye, where the finest samples are larger than that, the form is the land itself.
 //
-// A ridge that runs along the light has two sides of one tone. There the light turns, always to the same hand, by up to
-// `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. It is the normal that is
-// turned, the other way around the plumb line: so slopes, and what falls on other things, stay as they are.
+// A ridge that runs along the light has the same tone on both sides. There the light turns, always to the same side, by
+// up to `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. What is rotated
+// is the normal, the other way around the plumb line: so slopes, and the light on other things, stay as they are.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
@@ -17,15 +17,15 @@
 #import hachure::surface_id::{kind_of, LAND}
 
 struct FormRules {
-    // Unit, horizontal: toward the sun.
+    // Horizontal unit vector toward the sun.
     to_sun: vec2<f32>,
-    // Size of a sample of the level that is asked, in pixels.
+    // Size of a sample of the requested level, in pixels.
     form_px: f32,
     turn_rad: f32,
 }
 
-// Ridges are those of a form that is so many levels coarser. By how much the slope changes there over a sample, squared,
-// where light turns half of what it may.
+// Levels by which the form that defines ridges is coarser; and the squared change of slope over a sample at which the
+// light turns by half of the maximum.
 const RIDGE_LEVELS: f32 = 2.0;
 const RIDGE: f32 = 0.01;
 
@@ -33,13 +33,14 @@ const RIDGE: f32 = 0.01;
 @group(0) @binding(1) var<uniform> form_rules: FormRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
-// xyz: unit normal in the world; w: distance along the view axis. All 0 is what is no land.
+// xyz: unit normal in the world; w: distance along the view axis. All 0 where there is no land.
 @group(0) @binding(4) var form_normal: texture_storage_2d<rgba32float, write>;
 
-// How far light turns, of what it may. Bends by x, y of the world: xx, xy, yy, over a sample of the form.
+// Returns how far the light turns, as a part of the maximum. `bends` are second derivatives by x, y of the world: xx,
+// xy, yy, over a sample of the form.
 fn turned(bends: vec3<f32>) -> f32 {
-    // Directions by twice their angle, so that both ends of a ridge are one. The greatest bend lies along `most`; along a
-    // ridge, where the land bends down on the whole, it is the least bend that is across.
+    // Directions are represented by twice their angle, so that both ends of a ridge are the same. The greatest bend is
+    // along `most`; along a ridge, where the land bends down on the whole, the least bend is across it.
     let most = vec2<f32>(bends.x - bends.z, 2.0 * bends.y);
     let sum = bends.x + bends.z;
     let along = -most * sign(sum);
@@ -67,7 +68,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let form = form_seen(view, at.xyz, flat_place, point, form_rules.form_px);
     var n = form.normal;
     if form_rules.turn_rad != 0.0 {
-        // Whole ridges turn it.
+        // Ridges of the coarser form determine the turn.
         let level = form.level + RIDGE_LEVELS;
         let ridge = form_of_level(point.g, level);
         let xx = vec3<f32>(point.dg_dx.x * point.dg_dx.x, 2.0 * point.dg_dx.x * point.dg_dx.y, point.dg_dx.y * point.dg_dx.y);

@@ -1,11 +1,12 @@
-// Lines of equal height on the land that is seen.
+// Contour lines on the visible land.
 //
-// A pixel knows the height of the land's form and how fast it changes over the picture, so the nearest line is as far
-// away as the height is from the line's, by that change. This is exact where the form is a plane within a line's width,
-// and needs no neighbours: lines are as sharp at the borders of parts and where land hides land. The form is that of
-// light (form.wgsl): a cartographer draws lines that are as calm as the map's scale (Imhof 1965, on generalisation).
+// A pixel knows the height of the land's form and its gradient over the picture, so its distance from the nearest line
+// is the difference of height divided by the gradient. This is exact where the form is a plane within a line's width,
+// and needs no neighbours: lines are as sharp at the borders of parts and where land hides land. The form is the one
+// used for light (form.wgsl): a cartographer draws lines as calm as the map's scale (Imhof 1965, on generalisation).
 //
-// Every fifth line is heavier. Lines that come too close to be told apart fade out, and the heavier ones after them.
+// Every `index`-th line, usually every fifth, is heavier. Lines that are too close to be distinguished fade out, and
+// the heavier ones after them.
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
@@ -14,14 +15,14 @@
 
 struct HeightLineRules {
     interval_m: f32,
-    // Height of the rig's origin above a heavier line.
+    // Height of the rig's origin above an index line (a heavier line).
     phase_m: f32,
     line_px: f32,
     index_px: f32,
     form_px: f32,
-    // Lines from a heavier one to the next.
+    // Number of intervals between index lines.
     index: f32,
-    // Tangent of the slope from which on land has no lines.
+    // Tangent of the slope above which land has no lines.
     steepest: f32,
 }
 
@@ -29,17 +30,18 @@ struct HeightLineRules {
 @group(0) @binding(1) var<uniform> height_line_rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
-// Above 0 on water, which is level, so that a line of its height would wander along its shores. One pixel without water.
+// Positive on water, which is level, so that a line of its height would wander along its shores. A single texel without
+// water.
 @group(0) @binding(4) var water: texture_2d<f32>;
 // Ink, 0 to 1.
 @group(0) @binding(5) var height_ink: texture_storage_2d<r32float, write>;
 
-// Lines are gone where they lie so close, and whole from twice that on.
+// Gap below which lines are gone; from twice that on they are whole.
 const LEAST_GAP_PX: f32 = 2.0;
-// Land that rises so little over a picture is level, and a line in it would be a blot.
+// Gap beyond which land is level, and a line on it would be a blot.
 const MOST_GAP_PX: f32 = 800.0;
 
-// Ink of the lines `interval_m` apart at a height that changes by `rise_m` over a pixel.
+// Returns the ink of lines `interval_m` apart at a height that changes by `rise_m` per pixel.
 fn lines(height_m: f32, rise_m: f32, interval_m: f32, width_px: f32) -> f32 {
     let gap_px = interval_m / max(rise_m, 1e-9 * interval_m);
     let away_px = abs(height_m / interval_m - round(height_m / interval_m)) * gap_px;

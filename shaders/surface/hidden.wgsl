@@ -1,4 +1,4 @@
-// The area that nobody sees: as near as can be, and nothing. See src/surface/hidden.rs.
+// Fills the area that is never visible with the nearest depth and no surface. See src/surface/hidden.rs.
 
 // In normalised device coordinates.
 @group(0) @binding(0) var<storage, read> corners: array<vec2<f32>>;

@@ -1,10 +1,10 @@
-// The mark_normal of the land: its normal at the scale of marks, at one pixel of sixteen.
+// The mark normal of the land: its normal at the scale of hatching marks, at one pixel of sixteen.
 //
 // Marks follow the land's form, not its pebbles: direction and foreshortening of hatching come from the level of the
-// pyramid that has `form_px` pixels to a sample, under a B-spline (shared/form.wgsl). The less the land slopes, the less
-// its own small forms tell where "down" is: there marks follow a form that is up to CALM_LEVELS levels coarser, and rows
-// of them stay rows. It is a function of place and distance alone, so it is smooth across tiles and levels of detail,
-// and it stays where it is when the camera turns. A tree is flat to marks, and faces the eye.
+// pyramid that has `form_px` pixels per sample, under a B-spline (shared/form.wgsl). On gentle land small forms hardly
+// define which way is down, so marks follow a form up to CALM_LEVELS levels coarser there, and stay in rows. The mark
+// normal is a function of position and distance alone, so it is smooth across tiles and levels of detail, and does not
+// change when the camera turns. Marks treat a tree as flat and facing the eye.
 #import hachure::view::View
 #import hachure::terrain::grid_from_world
 #import hachure::earth::unbend
@@ -13,9 +13,9 @@
 #import hachure::surface_id::{kind_of, LAND}
 
 struct MarkRules {
-    // Size of a sample of the level that is asked, in pixels.
+    // Size of a sample of the requested level, in pixels.
     form_px: f32,
-    // Rise over run: land that slopes less has a coarser form.
+    // Slope, rise over run, below which land uses a coarser form.
     calm: f32,
 }
 

@@ -1,8 +1,8 @@
-// Where each pixel's content was in the previous frame: exact for a world that stands still, sky included.
+// The motion of each pixel's content since the previous frame: exact for a static world, sky included.
 //
-// Where wind moves trees (WIND), they tell by themselves from where: each corner of a mesh as it leans and flutters, each
-// pixel of an impostor as it leans. What is neglected: the curvature of the earth turns that step by less than 0.01, half
-// floats round it by 0.05 %, and how much of the flutter shows is taken from this frame's distance.
+// Trees in wind (WIND) provide their own displacement: each vertex of a mesh as it leans and flutters, each pixel of an
+// impostor as it leans. Three effects are neglected: the curvature of the earth rotates that displacement by less than
+// 0.01, half floats round it by 0.05 %, and the visible part of the flutter is taken from this frame's distance.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #ifdef WIND
 #import hachure::surface_id::{kind_of, TREE}
@@ -13,7 +13,7 @@
 @group(0) @binding(2) var motion: texture_storage_2d<rg32float, write>;
 #ifdef WIND
 @group(0) @binding(3) var surface_id: texture_2d<u32>;
-// In metres, to where it was; elsewhere than on trees it means nothing.
+// Displacement to the previous position, in metres; undefined elsewhere than on trees.
 @group(0) @binding(4) var tree_step: texture_2d<f32>;
 #endif
 

@@ -1,14 +1,14 @@
-// Dashed lines around holes in the land that is seen.
+// Dashed lines around holes in the visible land.
 //
-// The rim is where the share of voids passes that at which land ends (surface.wgsl), so a line follows it exactly, and is
-// as smooth. Its ink lies on the land's side: what is seen through the hole may be anything. A pixel asks for the share in
-// its middle and a pixel to each side on the plane that it shows: a pixel of land that is seen along itself holds many
-// samples, and one sample holds many pixels of near land.
+// The rim is where the no-data share passes the value at which land ends (surface.wgsl), so a line follows it exactly,
+// and is as smooth. Its ink is on the land's side: anything may be visible through the hole. A pixel evaluates the
+// share at its centre and one pixel to each side, on the plane that it shows: a pixel of land at a flat angle covers
+// many samples, and one sample covers many pixels of near land.
 //
-// Dashes are counted along the rim. From a pixel's place the rim is followed both ways to the next line of a lattice
-// that lies on the samples, and a whole number of dashes fits between two such places: all pixels of a rim agree on
-// them, dashes are even, and they stay on the land when the eye moves. A rim that meets no such line is a small ring, whose
-// dashes begin where it lies farthest north.
+// Dashes are counted along the rim. From a pixel's position the rim is followed both ways to the next line of a lattice
+// fixed to the samples, and a whole number of dashes fits between two such points: all pixels of a rim agree on them,
+// dashes are even, and they stay on the land when the eye moves. A rim that crosses no lattice line is a small ring,
+// whose dashes begin at its northernmost point.
 #import hachure::view::View
 #import hachure::terrain::{levels, grid_from_world, place_on_level, surface_level}
 #import hachure::surface::{cell_at, void_share, RIM_SHARE}
@@ -18,9 +18,9 @@
 
 struct RimRules {
     width_px: f32,
-    // From a dash to the next.
+    // Distance from one dash to the next.
     period_px: f32,
-    // What a dash has of that.
+    // Part of the period that a dash covers, 0 to 1.
     dash: f32,
 }
 
@@ -29,64 +29,65 @@ struct RimRules {
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
-// Ink, 0 to 1; and 1 on land beside a hole.
+// Ink, 0 to 1; and 1 on land next to a hole.
 @group(0) @binding(5) var rim: texture_storage_2d<rg32float, write>;
 
-// Land so near a hole is beside it.
+// Distance from a hole within which land is marked as next to it.
 const BESIDE_PX: f32 = 2.0;
-// A pixel holds more samples where land is seen along itself, but is asked for no more than these to each side.
+// Largest distance to the side at which the share is evaluated, in samples; a pixel at a flat angle may cover more.
 const MOST_SAMPLES: f32 = 4.0;
-// From a line of the lattice to the next, by dashes, at most, and by how far a walk may come, for rims are not straight;
-// and where the lattice begins, by samples: rims often run along these.
+// Largest distance between lattice lines in dashes, and as a part of the longest walk, since rims are not straight; and
+// offset of the lattice in samples, since rims often run along these.
 const LATTICE_DASHES: f32 = 6.0;
 const LATTICE_REACH: f32 = 0.5;
 const LATTICE_BEGINS: f32 = 0.43;
-// Steps along the rim, at most as long as this.
+// Number of steps along the rim, and their greatest lengths.
 const STEPS: i32 = 96;
 const STEP_SAMPLES: f32 = 0.5;
 const STEP_PX: f32 = 2.0;
 
-// The level of a pixel, and pixels right and down by its samples.
+// The level of a pixel, and the steps on the picture (right, down) per sample along each axis.
 var<private> level: i32;
 var<private> px_per_sample: mat2x2<f32>;
 
-// The share of voids and its slope, at a place in the level's samples from that at the anchor.
+// Returns the no-data share and its gradient, at a position in the level's samples relative to the anchor's.
 fn share_at(place: vec2<f32>) -> vec3<f32> {
     let info = levels[level];
     let g = (place - info.fraction) / info.scale;
     return void_share(cell_at(place_on_level(level, g), g));
 }
 
-// Rises by 1 in a sample beside straight rims; 1 at the rim.
+// Returns a value that is 1 at the rim and rises by 1 per sample next to straight rims.
 fn nearness(share: f32) -> f32 {
     return pow(max(share / RIM_SHARE, 0.0), 1.0 / 3.0);
 }
 
-// From a place to the rim.
+// Returns the step from a position to the rim.
 fn to_rim(share: vec3<f32>) -> vec2<f32> {
     let step = (RIM_SHARE - share.x) * share.yz / max(dot(share.yz, share.yz), 1e-6);
     return step / max(1.0, 2.0 * length(step));
 }
 
-// A ring that is shorter than so many dashes is no line, and one that is longer than those is whole.
+// Length of a ring in dashes up to which it is not drawn, and from which on it is whole.
 const RING_DASHES: vec2<f32> = vec2<f32>(1.0, 2.5);
-// Where samples are as small as pixels, rims are ragged and crowded: their ink is pale there, and whole from such samples on.
+// Sizes of samples in pixels between which ink goes from pale to full: where samples are as small as pixels, rims are
+// ragged and crowded.
 const RAGGED_PX: vec2<f32> = vec2<f32>(1.0, 4.0);
 const RAGGED_INK: f32 = 0.5;
 
-// Where a walk along the rim came to.
+// The result of a walk along the rim.
 struct Walk {
-    // To a line of the lattice, or as far as it went.
+    // Length to a lattice line, or of the whole walk.
     length_px: f32,
     meets_line: bool,
     is_ring: bool,
-    // Of the place that lies farthest north, how far away that is.
+    // The northernmost coordinate, and the length of the walk to it.
     north: f32,
     north_px: f32,
 }
 
-// Where a step crosses a line of the lattice that its rim crosses rather than runs along, as a part of the step; 2 if
-// nowhere. The rim's own direction decides there, not that of the step: steps of another pixel lie elsewhere.
+// Returns where a step crosses a lattice line that the rim crosses rather than follows, as a part of the step; 2 if
+// nowhere. The rim's own direction decides, not that of the step, because other pixels have different steps.
 fn crossing(begun: vec2<f32>, ended: vec2<f32>, place: vec2<f32>, next: vec2<f32>) -> f32 {
     let is_over = floor(begun) != floor(ended);
     if !any(is_over) {
@@ -139,13 +140,14 @@ fn walk(start: vec2<f32>, side: f32, lattice: f32) -> Walk {
     return found;
 }
 
-// How much of a dash is at a place on the rim.
+// Returns the coverage of a dash at a point of the rim, 0 to 1.
 fn dash_at(start: vec2<f32>) -> f32 {
     let sample_px = sqrt(abs(determinant(px_per_sample)));
     var ink = mix(RAGGED_INK, 1.0, smoothstep(RAGGED_PX.x, RAGGED_PX.y, sample_px));
     let reach_px = f32(STEPS) * min(STEP_SAMPLES * sample_px, STEP_PX);
     let lattice_px = min(LATTICE_DASHES * rim_rules.period_px, LATTICE_REACH * reach_px);
-    // In powers of two the lattice of a coarser level, or of a picture from farther away, is a part of this one.
+    // Spacings are powers of two, so the lattice of a coarser level, or of a picture from farther away, is a subset of
+    // this one.
     let lattice = exp2(clamp(floor(log2(lattice_px / max(sample_px, 1e-6))), -8.0, 8.0));
     let back = walk(start, -1.0, lattice);
     let on = walk(start, 1.0, lattice);

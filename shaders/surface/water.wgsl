@@ -1,4 +1,4 @@
-// How far the shore of still water is, on the land that is seen: from the maps of its tiles.
+// Computes the distance to the shore of still water, on the visible land, from the maps of its tiles.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
@@ -6,7 +6,7 @@
 #import hachure::water_maps::shore_m
 
 struct WaterRules {
-    // Distances are found up to here.
+    // Largest distance that is found, in pixels.
     reach_px: f32,
     pad_a: f32,
     pad_b: f32,
@@ -17,7 +17,7 @@ struct WaterRules {
 @group(0) @binding(1) var<uniform> water_rules: WaterRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
-// Metres to the shore on water, as far as is asked; on land beside it below 0; 0 elsewhere.
+// Metres to the shore on water, up to `reach_px`; negative on land near the shore; 0 elsewhere.
 @group(0) @binding(4) var water: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)
@@ -33,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let point = grid_from_world(unbend(at.xyz).flat_m.xy);
     let pixel_m = distance_from_eye(view, at.xyz) / view.focal_px;
-    // Columns of samples, and rows, lie so far apart as the grid coordinate across them changes slowly.
+    // The distance between columns of samples, and between rows, is the inverse of the gradient of the grid coordinate.
     let narrow = 1.0 / max(length(vec2<f32>(point.dg_dx.x, point.dg_dy.x)), length(vec2<f32>(point.dg_dx.y, point.dg_dy.y)));
     let found_m = shore_m(point.g, pixel_m, narrow / terrain.spacing_m, water_rules.reach_px * pixel_m);
     textureStore(water, pixel, vec4<f32>(found_m));

@@ -1,24 +1,25 @@
-// Hatching by the fractal rule: coming nearer only ever adds marks, and never removes one (surface-stable fractal
+// Hatching by the fractal rule: approaching only ever adds marks, and never removes one (surface-stable fractal
 // dithering: Johansen 2025, there for dots of a regular pattern).
 //
-// Along an axis of a chart, places for marks are the multiples of a length that is halved from level to level: every
-// second place of a level is a place of the coarser one already, so a mark belongs to the coarsest level that has it.
-// Its *rank* is the density of marks from which on it is there: between half of its level's and all of it, in an even
-// order. Since a mark's width is one on the picture, a darkness asks for a density on the picture, and nearness makes
-// that a larger one on the ground: marks come between those that are there, and those stay.
+// Along an axis of a chart, grid points for marks are the multiples of a length that is halved from level to level.
+// Every second grid point of a level also belongs to the coarser one, so a mark belongs to the coarsest level that has
+// it. Its *rank* is the density of marks from which on it exists: between half of its level's density and all of it, in
+// an even order. Since marks have a constant width on the picture, a darkness corresponds to a density on the picture,
+// which is a greater density on the ground when the eye is near: new marks come between the existing ones, and those
+// stay.
 //
-// Dots do not stand at the multiples themselves. A cell between two multiples holds one dot, which stays when the cell
-// is halved: in the half that the numbers of the cells around choose (nested scrambling: Owen 1995). So a dot's place
-// is fixed in the world, lies in its cell at every level, and nothing has to be looked for farther away.
+// Dots are not at the multiples themselves. A cell between two multiples holds one dot, which stays when the cell is
+// halved: it is in the half that the numbers of the surrounding cells choose (nested scrambling: Owen 1995). So a dot's
+// position is fixed in the world and is in its cell at every level, and only nearby cells have to be searched.
 //
-// Dots of the kind `dots` (the variant `DOTS`) know of each other, and stand as `dots` says.
+// Dots of the kind `dots` (the variant `DOTS`) keep apart from each other, as described in dots.wgsl.
 //
-// What marks with ends need is a variant (`ENDED`): software drivers run both sides of a branch.
+// Code for marks with ends is a variant (`ENDED`), because software drivers run both sides of a branch.
 //
-// Rows of marks are chosen so across, and the marks of a row along it, each axis at its own foreshortening. Where
-// a row's marks begin is a digital net of the rows' numbers: rows beside each other do not begin alike. As long as
-// neighbours do not touch, the inked part is width times density, exactly. When the gaps are filled in, the width of
-// all grows such that the inked part remains the darkness that was asked for, up to black.
+// Rows of marks are selected this way across, and the marks of a row along it, each axis with its own foreshortening.
+// The offset of a row's marks is a digital net of the rows' numbers, so that neighbouring rows have different offsets.
+// As long as neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all
+// widths grow such that the inked part remains the requested darkness, up to black.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::mark_normal::{mark_normal_at, values_between_blocks}
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
@@ -28,11 +29,11 @@
 #endif
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
-// How gradually a mark comes: it is whole at a density this much above its rank, and begins as much below.
+// Range over which a mark grows, relative: it is whole at a density this much above its rank, and begins as much below.
 const GROWTH: f32 = 0.12;
-// How much wider dots have to be, for what lies on others is lost.
+// How much wider dots have to be to compensate for overlaps.
 const LOST: f32 = 0.075;
-// Levels below a row's own that its beginning knows of.
+// Levels below a row's own that affect its offset.
 const FINER_BITS: i32 = 6;
 const IDENTITY_BITS: u32 = 0xfffffu;
 
@@ -41,7 +42,7 @@ struct Axis {
     pad: f32,
 }
 
-// Where the camera is on an axis, in places of a level.
+// The camera's position on an axis, in grid points of a level.
 struct Cell {
     index: i32,
     rest: f32,
@@ -58,7 +59,7 @@ struct Cell {
 @group(0) @binding(7) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(8) var cover: texture_storage_2d<rgba16float, write>;
-// See surface/bend_axis.wgsl; one empty texel where no layer asks.
+// See surface/bend_axis.wgsl; a single empty texel if no layer needs it.
 @group(0) @binding(9) var bend_axis: texture_2d<f32>;
 
 fn mixed_bits(value: u32) -> u32 {
@@ -67,20 +68,20 @@ fn mixed_bits(value: u32) -> u32 {
     return (v >> 22u) ^ v;
 }
 
-// Bits that each follow from it and the higher ones alone, mixed.
+// Returns mixed bits, each of which depends only on itself and the higher ones.
 fn stirred(number: u32) -> u32 {
     let t = number ^ ((number >> 1u) & (number >> 4u)) ^ (number >> 5u) ^ ((number >> 2u) | (number >> 7u));
     return t ^ ((t >> 1u) & (t >> 3u)) ^ (t >> 2u);
 }
 
-// Which half of a cell keeps its mark, by its number: the lowest bit, and the others for those that it lies in. In
-// three of four it is not the half that the cell is of its own: a mark is seldom near the end of its cell, where the
-// next one's might be.
+// Returns which half of a cell keeps its mark, by the cell's number: the lowest bit is for the cell itself, the others
+// are for the cells that contain it. In three of four cases it is not the half that the cell itself is in its parent: a
+// mark is seldom near the end of its cell, where the next cell's mark might be.
 fn kept_halves(cells: u32) -> u32 {
     return ~cells ^ (((cells >> 1u) ^ (cells >> 4u)) & ((cells >> 2u) ^ (cells >> 7u)));
 }
 
-// Where the mark of a cell is in it, 0 to 1: the halves that keep it, four times.
+// Returns the position of a cell's mark in it, 0 to 1: the halves that keep it, four times.
 fn place_in_cell(index: i32) -> f32 {
     var halves = bitcast<u32>(index) << 4u;
     halves |= kept_halves(halves >> 1u) & 8u;
@@ -90,44 +91,45 @@ fn place_in_cell(index: i32) -> f32 {
     return (f32(halves & 15u) + 0.5) / 16.0;
 }
 
-// What is asked of an axis: the places of its level, and which of them have marks of which width.
+// The request to an axis: the grid points of its level, and which of them have marks of which width.
 struct Asked {
     level: i32,
     place_m: f32,
     place_px: f32,
-    // Ranks below this are there.
+    // Density; marks of a lower rank exist.
     density: f32,
     width_px: f32,
 }
 
-// Marks of width `width_px` on darkness d of this axis alone. Loose ones lie anywhere in their cells and on each other;
-// there d above 1 asks for wider ones.
+// Returns the request for marks of width `width_px` at darkness d of this axis alone. Loose marks are anywhere in their
+// cells and overlap; for them a d above 1 requests wider ones.
 fn asked(axis: i32, foot: Footprint, width_px: f32, d: f32, is_loose: bool) -> Asked {
     let per_px = max(length(change_along(axes[axis].direction, foot)), 1e-9);
-    // At d = 1 there is a mark for each width; the level has up to twice as many places.
+    // At d = 1 there is one mark per width; the level has up to twice as many grid points.
     let wanted = log2(width_px * per_px) - f32(hatch.first_level);
     let level = clamp(floor(wanted), 0.0, f32(hatch.level_count - 1));
     let place_m = exp2(level + f32(hatch.first_level));
     let place_px = place_m / per_px;
     let density = min(d, 1.0) * place_px / width_px;
-    // More than every second place: gaps are two places wide or filled, and what is filled overlaps. The rest of the
-    // paper is the part 1 - d, all in the gaps.
+    // With marks at more than every second grid point, gaps are two grid points wide or filled, and filled ones
+    // overlap. The bare part of the paper is 1 - d, all in the gaps.
     let unfilled = 2.0 * (1.0 - density);
     let even_px = 2.0 * place_px * (1.0 - (1.0 - d) / max(unfilled, 1e-4));
     let wide_px = select(select(width_px, even_px, density > 0.5), min(width_px * d * d, 2.0 * place_px), is_loose);
     return Asked(i32(level), place_m, place_px, density, max(wide_px, width_px));
 }
 
-// A mark of an axis: who it is, its own level counted from the one that is looked at, and how much of it is there.
+// A mark of an axis: its identity, its own level relative to the current one, and its present width.
 struct Mark {
     identity: u32,
-    // Its place in an even order of its level, as a part of 2^32.
+    // Its position in an even order of its level, as a part of 2^32.
     order: u32,
     coarser: i32,
     width_px: f32,
 }
 
-// The mark of a place of a level; `kept` has a bit for each coarser level: 0 where it is that one's mark too.
+// Returns the mark of a grid point of a level. `kept` has a bit for each coarser level: 0 where it is that level's mark
+// too.
 fn mark_at(index: i32, kept: u32, row: Asked, seed: u32) -> Mark {
     let bits = bitcast<u32>(index);
     let coarser = min(i32(select(countTrailingZeros(kept), 31u, kept == 0u)), hatch.level_count - 1 - row.level);
@@ -138,13 +140,13 @@ fn mark_at(index: i32, kept: u32, row: Asked, seed: u32) -> Mark {
     let order = (number >> 1u) * 2654435769u + mixed_bits(own_level ^ seed);
     let rank = exp2(-f32(coarser)) * (0.5 + 0.5 * f32(order >> 8u) / 16777216.0);
     let grown = clamp((row.density / rank - 1.0) / (2.0 * GROWTH) + 0.5, 0.0, 1.0);
-    // What grows in a gap that is narrower than a mark fills just that.
+    // A mark that grows in a gap narrower than a mark fills just the gap.
     let gap_px = clamp(exp2(f32(coarser) + 1.0) * row.place_px - row.width_px, 0.0, row.width_px);
     let whole_px = mix(gap_px, row.width_px, smoothstep(0.9, 1.0, grown));
     return Mark(identity, order, coarser, whole_px * grown);
 }
 
-// Ink without bounds at a place `away_px` from the middle of a mark.
+// Returns unclamped ink at a distance from the centre line of a mark.
 fn profile(away_px: f32, width_px: f32) -> f32 {
     return min(width_px, 1.0) * (0.5 * max(width_px, 1.0) - abs(away_px) + 0.5);
 }
@@ -153,8 +155,8 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let size_px = layer.marks_px * layer.size;
     let is_endless = layer.marks_px.x <= 0.0;
     let is_dot = !is_endless && size_px.x <= size_px.y;
-    // Both axes make the darkness together: the longer the marks, the more of it is done by rows. Rows of dots touch
-    // and have few dots each, or they would be seen; and where it is dark, dots lie on each other.
+    // Both axes together make the darkness: the longer the marks, the more of it is due to rows. Rows of dots touch and
+    // have few dots each, or they would be visible as rows; and where it is dark, dots overlap.
     let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
     let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
     let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
@@ -165,9 +167,9 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     let dash = asked(along, foot, max(size_px.x, 1.0), lost * pow(darkness, 1.0 - by_rows), is_dot);
     let base_v = cells[along * hatch.level_count + dash.level];
     let v = base_v.rest + dot(axes[along].direction, at) / dash.place_m;
-    // Round ends take ink; in the darks ends are square.
+    // Round ends reduce ink; in dark tones ends are square.
     let roundness = clamp((0.6 - darkness) * 4.0, 0.0, 1.0);
-    // A row's number counts a quarter of its marks' length.
+    // A row's number is in units of a quarter of its marks' length.
     let row_power = row.level - dash.level + i32(round(log2(max(size_px.x, 1e-3) / size_px.y))) + 2 - FINER_BITS;
 #endif
     var ink = 0.0;
@@ -182,7 +184,7 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
         var best = drawn;
 #ifdef ENDED
         if !is_endless && drawn > -0.5 {
-            // Each row's marks begin somewhere else: of its number, times x^-2 + x^-6 + ... as polynomials over bits.
+            // Each row's marks have a different offset: its number, times x^-2 + x^-6 + ... as polynomials over bits.
             let number = (bitcast<u32>(row_index) >> u32(row_mark.coarser)) << u32(FINER_BITS);
             let mixed = number ^ stirred(number >> 1u);
             let part = (mixed ^ (mixed >> 2u) ^ (mixed >> 6u)) & 0x3fffu;
@@ -208,15 +210,15 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
             drawn = clamp(drawn, 0.0, 1.0) * on_row;
         }
 #endif
-        // A mark that has not come is not there to grow.
+        // A mark that does not exist yet cannot grow to balance the tone.
         if width_px > 0.05 && best > reach {
             reach = best;
             reaching_px = min(width_px, 1.0);
         }
-        // Two marks that a pixel sees lie beside each other.
+        // Two marks in one pixel are next to each other.
         ink = min(ink + clamp(drawn, 0.0, 1.0), 1.0);
     }
-    // Both borders of a mark move: width / darkness is the distance of marks, or nearly so where they have ends.
+    // Both borders of a mark move: width / darkness is the distance between marks, or nearly so if they have ends.
     return Cover(ink, reach, 0.5 * reaching_px * size_px.y / max(darkness, 0.05));
 }
 
@@ -233,8 +235,8 @@ fn dot_axis(axis: i32, at: vec3<f32>, foot: Footprint, own: Footprint, apart_px:
         change_along(direction, own) / place_m);
 }
 
-// Dots of the kind `dots`. Their marks' chart has the scale that the form has, and their roundness is the land's own.
-// A dot is of the chart that is the nearer one at its middle: no two charts show dots at one place.
+// Dots of the kind `dots`. The chart's scale is that of the form, and dots are round on the land itself. A dot belongs
+// to the chart with the greater weight at the dot's centre: no two charts show dots at one place.
 fn dots_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint, own: Footprint) -> Cover {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, line);
@@ -309,7 +311,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
 #ifdef DOTS
-    // Trees are flat to marks.
+    // Marks treat trees as flat.
     let own = footprint(view, ray_of_pixel(view, pixel), at.w, select(n, land.xyz, land.w == 1.0));
 #else
     let own = foot;

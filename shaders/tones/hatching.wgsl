@@ -1,33 +1,33 @@
-// Hatching: marks that live in the world and keep their size on the picture.
+// Hatching: marks that are fixed in the world and keep their size on the picture.
 //
-// A layer's marks are a tonal art map (Praun et al. 2001), held as one tile of thresholds: a place takes ink where the
-// darkness is above its threshold. The tile lies on a chart of the world (`hatch`), at the level of a ladder of scales
-// at which one texel is about one pixel: a dynamic solid texture (Benard et al. 2009). What is ours:
+// A layer's marks are a tonal art map (Praun et al. 2001), stored as one tile of thresholds: a place takes ink where
+// the darkness is above its threshold. The tile is mapped on a chart of the world (`hatch`), at the level of a ladder
+// of scales at which one texel is about one pixel: a dynamic solid texture (Benard et al. 2009). Additions:
 //
-// - Scales go in half octaves, and across and along the marks they are chosen apart, each by how its coordinate runs on
-//   the picture. Marks keep spacing and length at grazing angles too.
-// - Inks of two scales are not blended. Marks that come in number lie on those of the other scale, and both share the
-//   darkness as optical density: by its weight w a scale has 1 - (1 - darkness)^w of it. So marks stay sharp, those of
-//   one scale become fewer while those of the other become more. Marks that swell would be thin twice; there the
-//   thresholds are mixed, and made uniform again by the mixture's exact distribution.
-// - Scales of one axis lie elsewhere on the other for each level, so that two never show the same marks: shares of
-//   darkness hold for marks that know nothing of each other.
-// - With SWELLING there may be marks that swell; what they need is not worked out for all others.
+// - Scales are half octaves apart, and across and along the marks they are chosen separately, each by the gradient of
+//   its coordinate on the picture. So marks keep spacing and length at grazing angles too.
+// - Inks of two scales are not blended. Marks that darken by number overlap those of the other scale, and both share
+//   the darkness as optical density: a scale with the weight w takes 1 - (1 - darkness)^w of it. So marks stay sharp,
+//   and those of one scale become fewer while those of the other become more. Marks that swell would be thin twice; for
+//   them the thresholds are mixed, and made uniform again by the exact distribution of the mixture.
+// - Scales of one axis have different offsets on the other for each level, so that two never show the same marks:
+//   shares of darkness assume independent marks.
+// - With SWELLING there may be marks that swell; without it their code is omitted.
 // - Phases come from the CPU in f64, one for each axis and scale.
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::mark_normal::{mark_normal_at, values_between_blocks}
 #import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
-// Part of the way between two scales in which both are seen: across, and along.
+// Part of the interval between two scales in which both are drawn: across, and along.
 const ACROSS_ZONE: f32 = 0.6;
 const ALONG_ZONE: f32 = 0.5;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
-// Of a mark's border, in thresholds: four steps of those, or a line that is just coming would be dotted.
+// Least border of a mark, in thresholds: four quantisation steps, without which a line that begins would be dotted.
 const LEAST_BORDER: f32 = 0.016;
 
-// An axis as the shaders read it.
+// An axis of a chart.
 struct Axis {
     direction: vec3<f32>,
     pad: f32,
@@ -36,10 +36,10 @@ struct Axis {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> hatch: Hatch;
 @group(0) @binding(2) var<storage, read> axes: array<Axis>;
-// Where the camera lies on each axis, in texels of each level: level by level for each axis.
+// The camera's position on each axis, in texels of each level: level by level for each axis.
 @group(0) @binding(3) var<storage, read> phases: array<f32>;
-// Tile by tile, row by row, for each place the four thresholds around it (this, along, across, both) and how steeply
-// thresholds change there, for ink and for gaps: roots in half bytes.
+// Tile by tile, row by row, for each texel the four thresholds around it (this, along, across, both) and the gradient
+// of thresholds there, for ink and for gaps: square roots in half bytes.
 @group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 @group(0) @binding(8) var normal: texture_2d<f32>;
@@ -47,16 +47,17 @@ struct Axis {
 @group(0) @binding(10) var tone: texture_2d<f32>;
 // See `texel_of`.
 @group(0) @binding(11) var cover: texture_storage_2d<rgba16float, write>;
-// See surface/bend_axis.wgsl; one empty texel where no layer asks.
+// See surface/bend_axis.wgsl; a single empty texel if no layer needs it.
 @group(0) @binding(12) var bend_axis: texture_2d<f32>;
 
-// A threshold, and how wide a pixel's border is in thresholds.
+// A threshold, and the width of a border of one pixel, in thresholds.
 struct Threshold {
     value: f32,
     border: f32,
 }
 
-// A map's tile at a place, in texels, of which `texels` are a pixel; turned over in the darks.
+// Returns the threshold of a map's tile at a position in texels, where a pixel is `texels` wide; inverted in dark
+// tones.
 fn tile_threshold(map: u32, place: vec2<f32>, texels: f32, is_dark: bool) -> Threshold {
     let whole = floor(place);
     let f = place - whole;
@@ -69,8 +70,8 @@ fn tile_threshold(map: u32, place: vec2<f32>, texels: f32, is_dark: bool) -> Thr
 }
 
 #ifdef SWELLING
-// Two thresholds, mixed by weight w, as one that is uniform again: through the distribution function of
-// (1 - w) A + w B for independent uniform A and B.
+// Mixes two thresholds by weight w into one that is uniform again: through the distribution function of (1 - w) A + w B
+// for independent uniform A and B.
 fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
     let x = mix(first.value, second.value, w);
     let b = min(w, 1.0 - w);
@@ -84,23 +85,24 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
 }
 #endif
 
-// Ink where `darkness` meets a threshold. `growth` is how fast this darkness grows with the one that is asked for.
+// Returns the ink where `darkness` meets a threshold. `growth` is the derivative of this darkness with respect to the
+// requested one.
 fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> Cover {
     let border = max(max(found.border, hatch.softness), LEAST_BORDER);
-    // Nothing on white paper and no gap in black.
+    // No ink on white paper, and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
     let reach = (darkness - edge - found.value) / border + 0.5;
     let ink = mix(clamp(reach, 0.0, 1.0), darkness, layer.grey);
     return Cover(ink, select(reach, ink, layer.grey > 0.0), growth * mix(1.0 / border, 1.0, layer.grey));
 }
 
-// A coordinate at a place: its change from pixel to pixel in metres, the ladder's finer level with its texels in a
-// metre, how much of the coarser level, and the coordinate itself.
+// A coordinate at a place: its change per pixel in metres, the finer level of the ladder with its texels per metre, the
+// weight of the coarser level, and the coordinate itself.
 struct Scale {
     change_m: f32,
     texels_per_m: f32,
     coarser: f32,
-    // The finer level, and its place in `phases`.
+    // The finer level, and its index in `phases`.
     level: i32,
     phase: i32,
     place_m: f32,
@@ -116,7 +118,7 @@ fn scale_of(axis: i32, at: vec3<f32>, foot: Footprint, size: f32, zone: f32) -> 
         i32(whole), axis * hatch.level_count + i32(whole), dot(direction, at));
 }
 
-// What a layer inks.
+// Returns the ink of a layer.
 fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>, line: vec2<f32>, foot: Footprint) -> Cover {
     let layer = hatch.layers[index];
     let charts = charts_at(layer, index, n, at, line);
@@ -129,18 +131,18 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
 #ifdef SWELLING
     let swells = (layer.flags & SWELLS) != 0u;
 #endif
-    // Two charts, each with the finer and the coarser scale of its two coordinates; what has no weight is not looked
-    // at. Loops are tested at their end: software drivers run both sides of a branch.
+    // Two charts, each with the finer and the coarser scale of its two coordinates; combinations without weight are
+    // skipped. Loops are tested at their end: software drivers run both sides of a branch.
     var cover = Cover(0.0, -1e3, 0.0);
     var k = select(0, 1, charts.second >= 1.0);
     let last = select(0, 1, charts.second > 0.0);
     loop {
-        // Not by index: software drivers are slow at that.
+        // Not by index, which is slow on software drivers.
         let along = select(charts.along.x, charts.along.y, k == 1);
         let u = scale_of(select(charts.across.x, charts.across.y, k == 1), at, foot, layer.size, ACROSS_ZONE);
         var v = scale_of(along, at, foot, layer.size, ALONG_ZONE);
         if is_endless {
-            // Nothing ends along a line, so there is nothing to keep in size: as across.
+            // A line without ends has no length to preserve, so it uses the scale across.
             v.phase = v.phase + u.level - v.level;
             v.texels_per_m = u.texels_per_m;
             v.coarser = 0.0;
@@ -148,7 +150,7 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
         let chart_weight = select(1.0 - charts.second, charts.second, k == 1);
         let chart_density = density * chart_weight;
         let chart_growth = growth * chart_weight / (1.0 - darkness);
-        // Rows lie elsewhere for each axis along them, as they do for each level.
+        // Rows have a different offset for each axis along them, as for each level.
         let row_offset = fract(f32(along) * GOLDEN) * side;
         let first_u = select(0, 1, u.coarser >= 1.0);
         let last_u = select(0, 1, u.coarser > 0.0);
@@ -172,7 +174,7 @@ fn layer_cover(index: i32, asked: f32, growth: f32, at: vec3<f32>, n: vec3<f32>,
             let own = 1.0 - exp2(chart_density * weight);
             let added = united(cover, cover_at(one, own, chart_growth * weight * (1.0 - own), layer));
 #ifdef SWELLING
-            // What comes first is mixed with nothing.
+            // The first one is mixed with nothing.
             row = mixed(one, row, row_weight);
             row_weight = 1.0 - u.coarser;
             if !swells {

@@ -14,7 +14,7 @@ struct Plain {
     high_m: f32,
     shininess: f32,
     specular: f32,
-    // How much trees and models have of their own colours.
+    // Weight of the colours of trees and models, 0 to 1.
     local: f32,
     pad_a: f32,
     pad_b: f32,
@@ -30,7 +30,7 @@ struct Plain {
 @group(0) @binding(5) var surface_id: texture_2d<u32>;
 @group(0) @binding(6) var local_color: texture_2d<u32>;
 
-// What is as light as bare land reflects so much, and what is darker less by this exponent: lightness is as eyes have it.
+// Reflectance of a material as light as bare land, and exponent for darker ones, since lightness is perceptual.
 const LIGHTEST: f32 = 0.7;
 const BY_LIGHTNESS: f32 = 2.2;
 #endif
@@ -44,7 +44,7 @@ fn tint(height_m: f32, up: f32) -> vec3<f32> {
     var color = mix(valley, meadow, smoothstep(0.0, 0.4, t));
     color = mix(color, rock, smoothstep(0.3, 0.65, t));
     color = mix(color, snow, smoothstep(0.68, 0.85, t));
-    // Nothing grows and nothing lies on a wall.
+    // On walls there is neither vegetation nor snow.
     return mix(rock, color, smoothstep(0.45, 0.75, up));
 }
 
@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let half_way = normalize(to_eye + plain.to_sun);
     let gloss = plain.specular * pow(max(dot(n, half_way), 0.0), plain.shininess) * f32(diffuse > 0.0);
     let sky_light = 0.22 + 0.10 * n.z;
-    // The earth bends away; heights above the sea do not sink with it.
+    // The earth's surface curves away; heights above the sea are measured from it.
     let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
 #ifdef LOCAL_COLOR
     var body = surface.w * tint(height_m, n.z);

@@ -1,7 +1,7 @@
 // Toon tones: light in a few steps with soft borders, or smooth, and their colours.
 //
-// Colours come from a table of two dimensions: the tone, and how high, how steep or how far the place is (X-toon:
-// Barla, Thollot and Markosian 2006). Elevation tints are such a table.
+// Colours come from a two-dimensional table of the tone and of the place's height, slope or distance (X-toon: Barla,
+// Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::earth::unbend
 #import hachure::focus::{Focus, in_focus, half_of_focus}
@@ -22,29 +22,30 @@ const HEIGHT: u32 = 0u;
 const SLOPE: u32 = 1u;
 
 struct Toon {
-    // 0: smooth.
+    // Number of steps; 0: smooth.
     steps: f32,
-    // Of the steps, and how soft their borders are (1: each rises all the way to the next).
+    // Tones of the darkest and the lightest step, and softness of the borders between steps (1: each rises all the way
+    // to the next).
     darkest: f32,
     lightest: f32,
     softness: f32,
-    // How much of the tone is colour.
+    // How strongly the tone is coloured, 0 to 1.
     wash: f32,
-    // Row of the ramp by its attribute: first + attribute * scale.
+    // Row of the ramp: row_first + attribute * row_scale.
     row_first: f32,
     row_scale: f32,
-    // HEIGHT, SLOPE, or the distance.
+    // HEIGHT, SLOPE, or any other value for the distance.
     by: u32,
     camera_z_m: f32,
-    // The land's heights.
+    // Range of the land's heights.
     low_m: f32,
     high_m: f32,
-    // How much trees and models have of their own colours.
+    // Weight of the colours of trees and models, 0 to 1.
     local: f32,
-    // 1: light comes from `relief_light`. And how much of its colour tones have.
+    // 1: light comes from `relief_light`; and the weight of its colour, 0 to 1.
     relief: f32,
     light_color: f32,
-    // 1: crests are lighter by `crest_light`.
+    // 1: `crest_light` is added.
     crests: f32,
     pad_b: f32,
 }
@@ -54,16 +55,16 @@ struct Toon {
 @group(0) @binding(2) var<uniform> toon: Toon;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
-// Linear colour; tones from dark to light, and the attribute.
+// Linear colour, by tone from dark to light, and by the attribute.
 @group(0) @binding(5) var ramp: texture_2d<f32>;
-// rgb: colour before lines and haze; a: the tone asked for, haze included.
+// rgb: colour before lines and haze; a: the requested tone, haze included.
 @group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
-// What light falls on: see surface/form.wgsl. One empty texel where that is the land as it is.
+// The normal that is lit: see surface/form.wgsl. A single empty texel if the land itself is lit.
 @group(0) @binding(18) var form_normal: texture_2d<f32>;
 @group(0) @binding(19) var<storage, read> focus: Focus;
-// See tones/relief/radiance.wgsl; one empty texel where light is not from there.
+// See tones/relief/radiance.wgsl; a single empty texel if `relief` is 0.
 @group(0) @binding(20) var relief_light: texture_2d<f32>;
-// See tones/crests.wgsl; the same.
+// See tones/crests.wgsl; a single empty texel if `crests` is 0.
 @group(0) @binding(21) var crest_light: texture_2d<f32>;
 #ifdef MARKED_TREES
 @group(0) @binding(7) var mark_surface: texture_2d<f32>;
@@ -88,7 +89,7 @@ fn stepped(lit: f32) -> f32 {
 
 fn attribute_at(at: vec3<f32>, n: vec3<f32>) -> f32 {
     if toon.by == HEIGHT {
-        // The earth bends away; heights above the sea do not sink with it.
+        // The earth's surface curves away; heights above the sea are measured from it.
         return (unbend(at).flat_m.z + toon.camera_z_m - toon.low_m) / (toon.high_m - toon.low_m);
     }
     if toon.by == SLOPE {
@@ -142,7 +143,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let value = mix(toon.darkest, toon.lightest, stepped(lit));
     var marked = value;
 #ifdef MARKED_TREES
-    // Marks do not shade each leaf, and lines add to what they make dark.
+    // Marks do not shade each leaf, and lines darken the crown in addition.
     let round = textureLoad(mark_surface, pixel, 0);
     if round.w == FLAT {
         let at_marks = vec4<f32>(round.xyz, sqrt(n.w));

@@ -1,14 +1,15 @@
-// Water as a cartographer draws it: a tint without tones, a line along the shore, and water lines or rules.
+// Water as a cartographer draws it: a tint without tones, a line along the shore, and water lines or ruled lines.
 //
-// Water lines run along the shore, each farther from the one before, and paler: as on the sheets of Dufour and Siegfried
-// and on the copperplates of the USGS (Raisz 1938, "General Cartography", on water-lining). Their distances are counted
-// in pixels of the place, so that they are the same wherever the camera is; seen along the water they come together, get
-// thinner, and go before they would run into each other. Rules are level lines of the sheet.
+// Water lines run along the shore, each farther from the one before, and paler: as on the sheets of Dufour and
+// Siegfried and on the copperplates of the USGS (Raisz 1938, "General Cartography", on water-lining). Their distances
+// are in pixels at the place, so that they are independent of the camera; at flat angles they come together, get
+// thinner, and vanish before they would merge. Ruled lines are horizontal on the sheet.
 //
-// With MIRROR still water takes the tone of what it mirrors, the more the flatter it is seen. The ray that the level of the
-// water reflects is followed on the picture: its place runs straight to where the ray vanishes, and one over its depth runs
-// evenly (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is mirrored; where
-// nothing does, it is the sky. Engravers draw the dark of it in level strokes that swell and break, and so does this.
+// With MIRROR still water takes the tone of its reflection, more at flatter angles. The ray that the water surface
+// reflects is marched on the picture: its projection runs straight to its vanishing point, and its inverse depth is
+// linear (McGuire and Mara 2014, "Efficient GPU Screen-Space Ray Tracing"). What hides it there is what is reflected;
+// if nothing does, it is the sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so
+// does this.
 #import hachure::view::{View, distance_from_eye, from_eye}
 #ifdef MIRROR
 #import hachure::earth::unbend
@@ -17,37 +18,37 @@
 #endif
 
 struct WaterLook {
-    // Linear.
+    // Linear colour.
     tint: vec3<f32>,
     shore_px: f32,
     line_px: f32,
     spacing_px: f32,
-    // From a gap to the next, and from a line's ink to the next one's.
+    // Ratio between consecutive gaps, and between the ink of consecutive lines.
     growth: f32,
     paler: f32,
     lines: u32,
-    // 1: rules in place of water lines.
+    // 1: ruled lines instead of water lines.
     rules: u32,
-    // How far the last line is from the shore.
+    // Distance of the last line from the shore, in pixels.
     reach_px: f32,
-    // How much of the tone is that of what is mirrored.
+    // Weight of the reflection in the tone, 0 to 1.
     mirror: f32,
-    // 1: as strokes; 0: as colour.
+    // 1: the reflection is drawn in strokes; 0: in colour.
     strokes: u32,
     pad_a: u32,
     pad_b: u32,
     pad_c: u32,
-    // Of the sky, linear.
+    // Colours of the sky, linear.
     sky_horizon: vec3<f32>,
     pad_d: f32,
     sky_zenith: vec3<f32>,
     pad_e: f32,
 }
 
-// Lines that are nearer to each other on the picture are none; from the second distance on they are whole.
+// Gap on the picture below which lines vanish; from the second distance on they are whole.
 const TOO_NEAR_PX: f32 = 1.5;
 const APART_PX: f32 = 3.0;
-// What is left of rules far from the shore.
+// Part of the ink of ruled lines that is left far from the shore.
 const OPEN: f32 = 0.5;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -60,7 +61,7 @@ const OPEN: f32 = 0.5;
 @group(0) @binding(5) var watered: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(6) var water_ink: texture_storage_2d<r32float, write>;
 
-// The smaller change to the neighbours on both sides: borders of what hides are no shores.
+// Returns the smaller change to the neighbours on both sides, because borders of occluding objects are not shores.
 fn change(pixel: vec2<i32>, step: vec2<i32>, own: f32) -> f32 {
     let last = vec2<i32>(view.size_px) - 1;
     var least = 1e30;
@@ -74,27 +75,27 @@ fn change(pixel: vec2<i32>, step: vec2<i32>, own: f32) -> f32 {
     return select(least, 0.0, least == 1e30);
 }
 
-// How much of a pixel a line covers whose middle is so far away.
+// Returns the part of a pixel that a line covers whose centre is `away_px` away.
 fn line_ink(away_px: f32, width_px: f32) -> f32 {
     return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - abs(away_px), 0.0, 1.0);
 }
 
 #ifdef MIRROR
-// How far on the picture what is mirrored is looked for, in steps of so many pixels and halvings of the last one: the land
-// below a crest hides a ray over few of them.
+// Length of the search for a reflection on the picture, its step, and bisections of the last step. Steps are short
+// because the land below a crest hides a ray over few pixels.
 const MIRROR_REACH_PX: f32 = 256.0;
 const STEP_PX: f32 = 1.5;
 const HALVINGS: i32 = 4;
-// A ray that rises so steeply toward the eye has no place to vanish at before it.
+// Slope toward the eye from which on a reflected ray has no vanishing point in front of the eye.
 const STEEPEST: f32 = 0.03;
-// What is nearer than water by more than this share stands before it, and is not mirrored there.
+// Ratio of distances beyond which a surface is behind the water; nearer surfaces are not reflected there.
 const BEFORE: f32 = 1.002;
-// Tones are means over so many pixels about a place.
+// Radius in pixels over which tones are averaged.
 const SOFT_PX: i32 = 2;
-// A stroke breaks after so many pixels in the mean, and takes its tone from so many pixels aside, more or less.
+// Mean length after which a stroke breaks, and the largest sideways offset at which it takes its tone.
 const BREAK_PX: f32 = 37.0;
 const ASIDE_PX: f32 = 2.5;
-// Paler tones leave no stroke; and so much of their spacing strokes take at most.
+// Darkness below which there are no strokes, and largest part of their spacing that strokes take.
 const PALEST: f32 = 0.12;
 const WIDEST: f32 = 0.7;
 
@@ -104,7 +105,7 @@ struct Mirrored {
     dark: f32,
 }
 
-// What is about a place of the picture that is mirrored, without water and sky.
+// Returns the tone around a reflected position of the picture, without water and sky.
 fn tone_about(px: vec2<f32>, sky: Mirrored) -> Mirrored {
     let middle = vec2<i32>(floor(px));
     let last = vec2<i32>(view.size_px) - 1;
@@ -120,7 +121,7 @@ fn tone_about(px: vec2<f32>, sky: Mirrored) -> Mirrored {
     return Mirrored(select(sky.color, mean.rgb, count > 0.0), select(sky.dark, 1.0 - mean.a, count > 0.0));
 }
 
-// What water at a place, which a pixel shows, mirrors; `w` of how much of it is seen, by the angle.
+// Returns the reflection in water at a point shown by a pixel; `w` is its weight by the view angle.
 fn mirrored(px: vec2<f32>, at_m: vec3<f32>, is_water: bool) -> vec4<f32> {
     let to_m = from_eye(view, at_m);
     let up = unbend(at_m).up;
@@ -167,7 +168,7 @@ fn mirrored(px: vec2<f32>, at_m: vec3<f32>, is_water: bool) -> vec4<f32> {
     return vec4<f32>(select(seen.color, vec3<f32>(seen.dark), water_look.strokes == 1u), amount);
 }
 
-// A number of 0 to 1 of a row of strokes and a place along it, which changes smoothly.
+// Returns a number of 0 to 1 for a row of strokes and a position along it, which varies smoothly.
 fn along_row(row: i32, along: f32) -> f32 {
     let cell = floor(along);
     let a = pcg(bitcast<vec2<u32>>(vec2<i32>(row, i32(cell)))).x;
@@ -190,12 +191,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel_m = distance_from_eye(view, textureLoad(position, pixel, 0).xyz) / view.focal_px;
-    // Pixels of the place for each of the picture: 1 seen from above, more along the water.
+    // Pixels at the place per pixel of the picture: 1 seen from above, more at flat angles.
     let steep = length(vec2<f32>(change(pixel, vec2<i32>(1, 0), away_m), change(pixel, vec2<i32>(0, 1), away_m))) / pixel_m;
     let narrow = max(steep, 0.7);
     let away_px = away_m / pixel_m;
     let cover = clamp(0.5 + away_px / narrow, 0.0, 1.0);
-    // Lines that are seen along the water are thinner.
+    // Lines at flat angles are thinner.
     let thin = inverseSqrt(max(narrow, 1.0));
     var ink = line_ink(away_px / narrow, water_look.shore_px * thin);
     if water_look.rules == 1u {
@@ -221,7 +222,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sheet = vec2<f32>(pixel + view.origin_px) + 0.5;
     let row = floor(sheet.y / gap_px);
     let wander = along_row(i32(row), sheet.x / BREAK_PX);
-    // All of a stroke mirrors what the middle of its row does; and rows what is a little to a side.
+    // A whole stroke has the reflection of the middle of its row, offset a little to a side.
     let up_px = select(0.0, (row + 0.5) * gap_px - sheet.y, water_look.strokes == 1u);
     let seen_px = vec2<f32>(pixel) + 0.5 + vec2<f32>(2.0 * ASIDE_PX * (wander - 0.5), up_px);
     let seen = clamp(vec2<i32>(floor(seen_px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);

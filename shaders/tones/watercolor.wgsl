@@ -1,9 +1,9 @@
-// Watercolour: washes stray from what they fill, darken where they end, and settle in the paper.
+// Watercolour: washes stray from their outlines, darken at their edges, and settle in the paper.
 //
-// After Bousseau and others 2006: pigment density d changes a colour C to C - (C - C²)(d - 1), and d is what wet edges,
-// granulation and flow make of it. Edges are found by the difference to the surroundings. Where the thesis warps
-// texture coordinates, we warp the places at which the wash is looked up, by noise that is fixed in the world; washes
-// then keep their shape while the camera moves. Granulation is the paper's: fixed to the sheet.
+// After Bousseau and others 2006: pigment density d changes a colour C to C - (C - C²)(d - 1), and d depends on wet
+// edges, granulation and flow. Edges are found by the difference to the surroundings. The paper warps texture
+// coordinates; here the positions at which the wash is sampled are warped, by noise that is fixed in the world, so
+// washes keep their shape while the camera moves. Granulation is a property of the paper and is fixed to the sheet.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::color::{luminance, noise}
 #import hachure::wobble::{Anchor, wobble}
@@ -27,8 +27,8 @@ struct Watercolor {
 // As `tone`.
 @group(0) @binding(5) var washed: texture_storage_2d<rgba16float, write>;
 
-// The wash at a place of the picture, between pixels; beyond the border goes on what is there. Where there is no land
-// lies no wash, and `own` is taken: paint ends at paper, and does not run into it.
+// Returns the wash at a position of the picture, interpolated between pixels and clamped to the border. Where there is
+// no land it returns `own`: paint ends at bare paper, and does not run into it.
 fn wash_at(px: vec2<f32>, own: vec4<f32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     if textureLoad(position, clamp(vec2<i32>(round(px)), vec2<i32>(0), last), 0).w <= 0.0 {
@@ -56,15 +56,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(washed, pixel, own);
         return;
     }
-    // Noise of some 24 pixels, twice; and one of a hundred, that the flow has.
+    // Noise of some 24 pixels for two directions, and noise of a hundred pixels for the flow.
     let pixel_m = distance_from_eye(view, at.xyz) / view.focal_px;
-    // The second is the same noise of a world turned about its diagonal.
+    // The second is the same noise in a world rotated around its diagonal.
     let turned = Anchor(anchor.blocks.yzx, 0u, anchor.rest_m.yzx, 0u);
     let stray = vec2<f32>(wobble(anchor, at.xyz, pixel_m), wobble(turned, at.yzx, pixel_m));
     let slow = wobble(anchor, at.xyz, 4.0 * pixel_m);
     let px = vec2<f32>(pixel) + watercolor.warp_px * stray;
     let here = wash_at(px, own);
-    // What lies around, twice as far out as in: a wash ends where its surroundings are lighter.
+    // The surroundings, at two radii alternately: a wash ends where its surroundings are lighter.
     var around = 0.0;
     for (var i = 0; i < 8; i++) {
         let angle = f32(i) * 0.785398;

@@ -1,27 +1,27 @@
-// The bar that a line must reach to be drawn, for each cell: so high that what is above it is no more ink than the style
-// allows, in a window of four cells to a side.
+// The bar that a line's rank must reach to be drawn, for each cell. It is set so that the lines above it have no more
+// ink than the style allows, in a window of four cells to a side.
 //
-// From the highest rank down ink is counted until there is enough; in the last step of ranks the bar lies where the
-// count would be full if ink lay even in it. If lines of the highest step alone are too many, they are paler. One stroke
-// alone is no crowd, however broad: there is always room for it.
+// Ink is summed from the highest rank down until the limit is reached. Within the last step of ranks the bar is
+// interpolated as if ink were distributed evenly. If the lines of the highest step alone are too many, they become
+// paler. A single stroke never counts as a crowd, however broad.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, first_cell, BINS, CELL_WORDS, UNITS, SOFT}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var<storage, read> counts: array<u32>;
-// The bar, and what is left of lines above it.
+// The bar, and the part that is left of lines above it.
 @group(0) @binding(3) var bars: texture_storage_2d<rgba32float, write>;
 
 const REACH: i32 = 2;
-// Of what is no crumb.
+// Lowest rank of lines that are not short fragments.
 const LEAST_RANK: f32 = 0.25;
-// Of the window's side: as far as a stroke goes through it, aslant.
+// Length of a stroke that crosses the window diagonally, in sides of the window.
 const THROUGH: f32 = 1.4;
-// Of a window that the border cuts.
+// Least area assumed for a window that the border cuts, as a part of the whole window.
 const LEAST_AREA: f32 = 0.6;
 
-// Pixels of a cell on the targets.
+// Returns the number of pixels of a cell on the target.
 fn area_of(cell: vec2<i32>) -> f32 {
     let first = (cell + first_cell(view, crowd)) * i32(crowd.cell_px) - view.origin_px;
     let low = max(first, vec2<i32>(0));
@@ -40,7 +40,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var broadest_px = 0.0;
     for (var y = max(-REACH, -cell.y); y <= min(REACH, i32(crowd.cells.y) - 1 - cell.y); y++) {
         for (var x = max(-REACH, -cell.x); x <= min(REACH, i32(crowd.cells.x) - 1 - cell.x); x++) {
-            // Half of the outer ones: the window has four to a side.
+            // Outer cells count half: the window has four cells to a side.
             let weight = select(1.0, 0.5, abs(x) == REACH) * select(1.0, 0.5, abs(y) == REACH);
             let around = vec2<u32>(cell + vec2<i32>(x, y));
             area += weight * area_of(vec2<i32>(around));
@@ -51,30 +51,30 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             broadest_px = max(broadest_px, weight / UNITS * f32(counts[first + BINS]));
         }
     }
-    // In a corner of the sheet a single broad stroke that runs off it is no crowd.
+    // In a corner of the sheet, a single broad stroke that leaves the sheet does not count as a crowd.
     let whole = f32(16u * crowd.cell_px * crowd.cell_px);
     let lone = broadest_px * THROUGH * f32(4u * crowd.cell_px);
     let room = max(crowd.most * max(area, LEAST_AREA * whole), lone);
-    // Where there is room for all, the bar lies below all.
+    // Where all lines fit, the bar is below all ranks.
     var bar = -SOFT;
     var above = 0.0;
     for (var bin = i32(BINS) - 1; bin >= 0; bin--) {
         let ink = inks[bin];
         if above + ink > room {
-            // So much of this step.
+            // The part of this step that fits.
             let part = (room - above) / max(ink, 1e-6);
             bar = (f32(bin) + 1.0 - part) / f32(BINS);
             break;
         }
         above += ink;
     }
-    // Crumbs go where there is nearly enough without them, and before a line is paler.
+    // Short fragments are dropped where there is nearly enough ink without them, before lines become paler.
     var all = 0.0;
     for (var bin = 0u; bin < BINS; bin++) {
         all += inks[bin];
     }
     bar = max(bar, mix(-SOFT, LEAST_RANK, smoothstep(0.5, 1.0, all / max(room, 1e-6))));
-    // Ranks end at 1: what no bar can hold back is paler.
+    // Ranks end at 1, so lines that no bar can exclude become paler.
     var left = 0.0;
     for (var bin = 0u; bin < BINS; bin++) {
         let rank = (f32(bin) + 0.5) / f32(BINS);

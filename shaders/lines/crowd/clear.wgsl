@@ -1,4 +1,4 @@
-// No ink in any cell.
+// Clears the ink of all cells.
 #import hachure::crowd::{Crowd, CELL_WORDS}
 
 @group(0) @binding(0) var<uniform> crowd: Crowd;

@@ -1,4 +1,4 @@
-// How much ink of each rank a cell has.
+// Counts the ink of each rank in each cell.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, first_cell, bin_of, BINS, CELL_WORDS, UNITS}
 
@@ -6,12 +6,12 @@
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var line: texture_2d<f32>;
 @group(0) @binding(3) var rank: texture_2d<f32>;
-// CELL_WORDS for each cell. Lines of pixels are narrow, and their width is not asked for.
+// CELL_WORDS for each cell. Lines of pixels are narrow, so their width is not stored.
 @group(0) @binding(4) var<storage, read_write> counts: array<u32>;
 
 var<workgroup> sums: array<atomic<u32>, BINS>;
 
-// A group for each cell.
+// One workgroup per cell.
 @compute @workgroup_size(8, 8)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let number = local.y * 8u + local.x;

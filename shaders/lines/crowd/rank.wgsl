@@ -1,11 +1,11 @@
-// How much a line matters, pixel by pixel: 0 is a crumb on a face, 1 a long skyline.
+// The rank of a line at each pixel: 0 is a short fragment on a face, 1 a long skyline.
 //
-// Half of it is the step in distance across the line, as a part of that distance: nearest surface against farthest
-// around, and the sky is farthest. Half of it is how far the line goes on: the mean of its ink along a straight way of a
-// quarter of the window to either side, in the best of eight directions, less the mean across. A crumb has little along
-// its way, and grey noise as much across as along.
+// Half of the rank is the relative step in distance across the line, from the nearest surface around to the farthest;
+// the sky is farthest. The other half is how far the line continues: its mean ink along a straight path of a quarter of
+// the window to either side, in the best of eight directions, minus the mean across. A short fragment has little ink
+// along its path, and grey noise as much across as along.
 //
-// Beside the rank stands how far the cap holds for the line: that of the nearest surface around, whose contour it is.
+// The second channel is how far the cap holds for the line: that of the nearest surface around, whose contour it is.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, capped}
 
@@ -16,10 +16,10 @@
 @group(0) @binding(4) var rank: texture_storage_2d<rg32float, write>;
 
 const DIRECTIONS: i32 = 8;
-// To either side.
+// Samples to either side.
 const TAPS: i32 = 6;
 const AROUND_PX: i32 = 2;
-// A step by this part of the distance counts for half.
+// Relative step in distance that counts half.
 const STEP: f32 = 0.05;
 const PI: f32 = 3.1415927;
 
@@ -27,7 +27,7 @@ fn inside(pixel: vec2<i32>) -> vec2<i32> {
     return clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
 }
 
-// The farthest and the nearest around: 1 / distance, and 0 is the sky.
+// Returns 1 / distance of the farthest and of the nearest surface around; 0 is the sky.
 fn nearness_at(pixel: vec2<i32>) -> vec2<f32> {
     var nearness = vec2<f32>(1e30, 0.0);
     for (var y = -AROUND_PX; y <= AROUND_PX; y++) {

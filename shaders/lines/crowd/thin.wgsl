@@ -1,4 +1,4 @@
-// What the bar leaves of lines.
+// Applies the bar to lines of pixels.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, bar_at, left_of}
 
@@ -9,7 +9,7 @@
 @group(0) @binding(4) var bars: texture_2d<f32>;
 @group(0) @binding(5) var thinned: texture_storage_2d<r32float, write>;
 
-// Pixels to either side whose ranks a line's rank is the mean of, by their ink: a rank is noisy, and a line whole.
+// Radius in pixels over which ranks are averaged, weighted by ink, because ranks are noisy along a line.
 const AROUND: i32 = 3;
 
 fn rank_at(pixel: vec2<i32>) -> f32 {

@@ -1,16 +1,16 @@
-// A line pixel stays if the other eye has a line there, or cannot have it (Zaidi et al., section 4.2, "Reprojection
+// Keeps a line pixel if the other eye has a line there, or cannot have one (Zaidi et al., section 4.2, "Reprojection
 // Mapping", Eqs. 9 to 11).
 //
-// R takes a pixel of this eye to the other one's picture: the surface's place is known, and of the sky its direction. D
-// is what a way there and back lacks of the pixel; J how much farther a neighbour moves than the pixel itself. Where
-// both are small, both eyes see the place, and no parallax hides a partner. Then the line is no stronger than the
-// strongest of the 5 x 5 pixels around its place in the other eye.
+// R maps a pixel of this eye to the other one's picture; the surface point is known, and for the sky its direction. D
+// is how far a round trip misses the pixel; J is how much farther a neighbour moves than the pixel itself. Where both
+// are small, both eyes see the place, and no parallax hides a partner. There the line is limited to the strongest of
+// the 5 x 5 pixels around its place in the other eye.
 //
-// Readings and changes:
-// - The paper treats one eye and then the other, whose partners may have gone meanwhile. Here both read what the other
-//   one had: neither eye comes first.
-// - What lies outside of the other eye's picture is not known to lack a partner, and stays.
-// - J looks at all eight neighbours.
+// Interpretations and changes:
+// - The paper processes one eye and then the other, whose partners may have been removed meanwhile. Here both read the
+//   other eye's original lines, so neither eye comes first.
+// - Outside of the other eye's picture a partner may exist, so the line stays.
+// - J uses all eight neighbours.
 #import hachure::view::{View, ray_of_pixel}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -21,18 +21,18 @@
 @group(0) @binding(5) var other_line: texture_2d<f32>;
 @group(0) @binding(6) var agreed: texture_storage_2d<r32float, write>;
 
-// In pixels: m and n of Eq. 11.
+// m and n of Eq. 11, in pixels.
 const ROUND_TRIP_PX: vec2<f32> = vec2<f32>(2.0, 4.0);
-// How far away a partner may be.
+// Largest distance of a partner, in pixels.
 const REACH_PX: f32 = 2.0;
 const JUMP_PX: vec2<f32> = vec2<f32>(3.0, 6.0);
 
-// What a pixel shows: a place, or a direction whose last coordinate is 0.
+// Returns the surface point of a pixel, or for the sky a direction, whose last coordinate is 0.
 fn shown(eye: View, pixel: vec2<i32>, at: vec4<f32>) -> vec4<f32> {
     return select(vec4<f32>(ray_of_pixel(eye, pixel), 0.0), vec4<f32>(at.xyz, 1.0), at.w > 0.0);
 }
 
-// On the targets of a view; far outside for what is beside or behind it.
+// Returns a position on the targets of a view, far outside for points off-screen or behind the eye.
 fn reproject(to: View, point: vec4<f32>) -> vec2<f32> {
     let clip = to.clip_from_camera * point;
     let ndc = clip.xy / max(clip.w, 1e-6 * length(clip.xyz));
@@ -43,7 +43,7 @@ fn rising(range: vec2<f32>, value: f32) -> f32 {
     return clamp((value - range.x) / (range.y - range.x), 0.0, 1.0);
 }
 
-// M of Eq. 11: 1 where the other eye tells nothing of a pixel.
+// M of Eq. 11: 1 where the other eye gives no evidence about a pixel.
 fn mask(pixel: vec2<i32>, there: vec2<f32>) -> f32 {
     let centre = vec2<f32>(pixel) + 0.5;
     let rounded = vec2<i32>(floor(there));
@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                 }
             }
         }
-        // The mask is asked only where it matters.
+        // The mask is computed only where it matters.
         if partner < own {
             let unknown = mask(pixel, there);
             own = min(own, unknown + (1.0 - unknown) * partner);

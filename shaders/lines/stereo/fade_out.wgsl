@@ -1,33 +1,35 @@
-// Contours of two eyes fade out softly where the surface turns away (Zaidi et al., section 4.2, "Contour Fade-Out").
+// Contours of a stereo pair fade out softly where the surface turns away (Zaidi et al., section 4.2, "Contour
+// Fade-Out").
 //
-// A smooth surface has its contour elsewhere for each eye. Between the two lies a strip that one eye sees and the other
-// does not; it is darkened, with a soft border that both eyes see. So the line art has something dark at the same place
-// of the surface for both.
+// A smooth surface has its contour at a different place for each eye. Between the two is a strip that only one eye
+// sees; it is darkened, with a soft border that both eyes see. So both eyes find something dark at the same place of
+// the surface.
 //
-// The viewpoints are those of a disc: its middle is between the eyes, its radius half of their distance, and it is
-// perpendicular to the view direction, so that a head may tilt and nothing changes. Of them the one that sees the
-// surface most nearly as a contour counts.
+// The viewpoints are those of a disc: its centre is between the eyes, its radius is half of their distance, and it is
+// perpendicular to the view direction, so that tilting the head changes nothing. The viewpoint that sees the surface
+// most nearly as a contour counts.
 //
-// Readings and changes:
-// - The mean angle of the paper is that between the ways to this viewpoint and to the one across the disc: it does not
-//   depend on the tilt of the head either.
-// - The viewpoint is that on the border of the disc against the normal. It is the true one for surfaces that are far
-//   compared with the disc's radius; for those as near as the eyes are apart it lies some degrees beside it.
-// - Gate: a plane that is seen edge-on has no contour, and would be darkened whole. A fade that would be wider than
-//   WIDEST_PX on the picture, as the normal turns here, is none.
-// - Land whose back is seen, through a hole, has no contour either. Slightly turned away is what lies beside a contour.
+// Interpretations and changes:
+// - The mean angle of the paper is the one between the directions to this viewpoint and to the opposite one on the
+//   disc: it does not depend on the tilt of the head either.
+// - The viewpoint is the one on the border of the disc opposite to the normal. It is exact for surfaces that are far
+//   compared with the disc's radius; for surfaces as near as the distance of the eyes it is some degrees off.
+// - Gate: a plane that is seen edge-on has no contour, and would be darkened entirely. A fade that would be wider than
+//   WIDEST_PX on the picture, given how the normal changes there, is suppressed.
+// - Land whose back is visible through a hole has no contour either. Surfaces turned away slightly are next to a
+//   contour.
 #import hachure::view::View
 
 struct FadeOut {
-    // The middle of the eyes, in their rig.
+    // Midpoint between the eyes, in their rig.
     middle_m: vec3<f32>,
-    // Half of what they are apart.
+    // Half of the distance between the eyes.
     radius_m: f32,
-    // Unit.
+    // Unit vector, the view direction.
     forward: vec3<f32>,
-    // In mean angles from the contour: where the fade begins.
+    // Angle from the contour at which the fade begins, in mean angles.
     start: f32,
-    // Where it is full.
+    // Angle at which the fade is complete, in mean angles.
     end: f32,
     pad_a: f32,
     pad_b: f32,
@@ -42,11 +44,11 @@ struct FadeOut {
 @group(0) @binding(5) var faded: texture_storage_2d<r32float, write>;
 
 const WIDEST_PX: f32 = 64.0;
-// A cosine: what is turned away from its eye by more shows its back.
+// Cosine between normal and direction to the eye below which the back of the surface is visible.
 const BACK: f32 = -0.1;
 
-// How far the normal turns from a pixel to the next, in the direction where it turns more. Of two opposite neighbours
-// the one that turns less counts: the other may be of what lies behind.
+// Returns how much the normal changes from a pixel to the next, in the axis of the greater change. Of two opposite
+// neighbours the smaller change counts, since the other may be of a surface behind.
 fn turn_per_px(pixel: vec2<i32>, n: vec3<f32>) -> f32 {
     let last = vec2<i32>(view.size_px) - 1;
     var most = 0.0;
@@ -73,7 +75,7 @@ fn fade(pixel: vec2<i32>) -> f32 {
     let to_contour = fade_out.middle_m - aside - at.xyz;
     let to_opposite = fade_out.middle_m + aside - at.xyz;
     let angle = atan2(length(cross(to_contour, to_opposite)), dot(to_contour, to_opposite));
-    // pi/2 - phi: how far the surface is from being a contour; below 0 the viewpoint sees its back.
+    // pi/2 - phi: the angle from being a contour; negative if the viewpoint sees the back of the surface.
     let open = asin(clamp(dot(n, normalize(to_contour)), -1.0, 1.0));
     let start = fade_out.start * angle;
     let value = clamp((start - open) / max(start - fade_out.end * angle, 1e-12), 0.0, 1.0);

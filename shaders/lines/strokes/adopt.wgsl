@@ -1,12 +1,14 @@
-// Strokes of two eyes become the same strokes, by what their samples found in the other eye (look.wgsl).
+// Makes the strokes of two eyes the same strokes, by what their samples found in the other eye (look.wgsl).
 //
-// - A sample takes identity, texture parameter and width of the other eye's stroke. The leading eye does so, too: where
-//   strokes lie within a pixel of each other the follower may have found another one.
-// - FOLLOWER: what found nothing runs on from the nearest along its stroke that did. Its place is drawn to the other
-//   eye's line: chains of pixels waver by less than MOVED_PX, and what differs by more is the contour's own parallax.
-// - Both: the pen is pressed as hard as by the eye that presses it harder. A stroke ends for one eye where nearer land
-//   hides the rest of it, and goes on for the other.
-// - Both: what the other eye sees and has no stroke for is not slidable (He, Wang and Bao 2019). There a stroke tapers.
+// - A sample takes identity, texture parameter and width of the other eye's stroke. The leading eye does so as well:
+//   where strokes are within a pixel of each other the follower may have found another one.
+// - FOLLOWER: a sample that found nothing continues from the nearest sample along its stroke that did. It is moved to
+//   the other eye's line: chains of pixels waver by less than MOVED_PX, and larger differences are true parallax of the
+//   contour.
+// - Both: the pressure is the greater of the two eyes'. A stroke may end for one eye where nearer land hides the rest
+//   of it, and continue for the other.
+// - Both: where the other eye sees the place but has no stroke, a stroke is not slidable (He, Wang and Bao 2019) and
+//   tapers.
 #import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, BESIDE, SPACING_PX}
 
@@ -18,13 +20,13 @@
 @group(0) @binding(4) var<uniform> view: View;
 #endif
 
-// Farther from what the other eye has nothing is left of a stroke.
+// Length over which a stroke tapers beyond samples that the other eye has.
 const TAPERED_PX: f32 = 4.0;
 const MOVED_PX: f32 = 1.0;
 const FAR_PX: f32 = 1e3;
 
 #ifdef FOLLOWER
-// The way to the other eye's line, by what the sample and those beside it found; nothing where it is too far.
+// Returns the offset to the other eye's line, averaged over the sample and its neighbours; 0 where it is too far.
 fn toward(number: u32) -> vec2<f32> {
     var sum_px = vec2<f32>(0.0);
     var weights = 0.0;
@@ -73,11 +75,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         samples[id.x].shown_px = max(samples[id.x].shown_px, own.shown_px);
     } else if own.is_seen == 1u {
         let left = before * clamp(1.0 - apart_px / TAPERED_PX, 0.0, 1.0);
-        // In a flight it goes as slowly as strokes come.
+        // In a flight the pressure falls as slowly as strokes appear.
         samples[id.x].pressure = select(left, max(left, before - 2.0 * temporal.pressure_step), temporal.has_history == 1u);
     }
 #ifndef FOLLOWER
-    // Its own lengths are known no more.
+    // The lengths along the leading eye's own strokes no longer hold.
     nearest = id.x;
 #endif
     let found = matches[nearest];

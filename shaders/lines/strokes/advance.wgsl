@@ -1,5 +1,5 @@
-// Between full updates strokes move with the world (Pietrok 2021, section 4.3, moves them by the motion field; a sample
-// knows its distance, so its own motion is exact).
+// Moves strokes with the world between full updates. Pietrok (2021, section 4.3) moves them by the motion field; here
+// each sample knows its distance, so its own motion is exact.
 #import hachure::view::{View, place_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
@@ -23,7 +23,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var own = old_samples[id.x];
     own.position_m += temporal.step_m;
     let clip = view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
-    // What is behind the eye now stays there: the shader of strokes leaves it out.
+    // Samples behind the eye keep a valid position; the shader of strokes omits them.
     let ndc = clip.xy / max(clip.w, 1e-6);
     if temporal.rests == 0u {
         own.px = (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px);
@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     samples[id.x] = own;
 }
 
-// How far it is to the stroke's end, at most WHOLLY_PX; as samples.wgsl has it.
+// Returns the distance to the stroke's end, at most WHOLLY_PX, as samples.wgsl does.
 fn to_end_px(number: u32) -> f32 {
     if (old_samples[number].flags & IS_CLOSED) != 0u {
         return WHOLLY_PX;

@@ -1,4 +1,4 @@
-// From numbers of things to numbers of workgroups: what the GPU counted, it dispatches.
+// Converts counts on the GPU into workgroup counts of indirect dispatches.
 #import hachure::strokes::StrokeCounts
 #import hachure::edges::MOST_EDGES
 #import hachure::stroke_style::Strokes

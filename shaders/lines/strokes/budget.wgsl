@@ -1,4 +1,4 @@
-// How many samples strokes of each class of length want, longest first.
+// Counts the samples that the strokes of each length class need.
 #import hachure::chain_lengths::{strokes, counts, chain_length_px}
 #import hachure::stroke_samples::{class_of, samples_of}
 

@@ -1,10 +1,10 @@
-// The shortest class of strokes that the budget has room for.
+// Finds the shortest length class of strokes within the budget.
 #import hachure::stroke_samples::{CLASSES, Temporal, SampleCounts}
 
 @group(0) @binding(0) var<uniform> temporal: Temporal;
 @group(0) @binding(1) var<storage, read_write> classes: array<u32>;
 @group(0) @binding(2) var<storage, read_write> list: SampleCounts;
-// Two indirect draws: of strokes of this frame, and of those that fade.
+// Two indirect draws: of strokes of this frame, and of fading ones.
 @group(0) @binding(3) var<storage, read_write> draws: array<u32, 8>;
 
 @compute @workgroup_size(1)
@@ -14,7 +14,7 @@ fn main() {
     for (var i = CLASSES; i > 0u; i--) {
         let wanted = classes[i - 1u];
         classes[i - 1u] = 0u;
-        // Of the longest as many as there is room for.
+        // Of the longest class as many strokes as fit.
         let has_room = total + wanted <= temporal.capacity || total == 0u;
         if has_room && least == i {
             total += wanted;

@@ -1,5 +1,5 @@
-// Whose middle runs through each pixel: strokes as lines a pixel and a half wide. The ink of a wide stroke covers the
-// middle of its neighbours, so its picture of identities does not tell where they are.
+// Draws the centre lines of strokes, a pixel and a half wide, with the id of their samples. The ink of a wide stroke
+// covers the centres of its neighbours, so the image of its ids does not show where they are.
 #import hachure::view::View
 #import hachure::stroke_samples::{Sample, SampleCounts, LAST}
 
@@ -13,7 +13,7 @@ struct Vertex {
 }
 
 const HALF_WIDTH_PX: f32 = 0.75;
-// Farther outside of the picture nothing is drawn: rounding.
+// Largest coordinate at which anything is drawn; rounding fails beyond.
 const FAR_OUT_PX: f32 = 32768.0;
 
 fn is_out(own: Sample) -> bool {

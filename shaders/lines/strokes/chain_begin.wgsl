@@ -1,5 +1,5 @@
-// How many segments there are to chain, and what that means for the passes that follow: the number lives on the GPU, so
-// their workgroups do too.
+// Sets the number of segments to chain, and the workgroups of the passes that follow. The number is on the GPU, so the
+// workgroups are computed there too.
 #import hachure::strokes::{ChainPlan, ChainRules, StrokeCounts, bit_count}
 
 @group(0) @binding(0) var<uniform> rules: ChainRules;
@@ -12,7 +12,7 @@
 fn main() {
     let segments = min(counts.segments, rules.capacity);
     let ends = 2u * segments;
-    // At least one bucket for each end.
+    // At least one bucket per end.
     let buckets = 1u << max(bit_count(max(ends, 1u) - 1u), 8u);
     plan.segments = segments;
     plan.ends = ends;

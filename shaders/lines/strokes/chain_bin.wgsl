@@ -1,14 +1,14 @@
-// Sorts the ends of segments by cells whose side is the reach, so that partners lie in 3 x 3 cells (the uniform grid of
-// Green 2010, "Particle simulation using CUDA").
+// Sorts the ends of segments into cells whose side is the reach, so that partners are in 3 x 3 cells (the uniform grid
+// of Green 2010, "Particle simulation using CUDA").
 //
-// Cells have no borders: cell (x, y) falls into bucket x + y * CELL_ROW of as many as there are ends, wrapped around.
-// Ends far outside of the picture are found like all others, and the work follows the number of segments, not the
-// picture. Three cells in a row are three buckets in a row. What shares a bucket by chance is sent away by its
-// distance.
+// The grid is unbounded: cell (x, y) maps to bucket x + y * CELL_ROW, modulo the number of buckets, which is about that
+// of ends. Ends far outside of the picture are handled like all others, and the work depends on the number of segments,
+// not on the picture. Three cells in a row are three buckets in a row. Ends that share a bucket by chance are rejected
+// by their distance.
 //
-// Stage 0 counts the ends of each bucket; a prefix sum makes beginnings of the counts; stage 1 puts each end into its
-// place, after which `buckets` holds where each bucket ends. The order inside of a bucket is chance; nothing that
-// follows depends on it.
+// Stage 0 counts the ends of each bucket; a prefix sum turns the counts into offsets; stage 1 puts each end into its
+// place, after which `buckets` holds the end of each bucket. The order inside a bucket is random; nothing that follows
+// depends on it.
 #import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, Segment, bucket_of, direction, end_position}
 
 @group(0) @binding(0) var<uniform> stage: u32;

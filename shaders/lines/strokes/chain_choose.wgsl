@@ -1,23 +1,23 @@
-// Each free end chooses the end that runs on from it best (Pietrok 2021, section 4.2.3: nearer than D, at less than
-// the angle A, not overlapping).
+// Each free end chooses the end that continues it best (Pietrok 2021, section 4.2.3: nearer than D, at less than the
+// angle A, not overlapping).
 //
 // The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins
-// those that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
-// between the segment's outward direction and its partner's way on, the score is
-//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a), the least wins, then the least (key, segment, end).
-// Overlap: neither end may lie behind the other by more than `overlap_units`. A segment without length has no
-// direction: its angle counts as the widest, and nothing lies behind it. A segment's two ends are never joined to each
-// other.
+// ends that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
+// between the segment's outward direction and its partner's inward direction, the score is
+//   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a).
+// The least score wins, then the least (key, segment, end). Overlap: neither end may be behind the other by more than
+// `overlap_units`. A segment without length has no direction: its angle counts as the largest allowed, and nothing is
+// behind it. A segment's two ends are never joined to each other.
 //
-// In later rounds candidates only become fewer. So an end keeps its choice while that is free, and one that found
-// nobody finds nobody.
+// In later rounds the candidates only become fewer. So an end keeps its choice while that is free, and one that found
+// no candidate never will.
 #import hachure::strokes::{ChainPlan, ChainRules, LIMIT_UNITS, NONE, Segment, bit_count, bucket_of}
 
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> rules: ChainRules;
 @group(0) @binding(2) var<uniform> plan: ChainPlan;
 @group(0) @binding(3) var<storage, read> segments: array<Segment>;
-// Where each bucket ends. See chain_bin.wgsl.
+// End of each bucket. See chain_bin.wgsl.
 @group(0) @binding(4) var<storage, read> buckets: array<u32>;
 @group(0) @binding(5) var<storage, read> slots: array<vec4<i32>>;
 @group(0) @binding(6) var<storage, read> links: array<u32>;
@@ -39,20 +39,20 @@ fn squared(v: vec2<i32>) -> u32 {
     return u32(v.x * v.x + v.y * v.y);
 }
 
-// Does a point that is `delta` away lie behind an end by too much?
+// Returns whether a point at `delta` is too far behind an end.
 fn is_behind(delta: vec2<i32>, outward: vec2<i32>) -> bool {
     let along = delta.x * outward.x + delta.y * outward.y;
     if along >= 0 {
         return false;
     }
     let back = u32(-along);
-    // |outward| < 181: farther behind it is for certain, and its square might not fit.
+    // outward| < 181, so a larger distance is certainly too far, and its square might not fit.
     return back > 181u * rules.overlap_units
         || back * back > rules.overlap_units * rules.overlap_units * squared(outward);
 }
 
-// a / b, rounded down, for quotients up to 4096 and a + 2 b below 2^32. The float is off by one at most; dividing whole
-// numbers is several times slower on software drivers.
+// Returns a / b, rounded down, for quotients up to 4096 and a + 2 b below 2^32. The float is off by one at most;
+// integer division is several times slower on software drivers.
 fn quotient(a: u32, b: u32) -> u32 {
     var q = u32(f32(a) / f32(b));
     q -= u32(q * b > a);
@@ -60,14 +60,14 @@ fn quotient(a: u32, b: u32) -> u32 {
     return q;
 }
 
-// cos^2 in 1/4096, rounded down, for vectors that are not opposed; UNFIT for those that are.
+// Returns cos^2 in 1/4096, rounded down, or UNFIT for vectors at more than a right angle.
 fn cos_squared(u: vec2<i32>, v: vec2<i32>) -> u32 {
     let along = u.x * v.x + u.y * v.y;
     if along < 0 {
         return UNFIT;
     }
     let whole = squared(u) * squared(v);
-    // Room for the factor 4096.
+    // Leaves room for the factor 4096.
     let shift = max(bit_count(whole), 19u) - 19u;
     return quotient((u32(along * along) >> shift) << 12u, whole >> shift);
 }
@@ -78,7 +78,7 @@ fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
     if any(abs(delta) > vec2<i32>(reach)) || squared(delta) > rules.reach_units * rules.reach_units {
         return UNFIT;
     }
-    // The segment's other end, or this one.
+    // The same end, or the segment's other end.
     if (own.z ^ other.z) < 2 {
         return UNFIT;
     }

@@ -1,4 +1,4 @@
-// Empties the buckets of a new frame. See chain_bin.wgsl.
+// Empties the buckets for a new frame. See chain_bin.wgsl.
 #import hachure::strokes::ChainPlan
 
 @group(0) @binding(0) var<uniform> plan: ChainPlan;

@@ -1,5 +1,5 @@
-// Each chain was ranked in both directions: takes the one whose first end is less by (key, segment, end), and marks the
-// segments that begin a chain. A cut loop begins at its least segment by the same rule.
+// Each chain was ranked in both directions. This takes the direction whose first end is less by (key, segment, end),
+// and marks the segments that begin a chain. A cut loop begins at its least segment by the same rule.
 #import hachure::strokes::{ChainPlan, Segment, StrokeCounts}
 #import hachure::ranking::{FOUND, ROUNDS}
 
@@ -7,9 +7,9 @@
 @group(0) @binding(1) var<storage, read> segments: array<Segment>;
 @group(0) @binding(2) var<storage, read> ranks: array<vec4<u32>>;
 @group(0) @binding(3) var<storage, read> counts: StrokeCounts;
-// The state of each segment in the direction that is taken.
+// State of each segment in the chosen direction.
 @group(0) @binding(4) var<storage, read_write> states: array<u32>;
-// For each segment 1 if it begins a chain; then, for each segment again, how many segments the chain has that it
+// For each segment, 1 if it begins a chain; then, for each segment again, the number of segments of the chain that it
 // begins.
 @group(0) @binding(5) var<storage, read_write> heads: array<u32>;
 

@@ -1,4 +1,4 @@
-// Joins the ends that chose each other; each end is joined once at most. See chain_choose.wgsl.
+// Joins ends that chose each other; each end is joined at most once. See chain_choose.wgsl.
 #import hachure::strokes::{ChainPlan, NONE}
 
 @group(0) @binding(0) var<uniform> turn: u32;

@@ -1,5 +1,5 @@
 // Puts each segment into its place: chains one after the other, in the order of the segments that begin them, and the
-// segments of a chain as they run.
+// segments of a chain in sequence.
 #import hachure::strokes::{Chain, ChainPlan, NONE, Segment, SegmentInOrder, StrokeCounts, end_position, length_units}
 #import hachure::ranking::{FOUND, ROUNDS}
 

@@ -2,24 +2,24 @@
 // head of its chain.
 //
 // A state is a segment and a direction: state s enters its segment at end s and leaves it at end s ^ 1, so the state
-// before it is links[s] ^ 1. Each chain thus appears twice, once in each direction. What a state knows:
-//   found its head:  head | FOUND, segments before it, 0, length before it
-//   not yet:         state 4^k before it, least segment among the last 4^k, that segment's key, length between
+// before it is links[s] ^ 1. Each chain thus appears twice, once in each direction. The rank of a state holds:
+//   head found:      head | FOUND, segments before it, 0, length before it
+//   not found yet:   state 4^k before it, least segment among the last 4^k, that segment's key, length between
 // A loop has no head. Its states end with the loop's least segment by (key, index), where chain_rank_begin.wgsl cuts
-// it; then ranking is done once more for them.
+// it; then they are ranked once more.
 //
-// Changes: four jumps a round instead of two, since a dispatch costs more than a read. Two halves of `ranks` take
-// turns. `progress` has bit r if round r has something to do: a round sets the next bit when it changed anything. As
-// long as an open chain has states that look for its head, some find it in each round; as long as a loop is not
-// covered, some of its states learn of a lesser segment. So the first round that changes nothing is the end, and the
-// rounds after it return at once. Rounds 0 to 9 rank all, rounds 11 to 20 the loops: 4^10 is the longest chain.
+// Changes: there are four jumps per round instead of two, since a dispatch costs more than a read. Two halves of
+// `ranks` alternate. Bit r of `progress` says that round r has work: a round sets the next bit when it changed
+// anything. As long as an open chain has states without their head, some find it in each round; as long as a loop is
+// not covered, some of its states learn of a lesser segment. So the first round that changes nothing is the last, and
+// later rounds return at once. Rounds 0 to 9 rank all, rounds 11 to 20 the loops: 4^10 is the longest chain.
 #import hachure::strokes::ChainPlan
 #import hachure::ranking::{FOUND, PROGRESS, ROUNDS}
 
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
 @group(0) @binding(2) var<storage, read_write> ranks: array<vec4<u32>>;
-// StrokeCounts: the progress is the seventh number.
+// StrokeCounts as words: the progress is the seventh.
 @group(0) @binding(3) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(256)

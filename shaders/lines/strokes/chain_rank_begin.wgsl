@@ -1,8 +1,8 @@
-// The beginning of ranking: each state knows the one before it. See chain_rank.wgsl.
+// Begins ranking: each state knows the one before it. See chain_rank.wgsl.
 //
-// Stage 0 begins with all states. Stage 11, after the first ranking, has those that found no head: they are in loops,
-// which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so that each is
-// the other, reversed.
+// Stage 0 begins with all states. Stage 11, after the first ranking, begins again with those that found no head: they
+// are in loops, which are cut where their least segment begins. Both directions of a loop are cut at the same joint, so
+// that each is the reverse of the other.
 #import hachure::strokes::{ChainPlan, NONE, Segment, end_position, length_units}
 #import hachure::ranking::{FIRST_ROUNDS, FOUND, PROGRESS}
 
@@ -11,7 +11,7 @@
 @group(0) @binding(2) var<storage, read> segments: array<Segment>;
 @group(0) @binding(3) var<storage, read> links: array<u32>;
 @group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
-// StrokeCounts: the progress is the seventh number.
+// StrokeCounts as words: the progress is the seventh.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(256)

@@ -1,22 +1,22 @@
-// How much a stroke matters where a sample is, and its ink, counted in cells.
+// Computes the rank of each sample of a stroke, and adds its ink to the cells.
 //
-// Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but as the
-// mean along 16 px to either side: the pen does not lift for a notch. Half is the stroke's length.
+// Half of the rank is the step in distance across the stroke, as for lines of pixels (lines/crowd/rank.wgsl), but
+// averaged along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
 #import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, BESIDE}
 
-// Not moved; the depth is.
+// The view without jitter; the depth is jittered.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
-// Reversed: near / distance; 0 is the sky.
+// Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(2) var depth: texture_depth_2d;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
 @group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
 // CELL_WORDS for each cell.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
-// A step by this part of the distance counts for half.
+// Relative step in distance that counts half.
 const STEP: f32 = 0.05;
 const AROUND_PX: f32 = 2.5;
 const TURNS: u32 = 8u;

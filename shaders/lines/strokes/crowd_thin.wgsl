@@ -1,27 +1,27 @@
-// What the bar leaves of strokes: the pen is pressed less, so a stroke is thinner, then pale, then gone. It is carried
-// from frame to frame as all pressure is, so that nothing comes or goes at once.
+// Applies the bar to strokes: the pressure falls, so a stroke becomes thinner, then pale, then vanishes. Pressure is
+// carried from frame to frame, so that nothing appears or disappears suddenly.
 //
-// FOLLOWER: the bars are the leading eye's, read where its picture has the sample. Both eyes then leave out the same
-// strokes; with bars of its own picture each eye had other ones.
+// FOLLOWER: the bars are the leading eye's, read at the sample's position in its picture. Both eyes then omit the same
+// strokes; with bars of its own picture each eye would omit different ones.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, bar_at, left_of, capped}
 #import hachure::stroke_samples::{Sample, SampleCounts}
 
-// Not moved.
+// The view without jitter.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var bars: texture_2d<f32>;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
 @group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
 #ifdef FOLLOWER
-// Of the leading eye.
+// The leading eye's view.
 @group(0) @binding(5) var<uniform> other_view: View;
 #endif
 
 fn bar_of(own: Sample) -> vec2<f32> {
 #ifdef FOLLOWER
     let clip = other_view.clip_from_camera * vec4<f32>(own.position_m, 1.0);
-    // What the leading eye has beside it or behind is nearer than any cap holds.
+    // Points that are off-screen or behind the leading eye are nearer than the range of the cap.
     let ndc = clip.xy / max(clip.w, other_view.near_m);
     return bar_at(other_view, crowd, bars, (ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(other_view.size_px));
 #else
@@ -34,7 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < list.fresh {
         let own = samples[id.x];
         let left = mix(1.0, left_of(bar_of(own), own.rank), capped(crowd, own.depth_m));
-        // A stroke has a third of its width where the pen is hardly pressed: ink goes slower than pressure.
+        // Without pressure a stroke still has a third of its width, so ink falls slower than pressure.
         samples[id.x].pressure = own.pressure * left * left * left;
     }
 }

@@ -1,14 +1,15 @@
-// Visible segments of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
+// Extracts visible segments of edges: the ID reference image becomes a list (Pietrok 2021, section 4.2.2).
 //
-// One thread for each pixel. A pixel begins a segment if its edge is not seen in the two steps before it; then the
-// thread follows the edge to the segment's end. So every segment is found once, and an edge that is seen in two places
-// gives two. The thesis collects the numbers of edges instead, and drops what comes twice. A gap of one step does not
+// There is one thread per pixel. A pixel begins a segment if its edge is not visible in the two steps before it; then
+// the thread follows the edge to the segment's end. So every segment is found once, and an edge that is visible in two
+// places gives two. The thesis collects the numbers of edges instead, and drops duplicates. A gap of one step does not
 // end a segment: another line crosses there.
 //
-// A line has one pixel for each step along its longer axis; rasterisers may put it a pixel beside, so three are looked
-// at across. Segments end where the edge ends when its last pixel is seen, and else in the middle between pixels.
+// A line has one pixel for each step along its longer axis. Rasterisers may place it one pixel off, so three pixels
+// across are examined. A segment ends where the edge ends if the edge's last pixel is visible, and else in the middle
+// between pixels.
 //
-// Segments stand in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
+// Segments are in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture}
 #import hachure::stroke_style::Strokes
@@ -20,11 +21,11 @@
 @group(0) @binding(2) var<storage, read> edges: array<Edge>;
 @group(0) @binding(3) var ids: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read_write> segments: array<Segment>;
-// StrokeCounts: segments are the second number.
+// StrokeCounts as words: the number of segments is the second.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> order: Order;
 
-// Whether the edge is seen in the three pixels across at a step.
+// Returns whether the edge is visible in one of the three pixels across at a step.
 fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
     let last = vec2<i32>(strokes.image_px) - 1;
     var found = false;
@@ -36,13 +37,13 @@ fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
     return found;
 }
 
-// A line of the reference image, as its pixels are followed.
+// A line of the reference image whose pixels are followed.
 struct Way {
     edge: Edge,
     line: EdgeOnPicture,
     along: vec2<f32>,
     is_steep: bool,
-    // Along the longer axis.
+    // Signed length along the longer axis.
     length: f32,
     begin: f32,
     across_begin: f32,
@@ -62,14 +63,14 @@ fn way_of(id: u32) -> Way {
     return Way(edge, line, along, is_steep, length, begin, across_begin, slope, select(-1, 1, length >= 0.0));
 }
 
-// Where the line passes at a step.
+// Returns the coordinate of the line across its longer axis, at a step.
 fn across_at(way: Way, step: i32) -> i32 {
     return i32(floor(way.across_begin + way.slope * (f32(step) + 0.5 - way.begin)));
 }
 
-// Whether a pixel begins a segment of the edge that it sees.
+// Returns whether a pixel begins a segment of the edge that it shows.
 fn begins(pixel: vec2<i32>, id: u32) -> bool {
-    // Of two pixels at one step the one with the lesser coordinate begins.
+    // Of two pixels at one step, the one with the lesser coordinate begins the segment.
     let way = way_of(id);
     let beside = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
     let has_twin = all(beside >= vec2<i32>(0)) && textureLoad(ids, max(beside, vec2<i32>(0)), 0).r == id;
@@ -82,7 +83,7 @@ fn begins(pixel: vec2<i32>, id: u32) -> bool {
     return is_begin;
 }
 
-// The segment that a pixel begins.
+// Returns the segment that a pixel begins.
 fn segment_from(pixel: vec2<i32>, id: u32) -> Segment {
     let way = way_of(id);
     let length = way.length;
@@ -116,11 +117,11 @@ fn segment_from(pixel: vec2<i32>, id: u32) -> Segment {
             t_b = clamp((f32(end) + 0.5 + 0.5 * f32(forward) - begin) / length, t_a, 1.0);
         }
     }
-    // Depth is linear in its inverse along a line of the picture.
+    // Inverse depth is linear along a line of the picture.
     let inverse = 1.0 / vec2<f32>(way.line.a.depth_m, way.line.b.depth_m);
     let depths_m = 1.0 / mix(inverse.xx, inverse.yy, vec2<f32>(t_a, t_b));
     let units = UNITS_PER_PX / strokes.resolution;
-    // Far outside ends are as good as at the border of what integers hold.
+    // Ends far outside are clamped to the range of the integers.
     let a = clamp((way.line.a.px + way.along * t_a) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
     let b = clamp((way.line.a.px + way.along * t_b) * units, vec2<f32>(-1048576.0), vec2<f32>(1048576.0));
     return Segment(vec2<i32>(round(a)), vec2<i32>(round(b)), depths_m, id - 1u, way.edge.key);

@@ -1,25 +1,26 @@
-// Which strokes of the frame before are not drawn any more: their samples stay, and fade.
+// Finds the samples of the previous frame's strokes that are gone; the others stay, and fade.
 //
-// A sample is gone if a new stroke runs where it is now (within COVERED_PX, the same way), if the surface hides it, if
-// it has left the picture or if nothing is left of it. Segments with a sample at an end that is not gone are kept.
+// A sample is gone if a new stroke runs where it is now (within COVERED_PX, in the same direction), if the surface
+// hides it, if it has left the picture, or if it has shrunk to nothing. Segments with at least one end that is not gone
+// are retained.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, nearest_on, LAST}
 
-// Not moved; the depth is.
+// The view without jitter; the depth is jittered.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> old_list: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
-// A sample's number plus 1, of this frame.
+// Number of this frame's sample, plus 1.
 @group(0) @binding(5) var ids: texture_2d<u32>;
-// Reversed: near / distance; 0 is the sky.
+// Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(6) var depth: texture_depth_2d;
 @group(0) @binding(7) var<storage, read_write> gone: array<u32>;
 
 const COVERED_PX: f32 = 1.5;
 const LEAST_ALIKE: f32 = 0.6;
-// Behind the surface by this part of the distance, it is hidden.
+// A sample is hidden if it is behind the surface by more than this part of its distance.
 const HIDDEN: f32 = 0.01;
 
 fn on_picture(at_m: vec3<f32>) -> vec3<f32> {

@@ -1,32 +1,32 @@
-// The ID reference image (Pietrok 2021, section 4.2.1): the edges as lines one pixel wide that hold the edge's number
+// Draws the ID reference image (Pietrok 2021, section 4.2.1): edges as lines one pixel wide that hold the edge's number
 // plus 1, nearest in front.
 //
-// Which pixels of an edge are seen: those where the edge is not farther than the farthest surface at the four pixel
-// centres of the full picture around it. A contour edge lies where the surface ends: on one side there is what is
-// behind it, and of four points around a place on a line one is on either side. So nothing is shifted and nothing
-// fights: an edge that is seen has something at its own distance or farther beside it, and one that is hidden by more
-// than a pixel has nearer surface all around. Where there is only sky around it, the data have a hole.
+// A pixel of an edge is visible where the edge is not farther than the farthest surface at the four pixel centres of
+// the full picture around it. A contour edge is where the surface ends: on one side is whatever is behind it, and of
+// four points around a point on a line one is on either side. So no depth bias is needed, and nothing z-fights: a
+// visible edge has something at its own distance or farther next to it, and an edge that is hidden by more than a pixel
+// has nearer surface all around. Where there is only sky around an edge, the data have a hole.
 //
-// A crease may lie in a corner, where the surface on both sides is nearer. There the surface is carried on from two
-// pixels to the place between: reversed depth is linear on a plane, so both sides meet at the crease.
+// A crease may be in a corner, where the surface on both sides is nearer. There the surface is extrapolated from two
+// pixels to the position in between: reversed depth is linear on a plane, so both sides meet at the crease.
 //
-// A suggestive contour, a ridge or a valley lies on the surface, and between its ends, which are up to six pixels apart, the surface may bulge
-// before it: it is seen unless all is nearer that lies within two pixels.
+// A suggestive contour, a ridge or a valley is on the surface, and between its ends, which are up to six pixels apart,
+// the surface may bulge in front of it: it is visible unless everything within two pixels is nearer.
 //
-// An edge may ask for a clearance: of all edges of a crown only those are lines that have something far behind them, on
-// one side and for two pixels, so that neither a leaf before a leaf nor a chink between leaves is one.
+// An edge may require a clearance: of all edges of a crown only those are drawn that have something far behind them, on
+// one side and for two pixels. A leaf in front of a leaf, or a chink between leaves, makes no line.
 #import hachure::view::View
 #import hachure::edges::{Edge, KIND_CREASE, KIND_SUGGESTIVE, kind_of_edge, clearance_m}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> edges: array<Edge>;
-// Reversed: near / distance; 0 is the sky.
+// Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(2) var depth: texture_depth_2d;
 
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) id: u32,
-    // On the full picture.
+    // Position on the full picture.
     @location(1) @interpolate(linear) px: vec2<f32>,
 }
 
@@ -46,7 +46,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Vertex {
     return Vertex(at, number + 1u, px);
 }
 
-// What is nearer by less than this part of the distance hides nothing: rounding.
+// Relative difference of distance below which a nearer surface hides nothing, because of rounding.
 const SLACK: f32 = 2e-5;
 
 @fragment
@@ -62,7 +62,7 @@ fn fragment(in: Vertex) -> @location(0) u32 {
     for (var y = 0; y <= 1; y++) {
         for (var x = 0; x <= 1; x++) {
             let around = textureLoad(depth, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
-            // One pixel farther out, and from there through this one to the pixel opposite.
+            // One pixel farther out; extrapolating from there through this pixel gives the position of the edge.
             let out = clamp(pixel + vec2<i32>(3 * x - 1, 3 * y - 1), vec2<i32>(0), last);
             let beyond = textureLoad(depth, out, 0);
             let carried = 2.0 * around - beyond;

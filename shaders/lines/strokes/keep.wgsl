@@ -1,8 +1,8 @@
-// The samples of strokes that fade, behind those of this frame. They shrink from their ends, and from places SEEDS_PX
-// apart, as strokes grow (temporal.wgsl).
+// Appends the samples of fading strokes after those of this frame. They shrink from their ends, and from points
+// SEEDS_PX apart, just as strokes grow (temporal.wgsl).
 //
-// `stage` 0: marks what is kept, for the sum that follows. 1: moves it with the world and puts it into the list. 2: says
-// how many there are, and draws them.
+// `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world and puts
+// them into the list; 2 sets their number in the list and in the draw arguments.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, to_seed_px}
 
@@ -15,10 +15,10 @@
 @group(0) @binding(6) var<storage, read_write> places: array<u32>;
 @group(0) @binding(7) var<storage, read_write> list: SampleCounts;
 @group(0) @binding(8) var<storage, read_write> samples: array<Sample>;
-// Two indirect draws: of strokes of this frame, and of those that fade.
+// Two indirect draws: of strokes of this frame, and of fading ones.
 @group(0) @binding(9) var<storage, read_write> draws: array<u32, 8>;
 
-// Whether the segment from a sample to the next one is kept.
+// Returns whether the segment from a sample to the next one is retained.
 fn is_kept(number: u32) -> bool {
     if number + 1u >= old_list.samples || (old_samples[number].flags & LAST) != 0u {
         return false;
@@ -65,8 +65,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 fn shrunk_px(number: u32) -> f32 {
     let own = old_samples[number];
     var left_px = min(own.shown_px, 0.5 * temporal.growth_px + to_seed_px(own.along_px));
-    // Both ways, as far as the stroke is kept. Where something else covers the rest, it ends a segment farther: what is
-    // kept for a single sample does not go at once.
+    // In both directions, as far as the stroke is retained. Where something else covers the rest, the end counts as one
+    // segment farther, so that what is retained for a single sample does not vanish at once.
     for (var way = 0u; way < 2u; way++) {
         var at = number;
         for (var i = 0u; i <= BESIDE; i++) {

@@ -1,4 +1,4 @@
-// The lengths of strokes between their points, in 1/16 px.
+// Computes the lengths of strokes between their points, in 1/16 px.
 #import hachure::strokes::{StrokeCounts, UNITS_PER_PX}
 #import hachure::stroke_style::Point
 

@@ -1,16 +1,17 @@
-// What each sample of a stroke finds where it lies in another picture of strokes: the frame before, or (PAIR) the other
-// eye.
+// Finds, for each sample of a stroke, the stroke at its position in another image of strokes: the previous frame's, or
+// (PAIR) the other eye's.
 //
-// A sample's place there is exact: its own distance is known, and the world stands still. (Pietrok looks the motion up
-// in a picture, where a line on a contour straddles two motions.) The strokes that were drawn are looked for within
-// REACH_PX: nearest first, those that run another way or lie at another distance do not count.
+// A sample's position there is exact: its own distance is known, and the world does not move. (Pietrok looks the motion
+// up in an image, where a line on a contour straddles two motions.) Drawn strokes within REACH_PX are considered,
+// nearest first; strokes that run in another direction or are at another distance do not count.
 //
-// PAIR: the contour of a smooth surface lies elsewhere for the other eye. So a sample that finds nothing goes on along
-// its epipolar line (He, Wang and Bao 2019, section 4.2). Each place of the surface on this way is a contour for some
-// viewpoint between the eyes, t of Eq. 3; a contour is epipolar-slidable if t goes on from one eye to the other, and the
-// search ends at an extreme point, where t turns back, and where the surface ends. What we changed: t is taken from the
-// pictures of position and normal, for there is one surface to a pixel, and not from lists of extreme points; and both
-// ways are gone, since one of them soon leaves the surface. The sample is also asked whether the other eye sees it.
+// PAIR: the contour of a smooth surface is elsewhere for the other eye. So a sample that finds nothing searches along
+// its epipolar line (He, Wang and Bao 2019, section 4.2). Each surface point on this path is a contour for some
+// viewpoint between the eyes, t of Eq. 3. A contour is epipolar-slidable if t increases from one eye to the other; the
+// search ends at an extreme point, where t turns back, and where the surface ends. Changes: t is computed from the
+// images of position and normal, since there is one surface per pixel, and not from lists of extreme points; and both
+// directions are searched, since one of them soon leaves the surface. The pass also finds whether the other eye sees
+// the sample.
 #import hachure::view::{View, place_at, ray_at}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
 
@@ -18,15 +19,15 @@
 @group(0) @binding(1) var<storage, read> list: SampleCounts;
 @group(0) @binding(2) var<storage, read> samples: array<Sample>;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
-// A sample's number plus 1, of the other picture.
+// Number of the other image's sample, plus 1.
 @group(0) @binding(4) var ids: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read_write> matches: array<Match>;
 #ifdef PAIR
-// Not moved, as the strokes; the next three are.
+// The other eye's view, without jitter like the strokes; the next three images are jittered.
 @group(0) @binding(6) var<uniform> other_view: View;
-// Reversed: near / distance; 0 is the sky.
+// Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(7) var depth: texture_depth_2d;
-// Of the surface, as the other eye sees it.
+// Position and normal of the surface, as the other eye sees it.
 @group(0) @binding(8) var position: texture_2d<f32>;
 @group(0) @binding(9) var normal: texture_2d<f32>;
 #endif
@@ -35,26 +36,26 @@ const REACH_PX: i32 = 3;
 // cos 45 degrees.
 const LEAST_ALIKE: f32 = 0.7;
 const MOST_DEPTH_RATIO: f32 = 1.25;
-// A line may move between frames. Ink that lies farther away for the other eye is no partner, for it is as wide as one
-// pixel or two.
+// Largest distance of a match, in pixels. A line may move between frames. Ink that is farther away for the other eye
+// does not match, for it is only one or two pixels wide.
 const FRAME_APART_PX: f32 = 2.5;
 const PAIR_APART_PX: f32 = 1.5;
-// Twice as far away is as bad as so many pixels beside. Both eyes see one surface at one time.
+// Cost of a factor of 2 in distance, in pixels. Both eyes see one surface at one time, so for them it is high.
 const FRAME_DEPTH_COST_PX: f32 = 4.0;
 const PAIR_DEPTH_COST_PX: f32 = 40.0;
-// Along the epipolar line.
+// Length of the search along the epipolar line.
 const SLIDE_PX: i32 = 12;
-// From a pixel to the next the same surface is no farther or nearer than by this ratio.
+// Largest ratio of distances between neighbouring pixels of one surface, and the largest at grazing angles.
 const JUMP_RATIO: f32 = 1.05;
 const GRAZING_RATIO: f32 = 1.5;
-// Sine of the angle by which one plane may waver.
+// Sine of the angle within which two points count as in one plane.
 const LEVEL: f32 = 0.1;
-// How far t may turn back: normals of land are rough.
+// Tolerance for t turning back, because the normals of land are rough.
 const EXTREME: f32 = 0.1;
-// Behind the surface by this part of the distance, a place is hidden.
+// A point is hidden if it is behind the surface by more than this part of its distance.
 const HIDDEN: f32 = 0.01;
 
-// On the other picture: place, distance.
+// Returns the position on the other image, and the distance along the view axis.
 fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 #ifdef PAIR
     let clip = other_view.clip_from_camera * vec4<f32>(at_m, 1.0);
@@ -67,13 +68,13 @@ fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
     return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * size, clip.w);
 }
 
-// What is drawn about a place that runs along `way`; `found` if that is nothing, or nothing like it.
+// Returns the stroke drawn near `place` that runs along `way`, or `nothing` if there is none like it.
 fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 #ifdef PAIR
     let most_apart_px = PAIR_APART_PX;
     let depth_cost_px = PAIR_DEPTH_COST_PX;
-    // A chain that joins a near edge to a far one has distances of neither, for one eye more than for the other: better
-    // the stroke of another distance than none.
+    // A chain that joins a near edge to a far one has intermediate distances, for one eye more than for the other: a
+    // stroke at another distance is better than none.
     let most_depth_ratio = 1e9;
 #else
     let most_apart_px = FRAME_APART_PX;
@@ -109,7 +110,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
         if is_like && apart_px <= most_apart_px && cost < best {
             best = cost;
             found.stroke = a.stroke;
-            // Beyond an end of the old stroke: what is shown of it ends there.
+            // Beyond an end of the old stroke: its shown part ends there.
             let old_way = normalize(b.px - a.px + vec2<f32>(1e-6, 0.0));
             let beyond_px = dot(place.xy - near.px, old_way);
             found.along_px = mix(a.along_px, b.along_px, near.t) + beyond_px * sign(b.along_px - a.along_px);
@@ -124,7 +125,7 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 }
 
 #ifdef PAIR
-// The pixel of the surface at a place on the picture of strokes.
+// Returns the pixel of the surface at a position on the image of strokes.
 fn pixel_at(px: vec2<f32>) -> vec2<i32> {
     return clamp(vec2<i32>(floor(px + other_view.jitter_px)), vec2<i32>(0), vec2<i32>(other_view.size_px) - 1);
 }
@@ -133,7 +134,7 @@ fn depth_at_m(px: vec2<f32>) -> f32 {
     return other_view.near_m / max(textureLoad(depth, pixel_at(px), 0), 1e-30);
 }
 
-// Whether the other eye sees a place: no surface is before it all around.
+// Returns whether the other eye sees a point: some pixel around it has no nearer surface.
 fn is_seen(place: vec3<f32>) -> bool {
     var farthest_m = 0.0;
     for (var i = 0; i < 9; i++) {
@@ -142,7 +143,7 @@ fn is_seen(place: vec3<f32>) -> bool {
     return place.z * (1.0 - HIDDEN) <= farthest_m;
 }
 
-// The viewpoint between the eyes, 0 for this one and 1 for the other, that sees a place as a contour (Eq. 3).
+// Returns the viewpoint between the eyes, 0 for this one and 1 for the other, that sees a point as a contour (Eq. 3).
 fn viewpoint(px: vec2<f32>) -> f32 {
     let pixel = pixel_at(px);
     let n = textureLoad(normal, pixel, 0).xyz;
@@ -150,8 +151,8 @@ fn viewpoint(px: vec2<f32>) -> f32 {
     return dot(textureLoad(position, pixel, 0).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);
 }
 
-// Whether the surface of a pixel goes on from a place of the pixel before (with its distance along the view axis): it is
-// as far away, or, where it is seen at a grazing angle, in one plane.
+// Returns whether the surface continues from a point of the previous pixel (with its distance along the view axis) to a
+// pixel: the pixel is at the same distance or, at a grazing angle, in the same plane.
 fn goes_on(before: vec4<f32>, pixel: vec2<i32>) -> bool {
     let at = textureLoad(position, pixel, 0);
     let way_m = at.xyz - before.xyz;
@@ -159,7 +160,8 @@ fn goes_on(before: vec4<f32>, pixel: vec2<i32>) -> bool {
     return max(at.w / before.w, before.w / max(at.w, 1e-30)) <= select(JUMP_RATIO, GRAZING_RATIO, is_level);
 }
 
-// Goes along the epipolar line of a sample, pixel by pixel and both ways, as far as the surface goes on.
+// Searches along the epipolar line of a sample, two pixels at a time and in both directions, as far as the surface
+// continues.
 fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
     let farther = on_picture(place_at(view, own.px, 2.0 * own.depth_m));
     let along = farther.xy - place.xy;
@@ -171,7 +173,7 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
     for (var turn = 0; turn < 2; turn++) {
         let sense = select(1.0, -1.0, turn == 1);
         var before = vec4<f32>(own.position_m, place.z);
-        // Its own eye sees it as a contour.
+        // The sample's own eye sees the point as a contour.
         var last = 0.0;
         for (var i = 2; i <= SLIDE_PX; i += 2) {
             let at = place.xy + step * (sense * f32(i));
@@ -204,7 +206,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = on_picture(own.position_m);
     let size = vec2<f32>(textureDimensions(ids));
     if place.z >= view.near_m && all(place.xy >= vec2<f32>(-8.0)) && all(place.xy <= size + 8.0) {
-        // A last sample looks where it came from.
+        // A last sample uses the direction from the sample before it.
         let is_last = (own.flags & LAST) != 0u;
         let beside = on_picture(samples[select(id.x + 1u, max(id.x, 1u) - 1u, is_last)].position_m).xy;
         let ahead = select(beside - place.xy, place.xy - beside, is_last);

@@ -1,9 +1,9 @@
-// The points of strokes: where the segments of a chain meet, smoothed.
+// The points of strokes: the joints of a chain's segments, smoothed.
 //
-// A chain of n segments has n + 1 points. Where two segments meet the point is in the middle between their ends; the
-// ends of an open chain stay, a closed one goes around. Then each point moves toward its neighbours by the binomial
-// weights 1 4 6 4 1, at most one pixel: edges of a mesh zigzag along the contour that they stand for (Pietrok 2021,
-// section 4.2.4, smooths "the transitions between edges" without saying how).
+// A chain of n segments has n + 1 points. Where two segments meet, the point is midway between their ends; the ends of
+// an open chain stay, a closed one wraps around. Then each point moves toward its neighbours by the binomial weights 1
+// 4 6 4 1, at most one pixel, because edges of a mesh zigzag around the contour that they represent (Pietrok 2021,
+// section 4.2.4, smooths "the transitions between edges" without details).
 #import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
 #import hachure::edges::{Edge, kind_of_edge}
 #import hachure::stroke_style::Point
@@ -35,7 +35,7 @@ fn ends_of(place: u32) -> Ends {
     return Ends(a, b, segment.depths_m.x, segment.depths_m.y);
 }
 
-// The point before the chain's segment `i` (from 0; `count` is the last point), before smoothing.
+// Returns the point before the chain's segment `i` (from 0; `count` is the last point), before smoothing.
 fn joint(chain: Chain, i: i32) -> vec3<f32> {
     let count = i32(chain.count);
     var before = i - 1;
@@ -60,7 +60,7 @@ fn joint(chain: Chain, i: i32) -> vec3<f32> {
 
 fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
     let own = joint(chain, i);
-    // As far as there are points on both sides.
+    // Number of points on both sides that the smoothing may use, at most 2.
     let room = select(min(i, i32(chain.count) - i), 2, chain.is_closed == 1u && chain.count > 2u);
     if room <= 0 {
         return own;

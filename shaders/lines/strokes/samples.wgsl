@@ -1,7 +1,7 @@
-// Strokes → samples at even distances along them.
+// Resamples strokes at even distances.
 //
-// Points of chains stand where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
-// that what is told to them (pressure, texture, the old line) is told to every part of a stroke.
+// Points of chains are where edges of the mesh end: one pixel apart or a hundred. Samples are at most 2 px apart, so
+// that their data (pressure, texture, the previous line) reach every part of a stroke.
 #import hachure::view::{View, place_at}
 #import hachure::wobble::{Anchor, wobble}
 #import hachure::strokes::{Chain, UNITS_PER_PX}
@@ -9,36 +9,36 @@
 #import hachure::stroke_style::{Point, Strokes}
 #import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
-// Not moved.
+// The view without jitter.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
 @group(0) @binding(2) var<uniform> temporal: Temporal;
 @group(0) @binding(4) var<storage, read> chains: array<Chain>;
 @group(0) @binding(5) var<storage, read> points: array<Point>;
 @group(0) @binding(6) var<storage, read> along_units: array<u32>;
-// Where each chain's samples begin.
+// First sample of each chain.
 @group(0) @binding(7) var<storage, read> starts: array<u32>;
 @group(0) @binding(8) var<storage, read> list: SampleCounts;
 @group(0) @binding(9) var<storage, read_write> samples: array<Sample>;
 @group(0) @binding(10) var<storage, read_write> matches: array<Match>;
-// Reversed: the nearest is 1, and the sky 0.
+// Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(11) var depth: texture_depth_2d;
 
-// Bends are measured over 8 px to either side.
+// A right angle, and the length to either side over which bends are measured: 8 px.
 const RIGHT_RAD: f32 = 1.5707964;
 const BEND_UNITS: f32 = 128.0;
-// A stroke that ends within this of the picture's border runs off the sheet.
+// A stroke that ends within this distance of the picture's border continues off the sheet.
 const BORDER_PX: f32 = 2.0;
-// From an end that is none.
+// Distance from an end that does not exist.
 const FAR_PX: f32 = 1e6;
 
-// The step in depth at a stroke is measured between places so far to either side of it. A step of this part of the
-// distance and more is a full one; strokes at none have LEAST_WIDTH of their width.
+// Distance to either side of a stroke at which the depth step is measured; relative step from which strokes have their
+// full width; and part of the width that strokes without any step have.
 const SIDE_PX: f32 = 3.0;
 const FULL_STEP: f32 = 0.3;
 const LEAST_WIDTH: f32 = 0.25;
 
-// The chain of a sample: the last one that begins at it or before.
+// Returns the chain of a sample: the last one whose first sample has this number or a lower one.
 fn chain_of(sample: u32) -> u32 {
     var low = 0u;
     var high = list.chains;
@@ -53,7 +53,8 @@ fn chain_of(sample: u32) -> u32 {
     return low;
 }
 
-// The end of a stroke at the border is none: the pen runs on, out of the picture.
+// Returns whether a stroke's end is at the border, where it does not count as an end: the pen continues off the
+// picture.
 fn runs_off(point: u32) -> bool {
     let px = points[point].px - view.jitter_px;
     return any(px < vec2<f32>(BORDER_PX)) || any(px > vec2<f32>(view.size_px) - BORDER_PX);
@@ -65,7 +66,7 @@ struct OnStroke {
     kind: u32,
 }
 
-// A place on the polyline through points `first` to `last`, so far from its start.
+// Returns the position at a distance from the start of the polyline through points `first` to `last`.
 fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     let origin = along_units[first];
     var low = first;
@@ -83,7 +84,7 @@ fn on_stroke(first: u32, last: u32, at_units: f32) -> OnStroke {
     let t = clamp((at_units - begin) / max(length, 1e-3), 0.0, 1.0);
     let a = points[low];
     let b = points[high];
-    // Edges were seen in a picture that may be moved; strokes cover their borders exactly, and are not.
+    // Edges were found in a jittered picture. Strokes are antialiased by coverage, and have no jitter.
     return OnStroke(mix(a.px, b.px, t) - view.jitter_px, 1.0 / mix(1.0 / a.depth_m, 1.0 / b.depth_m, t), a.kind);
 }
 
@@ -91,13 +92,13 @@ fn depth_at(px: vec2<f32>) -> f32 {
     return textureLoad(depth, clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
 }
 
-// How much farther the farther side of a stroke is, as a part of that distance: 0 to 1, which is the sky.
+// Returns how much farther the farther side of a stroke is, relative to its distance: 0 to 1, where 1 is the sky.
 fn step_at(px: vec2<f32>, across: vec2<f32>) -> f32 {
     let sides = vec2<f32>(depth_at(px + across * SIDE_PX), depth_at(px - across * SIDE_PX));
     return 1.0 - min(sides.x, sides.y) / max(max(sides.x, sides.y), 1e-9);
 }
 
-// Of a kind of edge, as a part of that of contours.
+// Returns the width of strokes of a kind of edge, relative to contours.
 fn width_of(kind: u32) -> f32 {
     let drawn = select(1.0, strokes.suggestive_width, kind == KIND_SUGGESTIVE);
     return select(select(drawn, strokes.ridge_width, kind == KIND_RIDGE), strokes.valley_width, kind == KIND_VALLEY);
@@ -137,10 +138,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let taper_px = min(strokes.taper_px, select(0.5, 1.0, any(is_off)) * length_units / UNITS_PER_PX);
     let pressure = select(clamp((from_end_px + 1e-3) / (taper_px + 1e-3), 0.0, 1.0), 1.0, is_closed);
     let nearness = clamp(strokes.haze_m / max(at.depth_m, 1.0) * 0.05, 0.3, 1.6);
-    // A right angle within BEND_UNITS is the full effect; at its ends a stroke has no bend.
+    // A right angle within BEND_UNITS has the full effect; at its ends a stroke has no bend.
     let lengths = length(way_back) * length(way_on);
     let bend = select(0.0, acos(clamp(dot(way_back, way_on) / max(lengths, 1e-6), 0.0, 1.0)) / RIGHT_RAD, lengths > 1.0);
-    // A mean of three places, so that single pixels make no knots.
+    // A mean over three positions, so that single pixels do not cause knots.
     let kind_part = (width_of(before.kind) + width_of(at.kind) + width_of(after.kind)) / 3.0;
     var step_part = 1.0;
     if strokes.step_width > 0.0 {
@@ -152,21 +153,22 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);
-    // A short stroke as wide as a long one is a slug. What runs off the sheet is longer than it looks.
+    // A short stroke as wide as a long one would be a blob. A stroke that continues off the sheet is longer than it
+    // appears.
     let length_px = length_units / UNITS_PER_PX;
     let seen_px = length_px * select(1.0, 2.0, any(is_off));
     let slender = 2.0 * strokes.slender * wide_px / max(seen_px, 1.0);
     let half_width_px = select(wide_px, wide_px / sqrt(1.0 + slender * slender), strokes.slender > 0.0 && !is_closed);
-    // The last one that there is room for ends its stroke.
+    // The last sample that fits ends its stroke.
     let is_last = i == count || id.x + 1u == temporal.capacity;
     let ends = select(0u, FIRST, i == 0u) | select(0u, LAST, is_last) | select(0u, IS_CLOSED, is_closed);
     let is_at_border = (i == 0u && is_off.x) || (i == count && is_off.y);
     let flags = ends | select(0u, RUNS_OFF, is_at_border) | (at.kind << KIND_SHIFT);
     let position_m = place_at(view, at.px, at.depth_m);
-    // Until it is carried, the chain stands for the stroke.
-    // A stroke ends half a pixel after its last sample, so that the sample itself is drawn.
+    // Until the stroke gets its identity (temporal.wgsl), `stroke` holds the number of the chain. A stroke ends half a
+    // pixel after its last sample, so that the sample itself is drawn.
     let shown_px = min(WHOLLY_PX, select(from_end_px + 0.5, WHOLLY_PX, is_closed));
     samples[id.x] = Sample(position_m, pressure, at.px, at_units / UNITS_PER_PX, half_width_px, at.depth_m, shown_px, number, flags, vec2<f32>(0.0), length_px, 0.0);
-    // Until it looks elsewhere it has found nothing.
+    // No match until the search (look.wgsl).
     matches[id.x] = Match(0u, 0.0, 0.0, 1.0, vec2<f32>(0.0), 0.0, at_units / UNITS_PER_PX, -WHOLLY_PX, 0u);
 }

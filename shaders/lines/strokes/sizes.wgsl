@@ -1,8 +1,9 @@
-// How many samples each stroke gets: none if it is short, or shorter than the budget has room for.
+// Computes the number of samples of each stroke: none if it is too short, or too short for the budget.
 #import hachure::chain_lengths::{strokes, counts, chain_length_px}
 #import hachure::stroke_samples::{class_of, samples_of}
 
-// SampleCounts: strokes are the third number, then those left out, the class is the sixth, the chains are the last.
+// SampleCounts as words: strokes are the third, then those left out; the least class is the sixth, the chains are the
+// seventh.
 @group(0) @binding(4) var<storage, read_write> list: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> sizes: array<u32>;
 

@@ -1,23 +1,23 @@
-// Strokes as ink: a strip along the samples of each (Pietrok 2021, section 4.2.4; Northrup and Markosian 2000).
+// Draws strokes as ink: a strip along the samples of each (Pietrok 2021, section 4.2.4; Northrup and Markosian 2000).
 //
-// One instance for each pair of samples that follow each other, two triangles each. Sides are mitred, at most to twice
-// the width; ends are round. The strip is half a pixel wider on each side for the border's coverage. Where strokes
-// cross or a strip folds onto itself, the darker one stays (max blending), so nothing shows twice.
+// There is one instance for each pair of consecutive samples, with two triangles each. Sides are mitred, at most to
+// twice the width; ends are round. The strip is wider on each side for the border's coverage. Where strokes cross or a
+// strip folds onto itself, the darker one stays (max blending), so nothing is inked twice.
 //
-// Along the stroke runs the texture's parameter in pixels, across it the distance from its middle in pixels.
+// The texture's parameter in pixels runs along the stroke, and the distance from its centre line in pixels across it.
 #import hachure::view::{View, place_at}
 #import hachure::focus::{Focus, in_focus, focus_width}
 #import hachure::stroke_style::Strokes
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 #import hachure::stroke_samples::{Sample, SampleCounts, is_seam, FIRST, LAST, IS_CLOSED, RUNS_OFF}
 
-// 0: strokes of this frame; 1: those that fade.
+// 0: strokes of this frame; 1: fading strokes.
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> strokes: Strokes;
 @group(0) @binding(3) var<storage, read> list: SampleCounts;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
-// Of a style with a stroke texture; only `textured` reads them. Pigment and threshold.
+// For a style with a stroke texture; only `textured` reads them. The tile holds pigment and threshold.
 @group(0) @binding(5) var<uniform> brush: Brush;
 @group(0) @binding(6) var brush_tile: texture_2d<f32>;
 @group(0) @binding(7) var brush_sampler: sampler;
@@ -27,7 +27,7 @@ struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(linear) along_px: f32,
     @location(1) @interpolate(linear) across_px: f32,
-    // Beyond the stroke's beginning and its end; below 0 on it.
+    // Distances beyond the stroke's start and its end; negative on the stroke.
     @location(2) @interpolate(linear) beyond_px: vec2<f32>,
     @location(3) @interpolate(linear) half_width_px: f32,
     @location(4) @interpolate(linear) depth_m: f32,
@@ -37,16 +37,17 @@ struct Vertex {
 }
 
 const FRINGE_PX: f32 = 0.75;
-// Beyond the last sample of a stroke that runs off the sheet. Between updates the sheet moves on, and the stroke runs on
-// straight, as far as the sheet came: aslant it is farther to its border.
+// A stroke that continues off the sheet is extended past its last sample by OFF_PX. Between updates the view moves, and
+// the extension grows with the distance to the border, times ASLANT because strokes meet the border obliquely, up to
+// MOST_OFF_PX.
 const OFF_PX: f32 = 4.0;
 const ASLANT: f32 = 1.5;
 const MOST_OFF_PX: f32 = 64.0;
-// The way it runs is that of so many segments.
+// Number of segments that determine the direction of the extension.
 const OFF_SEGMENTS: u32 = 4u;
-// So much of a taper pales.
+// Length of a taper over which strokes turn pale.
 const PALE_PX: f32 = 4.0;
-// Farther outside of the picture nothing is drawn: rounding.
+// Largest coordinate at which anything is drawn; rounding fails beyond.
 const FAR_OUT_PX: f32 = 32768.0;
 
 fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
@@ -63,13 +64,13 @@ fn is_out(own: Sample) -> bool {
     return own.depth_m < view.near_m || any(abs(own.px) > vec2<f32>(FAR_OUT_PX));
 }
 
-// How far a stroke that runs off the sheet at a place runs on.
+// Returns the length by which a stroke is extended off the sheet.
 fn off_px(px: vec2<f32>) -> f32 {
     let from_border = min(px, vec2<f32>(view.size_px) - px);
     return OFF_PX + min(ASLANT * max(min(from_border.x, from_border.y), 0.0), MOST_OFF_PX);
 }
 
-// Which way a stroke runs at its last sample, or at its first one.
+// Returns the direction of a stroke at its last sample, or at its first one.
 fn way_off(number: u32, ends: u32) -> vec2<f32> {
     var at = number;
     for (var i = 0u; i < OFF_SEGMENTS && (samples[at].flags & ends) == 0u; i++) {
@@ -111,11 +112,11 @@ fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance:
     let reach = at.half_width_px + FRINGE_PX;
     var px = at.px + vec2<f32>(tangent.y, -tangent.x) * (side * reach * mitre);
     let sense = select(-1.0, 1.0, end.along_px >= begin.along_px);
-    // Where strokes of different parameters meet, the one before runs on.
+    // Where strokes with different parameters meet, the earlier one's parameter continues.
     let length_px = distance(begin.px, end.px);
     let is_broken = is_seam(begin.along_px, end.along_px, length_px);
     var along_px = select(at.along_px, begin.along_px + sense * length_px, is_broken && is_next);
-    // Room for the round ends; what runs off the sheet has none, and is drawn until none of it is seen.
+    // Extents for the round ends. Strokes that continue off the sheet have no round ends, and are extended out of view.
     let is_open = vec2<bool>((at.flags & IS_CLOSED) == 0u);
     let ends = vec2<bool>((begin.flags & FIRST) != 0u, (end.flags & LAST) != 0u) & is_open;
     let runs_off = ends & (vec2<u32>(begin.flags, end.flags) & vec2<u32>(RUNS_OFF)) != vec2<u32>(0u);
@@ -143,13 +144,13 @@ struct Fragment {
     @location(1) id: u32,
 }
 
-// A place on a stroke.
+// The brush at a point of a stroke.
 struct Touched {
     half_width_px: f32,
     from_middle_px: f32,
-    // Of the pixel.
+    // Coverage of the pixel, 0 to 1.
     covered: f32,
-    // What haze and focus have left.
+    // Contrast left by haze and focus, 0 to 1.
     clear: f32,
 }
 
@@ -169,7 +170,7 @@ fn touched(in: Vertex) -> Touched {
 @fragment
 fn fragment(in: Vertex) -> Fragment {
     let at = touched(in);
-    // The last of a stroke is thin and pale.
+    // The end of a stroke is thin and pale.
     let opacity = clamp(in.pressure * max(strokes.taper_px, PALE_PX) / PALE_PX, 0.0, 1.0);
     let ink = opacity * at.covered * at.clear;
     if ink < 1.0 / 256.0 {
@@ -178,24 +179,24 @@ fn fragment(in: Vertex) -> Fragment {
     return Fragment(vec4<f32>(ink), in.id);
 }
 
-// What the stroke texture takes of it, 0 to 1.
+// Returns the ink that the stroke texture takes, 0 to 1.
 fn texture_ink(along_px: f32, across_px: f32, from_middle_px: f32, half_width_px: f32, pressure: f32) -> f32 {
     let texel = textureSample(brush_tile, brush_sampler, brush_uv(brush, along_px, across_px, half_width_px, 0u)).xy;
     return brush_ink(brush, texel, pressure, from_middle_px, half_width_px);
 }
 
-// Ink through the style's stroke texture. Haze takes a quarter of its part from the hand's pressure: far strokes are
+// Ink through the style's stroke texture. Haze takes a quarter of its effect from the pressure: distant strokes are
 // lighter, and more broken.
 @fragment
 fn textured(in: Vertex) -> Fragment {
     let at = touched(in);
     let air = sqrt(sqrt(at.clear));
-    // The round end is a part of the stroke: pressure is gone where it ends.
+    // The round end is part of the stroke: the pressure reaches 0 where the round end does.
     let round_px = in.half_width_px;
     let pressure = air * (in.pressure * strokes.taper_px + round_px) / (strokes.taper_px + round_px);
     let taken = texture_ink(in.along_px, in.across_px, at.from_middle_px, at.half_width_px, pressure);
     let ink = at.covered * air * air * air * taken;
-    // Also where the texture takes nothing the stroke is there.
+    // The stroke's id is written also where the texture takes no ink.
     if at.covered * at.clear < 1.0 / 256.0 {
         discard;
     }

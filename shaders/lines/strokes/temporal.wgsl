@@ -1,17 +1,16 @@
-// Strokes take over what was there: who they are, where on their texture they are, how hard the pen is pressed, and a
-// part of the place.
+// Carries strokes over from the previous frame: identity, texture parameter, pressure, and part of the position.
 //
-// - Identity and parameter: each sample keeps those of the old stroke that it found; one that found nothing runs on
-//   from the nearest that did. Chains fall apart and join again from frame to frame where lines are crowded; what
-//   belongs to samples is not touched by that. Where two old strokes meet in one chain the texture has a seam, which
-//   stays where it is. Perspective stretches parameters; toward even ones, by what the chain voted for (vote.wgsl),
-//   they go slowly.
-// - What is shown grows along the stroke, by `growth_px` in a frame, from what was shown before and from seeds SEEDS_PX
-//   apart; so no more of a line appears at once than an eye can follow. What the last update could not see, because it
-//   lay outside of its picture, comes in as it is: it is no news, the sheet has moved.
-// - Pressure: from what it was, by a bounded step.
-// - Place: the line is held where it was, as far as the style says, and does not jump: what is farther off
-//   comes nearer by MOVE_PX in a frame, also in the frames between updates (advance.wgsl).
+// - Identity and parameter: each sample takes those of the old stroke that it found; a sample that found nothing
+//   continues from the nearest one that did. Where lines are crowded, chains split and join from frame to frame; data
+//   of samples are not affected by that. Where two old strokes meet in one chain the texture has a seam, which stays in
+//   place. Perspective stretches parameters; they relax slowly toward even ones, by what the chain voted for
+//   (vote.wgsl).
+// - The shown part grows along the stroke by `growth_px` per frame, from what was shown before and from seeds SEEDS_PX
+//   apart, so no more of a line appears at once than an eye can follow. What the last update could not see, because it
+//   was outside of its picture, is shown at once.
+// - Pressure changes by a bounded step.
+// - Position: the line is held where it was, as far as the style says, and does not jump: a larger offset shrinks by
+//   MOVE_PX per frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
 #import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, BESIDE, to_seed_px, hash, let_go}
@@ -24,14 +23,14 @@
 @group(0) @binding(5) var<storage, read> matches: array<Match>;
 @group(0) @binding(6) var<storage, read> heritages: array<Heritage>;
 @group(0) @binding(7) var<storage, read_write> samples: array<Sample>;
-// SampleCounts: the second number is of those of chains, the fifth of strokes that took over.
+// SampleCounts as words: the second counts the samples of chains, the fifth the strokes that were carried over.
 @group(0) @binding(8) var<storage, read_write> list: array<atomic<u32>>;
 
-// Parameters of neighbours differ by no more than this if they belong together.
+// Largest difference between the parameters of neighbours that belong together.
 const ALIKE_PX: f32 = 6.0;
-// How much of the unevenness of a parameter goes in a frame.
+// Part of a parameter's unevenness that is removed per frame.
 const RELAXATION: f32 = 0.03;
-// What is farther from it belongs to another part of the old stroke.
+// A greater unevenness means another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
 const WIDTH_KEPT: f32 = 0.7;
 
@@ -46,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let chain = chains[number];
     let first = starts[number];
     let end = min(select(fresh, starts[number + 1u], number + 1u < counts.chains), fresh);
-    // The same stroke gets the same number in the same view, whatever order chains were found in.
+    // The same stroke gets the same identity in the same view, whatever order chains were found in.
     let name = hash(chain.key ^ hash(chain.length_units)) ^ hash(temporal.seed);
     var stroke = max(name, 1u);
     var along_px = own.along_px + f32(hash(name) & 1023u);
@@ -84,20 +83,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     samples[id.x] = own;
 }
 
-// Whether the last update could have drawn a place.
+// Returns whether a point was within the picture of the last update.
 fn was_in_picture(at_m: vec3<f32>) -> bool {
     let clip = temporal.updated_clip_from_camera * vec4<f32>(at_m, 1.0);
     return clip.w > 0.0 && all(abs(clip.xy) < vec2<f32>(clip.w));
 }
 
 struct Inherited {
-    // 0: nothing.
+    // Identity of the stroke; 0 is none.
     stroke: u32,
     along_px: f32,
     sense: f32,
 }
 
-// Identity and parameter of a sample: of the nearest one that found something, run on by arc length.
+// Returns identity and parameter of a sample: those of the nearest one with a match, continued by arc length.
 fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     let at_px = matches[number].at_px;
     var nearest = number;
@@ -109,7 +108,7 @@ fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     }
     let found = matches[nearest];
     let along_px = found.along_px + found.sense * (at_px - found.at_px);
-    // The mean with those beside it: a sample alone is noisy.
+    // Averaged with its neighbours, because a single sample is noisy.
     var sum_px = along_px;
     var weight = 1.0;
     for (var i = max(number, first + 2u) - 2u; i < min(number + 3u, end); i++) {
@@ -124,7 +123,7 @@ fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     return Inherited(found.stroke, sum_px / weight, found.sense);
 }
 
-// The way to the old line, by what the sample and those beside it found.
+// Returns the offset to the old line, averaged over the sample and its neighbours.
 fn toward(number: u32, first: u32, end: u32) -> vec2<f32> {
     var sum_px = vec2<f32>(0.0);
     var weights = 0.0;
@@ -138,7 +137,7 @@ fn toward(number: u32, first: u32, end: u32) -> vec2<f32> {
     return sum_px / max(weights, 1.0);
 }
 
-// How much of a sample is shown whose parameter is `along_px`, of a stroke with samples `first` to `end`.
+// Returns `shown_px` of a sample whose parameter is `along_px`, in a stroke with samples `first` to `end`.
 fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
     let own = matches[number];
     var reached_px = own.shown_px;

@@ -1,9 +1,9 @@
-// Which old stroke most of a chain continues, and where on it, so that temporal.wgsl can even its texture out: its
-// samples vote (Kalnins et al. 2003 let the samples of the frame before vote for the parameter along a stroke).
+// Finds the old stroke that most of a chain continues, and the offset on it, so that temporal.wgsl can even out the
+// texture: the chain's samples vote (Kalnins et al. 2003 let the samples of the previous frame vote for the parameter
+// along a stroke).
 //
-// At most 64 samples of a chain, evenly spread, are asked. The stroke with the majority wins (Boyer and Moore 1981;
-// where there is no majority, whoever is left over). The offset of the parameter is the mean of what they found,
-// without those that are far off.
+// At most 64 evenly spaced samples of a chain vote. The majority wins (Boyer and Moore 1981; without a majority,
+// whichever candidate is left). The offset of the parameter is the mean of what they found, without outliers.
 #import hachure::strokes::StrokeCounts
 #import hachure::stroke_samples::{Temporal, Heritage, Match, SampleCounts}
 
@@ -57,7 +57,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let sense = select(-1.0, 1.0, senses >= 0.0);
     var offset_px = 0.0;
-    // The first round finds where most are, the second leaves out who is far off.
+    // The first round finds the mean, the second excludes outliers.
     for (var round = 0u; round < 2u; round++) {
         var sum = 0.0;
         var weight = 0.0;

@@ -1,28 +1,30 @@
-// The tone image under a Gaussian as wide as lines are, along one axis; two such passes are the blur.
+// Blurs the tone image along one axis by a Gaussian of the lines' width; two such passes are the blur.
 //
-// Lee et al. 2007, "Line drawings via abstracted shading", section 3.2: "to reduce sampling artifacts, the preparation of
-// the tone image includes a blurring step using a Gaussian kernel of size w". The width w decides which shapes are lines.
+// Lee et al. 2007, "Line drawings via abstracted shading", section 3.2: "to reduce sampling artifacts, the preparation
+// of the tone image includes a blurring step using a Gaussian kernel of size w". The width w decides which shapes are
+// lines.
 //
-// Readings and changes:
-// - "of size w" is a standard deviation of `blur` line widths, half of one unless a style says otherwise; what is farther
-//   than 2.3 of them is left out.
-// - Only surface counts, and what it is divided by is how much of the kernel is surface: light does not leak into the sky,
-//   and widths do not shrink beside it. Where skylines are to be lines the sky is white instead, as the paper's background
-//   is, and the edge of the land is a tone edge.
-// - Each pixel's kernel has the width of its own lines. A pixel of the sky has the widest, so that the land reaches as far
-//   into it as the fit of the search does.
-// - Beside the border the kernel is as wide as there is room on both sides: a slope of tone stays one, and has no line along
-//   the border.
-// - Wide lines have a grid of cells of 2 x 2 pixels. A cell is the mean of its pixels, and the kernel is that much narrower.
+// Interpretations and changes:
+// - "of size w" is a standard deviation of `blur` line widths, half of one unless a style says otherwise; the kernel is
+//   cut off at 2.3 standard deviations.
+// - Only surface counts, and the sum is divided by the part of the kernel that is surface: light does not leak into the
+//   sky, and widths do not shrink near it. In styles that draw skylines the sky is white instead, like the paper's
+//   background, and the edge of the land is a tone edge.
+// - Each pixel's kernel has the width of its own lines. A pixel of the sky has the widest, so that the land extends
+//   into the sky as far as the fit of the search does.
+// - Near the border the kernel is as wide as there is room on both sides: a gradient of tone remains one, and makes no
+//   line along the border.
+// - Wide lines use a grid of cells of 2 x 2 pixels. A cell is the mean of its pixels, and the kernel is narrower
+//   accordingly.
 #import hachure::view::View
 #import hachure::tone_grid::{grid_of}
 
 struct Blur {
     // (1, 0) or (0, 1).
     step: vec2<i32>,
-    // 1: the second pass, whose tones are whole.
+    // 1: the second pass, whose tones are normalised.
     is_last: u32,
-    // 1: the sky is white. Else it has the tones beside it.
+    // 1: the sky is white. 0: it takes the tones next to it.
     is_sky_white: u32,
     // Standard deviation in line widths.
     deviation: f32,
@@ -34,19 +36,19 @@ struct Blur {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> blur: Blur;
-// As lines/tone/tone_image.wgsl writes it, or the first pass.
+// The output of lines/tone/tone_image.wgsl, or of the first pass.
 @group(0) @binding(2) var tone_image: texture_2d<f32>;
-// r: diffuse tone; g: specular; b: width of lines in pixels; a: which part of the kernel is surface. Before the last pass
-// the first three are multiplied by that.
+// r: diffuse tone; g: specular; b: width of lines in pixels; a: part of the kernel that is surface. Before the last
+// pass the first three are multiplied by a.
 @group(0) @binding(3) var blurred: texture_storage_2d<rgba16float, write>;
 
-// Standard deviations that count.
+// Extent of the kernel, in standard deviations.
 const REACH: f32 = 2.3;
 const LEAST: f32 = 1e-3;
-// Variance that cells of 2 x 2 pixels and reading between them have already, along one axis, in square pixels: 0.25 for a
-// cell, and the rest makes curvatures those of pixels.
+// Variance that cells of 2 x 2 pixels and interpolation between them already have, along one axis, in square pixels:
+// 0.25 for a cell, and the rest makes curvatures those of pixels.
 const OF_CELL: f32 = 0.6;
-// What is left for the kernel at least: with less, far lines had stairs of cells.
+// Least variance left for the kernel: with less, distant lines showed the stairs of cells.
 const LEAST_LEFT: f32 = 0.84;
 
 @compute @workgroup_size(8, 8)
@@ -64,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let left_px = sqrt(select(asked_px * asked_px, max(asked_px * asked_px - OF_CELL, LEAST_LEFT), has_cells));
     let deviation = max(left_px / f32(blur.cell_px), 1e-3);
     let reach = i32(ceil(REACH * deviation));
-    // exp(-i^2 / 2 deviation^2), from one to the next by a factor that falls by a factor.
+    // exp(-i^2 / 2 deviation^2), computed from one to the next by a factor that falls by a factor.
     let falloff = -0.5 / (deviation * deviation);
     var weight = exp(falloff);
     var factor = weight * weight * weight;

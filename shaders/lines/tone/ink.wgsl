@@ -1,19 +1,19 @@
-// Lines from tone as ink: pixels ask the cells around them how far away their lines are.
+// Draws lines from shading as ink: pixels read the distance to the lines of the cells around them.
 //
-// Lee et al. 2007, "Line drawings via abstracted shading", section 3.3: the opacity is that of the line, times what is left
-// at the distance to it. They search from each pixel; here cells of a grid have searched (`search`), which may be larger than
-// pixels, and a pixel reads the four about it. A line is straight between cells, so the distance of any pixel from it is
-// exact, and borders are as crisp as pixels are.
+// Lee et al. 2007, "Line drawings via abstracted shading", section 3.3: the opacity is that of the line, times a
+// falloff with the distance to it. They search from each pixel; here cells of a grid have searched (`search`), which
+// may be larger than pixels, and a pixel reads the four around it. A line is straight between cells, so the distance of
+// any pixel from it is exact, and borders are as crisp as pixels.
 //
-// - Lines are anti-aliased: half of their ink lies at half their width, and they end within a pixel. `softness` fades them
-//   from within as the paper does.
-// - Dark lines and highlight lines are told apart: a pixel between both has some of each. Where cells of a line end, the
-//   border is where the curvature between them falls below the least.
+// - Lines are anti-aliased: their ink falls to half at half their width, within a pixel. `softness` fades them from
+//   within, as the paper does.
+// - Dark lines and highlight lines are separate: a pixel between both has some of each. Where the cells of a line end,
+//   the border is where the interpolated curvature falls below the threshold.
 #import hachure::view::View
 #import hachure::tone_grid::{grid_of, place_of_px}
 
 struct Ink {
-    // Part of half a line's width over which its ink fades.
+    // Part of a line's half width over which its ink fades.
     softness: f32,
     // Side of a cell of the grid.
     cell_px: i32,
@@ -21,14 +21,14 @@ struct Ink {
     pad_b: u32,
 }
 
-// Curvatures differ so much at least from cell to cell, for the sake of borders: in parts of the least that a line has.
+// Least difference of curvature assumed between cells when borders are computed, relative to the threshold of lines.
 const LEAST_RANGE: f32 = 0.25;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> ink: Ink;
-// For its last channel: 0 is no surface.
+// Only the last channel is used: 0 is the sky.
 @group(0) @binding(2) var position: texture_2d<f32>;
-// For the width of lines, in b.
+// Only b is used: the width of lines.
 @group(0) @binding(3) var blurred: texture_2d<f32>;
 @group(0) @binding(4) var tone_lines: texture_2d<f32>;
 // r: ink of dark lines; g: ink of highlight lines.
@@ -52,12 +52,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureLoad(tone_lines, clamp(first + vec2<i32>(0, 1), vec2<i32>(0), last), 0),
         textureLoad(tone_lines, clamp(first + 1, vec2<i32>(0), last), 0),
     );
-    // A row of cells each; and so are the numbers from here on, for all four at once.
+    // Each vector holds one value for all four cells, here and below.
     let of_cells = transpose(texels);
     let curvatures = of_cells[0];
     let opacities = of_cells[1];
     var inks = vec2<f32>(0.0);
-    // A loop, since drivers that run both sides of a branch leave one that no pixel goes through.
+    // A loop instead of a branch: drivers that execute both sides of a branch still skip a loop that no pixel enters.
     for (var turn = 0; turn < i32(any(opacities > vec4<f32>(0.0))); turn++) {
         let x = vec4<f32>(1.0 - part.x, part.x, 1.0 - part.x, part.x);
         let y = vec4<f32>(vec2<f32>(1.0 - part.y), vec2<f32>(part.y));
@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let dark = is_line * vec4<f32>(curvatures > vec4<f32>(0.0));
         let light = is_line - dark;
         let weights = max(vec2<f32>(dot(dark, vec4<f32>(1.0)), dot(light, vec4<f32>(1.0))), vec2<f32>(1e-6));
-        // How far the pixel lies from the line of each, as `away_px` has it.
+        // Distance of the pixel from each cell's line, as in `away_px`.
         let numbers = of_cells[3];
         let level = 1.0 - abs(numbers);
         let side_px = f32(grid.side_px);
@@ -80,7 +80,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_surface = f32(textureLoad(position, pixel, 0).w > 0.0);
         let covered = saturate(0.5 * width_px - away_px + 0.5);
         let faded = 1.0 - ink.softness * smoothstep(vec2<f32>(1.0 - ink.softness), vec2<f32>(1.0), 2.0 * away_px / width_px);
-        // As far beyond the border as it is at the slope of the curvature, in pixels.
+        // Distance beyond the border, estimated from the gradient of the curvature, in pixels.
         let curvature = dot(near, curvatures);
         let highest = max(max(curvatures.x, curvatures.y), max(curvatures.z, curvatures.w));
         let lowest = min(min(curvatures.x, curvatures.y), min(curvatures.z, curvatures.w));

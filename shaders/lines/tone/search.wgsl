@@ -1,71 +1,73 @@
-// Lines from tone: valleys of the tone image are dark lines, ridges are highlight lines, and steep steps are both.
+// Finds lines from shading: valleys of the tone image are dark lines, ridges are highlight lines, and steep steps are
+// both.
 //
 // Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading", sections 3.1 to 3.3.
-// - Section 3.1: the tone around a place, at 3 x 3 samples that lie half a line width apart, is fitted by least squares with
-//   f = a0 x^2 + 2 a1 x y + a2 y^2 + a3 x + a4 y + a5. The eigenvalues of (a0 a1; a1 a2) are the curvatures; the line lies
-//   -(a3 a4).u / (2 lambda) away along u, the direction of the greater one, lambda.
-// - Section 3.2: from a pixel the search goes by the part beta of that way, five times, and fits anew. It gives up where
-//   the curvature falls below a threshold, or after half a line width in all. On the flank of a ridge the line comes nearer;
-//   on a step it runs away, so beta of 0 keeps all tone edges, 1 keeps ridges and valleys alone, and between the two strong
-//   edges stay.
-// - Section 3.3: the opacity is a ramp of the curvature between two thresholds, times what is left at the distance to the
-//   line, times counterchange: 1 - t for a dark line and t for a highlight line, where t is the tone.
+// - Section 3.1: the tone around a point, at 3 x 3 samples that are half a line width apart, is fitted by least squares
+//   with f = a0 x^2 + 2 a1 x y + a2 y^2 + a3 x + a4 y + a5. The eigenvalues of (a0 a1; a1 a2) are the curvatures; the
+//   line is at the distance -(a3 a4).u / (2 lambda) along u, the direction of the greater one, lambda.
+// - Section 3.2: from a pixel the search moves by the part beta of that distance, five times, and fits again. It gives
+//   up where the curvature falls below a threshold, or after half a line width in all. On the flank of a ridge the line
+//   comes nearer; on a step it recedes. So beta = 0 keeps all tone edges, 1 keeps only ridges and valleys, and values
+//   in between also keep strong edges.
+// - Section 3.3: the opacity is a ramp of the curvature between two thresholds, times a falloff with the distance to
+//   the line, times counterchange: 1 - t for a dark line and t for a highlight line, where t is the tone.
 //
-// Readings and changes:
-// - X of the fit is (-1, 0, 1) in both directions, so its pseudo-inverse is a few sums; curvatures are those of the tone per
-//   square of half a line width. Thresholds mean the same for any width.
-// - Samples lie between pixels, so they are bilinear.
-// - The distance to the line is that from the pixel to where the first fit sees the line, or the last one, whichever is
-//   less. On a flank the first fit is too far off by up to a half (a parabola knows no inflection), and what the search finds
-//   on its way is right. On an edge the line runs away from the search, and only the first fit says where it is drawn.
-// - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is a choice, for it takes spots away and
+// Interpretations and changes:
+// - X of the fit is (-1, 0, 1) in both directions, so its pseudo-inverse is a few sums. Curvatures are those of the
+//   tone per square of half a line width, so thresholds mean the same for any width.
+// - Samples are between pixels, so they are bilinear.
+// - The distance to the line is that from the pixel to the line of the first fit, or of the last one, whichever is
+//   less. On a flank the first fit is off by up to a half (a parabola has no inflection), and the search finds the
+//   right position. On an edge the line recedes from the search, and only the first fit gives the position at which it
+//   is drawn.
+// - "The other curvature is sufficiently small" (section 3.1, and not in 3.2) is optional, for it removes spots and
 //   opens crossings: see `roundest`.
-// - A fit that reaches where no surface is near has its own tone there.
-// - The search is that of the cells of a grid, which are 2 x 2 pixels where lines are wide. What it finds is no ink but a
-//   line: where it lies and how strong it is. `ink` draws it in the pixels.
+// - Samples of a fit without surface nearby take the tone of the fit's own cell.
+// - The search runs per cell of a grid; cells are 2 x 2 pixels where lines are wide. It does not produce ink but lines,
+//   with position and strength. `ink` draws them in the pixels.
 //
 // SPECULAR: the specular channel has highlight lines, too.
 #import hachure::view::View
 #import hachure::tone_grid::{Grid, Line, grid_of, left_of, texel_of_line}
 
 struct Search {
-    // Curvatures from which lines begin, and at which they are full; for highlight lines, too.
+    // Curvatures at which dark lines begin and at which they are full; the same for highlight lines.
     dark_ramp: vec2<f32>,
     highlight_ramp: vec2<f32>,
     beta: f32,
     counterchange: f32,
-    // The lesser curvature may be this part of the greater one; 1 and more is no bound.
+    // Largest ratio of the lesser curvature to the greater one; 1 and more sets no bound.
     roundest: f32,
-    // 1: they are drawn.
+    // 1: dark lines, and highlight lines, are drawn.
     has_dark: u32,
     has_highlights: u32,
-    // 1: a style without a sky that is white.
+    // 1: the sky has no tone, unlike a white sky.
     is_sky_toneless: u32,
-    // Side of a cell of the grid.
+    // Side of a cell of the grid, in pixels.
     cell_px: i32,
     pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> search: Search;
-// r: diffuse tone; g: specular; b: width of lines in pixels; a: which part of what is around is surface.
+// r: diffuse tone; g: specular; b: width of lines in pixels; a: part of the surroundings that is surface.
 @group(0) @binding(2) var blurred: texture_2d<f32>;
 @group(0) @binding(3) var tone_sampler: sampler;
-// As `line_of_texel` reads it.
+// In the encoding of `line_of_texel`.
 @group(0) @binding(4) var tone_lines: texture_storage_2d<rgba16float, write>;
 
 const STEPS: i32 = 5;
-// Surface that is less of what is around has no tone to speak of.
+// Part of the surroundings that must be surface for a tone to be valid.
 const LEAST_SURFACE: f32 = 0.01;
-// Lines are not told to be farther away, in cells.
+// Largest distance of a line that is stored, in cells.
 const FARTHEST: f32 = 64.0;
-// Curvatures in parts of the least that a line has: cells with so little are searched, too, since the border of a line lies
-// between them and their neighbours; and what more than so much is not told.
+// Curvatures relative to the threshold of lines. Cells down to the first are searched too, since the border of a line
+// is between them and their neighbours; curvatures are clamped to the second.
 const BESIDE: f32 = 0.2;
 const MOST: f32 = 1000.0;
 
 struct Fit {
-    // The greater curvature, its direction, and the slope along it.
+    // Greater curvature; lesser curvature; direction of the greater one; gradient along it.
     curvature: f32,
     other: f32,
     across: vec2<f32>,
@@ -78,8 +80,8 @@ fn tone_at(place: vec2<f32>, channel: u32, own: f32) -> f32 {
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
 
-// The fit around a place, in units of the samples' spacing. Beside the border it is that of the nearest place whose samples
-// lie in the picture: its slope goes on to the place as its curvature says.
+// Fits the tone around a point, in units of the samples' spacing. Near the border the fit is that of the nearest point
+// whose samples are in the picture, and its gradient is extrapolated to the point by its curvature.
 fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fit {
     let size = vec2<f32>(grid.size);
     let first = min(vec2<f32>(spacing + 0.5), 0.5 * size);
@@ -103,7 +105,8 @@ fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fi
     let radius = length(vec2<f32>(difference, a1));
     let side = select(-1.0, 1.0, mean >= 0.0);
     let curvature = mean + side * radius;
-    // Of (a0 a1; a1 a2) - curvature the longer of two rows says the direction; where both are 0 any does.
+    // The longer of the two rows of (a0 a1; a1 a2) - curvature gives the direction; where both are 0 any direction will
+    // do.
     let one = vec2<f32>(curvature - a2, a1);
     let two = vec2<f32>(a1, curvature - a0);
     let longer = select(two, one, dot(one, one) >= dot(two, two));
@@ -112,8 +115,9 @@ fn fit(grid: Grid, asked: vec2<f32>, spacing: f32, channel: u32, own: f32) -> Fi
     return Fit(curvature, mean - side * radius, across, dot(gradient, across) + 2.0 * curvature * dot(beyond, across));
 }
 
-// The line that a cell sees by one channel. There is one fit in one loop, and the loop ends when no cell
-// of a group goes on: drivers that run both sides of a branch have little to do where there are no lines. Lengths are in cells.
+// Returns the line that a cell detects in one channel. There is one fit in one loop, which ends when no cell of a
+// workgroup continues: drivers that execute both sides of a branch have little to do where there are no lines. Lengths
+// are in cells.
 fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) -> Line {
     let spacing = 0.5 * width;
     var at = place;
@@ -152,11 +156,11 @@ fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) ->
     let against = mix(1.0, select(tone, 1.0 - tone, is_dark), search.counterchange);
     let opacity = select(0.0, saturate(by_curvature * is_long * saturate(against)), is_line);
     let to_line = select(last, first, dot(first, first) < dot(last, last));
-    // To the right, as it is when it is read again.
+    // The direction is stored pointing right, as `way_of_number` reads it.
     let left = select(-seen.across, seen.across, seen.across.y >= 0.0);
     let side = select(-1.0, 1.0, dot(to_line, left) >= 0.0);
     let offset_px = side * min(length(to_line), FARTHEST) * f32(grid.side_px);
-    // Where a search gives up that began well, the border lies halfway to its neighbours.
+    // Where a search began well and gave up, the border is halfway to the neighbouring cells.
     let told = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= BESIDE);
     return Line(told, opacity, offset_px, vec2<f32>(left.y, -left.x));
 }
@@ -177,7 +181,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let width = own.b / f32(grid.side_px);
     var line = line_of(grid, place, width, 0u, own.r);
 #ifdef SPECULAR
-    // Highlights stand out from what is around them, whatever its diffuse tone; of two lines the stronger one is kept.
+    // Highlights stand out from their surroundings, whatever their diffuse tone; of two lines the stronger one is
+    // stored.
     let highlight = line_of(grid, place, width, 1u, own.g);
     if highlight.opacity > line.opacity {
         line = highlight;

@@ -1,17 +1,18 @@
-// The tone image: how light the scene is, for lines that are found in its tones.
+// The tone image: the shading in which lines from shading are found.
 //
-// Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading", section 3: a line drawing is an abstraction
-// of the shaded picture, so that is made first. Diffuse light and specular highlights stand in channels of their own, since
-// highlights are often hidden by broad bright tones (section 1); the light is any light. With "abstracted normals" (section
-// 3.4) the land is lit by its form (surface/form.wgsl) and not by each of its samples, as its base coat may be.
+// Lee, Markosian, Lee and Hughes 2007, "Line drawings via abstracted shading", section 3: a line drawing is an
+// abstraction of the shaded picture, so that is made first. Diffuse light and specular highlights have separate
+// channels, since broad bright tones often hide highlights (section 1); the light is arbitrary. With "abstracted
+// normals" (section 3.4) the land is lit by its form (surface/form.wgsl) and not by each of its samples, as its base
+// coat may be.
 //
-// Readings and changes:
-// - Diffuse light is the tone that the style's light asks for (shared/light.wgsl), so that lines go on where the base coat
-//   ends. Cast shadows are left out: their borders would be lines of the sun and not of the land.
-// - A light at the eye shines along each pixel's own ray, one beside it from one direction.
-// - The width of lines by depth (section 3.4) is decided here, so that all later passes have the same, and it is blurred as
-//   tones are: it does not jump where a near ridge stands before a far one.
-// - Far and near are told by haze, as the widths of strokes are (lines/strokes/samples.wgsl).
+// Interpretations and changes:
+// - Diffuse light is the tone of the style's light (shared/light.wgsl), so that lines continue where the base coat
+//   ends. Cast shadows are omitted: their borders would be lines of the sun and not of the land.
+// - A light at the eye shines along each pixel's own ray, any other light from one direction.
+// - The width of lines by depth (section 3.4) is determined here, so that all later passes agree, and it is blurred
+//   like tones: it does not jump where a near ridge is in front of a far one.
+// - Haze determines what is near and far, as for the widths of strokes (lines/strokes/samples.wgsl).
 // - A cell of the grid (shared/tone_grid.wgsl) is shaded once, by the mean of its pixels' normals.
 #import hachure::view::{View, from_eye}
 #import hachure::light::{Light, light_tone}
@@ -19,17 +20,17 @@
 #import hachure::tone_grid::grid_of
 
 struct ToneRules {
-    // Unit, toward the light; all 0 is a light at the eye.
+    // Unit vector toward the light; all 0 is a light at the eye.
     to_light: vec3<f32>,
     // Strength of highlights, and their exponent.
     specular: f32,
     shininess: f32,
     width_px: f32,
-    // How much wider near lines are than far ones.
+    // How much wider near lines are than far ones, 0 to 1.
     depth_width: f32,
-    // How much of the form's normals light falls on, in place of the land's own.
+    // Part of the form's normals in the normals that are lit, 0 to 1; the land's own are the rest.
     abstracted: f32,
-    // Side of a cell of the grid.
+    // Side of a cell of the grid, in pixels.
     cell_px: i32,
     pad_a: f32,
     pad_b: f32,
@@ -37,22 +38,22 @@ struct ToneRules {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-// The style's; where it stands is said by the rules.
+// The style's light; `tone_rules` replaces its direction.
 @group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var<uniform> tone_rules: ToneRules;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var normal: texture_2d<f32>;
-// One empty texel where nothing is abstracted.
+// One empty texel if nothing is abstracted.
 @group(0) @binding(5) var form_normal: texture_2d<f32>;
-// r: diffuse tone, 0 black to 1 white; g: specular; b: width of lines in pixels, all times a: which
-// part of the cell is surface; all 0 is the sky.
+// r: diffuse tone, 0 black to 1 white; g: specular; b: width of lines in pixels, all multiplied by a: the part of the
+// cell that is surface; all 0 is the sky.
 @group(0) @binding(6) var tone_image: texture_storage_2d<rgba16float, write>;
 
-// Widths by depth: at this part of the haze a line is as wide as asked, and these are the least and the most.
+// Widths by depth: part of the haze distance at which a line has its nominal width, and the least and greatest factor.
 const AS_ASKED: f32 = 0.05;
 const LEAST_WIDTH: f32 = 0.4;
 const MOST_WIDTH: f32 = 1.6;
-// The light reaches over the edge of the shade for highlights, within so much of its cosine.
+// Range of the cosine to the light, at the edge of the shade, over which highlights fade in.
 const TERMINATOR: f32 = 0.2;
 
 @compute @workgroup_size(8, 8)
@@ -62,7 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(cell >= grid.size) {
         return;
     }
-    // The first pixel that is surface stands for the cell, and the normals of those like it count.
+    // The first pixel of a surface represents the cell, and normals of the same kind of surface are averaged.
     var pixel = vec2<i32>(0);
     var at = vec4<f32>(0.0);
     var is_land = false;

@@ -1,5 +1,5 @@
-// How many workgroups the passes to come have: only squares that may have a lake are asked, and only tiles with water go on.
-// A map without water has one word that tells it.
+// Computes the workgroups of later passes: only blocks that may have a lake are examined, and only tiles with water are
+// processed further. A map without water has one word that says so.
 #import hachure::map_job::MapJob
 #import hachure::shores::{SQUARES, WET_TILES, FIRST_WET, JOBS}
 #import hachure::water_maps::MAP_ROWS

@@ -1,5 +1,5 @@
-// The water of each sample of a tile and of those around it, before lakes are looked for: the sea, or none. And where a
-// lake may be: in squares of four samples beside which any four are level.
+// Classifies each sample of a tile and its surroundings before lakes are searched: the sea, declared water, or none. It
+// also lists the blocks of 2 × 2 samples that may have a lake: those with a level block in or next to them.
 #import hachure::terrain::{levels, place_on_level, TILE_SAMPLES}
 #import hachure::map_job::MapJob
 #import hachure::lake_blocks::{block_place, block_g, sample_of, SEA, GIVEN_WATER}
@@ -8,33 +8,34 @@
 #import hachure::still_water::{Window, window_at, LEVEL_WATER_M, NO_LAKE, VOID}
 
 struct Sea {
-    // What is no higher is the sea, in metres above it; very low where the scene has no sea.
+    // Heights up to this are the sea, in metres above sea level; very low if the scene has no sea.
     sea_m: f32,
     pad_a: f32,
     pad_b: f32,
     pad_c: f32,
 }
 
-// Workgroups of 8 x 8 squares along a side.
+// Workgroups of 8 x 8 blocks along a side.
 const GROUPS: u32 = 21u;
 
 @group(0) @binding(0) var<uniform> sea: Sea;
 @group(0) @binding(1) var<storage, read> jobs: array<MapJob>;
-// The height of a sample's lake, SEA, NO_LAKE or VOID.
+// Height of a sample's lake, or SEA, GIVEN_WATER, NO_LAKE or VOID.
 @group(0) @binding(2) var<storage, read_write> classes: array<f32>;
 // See `shores`.
 @group(0) @binding(3) var<storage, read_write> found: array<atomic<u32>>;
 @group(0) @binding(4) var<storage, read_write> squares: array<u32>;
 
 #ifdef GIVEN
-// How many levels there are, the first of them, and 1 if there is no other water; then five numbers for each level: where
-// its cells begin, the place of its first cell among the samples of that level, and its size. Cells are four to a word.
+// Number of levels, the first of them, and 1 if there is no other water. From word 4 on, five numbers for each level:
+// offset of its cells, position of its first cell among the samples of that level, and its size. Cells are packed four
+// to a word.
 @group(0) @binding(5) var<storage, read> given: array<i32>;
 
-// Whether half of a sample of a level, or more, is water that is given.
+// Returns whether at least half of a sample of a level is declared water.
 fn is_given(level: i32, sample: vec2<i32>) -> bool {
     let finer = u32(max(given[1] - level, 0));
-    // Beyond the border everything is as at the border.
+    // Beyond the border all values repeat those at the border.
     let at = clamp(sample, vec2<i32>(0), levels[level].size - 1) >> vec2<u32>(finer);
     let number = level + i32(finer) - given[1];
     let table = 4 + 5 * min(number, given[0] - 1);
@@ -47,7 +48,7 @@ fn is_given(level: i32, sample: vec2<i32>) -> bool {
 }
 #endif
 
-// Whether four samples between two rows are level.
+// Returns whether some four samples between two rows are level.
 fn level_between(a: vec4<f32>, b: vec4<f32>) -> bool {
     let low = min(min(a.xyz, a.yzw), min(b.xyz, b.yzw));
     let high = max(max(a.xyz, a.yzw), max(b.xyz, b.yzw));

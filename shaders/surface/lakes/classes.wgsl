@@ -1,7 +1,8 @@
-// The lakes that samples of a tile, and of those around it, belong to: each by its height.
+// Finds the lakes that the samples of a tile and its surroundings belong to, each identified by its height.
 //
-// Lakes are asked for between four samples, of which all are of the lake that is found there or of none. The places that
-// are asked lie a little beside samples of all levels, so that it does not depend on the camera which ones are nearest.
+// Lakes are searched at the centre of each block of four samples; each of the four is in the lake found there or in
+// none. Searched positions are slightly off the samples of all levels, so that the nearest samples do not depend on the
+// camera.
 #import hachure::terrain::{levels, place_on_level, first_sample, last_sample}
 #import hachure::map_job::MapJob
 #import hachure::lake_blocks::{block_place, block_g, sample_of}
@@ -25,7 +26,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let job = jobs[number];
     let g = block_g(job, block);
     let window = window_at(place_on_level(job.level, g), g);
-    // Beyond the border everything is as at the border.
+    // Beyond the border all values repeat those at the border.
     let inside = clamp(g, first_sample(), last_sample());
     let lake_m = lake_near(inside + BESIDE / levels[job.level].scale, window);
     var is_water = false;

@@ -1,5 +1,5 @@
-// Of each column of samples the shore that is nearest to each of them: the first half of a distance transform that takes
-// one axis after the other (Felzenszwalb and Huttenlocher 2012, "Distance Transforms of Sampled Functions").
+// For each sample, finds the nearest shore in its column: the first half of a distance transform that processes one
+// axis after the other (Felzenszwalb and Huttenlocher 2012, "Distance Transforms of Sampled Functions").
 #import hachure::water_maps::{SIDE, SHORE_REACH}
 #import hachure::shores::{IS_SHORE, ROW_SHIFT, ROW_ZERO, FIRST_WET}
 

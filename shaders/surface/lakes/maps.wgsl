@@ -1,7 +1,8 @@
-// The signed distance of each sample of a tile from the shore: the second half of the transform that `columns` begins.
+// Computes the signed distance of each sample of a tile from the shore: the second half of the transform that `columns`
+// begins.
 //
-// The nearest of what the columns to both sides found is nearly the nearest of all; of the pieces of shore around it,
-// each a sample long, the nearest decides.
+// The nearest of the shores that the columns on both sides found is almost the nearest of all; of the pieces of shore
+// around it, each a sample long, the nearest decides.
 #import hachure::map_job::MapJob
 #import hachure::water_maps::{code_of, AROUND, SIDE, SHORE_REACH, MAP_WORDS, MAP_ROWS, FAR_LAND, FAR_WATER}
 #import hachure::terrain::TILE_BORDER
@@ -9,12 +10,13 @@
 
 // Workgroups of 8 x 8 texels along y.
 const GROUPS: u32 = 33u;
-// On land a shore is looked for in so many columns to both sides.
+// Columns on either side in which a shore is searched on land.
 const LAND_REACH: i32 = 4;
-// Half of a piece of shore, in samples; and so near the piece tells on which side of it a sample is.
+// Half the length of a piece of shore, in samples; and the distance within which the piece decides on which side of it
+// a sample is.
 const HALF_PIECE: f32 = 0.6;
 const BESIDE_PIECE: f32 = 1.5;
-// Pieces whose normals turn by less than this, as a cosine, are of one shore.
+// Smallest cosine between the normals of pieces of one shore.
 const ALIKE: f32 = 0.7;
 const NONE: f32 = 1e30;
 
@@ -23,7 +25,7 @@ const NONE: f32 = 1e30;
 @group(0) @binding(2) var<storage, read> shores: array<u32>;
 @group(0) @binding(3) var water_maps: texture_storage_2d_array<r32uint, write>;
 
-// The way to a piece of shore in the world, by the size of samples, and its normal, which is 0 where there is none.
+// The vector to a piece of shore in the world, in sample sizes, and the piece's normal, which is 0 if there is none.
 struct Piece {
     to: vec2<f32>,
     normal: vec2<f32>,
@@ -42,7 +44,7 @@ fn piece_at(first: i32, place: vec2<i32>, way: vec2<i32>, world: mat2x2<f32>) ->
 fn distance_of(first: i32, place: vec2<i32>, world: mat2x2<f32>) -> f32 {
     let here = first + place.y * SIDE + place.x;
     let is_water = (shores[here] & IS_WATER) != 0u;
-    // Columns are so far from each other.
+    // Distance between columns.
     let apart = abs(world[0].x * world[1].y - world[0].y * world[1].x) / length(world[1]);
     var nearest = vec2<i32>(0);
     var least = NONE;
@@ -63,7 +65,7 @@ fn distance_of(first: i32, place: vec2<i32>, world: mat2x2<f32>) -> f32 {
     if least == NONE {
         return select(FAR_LAND, FAR_WATER, is_water);
     }
-    // The piece that is nearest, and then the mean of those that go on from it: less of the samples' stairs.
+    // First the nearest piece, then the mean of the pieces that continue it, which smooths the stairs of samples.
     least = NONE;
     var beyond = 0.0;
     var normal = vec2<f32>(0.0);

@@ -1,4 +1,4 @@
-// Whether any tile of the view has water: then `surface/water` looks at all pixels, and else none is looked at.
+// Finds whether any tile of the view has water. If so, `surface/water` processes all pixels, and else none.
 #import hachure::terrain::{terrain, levels, tile_rows, tiles, NO_MAP}
 #import hachure::water_maps::{water_maps, MAP_ROWS}
 

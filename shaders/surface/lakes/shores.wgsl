@@ -1,5 +1,5 @@
-// Where the shore is near each sample: half of what is around a place is water there, under a wide B-spline, so that it has
-// no stairs. It is looked for from each sample that has land and water around it, by Newton's steps.
+// Finds the shore near each sample: where half of the surroundings are water, under a wide B-spline, so that it has no
+// stairs. Newton's method starts from each sample that has land and water around it.
 #import hachure::surface::{spline_weights, spline_slopes}
 #import hachure::map_job::MapJob
 #import hachure::water_maps::SIDE
@@ -10,10 +10,10 @@
 // Workgroups of 8 x 8 samples along a side.
 const GROUPS: u32 = 41u;
 const STEPS: i32 = 3;
-// Samples with more or less water around them have no shore.
+// A sample with less water than DRY or more than WET around it has no shore.
 const DRY: f32 = 0.04;
 const WET: f32 = 0.96;
-// What a shore that was found may be off.
+// Tolerance for the wetness of 0.5 at a shore.
 const OFF: f32 = 0.06;
 
 @group(0) @binding(0) var<storage, read> jobs: array<MapJob>;
@@ -26,15 +26,15 @@ fn class_at(first: i32, place: vec2<i32>) -> f32 {
     return classes[first + inside.y * SIDE + inside.x];
 }
 
-// 1 for water of the lake, 0 for land and for other lakes. Holes of the data have no shore.
+// Returns 1 for water of the lake, 0 for land and for other lakes. Holes of the data have no shore.
 fn wet(first: i32, place: vec2<i32>, lake: f32) -> f32 {
     let other = class_at(first, place);
     let is_one = other == GIVEN_WATER || lake == GIVEN_WATER && other < NO_LAKE;
     return select(0.0, 1.0, abs(other - lake) < LEVEL_WATER_M || other == VOID || is_one);
 }
 
-// What six samples along an axis count for at a place between the middle two: those of a B-spline over means of three,
-// which have no islands of a sample or two. And the change of that.
+// Weights of six samples along an axis at a position between the middle two: those of a B-spline over means of three,
+// which remove islands of a sample or two; or their derivatives.
 struct Taps {
     first: vec3<f32>,
     last: vec3<f32>,
@@ -49,7 +49,7 @@ fn sum_of(taps: Taps, low: vec3<f32>, high: vec3<f32>) -> f32 {
     return dot(taps.first, low) + dot(taps.last, high);
 }
 
-// How much of what is around a place is water, and the gradient of that by samples.
+// Returns the part of the surroundings that is water, and its gradient in samples.
 fn wetness(first: i32, at: vec2<f32>, lake: f32) -> vec3<f32> {
     let cell = vec2<i32>(floor(at));
     let f = at - floor(at);
@@ -81,7 +81,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         return;
     }
     let first = i32(number) * SIDE * SIDE;
-    // The lake that is here or beside here.
+    // The lake at this sample or at one of its neighbours.
     var lake = class_at(first, place);
     var is_same = true;
     for (var i = 0; i < 9; i++) {
@@ -118,8 +118,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(workgroup_id) gro
         return;
     }
     let normal = normalize(slope);
-    // A sample that has some land is none of water where heights tell it, so on coarse levels the shore lies farther than between samples: by half
-    // a sample, from corner to corner where it lies across.
+    // A coarse sample with some land does not count as water where heights define water. So on coarse levels the true
+    // shore is farther out than halfway between samples: by half a sample, measured from corner to corner where it runs
+    // diagonally.
     if job.level > 0 && lake != GIVEN_WATER {
         offset -= grid * normal * (0.5 * (abs(normal.x) + abs(normal.y)));
     }

@@ -1,18 +1,18 @@
-// Contour edges: those between a triangle that faces the eye and one that does not, on the triangles as drawn.
+// Contour edges: edges between a triangle that faces the eye and one that does not, on the triangles as drawn.
 //
-// One workgroup for each patch, one thread for each of its quads. A quad has three edges of its own: its first
-// column's, its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them
-// (`Patch.sides`); the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, has a
+// There is one workgroup for each patch and one thread for each of its quads. A quad has three edges of its own: its
+// first column's, its first row's, and its diagonal. Where patches meet, the edges between them belong to one of them
+// (`Patch.sides`); the triangles beyond are those that this patch would have there (Pietrok 2021, section 4.2.1, uses a
 // geometry shader and one mesh).
 //
-// A patch on its way to a coarser level has vertices that lie on each other, so some triangles have no area. They have
-// no side of their own: quads are looked at on the level that the patch has, and what has no area there follows the
+// A patch that is morphing to a coarser level has coincident vertices, so some triangles have no area. They have no
+// side of their own: quads are examined on the patch's current level, and a triangle without area there follows the
 // other triangle of its quad.
 //
-// In a hole there are triangles that nobody draws, at heights that nobody measured: they have no edges.
+// Triangles in a hole are not drawn, and their heights are not measured: they have no edges.
 //
-// Edges stand in the order of patches and quads (edge_list.wgsl): `stage` 0 looks at the quads and keeps what it found,
-// two bits for each of their edges, after the numbers of `order`; 1 writes it, 2 says how many edges there are now.
+// Edges are in the order of patches and quads (edge_list.wgsl): `stage` 0 examines the quads and stores the result, two
+// bits for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number.
 #import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, grid_from_world, world_from_grid}
@@ -31,7 +31,7 @@ const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 361u;
 const RING_QUADS: i32 = QUADS + 2;
 
-// The patch's vertices with one more on each side.
+// The patch's vertices, with one more on each side.
 var<workgroup> at_m: array<vec3<f32>, 361>;
 // For each quad of the ring: the two unit normals, 0 for a triangle without area.
 var<workgroup> upper: array<vec3<f32>, 324>;
@@ -42,7 +42,7 @@ fn vertex_of(ij: vec2<i32>) -> vec3<f32> {
     return at_m[place.y * RING + place.x];
 }
 
-// A vertex beyond the patch, where its neighbour is.
+// Returns a vertex beyond the patch, at the position of its neighbour.
 fn beyond(quads: Patch, ij: vec2<i32>) -> vec3<f32> {
     let units = clamp(quads.origin_units + (ij << vec2<u32>(quads.stride_exponent)),
         terrain.extent_units.xy, terrain.extent_units.zw);
@@ -56,23 +56,23 @@ fn normal_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     let u = b - a;
     let v = c - a;
     let n = cross(v, u);
-    // A sliver has no side: its normal is rounding.
+    // A sliver has no side: its normal is rounding noise.
     let longest = max(max(dot(u, u), dot(v, v)), dot(v - u, v - u));
     let area = length(n);
     return select(vec3<f32>(0.0), n / area, area > 2e-3 * longest && area > 0.0);
 }
 
-// Whether a triangle with this normal, through this point, faces the eye.
+// Returns whether a triangle with this normal, through this point, faces the eye.
 fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
     return dot(n, from_eye(view, through_m)) < 0.0;
 }
 
 const QUAD_EDGES: u32 = 5u;
 
-// Whether the patch has any.
+// Whether the patch has holes.
 var<private> has_holes: bool;
 
-// What a quad's edge is, as two bits in its place: 0 nothing, or its kind and 1.
+// Returns two bits for a quad's edge, shifted to its slot: 0 for none, or its kind plus 1.
 fn found(a: vec3<f32>, b: vec3<f32>, kind: u32, slot: u32) -> u32 {
     var is_there = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
     if is_there && has_holes {
@@ -82,7 +82,7 @@ fn found(a: vec3<f32>, b: vec3<f32>, kind: u32, slot: u32) -> u32 {
     return select(0u, (kind + 1u) << (2u * slot), is_there);
 }
 
-// The edge from a to b between triangles of normals m and n.
+// Examines the edge from a to b between triangles with normals m and n.
 fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
     if all(m == vec3<f32>(0.0)) || all(n == vec3<f32>(0.0)) {
         return 0u;
@@ -100,14 +100,14 @@ fn border(a: vec3<f32>, b: vec3<f32>, slot: u32) -> u32 {
     return select(0u, found(a, b, KIND_BORDER, slot), edge_rules.borders == 1u);
 }
 
-// The vertices and normals of a patch, for all threads.
+// Computes the vertices and normals of a patch, for all threads.
 fn look(quads: Patch, step: i32, group: u32, thread: u32) {
     for (var i = thread; i < RING_VERTICES; i += 256u) {
         let ij = vec2<i32>(i32(i) % RING, i32(i) / RING) - 1;
         if all(ij >= vec2<i32>(0)) && all(ij <= vec2<i32>(QUADS)) {
             at_m[i] = positions[group * VERTICES + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
         } else {
-            // On the level that the patch has.
+            // On the patch's current level.
             let out = select(vec2<i32>(0), vec2<i32>(1 - step), ij < vec2<i32>(0))
                 + select(vec2<i32>(0), vec2<i32>(step - 1), ij > vec2<i32>(QUADS));
             at_m[i] = beyond(quads, ij + out);
@@ -115,7 +115,7 @@ fn look(quads: Patch, step: i32, group: u32, thread: u32) {
     }
     workgroupBarrier();
 
-    // Quads of the level that the patch has, and one more on each side: those are in columns -1 and QUADS.
+    // Quads of the patch's current level, and one more on each side, in columns and rows -1 and QUADS.
     for (var i = thread; i < 324u; i += 256u) {
         let ij = vec2<i32>(i32(i) % RING_QUADS, i32(i) / RING_QUADS) - 1;
         let size = select(vec2<i32>(step), vec2<i32>(1), (ij < vec2<i32>(0)) | (ij >= vec2<i32>(QUADS)));
@@ -132,7 +132,7 @@ fn look(quads: Patch, step: i32, group: u32, thread: u32) {
     workgroupBarrier();
 }
 
-// What the edges of a quad are.
+// Returns the kinds of a quad's edges.
 fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     if any((ij & vec2<i32>(step - 1)) != vec2<i32>(0)) {
         return 0u;
@@ -144,7 +144,7 @@ fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     let sw = vertex_of(vec2<i32>(ij.x, end.y));
     let se = vertex_of(end);
     var edges_found = consider(nw, se, upper[here], lower[here], 0u);
-    // The quads before, which are one place away beyond the patch and a step within.
+    // The previous quads: one index away outside of the patch, and a step away inside.
     let west = select(here - step, here - 1, ij.x == 0);
     let north = select(here - step * RING_QUADS, here - RING_QUADS, ij.y == 0);
     let origin = quads.origin_units;
@@ -191,7 +191,7 @@ fn main(
     }
     let quads = patches[group.x];
     has_holes = quads.has_holes == 1u;
-    // Near the end of a morph quads are slivers; they are taken for gone.
+    // Near the end of a morph quads are slivers, and count as gone.
     let step = 1 << u32(quads.inner_level + 0.01);
     let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
     let kept_at = groups.x + 1u + group.x * 256u + thread;

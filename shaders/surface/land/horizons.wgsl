@@ -1,33 +1,33 @@
-// What a place sees of the sky and toward the sun: a tile of texels for each tile of heights.
+// Horizon maps: the sky and the sun as seen from each place, one tile of texels for each tile of heights.
 //
-// Horizon mapping (Max 1988): for each texel the elevation of the horizon toward the sun is stored and not whether it
-// lies in shadow, so the sun may rise and set over the same tiles, and borders of shadows may be as soft as the sun is
-// wide. The visible sky is the mean over eight azimuths of 1 - sin(horizon), the sky-view factor (Zaksek et al. 2011),
-// which is horizon-based ambient occlusion (Bavoil and Sainz 2008) of a field of heights.
+// Horizon mapping (Max 1988): each texel stores the elevation of the horizon toward the sun and not whether it is in
+// shadow, so the sun may rise and set over the same tiles, and borders of shadows may be as soft as the sun is wide.
+// The visible sky is the mean over eight azimuths of 1 - sin(horizon), the sky-view factor (Zaksek et al. 2011), which
+// is horizon-based ambient occlusion (Bavoil and Sainz 2008) of a height field.
 //
-// What is ours: steps double with the level of the pyramid. At level L, whose samples are s apart, the horizon is
-// sought at n s, (n + 1) s, ... (2 n - 1) s, and then the next level takes over at n times twice s. So a step is as
-// long as the samples that it reads, each with its average already, and a horizon at 50 km takes some 70 steps. The
-// ladder of distances is the same for all tiles: a tile of a finer level has more steps near by, and no others. The
-// horizons of two levels of detail, and of two tiles side by side, are therefore those of one function of the place.
+// The addition here: steps double with the level of the pyramid. At level L, whose samples are s apart, the horizon is
+// sampled at n s, (n + 1) s, ... (2 n - 1) s, and then the next level takes over at n times twice s. So a step is as
+// long as the samples that it reads, which are already averaged, and a horizon at 50 km takes some 70 steps. The
+// sequence of distances is the same for all tiles: a tile of a finer level has more steps nearby, and no others. The
+// horizons of two levels of detail, and of two neighbouring tiles, are therefore those of one function of position.
 #import hachure::terrain::{terrain, levels, tiles, place_on_level, world_from_grid, grid_from_world, LevelPlace}
 #import hachure::terrain::{TILE_SAMPLES, TILE_BORDER, NO_SLOT, is_in_grid}
 #import hachure::surface::{heights, camera_relative_m}
 #import hachure::map_job::MapJob
 #import hachure::horizon_maps::{MAP_BORDER, MAP_SPACING, MAP_SIDE}
 
-// Steps in each octave of the distance: toward the sun, and for the sky.
+// Steps per octave of distance: toward the sun, and for the sky.
 const SUN_STEPS: i32 = 8;
 const SKY_STEPS: i32 = 2;
 const SKY_AZIMUTHS: i32 = 8;
-// What a horizon may still rise where the march for the sky ends, as a tangent.
+// Possible rise of the horizon, as a tangent, at which the march for the sky stops.
 const SKY_GAIN: f32 = 0.02;
 const FARTHEST_M: f32 = 2e5;
 // Workgroups of 8 x 8 texels along a side of a tile.
 const GROUPS: u32 = 17u;
 
 struct Horizons {
-    // Unit, east and north.
+    // Unit vector, east and north.
     to_sun: vec2<f32>,
     pad_a: f32,
     pad_b: f32,
@@ -38,12 +38,13 @@ struct Horizons {
 // In 16 bits each: the sine of the horizon's elevation toward the sun, -1 to 1, and the visible part of the sky.
 @group(0) @binding(2) var horizon_maps: texture_storage_2d_array<r32uint, write>;
 
-// Bilinear: neighbouring texels ask the same samples, and averages of coarse levels need no more.
+// Returns a bilinear height: neighbouring texels read the same samples, and averages of coarse levels need no better
+// filter.
 fn height_m(wanted: i32, g: vec2<f32>) -> f32 {
     var level = wanted;
     var place: LevelPlace;
     var slot = NO_SLOT;
-    // Where a tile is not there a coarser one stands in. The loop is tested at its end: most turn once.
+    // Where a tile is missing a coarser one replaces it. The loop is tested at its end: most run it once.
     loop {
         place = place_on_level(level, g);
         slot = select(NO_SLOT, tiles[max(place.tile, 0)].slot, place.tile >= 0);
@@ -61,15 +62,15 @@ fn height_m(wanted: i32, g: vec2<f32>) -> f32 {
     return camera_relative_m(nw) + mix(ne * place.f.x, mix(sw, se, place.f.x), place.f.y);
 }
 
-// A place from which horizons are sought.
+// A point from which horizons are computed.
 struct Eye {
     g: vec2<f32>,
     z_m: f32,
     level: i32,
 }
 
-// The tangent of the horizon's elevation, at least `least`. `way` is grid coordinates per metre; over the length of a
-// sample at that distance the map is straight.
+// Returns the tangent of the horizon's elevation, at least `least`. `way` is grid coordinates per metre; over the
+// length of a sample at that distance the map is straight.
 fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
     let coarsest = terrain.level_count - 1;
     let room_m = terrain.max_z_m - eye.z_m;
@@ -80,9 +81,9 @@ fn horizon(eye: Eye, way: vec2<f32>, steps: i32, least: f32, gain: f32) -> f32 {
     loop {
         let d_m = size_m * f32(i);
         let g = eye.g + way * d_m;
-        // How far the earth has bent away.
+        // Drop of the earth's surface below the horizontal, divided by the distance.
         let drop = 0.5 * d_m * terrain.earth_inverse_radius;
-        // Beyond the land's edge nothing stands.
+        // Beyond the land's border there is nothing.
         let is_land = is_in_grid(g);
         let rise = (height_m(min(level, coarsest), g) - eye.z_m) / d_m - drop;
         tangent = select(tangent, max(tangent, rise), is_land);
@@ -104,19 +105,19 @@ fn sine(tangent: f32) -> f32 {
     return tangent * inverseSqrt(1.0 + tangent * tangent);
 }
 
-// The sky is sought from each second texel along each side, and interpolated between these nodes: it is a mean over all
-// azimuths, smoother than the horizon toward the sun, which makes borders of shadows. A group shares its nodes.
+// The sky is computed from every second texel along each side, and interpolated between these nodes: it is a mean over
+// all azimuths, smoother than the horizon toward the sun, which makes borders of shadows. A workgroup shares its nodes.
 const NODE_SPACING: i32 = 2;
 const NODES_PER_SIDE: i32 = 5;
 const NODES: i32 = 25;
 const MARCHES: i32 = 200;
 const INVOCATIONS: i32 = 64;
 
-// The sine of the horizon from each node of the group in each azimuth, and the hidden part of the sky from each node.
+// The sine of the horizon from each node of the workgroup in each azimuth, and the hidden part of the sky at each node.
 var<workgroup> sky_horizons: array<f32, MARCHES>;
 var<workgroup> hidden: array<f32, NODES>;
 
-// A texel of the map, and ways from it.
+// A texel of the map, and the derivatives of grid coordinates there.
 struct Post {
     eye: Eye,
     dg_dx: vec2<f32>,

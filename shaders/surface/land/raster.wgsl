@@ -1,4 +1,4 @@
-// Depth and surface id of the patches, from the positions that vertices.wgsl wrote.
+// Rasterises depth and surface id of the patches, from the positions that vertices.wgsl wrote.
 #import hachure::view::View
 #import hachure::mesh::{Patch, VERTICES}
 #import hachure::terrain::grid_from_world

@@ -1,9 +1,9 @@
-// From the depth of the mesh to the position and normal of the surface itself.
+// Computes position and normal of the surface itself from the depth of the mesh.
 //
 // The mesh is within the level-of-detail error of the surface. The bicubic surface at the scale of the pixel's
-// footprint, expanded to second order at the mesh's hit, is cut with the pixel's ray; there the normal is the
-// analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not see the mesh.
-// Near silhouettes, where the ray misses the smooth surface, the mesh's own position stays.
+// footprint, expanded to second order at the hit on the mesh, is intersected with the pixel's ray; the normal there is
+// the analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not show the
+// mesh. Near silhouettes, where the ray misses the smooth surface, the mesh's own position is used.
 #import hachure::view::{View, place_of_pixel, ray_of_pixel}
 #import hachure::terrain::{grid_from_world, surface_level}
 #import hachure::surface::{surface_near, surface_at, Surface}
@@ -14,12 +14,12 @@
 @group(0) @binding(2) var position: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(3) var normal: texture_storage_2d<rgba32float, write>;
 
-// Of what nobody sees (hidden.wgsl): as near as can be.
+// Depth of the area that is never visible (hidden.wgsl), the nearest possible.
 const HIDDEN: f32 = 1.0;
 
-// Where the ray meets the surface, as a distance along the view axis from the mesh's hit; 0 where it does not.
+// Returns where the ray meets the surface, as a distance along the view axis from the hit on the mesh; 0 if it misses.
 fn step_to_surface(above_m: f32, closing: f32, bend: f32) -> f32 {
-    // above + closing t - bend t^2 / 2 = 0, the root that is nearer.
+    // above + closing t - bend t^2 / 2 = 0; the nearer root.
     let inside = closing * closing + 2.0 * bend * above_m;
     if inside < 0.0 || closing == 0.0 {
         return 0.0;
@@ -27,13 +27,13 @@ fn step_to_surface(above_m: f32, closing: f32, bend: f32) -> f32 {
     return -2.0 * above_m / (closing + sign(closing) * sqrt(inside));
 }
 
-// Where a point of the ray lies to the surface.
+// A point of the ray relative to the surface.
 struct Cut {
     gradient: vec2<f32>,
-    // Change of the gradient with the way along the ray.
+    // Derivative of the gradient along the ray.
     bent: vec2<f32>,
     above_m: f32,
-    // Along the view axis, onto the surface.
+    // Distance to the surface along the view axis.
     step_m: f32,
 }
 
@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let z = textureLoad(depth, pixel, 0);
     if z <= 0.0 || z >= HIDDEN {
-        // Sky: no normal, and a position without a length.
+        // Sky: the normal and the position are 0.
         textureStore(position, pixel, vec4<f32>(0.0));
         textureStore(normal, pixel, vec4<f32>(0.0));
         return;
@@ -67,14 +67,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var dg_dy = vec2<f32>(0.0);
     var above_m = 0.0;
     var tries = 0;
-    // The first turn is at the mesh's hit. A step beyond the reach of the expansion is tried at its end, and goes on
-    // from there if that is nearer. One loop that is tested at its end: software drivers run both sides of a branch.
+    // The first iteration is at the hit on the mesh. A step beyond the range of the expansion is tried at its end, and
+    // continues from there if that is nearer. One loop, tested at its end: software drivers run both sides of a branch.
     loop {
         let at = unbend(place_of_pixel(view, pixel, tried_m));
         let step = unbend_direction(at, ray);
         let point = grid_from_world(at.flat_m.xy);
         let near = surface_near(point.g, surface_level(point.g, length(at.flat_m)));
-        // The ray's way over the grid; the map is straight enough over a few pixels.
+        // The ray's direction over the grid; the map is straight enough over a few pixels.
         let way = point.dg_dx * step.x + point.dg_dy * step.y;
         let found = cut(surface_at(near), at.flat_m.z, step.z, way);
         var goes_on = false;
@@ -84,9 +84,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             dg_dx = point.dg_dx;
             dg_dy = point.dg_dy;
             above_m = found.above_m;
-            // What the mesh may be away from the surface, and how far the ray may go to make up for it.
+            // Limits of the mesh's distance from the surface, and of the step that corrects it.
             if abs(above_m) < 4.0 * pixel_m && abs(found.step_m) < 32.0 * pixel_m {
-                // Normals need more care than positions: beyond a hundredth of a cell they would be off by a
+                // Normals need more precision than positions: beyond a hundredth of a cell they would be off by a
                 // thousandth.
                 let short_m = 0.01 * exp2(floor(near.level)) / max(length(way), 1e-20);
                 if abs(found.step_m) <= short_m {

@@ -1,14 +1,14 @@
-// The vertices of the patches, morphed (CDLOD: Strugar 2010): camera-relative positions, as they are drawn.
+// Computes the vertices of the patches, morphed (CDLOD: Strugar 2010): camera-relative positions, as drawn.
 //
-// What we changed: the level of detail of a patch follows from its measured error, not from its distance, so patches
-// of any levels may meet. Each patch has a continuous level, and each of its edges has the coarser of the two that
-// meet there; a vertex that does not exist on the edge's level moves onto one that does. Positions are whole numbers
-// of grid units until the last step, and both patches take that step with the same numbers: there is no crack.
+// Changes: a patch's level of detail follows from its measured error, not from its distance, so patches of any levels
+// may meet. Each patch has a continuous level, and each of its edges has the coarser of the two levels that meet there;
+// a vertex that does not exist on the edge's level moves onto one that does. Positions are integers in grid units until
+// the last step, and both patches take that step with the same numbers, so there are no cracks.
 //
-// The vertices beside an edge morph onto it, and must come to where the edge's own vertices are: only then have four
-// siblings the shape of their parent when they appear, also where the parent had a coarser neighbour.
+// The vertices next to an edge morph onto it, and must arrive at the edge's own morphed vertices: only then do four
+// siblings have the shape of their parent when they appear, even if the parent had a coarser neighbour.
 //
-// A pass of its own, since a software rasteriser shades vertices on one core, and since later passes want the
+// This is a separate pass because a software rasteriser shades vertices on one core, and because later passes need the
 // triangles as drawn.
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, world_from_grid}
@@ -24,7 +24,7 @@ fn grid_units(quads: Patch, ij: vec2<i32>) -> vec2<i32> {
     return clamp(units, terrain.extent_units.xy, terrain.extent_units.zw);
 }
 
-// The level above the patch's own of an edge; 0 inside.
+// Returns the level of a patch's edge, relative to the patch's own; 0 inside.
 fn edge_level(quads: Patch, ij: vec2<i32>) -> f32 {
     var level = 0.0;
     if ij.x == 0 { level = quads.edge_levels.x; }
@@ -34,7 +34,7 @@ fn edge_level(quads: Patch, ij: vec2<i32>) -> f32 {
     return level;
 }
 
-// Where a vertex is when only edges morph, in grid units.
+// Returns the position of a vertex if only edges morph, in grid units.
 fn on_edge_units(quads: Patch, ij: vec2<i32>) -> vec2<f32> {
     let level = edge_level(quads, ij);
     let whole = u32(level);
@@ -62,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let g = (a + (b - a) * (level - f32(whole))) / terrain.units_per_sample;
 
     let xy_m = world_from_grid(g);
-    // The height is not known yet: the nearest that the terrain can be is, for both patches at an edge.
+    // The height is not known yet. The nearest possible height serves instead, for both patches at an edge.
     let dz_m = max(max(terrain.min_z_m, -terrain.max_z_m), 0.0);
     let distance_m = sqrt(dot(xy_m, xy_m) + dz_m * dz_m);
     let at_m = bend(vec3<f32>(xy_m, vertex_height_m(g, distance_m)));

@@ -1,73 +1,74 @@
-// Which meshes an eye sees: those whose sphere touches the view, is not hidden by the earth, and is not smaller than a
-// pixel. Of each, the coarsest level whose error is small enough where the mesh is nearest to an eye of the rig. What is
-// drawn of them, and how many threads place their vertices and look for their edges, is counted here and dispatched
-// indirectly; the CPU knows neither.
+// Culls meshes: it selects those whose sphere intersects the view, is not hidden by the earth, and is not smaller than
+// a pixel. For each it selects the coarsest level whose error is small enough at the mesh's nearest distance to an eye
+// of the rig. It also counts what is drawn, and the threads that compute vertices and find edges, for indirect
+// dispatches; the CPU knows neither.
 //
-// The list holds what is seen, in the order of the scene: a thread looks up its mesh among those that begin before it.
-// Three stages: 0, each workgroup counts what its 256 meshes have; 1, one workgroup turns counts into beginnings (at most
-// 256 of them) and writes the indirect arguments; 2, each workgroup writes its part of the list.
+// The list holds the visible meshes in the order of the scene; a thread finds its mesh by its number. There are three
+// stages: 0, each workgroup counts the items of its 256 meshes; 1, one workgroup turns counts into offsets (at most 256
+// of them) and writes the indirect arguments; 2, each workgroup writes its part of the list.
 //
-// Where a world has more vertices than there is room for, stage 3 comes first: it finds how many are in view if errors may
-// be as large as usual, three times, nine times, or of any size, and the first of these that has room is taken. What has no
-// room even then is at the end of the list, without vertices and triangles: the first such mesh corrects what is drawn.
+// If a world has more vertices than the capacity, stage 3 comes first: it counts the vertices in view for the usual
+// allowed error, three times that, nine times, and any error, and the first of these that fits is used. Meshes that do
+// not fit even then are at the end of the list, without vertices and triangles: the first such mesh corrects the draw
+// arguments.
 //
-// A mesh's place in the world has more digits than f32. It comes in units of 64 m and of 2^-24 m, so that the
-// difference to the rig's origin is rounded once.
+// The position of a mesh in the world needs more digits than f32 has. It is given in units of 64 m and of 2^-24 m, so
+// that the difference to the rig's origin is rounded only once.
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, distance_from_eye, is_beside}
 #import hachure::terrain::terrain
 #import hachure::earth::{bend, camera_z_m}
 #import hachure::meshes::MeshInstance
 
-// A mesh that stands somewhere, in view or not.
+// A mesh placed in the world, in view or not.
 struct Standing {
-    // Rows of the matrix from the mesh, which counts from its middle, to the world.
+    // Rows of the matrix from the mesh, centred on its middle, to the world.
     east: vec3<f32>,
-    // Its levels among those of all meshes, finest first, and how many it has.
+    // Its first level among those of all meshes, finest first, and the number of its levels.
     first_level: u32,
     north: vec3<f32>,
     levels: u32,
     up: vec3<f32>,
-    // Its first triangle among those of all that stands in the world, level by level.
+    // Number of its first triangle among those of all instances of the world, level by level.
     first_number: u32,
-    // Where its middle is in the world.
+    // Position of its middle in the world: `coarse` in units of 64 m, and `fine` in units of 2^-24 m.
     coarse: vec3<i32>,
-    // World metres for each of the mesh's.
+    // World metres per unit of the mesh.
     scale: f32,
     fine: vec3<i32>,
-    // No vertex is farther from the middle; in world metres.
+    // Largest distance of a vertex from the middle, in world metres.
     radius_m: f32,
 }
 
-// A mesh, or a coarser one that stands for it.
+// A mesh, or a coarser level of detail of it.
 struct MeshLevel {
-    // Among those of all levels of all meshes.
+    // First index among those of all levels of all meshes.
     first_vertex: u32,
     vertices: u32,
     first_triangle: u32,
     triangles: u32,
-    // Its first triangle among those of all levels of its mesh.
+    // Number of its first triangle among those of all levels of its mesh.
     first_number: u32,
     is_solid: u32,
-    // In the mesh's unit.
+    // Mean length of an edge, in the mesh's unit.
     mean_edge_m: f32,
-    // How far it lies from the whole mesh, in the mesh's unit.
+    // Largest distance from the full mesh, in the mesh's unit.
     error_m: f32,
 }
 
 struct Cull {
-    // Of the rig, as the places of meshes.
+    // Position of the rig's origin, in the same units as the positions of meshes.
     origin_coarse: vec3<i32>,
     stage: u32,
     origin_fine: vec3<i32>,
-    // How far the eyes of the rig are from there.
+    // Largest distance of an eye of the rig from there, in metres.
     eyes_m: f32,
-    // What is smaller is not drawn, and meshes with shorter edges have none.
+    // Size on the picture below which a mesh is not drawn; mean length of edges below which a mesh gets no edges.
     smallest_px: f32,
     shortest_edge_px: f32,
-    // The error that a level may have at a distance of 1 m.
+    // Allowed error of a level at a distance of 1 m, in metres.
     error_m: f32,
-    // Vertices, and triangles that are near enough for edges, that there is room for.
+    // Capacity for vertices, and for triangles that are near enough for edges.
     room_vertices: u32,
     room_triangles: u32,
     padding_a: u32,
@@ -75,7 +76,7 @@ struct Cull {
     padding_c: u32,
 }
 
-// Times the usual error that is tried, where room is short.
+// Number of factors of the allowed error that are tried if the capacity is short.
 const TRIES: u32 = 4u;
 
 // Arguments of indirect draws and dispatches.
@@ -84,9 +85,9 @@ struct MeshDraws {
     draw: vec4<u32>,
     // Workgroups for the vertices.
     vertex_groups: vec4<u32>,
-    // Workgroups for the triangles that are near enough for edges; the last is their number.
+    // Workgroups for the triangles that are near enough for edges; the last word is the number of these workgroups.
     near_groups: vec4<u32>,
-    // Meshes in the list, and those of them that have no room.
+    // Number of meshes in the list, and of those among them that did not fit.
     listed: u32,
     left_out: u32,
     padding_a: u32,
@@ -98,18 +99,18 @@ struct MeshDraws {
 @group(0) @binding(2) var<storage, read> standings: array<Standing>;
 @group(0) @binding(3) var<storage, read> mesh_levels: array<MeshLevel>;
 @group(0) @binding(4) var<storage, read_write> mesh_instances: array<MeshInstance>;
-// Of each workgroup.
+// Counts of each workgroup.
 @group(0) @binding(5) var<storage, read_write> mesh_counts: array<vec4<u32>>;
 @group(0) @binding(6) var<storage, read_write> mesh_draws: MeshDraws;
-// Vertices in view, for each of the errors that are tried; all 0 where there is room in any case.
+// Vertices in view for each of the errors that are tried; all 0 if everything fits in any case.
 @group(0) @binding(7) var<storage, read_write> mesh_demand: array<atomic<u32>, TRIES>;
 
-// Threads of a workgroup, in the passes that are dispatched.
+// Threads of a workgroup in the dispatched passes.
 const WORKGROUP: u32 = 64u;
 
 var<workgroup> sums: array<vec4<u32>, 256>;
 
-// The sum of what the threads up to this one have (Hillis, Steele 1986).
+// Returns the inclusive prefix sum over the threads of the workgroup (Hillis, Steele 1986).
 fn sum_of_threads(thread: u32, own: vec4<u32>) -> vec4<u32> {
     sums[thread] = own;
     workgroupBarrier();
@@ -128,13 +129,13 @@ fn sum_of_threads(thread: u32, own: vec4<u32>) -> vec4<u32> {
 fn middle_m(standing: Standing) -> vec3<f32> {
     let coarse = standing.coarse - cull.origin_coarse;
     let fine = standing.fine - cull.origin_fine;
-    // Both parts of the sum before the last are exact within 4 km.
+    // Both terms of the first sum are exact within 4 km.
     let most = vec3<f32>(coarse) * 64.0 + vec3<f32>(fine >> vec3<u32>(12u)) * 0x1p-12;
     return most + vec3<f32>(fine & vec3<i32>(4095)) * 0x1p-24;
 }
 
-// Whether the earth itself hides what lies at a place of the flat map: it rises to a place beyond the horizon of a
-// camera that stands on the lowest land.
+// Returns whether the earth itself hides a point of the flat map: the point is beyond the horizon of a camera on the
+// lowest land.
 fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
     let k = terrain.inverse_radius;
     let away = max(length(flat_m.xy) - radius_m, 0.0) * k;
@@ -143,13 +144,13 @@ fn is_beyond_horizon(flat_m: vec3<f32>, radius_m: f32) -> bool {
     return k > 0.0 && away > dips.x + dips.y + 1e-5;
 }
 
-// What stands at a number, as it is seen.
+// An instance as it is seen.
 struct Seen {
-    // Vertices, triangles that are near enough for edges, all triangles, 1; all are 0 if it is not seen.
+    // Vertices, triangles that are near enough for edges, all triangles, and 1; all are 0 if it is not visible.
     counts: vec4<u32>,
-    // Which of all levels.
+    // Index among all levels.
     level: u32,
-    // The error that it may have.
+    // Allowed error, in metres.
     allowed_m: f32,
 }
 
@@ -157,7 +158,7 @@ fn times_of_try(number: u32) -> f32 {
     return select(select(select(1e30, 9.0, number == 2u), 3.0, number == 1u), 1.0, number == 0u);
 }
 
-// The coarsest level with no larger error.
+// Returns the coarsest level with no larger error.
 fn level_of(standing: Standing, allowed_m: f32) -> u32 {
     var level = standing.first_level;
     let end = standing.first_level + standing.levels;
@@ -175,7 +176,7 @@ fn seen_of(number: u32) -> Seen {
     let standing = standings[number];
     let flat_m = middle_m(standing);
     let at_m = bend(flat_m);
-    // Heights above the sea are stretched.
+    // Heights above the sea are stretched on the bent earth.
     let radius_m = standing.radius_m
         * max(1.0 + (flat_m.z + camera_z_m() + standing.radius_m) * terrain.inverse_radius, 1.0);
     let away_m = distance_from_eye(view, at_m);
@@ -183,7 +184,7 @@ fn seen_of(number: u32) -> Seen {
     if is_small || is_beside(view, at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
         return nothing;
     }
-    // The nearest that any eye of the rig may be to it: they draw the same.
+    // The nearest distance to any eye of the rig, because all eyes draw the same.
     let allowed_m = cull.error_m * max(length(at_m) - cull.eyes_m - radius_m, 0.0);
     var times = 1.0;
     if cull.stage < 3u {

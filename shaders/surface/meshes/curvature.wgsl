@@ -1,8 +1,8 @@
-// How meshes bend, at the blocks of pixels where one is seen: between the corners of the triangle there, for each of which
-// it was found when the mesh was loaded (src/mesh/curvature.rs).
+// The curvature of meshes, at the blocks of pixels that see one: interpolated between the corners of the triangle,
+// where it was computed when the mesh was loaded (src/mesh/curvature.rs).
 //
-// After surface/curvature, and over what it wrote. Forms of corners are turned into the frame of the pixel's normal by
-// their tangents' parts in it. A mesh has no coarser forms as the land has: what it bends, it bends.
+// This runs after surface/curvature, and overwrites its output. The forms of corners are transformed to the tangent
+// frame of the pixel's normal. A mesh has no smoothed forms as the land has, so its curvature is used as it is.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel, distance_from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, MeshInstance}
 #import hachure::mark_normal::pixel_of_block
@@ -14,11 +14,11 @@ struct CurvatureRules {
     feature_px: f32,
 }
 
-// Of a vertex, in the axes and the unit of its mesh.
+// The curvature at a vertex, in the axes and the unit of its mesh.
 struct VertexShape {
     normal: vec3<f32>,
     padding_a: f32,
-    // In 1/unit, and 1/unit².
+    // Second fundamental form in 1/unit, and its derivative in 1/unit².
     bend: vec3<f32>,
     padding_b: f32,
     change: vec4<f32>,
@@ -34,7 +34,7 @@ struct VertexShape {
 @group(0) @binding(7) var shape_bend: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(8) var shape_change: texture_storage_2d<rgba32float, write>;
 
-// What the corners add up to, in the pixel's frame.
+// Sum over the corners, in the pixel's tangent frame.
 struct Sum {
     bend: vec3<f32>,
     change: vec4<f32>,
@@ -79,7 +79,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let by_area = 1.0 / max(dot(face, face), 1e-30);
     let by_b = clamp(dot(cross(from_a, v), face) * by_area, 0.0, 1.0);
     let by_c = clamp(dot(cross(u, from_a), face) * by_area, 0.0, 1.0 - by_b);
-    // Columns of the matrix are all as long.
+    // All columns of the matrix have the same length.
     let scale = max(length(vec3<f32>(standing.east.x, standing.north.x, standing.up.x)), 1e-30);
     let frame = frame_of(n);
     var sum = Sum(vec3<f32>(0.0), vec4<f32>(0.0));

@@ -1,12 +1,13 @@
 // Edges of the meshes that are near enough, on the triangles as drawn: contours (one side faces the eye, the other does
-// not), open borders, and creases where the style wants them. They join the edges of the land (land/edges.wgsl).
+// not), open borders, and creases if the style wants them. They are appended to the edges of the land
+// (land/edges.wgsl).
 //
-// One thread for each triangle, and edges in the order of triangles (ordered.wgsl): `stage` 0 counts them, 1 writes
-// them, 2 says how many there are now. An edge between two belongs to the one with the lesser number. Neighbours that
-// wind the other way round (is_turned) have their front where this one has its back, so their side counts the other
-// way.
+// There is one thread per triangle, and edges are in the order of triangles (ordered.wgsl): `stage` 0 counts them, 1
+// writes them, 2 updates their number. An edge between two triangles belongs to the one with the lesser number. A
+// neighbour with opposite winding (is_turned) has its front where this triangle has its back, so its side is negated.
 //
-// Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is in the triangles.
+// Pietrok 2021, section 4.2.1, finds edges in a geometry shader with adjacency; here adjacency is stored in the
+// triangles.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
@@ -18,7 +19,7 @@
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> edge_rules: EdgeRules;
 
-// The three edges of a triangle, those that it has first.
+// The edges of a triangle; `count` of them are valid.
 struct Found {
     edges: array<Edge, 3>,
     count: u32,

@@ -1,5 +1,5 @@
-// Depth and surface id of the meshes in view, from the positions that vertices.wgsl wrote; the land is there
-// already. Both sides of a triangle are drawn: an open sheet is seen from behind too.
+// Rasterises depth and surface id of the meshes in view, from the positions that vertices.wgsl wrote, over the depth of
+// the land. Both sides of a triangle are drawn: an open surface is visible from behind too.
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_TRIANGLE}
 #import hachure::surface_id::FIRST_MESH

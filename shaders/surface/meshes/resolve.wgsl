@@ -1,9 +1,10 @@
-// Position and normal where a mesh is seen, with the lightness of its material: the pixel's ray cut with the plane of the triangle that the rasteriser
-// found there, and the normals of its corners, mixed by the place in the triangle.
+// Computes position and normal where a mesh is visible, with the lightness of its material: the pixel's ray is
+// intersected with the plane of the triangle that the rasteriser found there, and the normals of its corners are
+// interpolated.
 //
-// After surface/land/resolve, and over what it wrote: pixels of the land are not touched, so they are to the bit what
-// they are without meshes. Where the ray runs along the triangle its plane says little; there the rasteriser's depth
-// stays.
+// This runs after surface/land/resolve, and overwrites its output. Pixels of the land are not touched, so they are
+// bit-identical to those without meshes. Where the ray is almost parallel to the triangle, its plane is inaccurate, and
+// the rasteriser's depth is used.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from}
 #import hachure::surface_id::{kind_of, FIRST_MESH, MESH}
@@ -15,12 +16,12 @@
 @group(0) @binding(3) var position: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(4) var normal: texture_storage_2d<rgba32float, write>;
 #ifdef LOCAL_COLOR
-// Of each triangle of the meshes themselves: see hachure::local_color.
+// Colour of each triangle of the meshes themselves: see hachure::local_color.
 @group(0) @binding(5) var<storage, read> mesh_colors: array<u32>;
 @group(0) @binding(6) var local_color: texture_storage_2d<r32uint, write>;
 #endif
 
-// The plane's answer may differ from the rasteriser's by this part.
+// Largest relative difference between the depths of the plane and of the rasteriser.
 const LIKE: f32 = 1e-3;
 
 @compute @workgroup_size(8, 8)
@@ -50,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let along_m = select(drawn_m, cut_m, is_like);
     let at_m = place_of_pixel(view, pixel, along_m);
 
-    // Where in the triangle; a pixel at its edge may lie a little outside.
+    // Position in the triangle; a pixel at its edge may be slightly outside.
     let from_a = at_m - corners.a_m;
     let scale = 1.0 / max(dot(face, face), 1e-30);
     let by_b = dot(cross(from_a, v), face) * scale;
@@ -59,8 +60,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mixed = normal_from(triangle.normal_a) * parts.x + normal_from(triangle.normal_b) * parts.y
         + normal_from(triangle.normal_c) * parts.z;
     let turned = vec3<f32>(dot(standing.east.xyz, mixed), dot(standing.north.xyz, mixed), dot(standing.up.xyz, mixed));
-    // Of the side that is seen. At the rim of something round the mixed normal may look away from the eye; it may not
-    // look away from its own triangle's front.
+    // The normal of the visible side. At the rim of a round shape the interpolated normal may face away from the eye,
+    // but not away from its own triangle's front.
     let front = select(face, -face, closing > 0.0);
     var n = turned * inverseSqrt(max(dot(turned, turned), 1e-30));
     if dot(turned, turned) < 1e-20 {

@@ -1,8 +1,8 @@
 // For each triangle of the meshes that are near enough: its unit normal, and whether it faces the eye (1) or not (-1).
 //
-// It is decided once for each triangle, so that both triangles at an edge agree on it: contours are then closed, also
-// where a triangle is seen from its edge and rounding decides. A triangle that is thinner than its vertices are exact
-// has no side; it takes that of its neighbour across its longest edge, and so does a row of such.
+// This is decided once per triangle, so that both triangles at an edge agree: contours are then closed, even where a
+// triangle is seen edge-on and rounding decides. A triangle that is thinner than the precision of its vertices has no
+// side; it takes that of its neighbour across its longest edge, and so does a row of such triangles.
 #import hachure::dispatch::thread_number
 #import hachure::view::{View, from_eye}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, MeshTriangle, AGAIN}
@@ -10,9 +10,9 @@
 @group(0) @binding(0) var<storage, read_write> mesh_sides: array<vec4<f32>>;
 @group(0) @binding(1) var<uniform> view: View;
 
-// How exact vertices are, as a part of their distance.
+// Precision of vertices, relative to their distance.
 const EXACT: f32 = 2.5e-7;
-// Rows of thin triangles that are longer take the side of the last.
+// Longest row of thin triangles that is followed; longer ones take the side of the last.
 const LONGEST_ROW: i32 = 6;
 
 @compute @workgroup_size(64)
@@ -36,7 +36,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let longest = max(max(lengths.x, lengths.y), lengths.z);
         through_m = corners.a_m;
         n = cross(ab, -ca) * sign;
-        // Its height over its longest edge.
+        // Height over the longest edge.
         let height_m = length(n) * inverseSqrt(max(longest, 1e-30));
         if height_m > EXACT * length(through_m) {
             break;

@@ -1,8 +1,8 @@
-// The vertices of the meshes in view, as they are drawn: from the origin of the rig, on the bent earth.
+// Computes the vertices of the meshes in view, as drawn: relative to the rig's origin, on the bent earth.
 //
-// A pass of its own, since the rasteriser, the normals and the edges want the same bits, and since software rasterisers
-// shade vertices on one core. The matrices come from f64 and are relative to the camera; each vertex is bent by itself,
-// with the land around it.
+// This is a separate pass because the rasteriser, the normals and the edges need bit-identical positions, and because
+// software rasterisers shade vertices on one core. The matrices are computed in f64 and are relative to the camera;
+// each vertex is bent by itself, like the land around it.
 #import hachure::dispatch::thread_number
 #import hachure::meshes::{mesh_instances, instance_of, BY_VERTEX}
 #import hachure::earth::bend

@@ -1,7 +1,8 @@
-// By how much marks have to be wider, so that their ink is what is asked for: between rows, and on crests and in folds, land
-// stays bare, and marks beside it make up for that.
+// Computes the factor by which marks must be wider so that their ink matches the requested ink: between rows, and on
+// crests and in folds, land stays bare, and neighbouring marks compensate for that.
 //
-// For each square of the picture: the darkness that is asked for around it, by the ink that marks would have there.
+// For each square of the picture, the factor is the requested darkness around it divided by the ink that marks would
+// have there.
 #import hachure::view::View
 #import hachure::rows::RowRules
 #import hachure::row_ink::{INK_UNIT, square_px, squares_of}
@@ -13,12 +14,12 @@
 @group(0) @binding(4) var position: texture_2d<f32>;
 @group(0) @binding(5) var tone: texture_2d<f32>;
 
-// Pixels from one that is asked to the next.
+// Distance between the pixels that are sampled.
 const STRIDE: i32 = 2;
 const LEAST: f32 = 0.7;
 const MOST: f32 = 3.0;
 
-// Of a square: darkness that is asked for.
+// Returns the requested darkness in a square, summed over pixels.
 fn asked_in(square: vec2<i32>) -> f32 {
     let low = square * square_px(rules);
     let to = min(low + square_px(rules), vec2<i32>(view.size_px));

@@ -1,11 +1,11 @@
-// Where marks of a texture lie in a style whose land has rows: on what stands on the land.
+// Positions for the marks of a texture in a style whose land has rows: only on things other than land.
 #import hachure::view::View
 #import hachure::surface_id::{kind_of, LAND}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
 @group(0) @binding(2) var position: texture_2d<f32>;
-// All 0 where land is seen, as in the sky.
+// All 0 where land is visible, as for the sky.
 @group(0) @binding(3) var place_beside: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)

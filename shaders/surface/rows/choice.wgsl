@@ -1,25 +1,27 @@
-// Which of the proposals are drawn, and which part of each: no two lie nearer to each other than a part of a spacing.
+// Chooses which proposals are drawn, and which part of each: no two marks are nearer to each other than a part of a
+// spacing.
 //
-// Evenly spaced streamlines (Jobard and Lefer 1997) are grown one after the other. Here all proposals are looked at in
-// rounds (Luby 1986, "A simple parallel algorithm for the maximal independent set problem"): in each, a proposal loses what
-// lies too near to a mark that is drawn, the rest of it is put on a raster with its turn, and it is drawn if no other one
-// that is near has a greater turn. Turns have what is long first, and rows before others, and are else lots that belong to a mark's place on the land: so
-// what is chosen depends on what is around it alone. A round has three stages, since all must have done one before any does
-// the next.
+// Evenly spaced streamlines (Jobard and Lefer 1997) are grown one after the other. Here all proposals are processed in
+// rounds (Luby 1986, "A simple parallel algorithm for the maximal independent set problem"): in each round, a proposal
+// loses the parts that are too near to a drawn mark; the rest is written to a raster with its priority; and it is drawn
+// if no other nearby proposal has a greater priority. Long marks have the greatest priority, and marks of rows before
+// others; otherwise priorities are random numbers that depend on a mark's position on the land. So the choice depends
+// on a mark's surroundings alone. A round has three stages, since all threads must finish one before any begins the
+// next.
 #import hachure::rows::{HALF, PROPOSAL, UNDECIDED, CHOSEN, DRAWN, DROPPED, SAMPLES}
 #import hachure::row_places::{places, rules, proposed, proposals, raster, TAKEN, WALK, CELLS_PER_SPACING, cell_px, cell_at, word_at}
 #import hachure::row_places::{sample_of, along_at, across_at, is_seen}
 
-// How near to another mark a mark may lie, in spacings: beside it, one that stands in no row, and before its ends.
+// Least distance to another mark, in spacings: sideways, sideways for a mark outside of any row, and ahead of its ends.
 const APART: f32 = 0.4;
 const APART_ALONE: f32 = 0.6;
 const AHEAD: f32 = 0.0;
-// What is left of a proposal is not drawn if it is shorter, in spacings.
+// Shortest remainder of a proposal that is drawn, in spacings.
 const SHORTEST: f32 = 1.2;
 const CLAIM: u32 = 0u;
 const CHOOSE: u32 = 1u;
 
-// The greatest word across a sample of a mark, and before its ends.
+// Returns the greatest word across a sample of a mark, and ahead of its ends.
 fn greatest_near(number: u32, j: i32, begin: i32, end: i32) -> u32 {
     let px = sample_of(number, j).xy;
     let along = along_at(number, j, begin, end);
@@ -38,7 +40,7 @@ fn greatest_near(number: u32, j: i32, begin: i32, end: i32) -> u32 {
     return word;
 }
 
-// Puts what is seen of a mark on the raster.
+// Writes the visible part of a mark to the raster.
 fn put_down(number: u32, begin: i32, end: i32, first: vec4<f32>, word: u32) {
     for (var j = begin; j < end; j++) {
         if !is_seen(first, j) && !is_seen(first, j + 1) {
@@ -71,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         if first.w != UNDECIDED {
             return;
         }
-        // The longest piece of it that is free.
+        // The longest free piece of the proposal.
         var longest = vec2<i32>(0, -1);
         var longest_px = 0.0;
         var clear = begin;
@@ -101,7 +103,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         for (var j = begin; j <= end; j++) {
             if is_seen(first, j) && greatest_near(number, j, begin, end) > turn {
-                // Outside of the raster, where all is taken, nobody goes on.
+                // Outside of the raster everything is taken, so such a proposal stays undecided.
                 return;
             }
         }

@@ -1,14 +1,15 @@
-// Marks of a frame: what is drawn of the proposals that were chosen, and how wide.
+// Computes the marks of a frame: the drawn parts of chosen proposals, and their widths.
 //
-// A mark's width is the darkness that is asked for, times its room (Lehmann's law has the darkness from the slope; here the
-// tone of the style has), times what makes up for bare land around it.
+// A mark's width is the requested darkness (by Lehmann's law it follows from the slope; here from the style's tone),
+// times the mark's room, times the factor that compensates for bare land around it.
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL, SAMPLES, DRAWN}
 #import hachure::row_ink::{SLENDER, square_px, squares_of}
 
-// In widths of a gap.
+// Largest width of a mark, in widths of its room.
 const WIDEST: f32 = 0.9;
-// What makes up for bare land does not make marks of light tones wider, by their room: they would touch.
+// Limit of the compensation for bare land, as darkness: marks of light tones are not made wider than this part of their
+// room, because they would touch.
 const LEAN: f32 = 0.7;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -16,13 +17,13 @@ const LEAN: f32 = 0.7;
 @group(0) @binding(2) var<storage, read> proposed: array<u32, 4>;
 @group(0) @binding(3) var<storage, read> proposals: array<vec4<f32>>;
 @group(0) @binding(4) var<storage, read> gains: array<f32>;
-// Of the draw: vertices, instances, the first of each.
+// Draw arguments: vertices, instances, the first of each.
 @group(0) @binding(5) var<storage, read_write> drawn: array<atomic<u32>, 4>;
-// SAMPLES for each mark. Place in pixels, half the width, distance along the view axis.
+// SAMPLES for each mark: position in pixels, half the width, distance along the view axis.
 @group(0) @binding(6) var<storage, read_write> marks: array<vec4<f32>>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
 
-// Between the middles of squares.
+// Returns the factor interpolated between the centres of squares.
 fn gain_at(px: vec2<f32>) -> f32 {
     let squares = squares_of(rules, view.size_px);
     let place = clamp(px / f32(square_px(rules)) - 0.5, vec2<f32>(0.0), vec2<f32>(squares) - 1.001);
@@ -55,7 +56,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var j = begin; j <= end; j++) {
         let own = proposals[at + 1u + u32(j)];
         let pixel = clamp(vec2<i32>(floor(own.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
-        // What hides it has another tone.
+        // A sample that is hidden keeps the darkness before it, because the surface in front has another tone.
         if ((u32(first.y) >> u32(j)) & 1u) == 1u || dark < 0.0 {
             dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, rules.darkest);
         }

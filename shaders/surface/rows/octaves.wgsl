@@ -1,44 +1,45 @@
-// How high rows are, cell by cell: a power of two.
+// Computes the height of rows for each cell: a power of two.
 //
-// It follows from how steep the land is around, so that rows are about as long on gentle land as on steep land; and from
-// whether a row of that height comes here at all. A row's marks begin at its middle height. Where the slope through a
-// cell ends at a crest, at the bottom of a valley or on level land before it comes to that height, no mark comes, and rows
-// of half the height are tried. That is a function of the place alone: blocks side by side find the same.
+// It follows from the steepness of the surrounding land, so that rows are about as long on gentle land as on steep
+// land; and from whether a row of that height reaches the cell at all. A row's marks begin at its middle height. Where
+// the slope line through a cell ends at a crest, at the bottom of a valley or on level land before it reaches that
+// height, no mark arrives, and rows of half the height are tried. This is a function of position alone, so neighbouring
+// blocks agree.
 #import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
 
-// Octaves that are tried.
+// Number of octaves that are tried.
 const TRIES: i32 = 2;
-// A flow line abreast, in cells, and how near it may come, by how near it was.
+// Distance of a parallel flow line, in cells, and the smallest part of it to which the two may converge.
 const ASIDE: f32 = 0.25;
 const GATHERED: f32 = 0.4;
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
 @group(0) @binding(1) var<storage, read> jobs: array<RowBlock>;
 
-// The octave of rows that are as long as they should be.
+// Returns the octave whose rows have the desired length.
 fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
     let slope = steepness(first, vec2<f32>(cell) + 0.5);
     let steps = STEPS * rules.row_cells * sqrt(max(slope, 1e-8));
     return clamp(i32(round(log2(steps))), LEAST_OCTAVE, GREATEST_OCTAVE);
 }
 
-// One step of the midpoint rule up, or down, the slope.
+// Takes one step of the midpoint rule up or down the slope.
 fn next_place(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
     let half = row_form(block, first, frame, place + 0.5 * way_of(block, frame, slope, rise_m)).xy;
     return place + way_of(block, frame, half, rise_m);
 }
 
-// Whether the slope through a place leads so far up, or down, without gathering what is beside it: marks that come the
-// other way would be too far from each other here.
+// Returns whether the slope line through a point continues for this rise, up or down, without converging with its
+// neighbour: marks that come from the other end would be too far from each other here.
 fn leads(block: RowBlock, first: i32, frame: Frame, begin: vec2<f32>, rise_m: f32, step_m: f32) -> bool {
     let count = i32(ceil(abs(rise_m) / step_m));
     let each_m = rise_m / f32(max(count, 1));
     var place = begin;
     var before = row_form(block, first, frame, place).xy;
-    // Abreast, along the contour line.
+    // The start of the neighbouring flow line, along the contour line.
     let up = way_of(block, frame, before, length(before));
     var aside = begin + vec2<f32>(-up.y, up.x) * (ASIDE / max(length(up), 1e-12));
     for (var i = 0; i < count; i++) {
@@ -54,8 +55,8 @@ fn leads(block: RowBlock, first: i32, frame: Frame, begin: vec2<f32>, rise_m: f3
     return true;
 }
 
-// Whether a mark of rows of that height comes to a place: from the middle of its row, or, where its own row has none there,
-// beyond the border of the next.
+// Returns whether a mark of rows of this height reaches a point: from the middle of its own row or, if that row has
+// none there, from beyond the border of the next.
 fn is_covered(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, height_m: f32, row_m: f32) -> bool {
     let step_m = 0.5 * row_m / f32(CORE);
     let rise_m = (floor(height_m / row_m) + 0.5) * row_m - height_m;

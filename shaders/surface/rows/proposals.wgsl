@@ -1,15 +1,15 @@
-// Proposals of a frame: which candidates may be drawn, where along themselves, and how much room they have.
+// Proposes the marks of a frame: which candidates may be drawn, which part of each, and how much room they have.
 //
-// A candidate has a rank, the number of twos in its index: those of the greatest rank come first. It is drawn where the
-// gap between its neighbours of greater rank is wide on the picture, and grows and thins out with that gap; so the
-// spacing of marks stays within a half octave, where land spreads rows and where it gathers them, near and far, without
-// a fork. It is a function of place and view alone.
+// A candidate has a rank, the number of factors of two in its index; the greatest rank comes first. It is drawn where
+// the gap between its neighbours of greater rank is wide on the picture, and grows and tapers with that gap. So the
+// spacing of marks stays within half an octave, where land spreads rows and where it gathers them, near and far,
+// without forks. This is a function of position and view alone.
 //
-// A mark's room is what is its own of the gaps beside it. What a candidate has of a gap is what its neighbours lack, also
-// while it grows: the ink of a row does not depend on how many marks make it.
+// A mark's room is its part of the gaps on either side. A candidate takes its part of a gap from its neighbours, also
+// while it grows: the ink of a row does not depend on the number of marks in it.
 //
-// Candidates that stand in no row, those that fill what rows leave bare, are proposed as they are: `choice` says which of
-// all proposals have a place on the picture, and `rooms` how much of it.
+// Candidates outside of any row, which fill the land that rows leave bare, are proposed as they are: `choice` decides
+// which of all proposals are drawn on the picture, and `rooms` how much room they have.
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
@@ -17,31 +17,31 @@
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
 #import hachure::rows::{cell_m, grid_of, frame_at, world_way, unpack_place, camera_height_m}
 
-// Gaps of neighbours, in spacings, between which a mark between them grows.
+// Gaps between neighbours, in spacings, over which a mark between them grows.
 const CLOSED_GAP: f32 = 1.3;
 const OPEN_GAP: f32 = 1.45;
-// A mark does not lie nearer to one neighbour than so, by the gap.
+// Largest ratio of the gap to a mark's distance from its nearer neighbour that counts.
 const ASIDE: f32 = 2.6;
-// Half of the part of an octave in which two levels are seen.
+// Half of the part of an octave over which two levels are blended.
 const FADE: f32 = 0.02;
-// Octaves and hundreds of pixels by which a place in a block may be off, if the map were straight there.
+// Tolerance of the first, approximate test of a position, in octaves and in hundreds of pixels.
 const SLACK: f32 = 0.2;
-// Ranks of neighbours that are looked at.
+// Largest rank of neighbours that is examined.
 const MOST_RANK: i32 = 5;
-// Marks that are shorter are not proposed, in spacings.
+// Shortest mark that is proposed, in spacings.
 const SHORTEST: f32 = 1.2;
-// It turns by 70 degrees at most from where it is drawn most, by the cosine.
+// Cosine of the largest turn of a mark from where it is drawn most strongly: 70 degrees.
 const STRAIGHT: f32 = 0.34;
-// Spacings of a cell, in the middle of what it may have. Lengths on the land are the same for every eye.
+// Spacings per cell, in the middle of the possible range. Lengths on the land are the same for every eye.
 const MEAN_CELL: f32 = 1.4;
-// By how many spacings marks of rows count as longer than others.
+// Spacings by which marks of rows count as longer than others, while they grow and when they are grown.
 const GROWING_AHEAD: f32 = 1.5;
 const GROWN_AHEAD: f32 = 2.5;
-// Samples from one place at which the gaps beside a mark are found to the next.
+// Distance along a mark between the points where the gaps are evaluated, in samples.
 const SPAN: i32 = 4;
-// What a mark has of gaps at most, in spacings.
+// Largest room of a mark, in spacings.
 const MOST_ROOM: f32 = 1.5;
-// Spacings beside the picture.
+// Margin around the picture, in spacings.
 const BORDER: f32 = 6.0;
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -49,22 +49,22 @@ const BORDER: f32 = 6.0;
 @group(0) @binding(2) var<storage, read> blocks: array<RowBlock>;
 @group(0) @binding(3) var<storage, read> counts: array<u32>;
 @group(0) @binding(4) var<storage, read> candidates: array<u32>;
-// The first of them is their number.
+// The first word is their number.
 @group(0) @binding(5) var<storage, read_write> proposed: array<atomic<u32>, 4>;
 // See PROPOSAL.
 @group(0) @binding(6) var<storage, read_write> proposals: array<vec4<f32>>;
 @group(0) @binding(7) var position: texture_2d<f32>;
 
 struct Candidate {
-    // Its first word, and that of the first of its piece.
+    // Offset of its first word, and of that of the first candidate of its piece.
     at: u32,
     first: u32,
     index: i32,
     intervals: i32,
     is_closed: bool,
-    // It stands in no row.
+    // True for a mark outside of any row.
     is_alone: bool,
-    // Samples below and above the middle.
+    // Number of samples below and above the middle.
     down: i32,
     up: i32,
 }
@@ -81,7 +81,7 @@ fn place_of(one: Candidate, sample: i32) -> vec2<f32> {
     return unpack_place(candidates[one.at + u32(4 + HALF + sample)]);
 }
 
-// Another one of the piece; those of a closed one go around.
+// Returns another candidate of the piece; a closed piece wraps around.
 fn beside(one: Candidate, index: i32) -> Candidate {
     let around = select(index, (index + one.intervals) % one.intervals, one.is_closed);
     return candidate(one.first + u32(clamp(around, 0, one.intervals)) * WORDS);
@@ -92,30 +92,30 @@ fn rank(one: Candidate, index: i32) -> i32 {
     return select(i32(firstTrailingBit(u32(index))), MOST_RANK + 1, is_end);
 }
 
-// In pixels, and the distance along the view axis.
+// Returns a position in pixels, and the distance along the view axis.
 fn project(flat_m: vec3<f32>) -> vec3<f32> {
     let clip = view.clip_from_camera * vec4<f32>(bend(flat_m), 1.0);
     let ndc = clip.xy / max(clip.w, 1e-6);
     return vec3<f32>((ndc * vec2<f32>(0.5, -0.5) + 0.5) * vec2<f32>(view.size_px), clip.w);
 }
 
-// A place on a mark, as gaps are measured from it.
+// A point on a mark from which gaps are measured.
 struct Stand {
     flat_m: vec3<f32>,
     px: vec2<f32>,
-    // Unit, across the mark on the picture.
+    // Unit vector across the mark on the picture.
     across: vec2<f32>,
     sample: i32,
 }
 
-// The gap between two candidates, in pixels across the mark.
+// Returns the gap between two candidates, in pixels across the mark.
 fn gap_px(frame: Frame, stand: Stand, a: Candidate, b: Candidate) -> f32 {
     let sample = clamp(stand.sample, -min(a.down, b.down), min(a.up, b.up));
     let way_m = world_way(frame, place_of(b, sample) - place_of(a, sample));
     return abs(dot(project(stand.flat_m + vec3<f32>(way_m, 0.0)).xy - stand.px, stand.across));
 }
 
-// How much a candidate is drawn, 0 to 1, by the gap that it lies in.
+// Returns how strongly a candidate is drawn, 0 to 1, by the gap around it.
 fn share(frame: Frame, stand: Stand, one: Candidate) -> f32 {
     if one.is_alone {
         return 1.0;
@@ -131,7 +131,7 @@ fn share(frame: Frame, stand: Stand, one: Candidate) -> f32 {
     return smoothstep(CLOSED_GAP, OPEN_GAP, gap);
 }
 
-// The gap to the next drawn mark on one side; below 0 where there is none.
+// Returns the gap to the next drawn mark on one side; negative if there is none.
 fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     let end = select(0, one.intervals, side > 0);
     if one.index == end && !one.is_closed {
@@ -152,22 +152,23 @@ fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     return gap;
 }
 
-// What a mark has of the gaps on both sides. Beside the last of a piece there is as much room as on its other side.
+// Returns a mark's room: its part of the gaps on both sides. The last mark of a piece has as much room on its outer
+// side.
 fn room_beside(frame: Frame, stand: Stand, one: Candidate) -> f32 {
     let a = gap_beside(frame, stand, one, -1);
     let b = gap_beside(frame, stand, one, 1);
     return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
 }
 
-// How much of a block's level is seen at a place: none where the picture does not show it. So many octaves and hundreds of
-// pixels as `slack` says count as seen.
+// Returns how strongly a block's level is shown at a point: 0 if the point is off-screen. `slack` is a tolerance in
+// octaves and in hundreds of pixels.
 fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     let cell_px = rules.cell_px_m * exp2(block.level) / length(at_m);
     var f = 1.0 - log2(cell_px / rules.spacing_px);
     f = select(f, max(f, 0.5), block.level <= rules.least_level);
     f = select(f, min(f, 0.5), block.level >= rules.greatest_level);
     let middle = project(at_m);
-    // As long as a row may be.
+    // The longest possible row.
     let room_px = 16.0 + 24.0 * cell_px + 100.0 * slack;
     let is_beside = any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px);
     if middle.z < view.near_m || is_beside {
@@ -176,7 +177,7 @@ fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     return clamp(0.5 + 0.5 * (f + slack) / FADE, 0.0, 1.0) * clamp(0.5 + 0.5 * (1.0 - f + slack) / FADE, 0.0, 1.0);
 }
 
-// The height of a mark's middle, and what it rises from sample to sample, in metres.
+// Returns the height of a mark's middle, and its rise from sample to sample, in metres.
 fn rise_of(block: RowBlock, one: Candidate) -> vec2<f32> {
     if one.is_alone {
         return vec2<f32>(bitcast<f32>(candidates[one.at + 3u]), bitcast<f32>(candidates[one.at]));
@@ -186,7 +187,7 @@ fn rise_of(block: RowBlock, one: Candidate) -> vec2<f32> {
     return vec2<f32>(f32(height), f32(height & -height) / f32(CORE)) * unit_m;
 }
 
-// A number of 16 bits that is the same in every frame.
+// Returns a random number of 16 bits that is the same in every frame.
 fn lot(one: Candidate) -> f32 {
     var word = candidates[one.at + u32(4 + HALF)];
     word = (word ^ (word >> 16u)) * 0x7feb352du;
@@ -208,7 +209,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let rise = rise_of(block, one);
     let middle_m = rise.x - camera_height_m();
     let step_m = rise.y;
-    // Most are told by where the block's middle is, and what is exact is dear.
+    // The position of the block's middle rejects most candidates, and the exact position is expensive.
     let aside = seed - 0.5 * f32(CELLS);
     let about_m = vec3<f32>(block.middle_m + block.along_x * aside.x + block.along_y * aside.y, middle_m);
     if level_share(block, about_m, SLACK) <= 0.0 {
@@ -220,7 +221,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
 
-    // On the form of the land: where the mark is, and how much of it is drawn.
+    // On the form of the land: the position of the mark, and how strongly each part of it is drawn.
     var px: array<vec3<f32>, 17>;
     var flat_m: array<vec3<f32>, 17>;
     for (var j = -one.down; j <= one.up; j++) {
@@ -239,7 +240,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let along = px[min(j + 1, one.up) + HALF].xy - px[max(j - 1, -one.down) + HALF].xy;
         stands[j + HALF] = vec2<f32>(-along.y, along.x) / max(length(along), 1e-6);
     }
-    // At every second sample, and between them.
+    // At every second sample, and interpolated in between.
     for (var i = 0; i < one.down + one.up + 2; i += 2) {
         let j = min(i - one.down, one.up);
         shares[j + HALF] = share(frame, Stand(flat_m[j + HALF], px[j + HALF].xy, stands[j + HALF], j), one);
@@ -257,7 +258,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if most <= 0.0 {
         return;
     }
-    // One piece of it.
+    // A single piece of it.
     var begin = best;
     var end = best;
     while begin > -one.down && shares[begin + HALF] > 0.0 && dot(stands[begin - 1 + HALF], stands[best + HALF]) > STRAIGHT {
@@ -267,7 +268,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         end++;
     }
 
-    // The land itself is higher or lower: at every second sample, and between them.
+    // The land itself is higher or lower than its form: evaluated at every second sample, and interpolated in between.
     var lifts: array<f32, 17>;
     for (var i = 0; i < end - begin + 2; i += 2) {
         let j = min(begin + i, end);
@@ -281,7 +282,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var rooms: array<f32, 17>;
     var length_px = 0.0;
     var seen_samples = 0u;
-    // Gaps beside it, which change slowly along it, at the ends of spans.
+    // Gaps change slowly along the mark, so they are evaluated at the ends of spans.
     var room_ahead = vec2<f32>(0.0);
     if !one.is_alone {
         room_ahead.y = room_beside(frame, Stand(flat_m[begin + HALF], px[begin + HALF].xy, stands[begin + HALF], begin), one);
@@ -298,8 +299,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let seen = project(flat_m[j + HALF] + vec3<f32>(0.0, 0.0, lifts[j + HALF]));
         let is_inside = all(seen.xy >= vec2<f32>(0.0)) && all(seen.xy < vec2<f32>(view.size_px));
         let land = textureLoad(position, clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
-        // What is hidden takes no place on the picture. What is beside the picture is not known, and far beside it matters to
-        // no mark that is seen.
+        // Hidden parts take no space on the picture. Visibility off-screen is not known, and far off-screen it affects
+        // no visible mark.
         let is_near = all(seen.xy >= vec2<f32>(-border_px)) && all(seen.xy < vec2<f32>(view.size_px) + border_px);
         let is_seen = is_near && (!is_inside || (land.w > 0.0 && seen.z < land.w + 2.0 * cell_m(block)));
         seen_samples |= select(0u, 1u << u32(j + HALF), is_seen);
@@ -315,7 +316,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if number >= rules.most_marks {
         return;
     }
-    // What is long comes first, and rows before what fills them up: they count as longer, most so what has grown.
+    // Long marks come first, and marks of rows before those that fill gaps: they count as longer, fully grown ones
+    // most.
     let ahead = select(select(GROWING_AHEAD, GROWN_AHEAD, most >= 1.0), 0.0, one.is_alone);
     let chord = distance(place_of(one, begin), place_of(one, end)) * MEAN_CELL;
     let order = floor(min(chord + ahead, 9.9));

@@ -1,14 +1,16 @@
-// The relief of a block of rows: the heights of the land's form at the corners of its cells, and how steep it is around.
+// Computes the relief of a block of rows: the heights of the land's form at the corners of its cells, and the steepness
+// of the surroundings.
 //
-// The form is the level of the pyramid whose samples are twice as far apart as marks are, under a B-spline (`form_of_level`):
-// what rows follow has no folds that are finer than a few marks. Heights are of the world, so that they are the same for every
-// camera; beside the grid they are those at its border. Holes of the data are land here, as they are filled: what is drawn there nobody sees, and rows go on beside
-// them. Steepness is the root of the mean square over 8 cells: along a ridge it is that of its sides.
+// The form is the level of the pyramid whose samples are twice as far apart as marks, under a B-spline
+// (`form_of_level`), so rows follow nothing that is finer than a few marks. Heights are in the world, so that they are
+// the same for every camera; outside of the grid they repeat those at its border. Holes of the data count as land here,
+// with their filled heights: marks in them are not visible, and rows continue next to them. Steepness is the root mean
+// square over 8 cells: along a ridge it is that of its sides.
 #import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
 #import hachure::form::{form_of_level}
 #import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, BESIDE, RELIEF, grid_of, camera_height_m}
 
-// Places at which the slope is asked, along a side of its square of SLOPE_CELLS.
+// Samples of the slope along a side of the square around a node.
 const TAPS: i32 = 6;
 // Levels by which the form is coarser than a block's cells.
 const COARSER: f32 = 1.0;

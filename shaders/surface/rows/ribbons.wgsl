@@ -1,8 +1,8 @@
-// Marks as ink: a strip along the samples of each.
+// Draws marks of rows as ink: a strip along the samples of each.
 //
-// One instance for each mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the border's
-// coverage. What is narrower than a pixel is paler instead. Where marks lie on each other, those
-// of two levels, the darker one stays. A pixel is inked where it shows the land that the mark lies on.
+// There is one instance per mark: a strip with two corners at each sample, mitred there, and wider by a fringe for the
+// border's coverage. Marks narrower than a pixel are paler instead. Where marks of two levels overlap, the darker one
+// stays. A pixel is inked where it shows the land that the mark is on.
 #import hachure::view::View
 #import hachure::rows::{RowRules, SAMPLES}
 #import hachure::surface_id::{kind_of, LAND}
@@ -14,7 +14,7 @@
 @group(0) @binding(4) var surface_id: texture_2d<u32>;
 
 const FRINGE_PX: f32 = 0.75;
-// What a mark may lie behind the land that it is seen on: spacings, and parts of the distance.
+// Largest distance of a mark behind the land at its pixel: in spacings, and relative to the distance.
 const BEHIND: f32 = 4.0;
 const BEHIND_PART: f32 = 0.004;
 
@@ -61,7 +61,7 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let land = textureLoad(position, pixel, 0);
     let allowed_m = land.w * (1.0 + BEHIND_PART) + BEHIND * rules.spacing_px * land.w / view.focal_px;
     let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND;
-    // Not so either where a strip without area tells no number.
+    // Written so that NaN, from a strip without area, is discarded too.
     if is_hidden || !(covered >= 1.0 / 512.0) {
         discard;
     }

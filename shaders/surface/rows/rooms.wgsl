@@ -1,8 +1,8 @@
-// How much room a mark has beside it, and the ink that it would have in the tone that is asked for.
+// Computes the room on either side of a mark, and the ink that it would have at the requested tone.
 //
-// A mark of a row knows its room from its neighbours in the row; what another row or a single mark takes of it, and all of
-// a single mark's room, is how far it is across to the next mark on the picture. The ink is summed up in squares, for
-// `balance`.
+// A mark of a row knows its room from its neighbours in the row. The distance across to the next mark on the picture
+// limits that room where another row or a single mark is near, and is the whole room of a single mark. The ink is
+// summed in squares, for `balance`.
 #import hachure::rows::{HALF, PROPOSAL, DRAWN, SAMPLES}
 #import hachure::row_places::{view, places, rules, proposed, proposals, TAKEN, WALK, CELLS_PER_SPACING, cell_px, word_at}
 #import hachure::row_places::{sample_of, across_at, is_seen}
@@ -11,13 +11,13 @@
 @group(0) @binding(6) var<storage, read_write> inks: array<atomic<u32>>;
 @group(0) @binding(7) var tone: texture_2d<f32>;
 
-// How far the next mark may be, in spacings, and how far it is where there is none.
+// Largest distance at which the next mark is searched, in spacings, and the distance that is assumed if there is none.
 const FARTHEST: f32 = 1.6;
 const ALONE_GAP: f32 = 1.2;
-// Of the nearer gap, what a mark has at most.
+// Largest room of a mark, in widths of the nearer gap.
 const OF_NEARER: f32 = 1.5;
 
-// How far it is to the next mark on one side, in spacings.
+// Returns the distance to the next mark on one side, in spacings.
 fn gap(own_turn: u32, px: vec2<f32>, across: vec2<f32>) -> f32 {
     for (var t = WALK; t <= FARTHEST * CELLS_PER_SPACING; t += WALK) {
         let word = word_at(px + across * (t * cell_px()));
@@ -62,7 +62,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let slim = min(1.0, whole_px / (SLENDER * max(widest_px, 1e-6)));
     for (var j = begin; j <= end; j++) {
         let own = sample_of(number, j);
-        // Evened out along it.
+        // Smoothed along the mark.
         let room = 0.25 * (rooms[max(j - 1, begin)] + 2.0 * rooms[j] + rooms[min(j + 1, end)]);
         proposals[at + 1u + u32(j)].z = room;
         let pixel = vec2<i32>(floor(own.xy));

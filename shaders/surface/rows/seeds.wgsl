@@ -1,20 +1,21 @@
-// Seeds of hachures: places at even distances along the middles of rows.
+// Places seeds of hachures at even distances along the middles of rows.
 //
 // The middle of a row is a contour line of the form's height. It is followed through the cells of a block by marching
-// squares (Lorensen and Cline 1987, in the plane): from where it comes into the block, or into land whose rows are as
-// high, to where it leaves; or all around. A piece has a whole number of intervals of DENSITY candidates, so that its
-// ends, which the next block knows as well, are seeds. One thread has one piece. It knows that a line is its own where no
-// cell lies before; of a closed line it is the cell with the least number, which it finds by going around.
+// squares (Lorensen and Cline 1987, in the plane): from where it enters the block, or land with the same row height, to
+// where it leaves; or all around. A piece has a whole number of intervals of DENSITY candidates, so that its ends,
+// which the next block knows as well, are seeds. One thread follows one piece. The thread of a cell owns a line if
+// there is no cell before it; a closed line belongs to the cell with the least number, which is found by going around.
 //
-// What differs from Lehmann's rows: seeds are in the middle and not at the upper contour, since flow lines that leave a
-// ridge spread without end, and those of the middle only half as far. And rows are not everywhere as high: their height
-// follows the slope of the land around in octaves, so that they are about as long on gentle land as on steep land.
-// Where land is so folded that no row comes, single marks fill what is left: each cell has a seed for one.
+// Differences from Lehmann's rows: seeds are in the middle and not at the upper contour, since flow lines that leave a
+// ridge diverge without limit, and those from the middle only half as far. And rows do not have the same height
+// everywhere: their height follows the slope of the surrounding land in octaves, so that they are about as long on
+// gentle land as on steep land. Where land is so folded that no row reaches it, single marks fill the rest: each cell
+// has a seed for one.
 #import hachure::terrain::terrain
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, BESIDE, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
 #import hachure::rows::{WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_way}
 
-// Cells that a piece may have, and pieces that a cell may have.
+// Most cells of a piece, and most pieces that begin in a cell.
 const MOST_STEPS: i32 = 4096;
 const MOST_LINES: i32 = 8;
 // Seeds of single marks in a cell that has rows, and in one that has none.
@@ -37,7 +38,7 @@ fn octave_at(first: i32, cell: vec2<i32>) -> i32 {
     return i32(relief[first + FIRST_OCTAVE + (cell.y + MARGIN) * OCTAVES + cell.x + MARGIN]);
 }
 
-// Whether a cell has rows of that height.
+// Returns whether a cell has rows of this octave.
 fn is_active(first: i32, cell: vec2<i32>, octave: i32) -> bool {
     if any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(CELLS)) {
         return false;
@@ -45,8 +46,8 @@ fn is_active(first: i32, cell: vec2<i32>, octave: i32) -> bool {
     return octave_at(first, cell) == octave;
 }
 
-// Edge e lies between corners e and e + 1, around the cell. A line enters where corners fall, and leaves where they rise:
-// the next cell goes around the same edge the other way.
+// Edge e is between corners e and e + 1, around the cell. A line enters where heights fall from corner to corner, and
+// leaves where they rise: the next cell goes around the same edge the other way.
 fn falls(h: vec4<f32>, edge: i32, height_m: f32) -> bool {
     return h[edge] >= height_m && h[(edge + 1) & 3] < height_m;
 }
@@ -55,7 +56,7 @@ fn exit_of(h: vec4<f32>, enter: i32, height_m: f32) -> i32 {
     let high = h >= vec4<f32>(height_m);
     let is_saddle = high.x == high.z && high.y == high.w && high.x != high.y;
     if is_saddle {
-        // By the middle of the cell, high corners or low ones are joined.
+        // The centre of the cell decides whether high corners or low ones are connected.
         return (enter + select(3, 1, dot(h, vec4<f32>(0.25)) >= height_m)) & 3;
     }
     var leave = 0;
@@ -78,7 +79,7 @@ struct Line {
     height_m: f32,
 }
 
-// How a line goes on: the cell after, and the edge by which it is entered.
+// A step along a line: a cell, and the edge by which it is entered.
 struct Step {
     cell: vec2<i32>,
     enter: i32,
@@ -94,7 +95,7 @@ fn number_of(step: Step) -> i32 {
     return (step.cell.y * CELLS + step.cell.x) * 4 + step.enter;
 }
 
-// Whether a line that goes on before `start` is closed, and `start` is its first step by number.
+// Returns whether a line that continues before `start` is closed, and `start` is its step with the least number.
 fn leads(line: Line, start: Step) -> bool {
     let own = number_of(start);
     var step = after(line, start);
@@ -125,14 +126,14 @@ fn put(slot: u32, number: u32, index: u32, intervals: u32, height: i32, place: v
     candidates[at + 5u] = bitcast<u32>(place.y);
 }
 
-// Follows a piece, and lays its seeds.
+// Follows a piece, and places its seeds.
 fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
     let frame = frame_at(block, vec2<f32>(start.cell) + 0.5);
     let begin = place_on_edge(corners(line.first, start.cell), start.cell, start.enter, line.height_m);
     var length_m = 0.0;
     var intervals = 0u;
     var first = 0u;
-    // Once to measure, once to lay.
+    // The first pass measures the length, the second places the seeds.
     for (var turn = 0; turn < 2; turn++) {
         var step = start;
         var place = begin;
@@ -160,7 +161,7 @@ fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
         }
         if turn == 0 {
             length_m = gone_m;
-            // A corner that is cut off has no room.
+            // A line that cuts off a corner has no room for a mark.
             let cells = length_m / cell_m(block);
             if cells < 0.5 {
                 return;
@@ -182,7 +183,7 @@ fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
     }
 }
 
-// A place in a cell that is nobody's: its own one of a grid that is shaken.
+// Returns the seed of a single mark in a cell: a random offset, 0 to 1.
 fn shaken(cell: vec2<i32>) -> vec2<f32> {
     var word = u32(cell.x) * 0x9e3779b9u + u32(cell.y) * 0x85ebca6bu;
     word = (word ^ (word >> 16u)) * 0x7feb352du;

@@ -1,17 +1,17 @@
-// Marks of candidates: from its seed each runs up and down the slope to the heights at which its row ends.
+// Traces the marks of candidates: from its seed each runs up and down the slope to the heights at which its row ends.
 //
-// Samples stand at even heights, so those of neighbours with the same number are abreast, and their distance is the
-// local gap. Between samples a mark follows the gradient of the land's form by two steps of the midpoint rule, by height;
-// a step of Newton's method then takes it back to the height that is meant. It ends early where the form is level, where
-// rows have another height, and where there is no land.
+// Samples are at even heights, so samples of neighbouring marks with the same number are side by side, and their
+// distance is the local gap. Between samples a mark follows the gradient of the land's form by two steps of the
+// midpoint rule, by height; a step of Newton's method then corrects the height. A mark ends early where the form is
+// level, where rows have another height, and where there is no land.
 //
-// Some marks stand a sample higher than their row: were all ends at one height, a white line would run along it, and
-// rows would look like steps. Which of both follows the paper-folding sequence by the mark's index: of marks beside each
-// other, however many of them the picture thins out, three at most stand alike.
+// Some marks are shifted up by one sample: if all ends were at one height, a white line would run along them, and rows
+// would look like steps. The paper-folding sequence by the mark's index decides which marks are shifted: however many
+// marks the picture thins out, at most three neighbours are alike.
 //
-// Beyond the border of its row a mark goes on where no mark of the next row would come: where the land ends to rise, or to
-// fall, before the middle of that row. So crests and valleys between rows are not bare. A mark that stands in no row runs
-// as far up and down as one of a row does on land that is as steep as it is around.
+// Beyond the border of its row a mark continues where no mark of the next row would arrive: where the land stops
+// rising, or falling, before the middle of that row. So crests and valleys between rows are not bare. A mark outside of
+// any row runs as far up and down as one of a row does on land of the surrounding steepness.
 #import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, WORDS, ELSEWHERE, ALONE, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place}
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
@@ -43,7 +43,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let height = bitcast<i32>(candidates[at + 3u]);
     let unit_m = cell_m(block) / STEPS;
     var middle_m = f32(height) * unit_m;
-    // The lowest bit that is set is half of the row.
+    // The lowest set bit is half of the row's height.
     let half_row = height & -height;
     let octave = i32(firstTrailingBit(u32(half_row))) + 1;
     var step_m = f32(half_row) * unit_m / f32(CORE);
@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         candidates[at + 3u] = bitcast<u32>(middle_m);
     }
     var reach = vec2<u32>(0u);
-    // Samples that the mark stands higher than its row.
+    // Number of samples by which the mark is shifted up.
     let index = max(candidates[at] & ~ELSEWHERE, 1u);
     let twos = firstTrailingBit(index);
     let stagger = i32((index >> (twos + 1u)) ^ twos) & 1;
@@ -63,7 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let sign = select(-1.0, 1.0, side == 1);
         var place = seed;
         var slope = row_form(block, first, frame, place).xy;
-        // Clear of the threshold at the seed, a mark may be.
+        // A seed on land below the threshold of slope gets no mark.
         var goes = length(slope) > rules.level;
         for (var i = 1; i <= select(2 * CORE, CORE, is_alone) && goes; i++) {
             var next = place;
@@ -91,7 +91,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var i = i32(reach[side]) + 1; i <= HALF; i++) {
             candidates[at + u32(4 + HALF + select(-i, i, side == 1))] = pack_place(place);
         }
-        // The next row goes on from here, or what is beyond is too far for this one.
+        // Either the next row takes over from here, or the rest is too far for this one.
         reach[side] = u32(select(min(i32(reach[side]), HALF), CORE + select(select(-stagger, stagger, side == 1), 0, is_alone), goes));
     }
     candidates[at + 2u] = reach.x | (reach.y << 8u);

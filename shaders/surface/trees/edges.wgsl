@@ -1,13 +1,14 @@
-// Contours and open borders of the trees whose near meshes are drawn, on the triangles as drawn, also where they lean in
-// the wind. They join the edges of the land and of models.
+// Contours and open borders of the trees whose near meshes are drawn, on the triangles as drawn, including their lean
+// in the wind. They are appended to the edges of the land and of models.
 //
-// A workgroup has 64 edges of a tree, and edges stand in the order of trees (near.wgsl), then of their mesh: `stage` 0
-// counts them, 1 writes them, 2 says how many there are now (ordered.wgsl).
+// A workgroup has 64 edges of a tree. Edges are in the order of trees (near.wgsl), then of their mesh: `stage` 0 counts
+// them, 1 writes them, 2 updates their number (ordered.wgsl).
 //
-// An edge between two triangles is a contour if both lie on the same side of the plane through it and the eye. That is
-// what Pietrok 2021, section 4.2.1, asks of the sides of two triangles, but it does not ask which way they wind: sheets of
-// leaves wind both ways. A crown is hundreds of leaves, and their contours against each other would be black; so each
-// edge asks that something lies far behind it (id_image.wgsl), and what is left is the outline and open arcs within it.
+// An edge between two triangles is a contour if both are on the same side of the plane through the edge and the eye.
+// Pietrok 2021, section 4.2.1, compares the sides of two triangles; this test is equivalent but independent of winding,
+// because sheets of leaves wind both ways. A crown has hundreds of leaves, and their contours against each other would
+// be black; so each edge requires something far behind it (id_image.wgsl), which leaves the outline and open arcs
+// within it.
 #import hachure::view::{View, is_beside}
 #import hachure::earth::bend
 #import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
@@ -20,40 +21,40 @@
 #import hachure::wind::{Wind, Sway, moved_by_wind}
 #endif
 
-// An edge of a tree that is 1 tall, and the corner across it of either triangle. The last number of each is how far wind
-// moves it.
+// An edge of a tree of height 1, and the opposite corner of each adjacent triangle. The last component is how far wind
+// moves the point.
 struct TreeEdge {
     a: vec4<f32>,
     b: vec4<f32>,
     c: vec4<f32>,
-    // Below 0: there is no second triangle.
+    // Negative w: there is no second triangle.
     d: vec4<f32>,
 }
 
-// Of a species, among all: its first edge, and how many it has.
+// The edges of a species among all edges: the first one, and their number.
 struct TreeEdges {
     first: u32,
     count: u32,
 }
 
-// Of all species.
+// Edges of all species.
 struct EdgesOfSpecies {
     rules: TreeEdgeRules,
     each: array<TreeEdges>,
 }
 
 struct TreeEdgeRules {
-    // Workgroups for a tree.
+    // Workgroups per tree.
     groups: u32,
-    // How far behind an edge there is something else, by the tree's height.
+    // Distance beyond which something must be behind an edge, in heights of the tree.
     clearance: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(6) var<storage, read> tree_instances: array<TreeInstance>;
-// How many there are, then the numbers of their instances.
+// Number of near trees, then the indices of their instances.
 @group(0) @binding(7) var<storage, read> near_order: array<u32>;
-// Of all species.
+// Edges of all species.
 @group(0) @binding(8) var<storage, read> tree_edges: array<TreeEdge>;
 @group(0) @binding(9) var<storage, read> edges_of_species: EdgesOfSpecies;
 #ifdef WIND
@@ -61,7 +62,7 @@ struct TreeEdgeRules {
 @group(0) @binding(31) var<storage, read> tree_sways: array<Sway>;
 #endif
 
-// As it is drawn.
+// Returns a point of a tree as drawn.
 fn place_of(number: u32, own: vec4<f32>) -> vec3<f32> {
     let tree = tree_instances[number];
     var from_foot_m = place_on_tree(tree, own.xyz);
@@ -71,7 +72,7 @@ fn place_of(number: u32, own: vec4<f32>) -> vec3<f32> {
     return bend(tree.flat_m + from_foot_m);
 }
 
-// Along the view axis.
+// Returns the depth of a point along the view axis.
 fn along_of(at_m: vec3<f32>) -> f32 {
     return (view.clip_from_camera * vec4<f32>(at_m, 1.0)).w;
 }
@@ -92,7 +93,7 @@ fn edge_of(group: u32, thread: u32) -> Found {
     let tree = tree_instances[number];
     let all = edges_of_species.each[species_of(tree)];
     let own = group % edges_of_species.rules.groups * 64u + thread;
-    // A tree whose shadow alone is in view has no edges in it.
+    // A tree of which only the shadow is in view has no edges in the picture.
     let reach_m = 0.6 * tree.height_m + tree.width_m;
     if own >= all.count || is_beside(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
         return found;
@@ -112,7 +113,7 @@ fn edge_of(group: u32, thread: u32) -> Found {
             return found;
         }
     }
-    // An edge ends where raster.wgsl cuts the mesh off.
+    // An edge ends where raster.wgsl clips the mesh.
     let along_m = vec2<f32>(along_of(a_m), along_of(b_m));
     let near_m = clear_m(tree, view.eye_m);
     if max(along_m.x, along_m.y) <= near_m {

@@ -1,16 +1,16 @@
-// Draws the trees in view that are impostors: two triangles each, which face the eye and hold the tree's sphere.
+// Draws the trees in view that are impostors: two triangles each, which face the eye and contain the tree's sphere.
 //
-// The ray of a pixel is followed, in the space of the tree and as far as it runs within the tree's upright cylinder,
-// through the depths of the picture that was taken from nearest to the eye (src/forest/impostor.rs). Depths are told by a
-// single surface, so what the ray passes behind by more than a step and THICKNESS is not hit. The step that hits is
-// halved. Of a picture the level is read whose texels are as large as pixels, between texels and between levels, and the
-// tree is where half is covered: read by single texels, its outline would jump whenever it moves by a part of a pixel.
-// A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and lies on land that is
-// not as flat, it stands as if it were somewhat nearer to the eye.
+// The ray of a pixel is marched, in tree space and within the tree's upright cylinder, through the depths of the
+// picture taken from nearest to the eye (src/forest/impostor.rs). The depths describe a single surface, so if the ray
+// is behind it by more than a step and THICKNESS there is no hit. The step that hits is bisected. The picture is read
+// at the level whose texels are as large as pixels, filtered between texels and between levels, and the tree is where
+// at least half is covered: read from single texels, its outline would jump whenever it moves by a fraction of a pixel.
+// A piece of canopy is drawn in the same way, from pictures of its own; since it is wide, and on land that is less
+// flat, it is drawn somewhat nearer to the eye.
 //
-// In wind (WIND) a tree leans as its mesh does, so in the space where it stands upright a ray is a curve. What it leans in
-// the mean from its foot to its top is taken out of that space, which leaves rays straight; at each step what is left, a
-// quarter of the lean of the top at most, moves the place that is looked up.
+// In wind (WIND) a tree leans as its mesh does, so in the space where it is upright a ray is a curve. A shear by the
+// lean of its top is removed from that space, which leaves rays straight; at each step the rest, at most a quarter of
+// the lean of the top, displaces the position that is looked up.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
@@ -25,17 +25,17 @@
 @group(0) @binding(1) var<storage, read> tree_instances: array<TreeInstance>;
 @group(0) @binding(2) var<storage, read> tree_order: array<u32>;
 @group(0) @binding(3) var<storage, read> tree_species: array<Species>;
-// The normal on the octahedral map, how far toward the eye, lightness; negative where less than half is covered, and 0 is
-// where nothing is seen.
+// Octahedral normal, distance toward the eye, and lightness, which is negative where less than half is covered; 0 where
+// there is nothing.
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
-// How far toward the eye, times what is covered; and what is covered.
+// Distance toward the eye times coverage, and coverage.
 @group(0) @binding(6) var tree_outlines: texture_2d<f32>;
 @group(0) @binding(7) var tree_outline_sampler: sampler;
 #ifdef WIND
 @group(0) @binding(5) var<storage, read> tree_sways: array<Sway>;
 #endif
 #ifdef LOCAL_COLOR
-// Where in the palette is what the pictures show, and the palette: see hachure::local_color.
+// Palette index of each texel of the pictures, and the palette: see hachure::local_color.
 @group(0) @binding(8) var tree_paints: texture_2d<u32>;
 @group(0) @binding(9) var<storage, read> tree_palette: array<u32>;
 #endif
@@ -43,12 +43,12 @@
 struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) number: u32,
-    // Of the tree that is 1 tall and wide.
+    // Eye position, in the space of a tree that is 1 tall and wide.
     @location(1) @interpolate(flat) eye: vec3<f32>,
     @location(2) at: vec3<f32>,
-    // The picture.
+    // The picture, by column and row.
     @location(3) @interpolate(flat) frame: vec2<f32>,
-    // How many pixels its sphere is wide.
+    // Width of its sphere, in pixels.
     @location(4) @interpolate(flat) wide_px: f32,
 }
 
@@ -72,22 +72,23 @@ struct Drawn {
 const STEPS: u32 = 16u;
 const CANOPY_STEPS: u32 = 8u;
 const HALVINGS: u32 = 4u;
-// By the sphere's radius.
+// In radii of the sphere.
 const THICKNESS: f32 = 0.04;
 const NOWHERE: f32 = 1e6;
-// The level is coarser by so much than that whose texels are as large as pixels, where a tree's sphere is as small as the
-// first of these, and not at all where it is as large as the second: the smaller a tree, the more its outline jumps.
+// Levels by which the picture is coarser than its texels at pixel size, for a tree whose sphere has the first size or
+// less; it is not coarser from the second size on. The smaller a tree, the more its outline would jump.
 const COARSER: f32 = 1.2;
 const COARSER_PX: vec2<f32> = vec2<f32>(10.0, 44.0);
-// No tree is searched in steps that are shorter than this.
+// Shortest step of a search.
 const STEP_PX: f32 = 2.0;
 const LEAST_STEPS: u32 = 5u;
 
-// How much nearer a piece of canopy stands: by what it is wider than tall, and of its distance at most.
+// Distance by which a piece of canopy is drawn nearer: relative to its width beyond its height, and limited relative to
+// its distance.
 const NEARER: f32 = 0.5;
 const NEARER_AT_MOST: f32 = 0.05;
 
-// The sphere of a tree's pictures.
+// Returns the sphere of a tree's pictures.
 fn sphere_of(tree: TreeInstance) -> vec4<f32> {
     let species = tree_species[species_of(tree)];
     if (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY {
@@ -97,13 +98,13 @@ fn sphere_of(tree: TreeInstance) -> vec4<f32> {
 }
 
 #ifdef WIND
-// How a tree leans, in its own units.
+// The lean of a tree, in tree units.
 struct Lean {
-    // Its top, and with it all else in proportion to its height.
+    // Lean of its top; the straight part of the lean is proportional to height.
     straight: vec2<f32>,
-    // Of what is not straight: at a height, times `curve` there.
+    // Direction of the remaining part; at a height it is multiplied by `curve`.
     curved: vec2<f32>,
-    // Metres for each square metre of its height, to the east and to the north; and how tall it is.
+    // Metres per square metre of height, to the east and to the north; and the tree's height.
     sway: vec2<f32>,
     height_m: f32,
     by_sway: f32,
@@ -116,12 +117,12 @@ fn lean_of(tree: TreeInstance, number: u32) -> Lean {
     return Lean(own * by_sway, own, sway, tree.height_m, by_sway);
 }
 
-// What is left of the lean at a height, when the straight part is taken out of it.
+// Returns the part of the lean at a height that remains after the straight part is removed, as a factor.
 fn curve(lean: Lean, own_z: f32) -> f32 {
     return lean_by_sway(lean.sway, own_z * lean.height_m) - own_z * lean.by_sway;
 }
 
-// No part curves farther.
+// Returns a bound of the remaining part.
 fn most_curve(lean: Lean) -> f32 {
     return 0.25 * length(lean.straight);
 }
@@ -146,7 +147,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     sphere.w += most_curve(lean);
 #endif
     let toward = normalize(eye - sphere.xyz);
-    // A square that faces the eye and is as far away as the middle, wide enough for the sphere as the eye sees it.
+    // A square that faces the eye at the distance of the centre, wide enough for the sphere in perspective.
     let far = max(length(eye - sphere.xyz), 1.01 * sphere.w);
     let wide = sphere.w * far * inverseSqrt(far * far - sphere.w * sphere.w);
     let right = normalize(select(vec3<f32>(-toward.y, toward.x, 0.0), vec3<f32>(1.0, 0.0, 0.0), length(toward.xy) < 1e-4));
@@ -159,7 +160,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let at_m = foot_m + place_on_tree(tree, own);
 #endif
     let clip = view.clip_from_camera * vec4<f32>(at_m, 1.0);
-    // In the mean of both ways, for a piece of canopy is wider than tall.
+    // The geometric mean of width and height, since a piece of canopy is wider than tall.
     let wide_m = 2.0 * sphere.w * sqrt(tree.width_m * tree.height_m);
     let away_m = length(foot_m + place_on_tree(tree, sphere.xyz) - view.eye_m);
     let wide_px = wide_m * view.focal_px / max(away_m, view.near_m);
@@ -191,7 +192,7 @@ fn fragment(in: Vertex) -> Drawn {
     if within.y <= within.x || !is_shown(tree, in.clip.xy) {
         discard;
     }
-    // Lengths of the ray count in the sphere's radius from here on.
+    // From here on, lengths along the ray are in radii of the sphere.
     let span = within / sphere.w;
     let step = (span.y - span.x) / f32(steps);
     let thickness = THICKNESS + step * abs(ray.z);
@@ -265,9 +266,9 @@ fn fragment(in: Vertex) -> Drawn {
 #endif
 }
 
-// A picture at the size that pixels have.
+// A picture at the level whose texels have about the size of pixels.
 struct Picture {
-    // Its corner, in texels of the finest level, and its side.
+    // Its corner, and its side, in texels of the finest level.
     corner_px: vec2<f32>,
     side_px: f32,
     level: f32,
@@ -279,12 +280,12 @@ fn picture_of(frame: vec2<f32>, side_px: f32, wide_px: f32) -> Picture {
     return Picture(frame * side_px, side_px, clamp(round(log2(side_px / wide_px) + coarser), 0.0, last));
 }
 
-// How far toward the eye a picture's surface is at a place of its space; where there is none, very far from it.
+// Returns how far toward the eye a picture's surface is at a position in its space; -NOWHERE if there is none.
 fn look(picture: Picture, p: vec2<f32>) -> f32 {
     if any(abs(p) >= vec2<f32>(1.0)) {
         return -NOWHERE;
     }
-    // Within its outermost texels: beyond them is another picture.
+    // Clamped to its outermost texels: beyond them is another picture.
     let most = 1.0 - exp2(picture.level) / picture.side_px;
     let within = clamp(vec2<f32>(p.x, -p.y), vec2<f32>(-most), vec2<f32>(most)) * 0.5 + 0.5;
     let uv = (picture.corner_px + within * picture.side_px) / vec2<f32>(textureDimensions(tree_outlines));
@@ -293,7 +294,7 @@ fn look(picture: Picture, p: vec2<f32>) -> f32 {
 }
 
 #ifdef LOCAL_COLOR
-// The place in the palette of what is there.
+// Returns the palette index at a position.
 fn paint_at(picture: Picture, p: vec2<f32>) -> u32 {
     let level = u32(picture.level);
     let scale = 1.0 / f32(1u << level);
@@ -303,7 +304,7 @@ fn paint_at(picture: Picture, p: vec2<f32>) -> u32 {
 }
 #endif
 
-// Normal (its length is not 1) and lightness there, of the four texels around.
+// Returns normal (not normalised) and lightness at a position, from the four texels around.
 fn look_closely(picture: Picture, p: vec2<f32>) -> vec4<f32> {
     let level = u32(picture.level);
     let side_px = picture.side_px / f32(1u << level);
@@ -316,7 +317,7 @@ fn look_closely(picture: Picture, p: vec2<f32>) -> vec4<f32> {
         let beside = vec2<i32>(i & 1, i >> 1u);
         let texel = textureLoad(tree_pictures, vec2<i32>(floor(corner_px + 0.5) + floor(at)) + beside, level);
         let near = select(1.0 - f, f, beside == vec2<i32>(1));
-        // What is hardly covered counts little.
+        // Texels with little coverage have little weight.
         let covered = select(select(0.1, 1.0, texel.w > 0.0), 0.0, texel.w == 0.0);
         let weight = covered * (near.x * near.y + 1e-3);
         sum += weight * vec4<f32>(from_octahedral(texel.xy), abs(texel.w));

@@ -1,5 +1,5 @@
-// Where marks lie, and which way what they shade looks: the surface itself, but for trees, which are flat and round to
-// marks (hachure::tree_form).
+// The position and normal that hatching marks use: those of the surface itself, except that marks treat trees as flat,
+// with the shading of a round body (hachure::tree_form).
 #import hachure::view::{View, place_of_pixel}
 #import hachure::surface_id::{kind_of, TREE}
 #import hachure::mark_normal::FLAT
@@ -10,7 +10,7 @@
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var tree_form: texture_2d<f32>;
 @group(0) @binding(5) var mark_place: texture_storage_2d<rgba32float, write>;
-// w: FLAT where a tree is seen.
+// w: FLAT where a tree is visible.
 @group(0) @binding(6) var mark_surface: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)

@@ -1,17 +1,18 @@
-// Which trees have strokes: those whose near meshes are drawn, from near to far, whichever workgroup listed them first.
+// Lists the trees that have strokes: those whose near meshes are drawn, from near to far, whichever workgroup listed
+// them first.
 //
-// The lists of trees are filled as workgroups come, but lists of edges are in an order that does not depend on it
-// (ordered.wgsl). Near trees are a few hundred, so each counts how many stand before it: nearer to the eye or, at the same
-// distance, with a lesser id. That is its place.
+// The order of the lists of trees depends on timing, but the order of the lists of edges must not (ordered.wgsl). Near
+// trees are a few hundred, so each counts the trees before it: those nearer to the eye or, at the same distance, with a
+// lesser id. The count is its place.
 #import hachure::view::View
 #import hachure::trees::{TreeInstance, NEAR, TREE_LEVELS, DRAW_WORDS, has_strokes}
 #import hachure::dispatch::GROUPS_IN_ROW
 
 struct NearTrees {
     species: u32,
-    // Of each list of trees.
+    // Capacity of each list of trees.
     capacity: u32,
-    // Near trees that there is room for.
+    // Capacity for near trees.
     room: u32,
     // Workgroups for the edges of a tree.
     groups_of_tree: u32,
@@ -22,18 +23,18 @@ struct NearTrees {
 @group(0) @binding(2) var<storage, read> tree_instances: array<TreeInstance>;
 @group(0) @binding(3) var<storage, read> tree_order: array<u32>;
 @group(0) @binding(4) var<storage, read> tree_draws: array<u32>;
-// How many there are, then their numbers.
+// Number of near trees, then the indices of their instances.
 @group(0) @binding(5) var<storage, read_write> near_order: array<u32>;
-// An indirect dispatch, and how many workgroups it has.
+// An indirect dispatch, and its number of workgroups.
 @group(0) @binding(6) var<storage, read_write> near_dispatch: vec4<u32>;
 
 const NEAR_GROUPS: u32 = 16u;
 const NEAR_THREADS: u32 = 64u;
 
-// Whether it has strokes, how far away it is, and who it is.
+// Whether a tree has strokes, and the values by which trees are sorted.
 struct Key {
     is_there: bool,
-    // Of its distance: squares are in the order of their bits.
+    // Bits of the squared distance: positive floats are in the order of their bits.
     away: u32,
     id: u32,
 }
@@ -58,7 +59,7 @@ fn listed(species: u32, i: u32) -> u32 {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    // The first one counts all: none is before a tree that is nowhere.
+    // The first thread counts all near trees, and computes the dispatch.
     if id.x == 0u {
         var count = 0u;
         for (var species = 0u; species < near_trees.species; species++) {

@@ -1,14 +1,15 @@
-// Which trees of a block an eye sees, and how each is drawn: a workgroup for each block, and a point of it after the
-// other for each thread.
+// Places the trees of a block that an eye sees, and decides how each is drawn: one workgroup per block, whose threads
+// take its points in turn.
 //
-// A tree exists if the density that the land asks for at its point is above the point's rank (src/forest/mod.rs). Its
-// foot stands on the surface that is drawn.
+// A tree exists if the density that the land determines at its point is above the point's rank (src/forest/mod.rs). Its
+// foot is on the surface as drawn.
 //
 // Far away fewer trees are drawn, and each is wider, so that together they cover the land as all of them would: the
 // stochastic simplification of Cook, Halstead, Planck and Ryu (2007, "Stochastic Simplification of Aggregate Detail"),
-// whose order is here the rank of the points. Before a tree goes it shrinks to nothing, so none vanishes. When it is
-// much wider than it is by nature, a piece of canopy rises in its place, which lies on the slope. What a tree is drawn
-// as changes with its height on the picture, for each tree at a size of its own; from one to the next it dissolves.
+// whose order is here the rank of the points. A tree shrinks to nothing before it is removed, so none pops. Where it
+// would be much wider than its natural shape, a piece of canopy that follows the slope replaces it. The representation
+// of a tree changes with its height on the picture, for each tree at a size of its own; it dissolves from one to the
+// next.
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::view::{View, is_beside}
 #import hachure::surface::{surface_near, surface_at, is_void}
@@ -22,27 +23,27 @@
 
 // A block that may be in view. See src/forest/blocks.rs.
 struct TreeBlock {
-    // The corner of its tile, or of the first of them, from the origin of the rig.
+    // Corner of its tile, or of the first of them, in metres from the rig's origin.
     corner_m: vec2<f32>,
     tile: vec2<i32>,
-    // Its points.
+    // First of its points, and their number.
     first: u32,
     count: u32,
-    // Along its side.
+    // Number of tiles, or of groups of tiles, along its side.
     tiles: u32,
-    // How often four groups of tiles have become one that has a point.
+    // How often four groups of tiles have merged into one that has a point.
     sparseness: u32,
 }
 
-// In one buffer: WebGPU promises eight, and more than three uniforms are too many for a driver
-// (docs/decisions/software-drivers.md).
+// The input of the pass, in one buffer: WebGPU guarantees eight storage buffers, and more than three uniforms are too
+// many for a driver (docs/decisions/software-drivers.md).
 struct Question {
     rules: TreeRules,
     blocks: array<TreeBlock>,
 }
 
 struct TreePoint {
-    // In its tile, whose side is 1.
+    // Position in its tile, whose side is 1.
     at: vec2<f32>,
     number: u32,
     padding: u32,
@@ -53,17 +54,17 @@ struct TreePoint {
 @group(0) @binding(2) var<storage, read> tree_question: Question;
 @group(0) @binding(4) var<storage, read> tree_points: array<TreePoint>;
 @group(0) @binding(5) var<storage, read_write> tree_instances: array<TreeInstance>;
-// For each species and level the numbers of its instances, then for each species those that throw shadows:
+// For each species and level the indices of its instances, then for each species the instances that cast shadows:
 // `forest.capacity` each.
 @group(0) @binding(6) var<storage, read_write> tree_order: array<u32>;
-// For each of these lists the arguments of its draw: vertices of a tree, trees, and the first of each. Then how many
-// instances there are.
+// For each of these lists the arguments of its draw: vertices of a tree, trees, and the first of each. Then the number
+// of instances.
 @group(0) @binding(7) var<storage, read_write> tree_draws: array<atomic<u32>>;
 #ifdef COVER
 // Density, class, height of the canopy: see src/forest/cover.rs. Rows from the south.
 @group(0) @binding(25) var tree_cover: texture_2d<u32>;
 
-// What rasters say of a place; nothing grows outside of them.
+// Returns the cover at a position; nothing grows outside of the rasters.
 fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
     let at = vec2<i32>(floor((xy_m - tree_question.rules.cover_low_m) * tree_question.rules.cells_per_m));
     if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(textureDimensions(tree_cover))) {
@@ -74,36 +75,37 @@ fn cover_at(xy_m: vec2<f32>) -> vec4<u32> {
 #endif
 
 const TREES: u32 = 1u;
-// Of a species: those of its levels, and after those of all species one of its shadows.
+// Lists per species: one for each level; and one of shadows, after the lists of levels of all species.
 const LISTS: u32 = TREE_LEVELS + 1u;
 const NOT_DRAWN: u32 = 0xffffffffu;
 
-// The height on the picture at which a tree goes over strays by this for each tree, to either side.
+// Random variation of the height on the picture at which a tree changes its representation, relative, to either side.
 const OWN_SIZE: f32 = 0.18;
-// Over this part of the height it dissolves.
+// Range of that height over which the tree dissolves, relative.
 const DISSOLVES: f32 = 0.16;
-// As a canopy rises a tree shrinks, by how much wider than by nature it is.
+// Widening factors over which a canopy rises, and over which the tree shrinks.
 const RISES: vec2<f32> = vec2<f32>(1.25, 1.85);
 const SHRUNK: f32 = 2.1;
 const SHRINKS: vec2<f32> = vec2<f32>(1.5, SHRUNK);
-// Cosines between slope and sun where trees are in the shade, and where they are not; and how light they are in it.
+// Cosines between slope and sun at which trees are fully in the shade, and not at all; and their lightness in the
+// shade.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
 const LEAST_LIGHT: f32 = 0.6;
-// By the height of a tree: no crown is wider, canopies included.
+// Largest width of a crown, canopies included, in heights of the tree.
 const WIDEST_CROWN: f32 = 0.75;
-// Where a raster says how tall trees are: between these, by the mean height of the species.
+// Limits of the heights that a raster may give, relative to the mean height of the species.
 const LOWEST: f32 = 0.3;
 const TALLEST: f32 = 2.5;
-// Seen along the land trees hide each other, and fewer show as much.
+// At flat angles trees hide each other, so fewer give the same coverage; this limits the effect.
 const LEAST_FORESHORTENING: f32 = 0.25;
 
-// The number of its instance.
+// Adds an instance, and returns its index or NOT_DRAWN.
 fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) -> u32 {
     if shown.y <= shown.x {
         return NOT_DRAWN;
     }
     let number = atomicAdd(&tree_draws[forest.species * LISTS * DRAW_WORDS], 1u);
-    // The CPU sees to it that there is room; a tree that has none is counted all the same.
+    // The CPU adapts the thinning so that trees fit; one that does not fit is counted all the same.
     if number >= forest.capacity {
         return NOT_DRAWN;
     }
@@ -121,7 +123,7 @@ fn list(number: u32, which: u32) {
     tree_order[which * forest.capacity + slot] = number;
 }
 
-// How much of a species there is at a site, of a class of land: 0 is none.
+// Returns the share of a species at a site with a class of land cover, or without a class for 0.
 fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
     var species = tree_question.rules.species[number];
 #ifdef COVER
@@ -132,7 +134,7 @@ fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
     return suits(species, site, hollow);
 }
 
-// Of which species a tree is.
+// Returns the species of a tree.
 fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     var hollow = 0.0;
     if forest.asks_hollow != 0u {
@@ -154,7 +156,7 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
 
 fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let rank = rank_of(tile, point.number, forest.points);
-    // Most go here, where there are fewer trees than points.
+    // Most points are rejected here, where there are fewer trees than points.
     if rank >= forest.density {
         return;
     }
@@ -166,7 +168,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         return;
     }
 #endif
-    // Nor those that are too many at the distance: it is this at least.
+    // Thinning at the distance, by a lower bound of the distance.
     let far_m = length(xy_m - view.eye_m.xy) / forest.full_m;
     if rank >= forest.density / max(far_m * far_m, 1.0) {
         return;
@@ -184,11 +186,11 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     if away_m > forest.reach_m {
         return;
     }
-    // Before anything that costs more: the widest that it could be here.
+    // Culling before more expensive steps, with the largest size that the tree could have here.
     let farther = max(away_m / forest.full_m, 1.0) / sqrt(LEAST_FORESHORTENING);
     let tallest_m = forest.tallest_m;
     let about = vec3<f32>(xy_m, site.height_m + 0.5 * tallest_m);
-    // What throws its shadow into the picture is in view with it.
+    // A tree is in view if its shadow is.
     let shadow_m = select(0.0, forest.shadow_reach * tallest_m, tallest_m * view.focal_px > SHADOW_PX * away_m);
     let to_middle_m = -0.5 * shadow_m * forest.to_sun;
     let beyond_m = 0.5 * shadow_m + forest.sways_m;
@@ -202,7 +204,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         / max(away_m * sqrt(1.0 + dot(site.slope, site.slope)), 1e-3);
     let full_m = forest.full_m * sqrt(mix(LEAST_FORESHORTENING, 1.0, foreshortening));
     let share = min(full_m * full_m / max(away_m * away_m, 1e-6), 1.0);
-    // Before it goes it shrinks.
+    // A tree shrinks before it is removed.
     let last = density * share;
     let size = clamp((last - rank) / max(0.4 * last * (1.0 - share), 1e-9), 0.0, 1.0);
     if rank >= last || is_void(site.g, away_m) {
@@ -231,7 +233,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let turn = chance.y * 6.2831853;
     // 29 bits: two trees in view seldom have the same.
     let id = FIRST_TREE | (pcg(bitcast<vec2<u32>>(own) ^ vec2<u32>(0u, forest.seed)).y >> 3u);
-    // A slope that looks away from the sun is in the shade with all that stands on it.
+    // A slope that faces away from the sun is in the shade with everything on it.
     let up = normalize(vec3<f32>(-site.slope, 1.0));
     let light = mix(LEAST_LIGHT, 1.0, smoothstep(SHADE.x, SHADE.y, dot(up, forest.to_sun)));
     let bucket = kind * TREE_LEVELS | u32(255.0 * light + 0.5) << 16u;
@@ -251,11 +253,11 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let tall_m = height_m * alone;
     var tree = TreeInstance(flat_m, tall_m, vec2<f32>(sin(turn), cos(turn)), tall_m * min(wider, 1.3), id,
         vec2<f32>(0.0), 0u, bucket);
-    // What it is drawn as goes by its size, not by what is left of it.
+    // The representation depends on the tree's natural size, not on its shrunk size.
     let size_px = height_m * view.focal_px * own_size / max(away_m, 1e-3);
     let near = clamp((size_px / forest.middle_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
     let mesh = clamp((size_px / forest.impostor_px - 1.0) / DISSOLVES + 0.5, 0.0, 1.0);
-    // Where most of it is the near mesh it has strokes, if there are any.
+    // A tree that is drawn mostly as its near mesh has strokes, if the style has any.
     tree.bucket |= select(0u, HAS_STROKES, near >= 0.5);
     let of_near = draw(tree, NEAR, vec2<f32>(0.0, near));
     let of_middle = draw(tree, MIDDLE, vec2<f32>(near, mesh));

@@ -1,6 +1,6 @@
-// Draws the trees in view that are meshes: depth, surface id, normal and lightness. A tree is small beside the earth: it
-// stands straight on its place of the flat map, and each of its corners is bent with it. In wind (WIND) corners lean and
-// flutter, and each pixel is told from where to where; normals stay as they are.
+// Draws the trees in view that are meshes: depth, surface id, normal and lightness. A tree is small compared with the
+// earth: it is upright at its position on the flat map, and each of its vertices is bent. In wind (WIND) vertices lean
+// and flutter, and each pixel gets its displacement to the previous frame; normals do not change.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::Species
@@ -11,7 +11,7 @@
 #endif
 
 struct TreeVertex {
-    // Of a tree that is 1 tall; w: how far wind moves it.
+    // Position on a tree of height 1; w: how far wind moves it.
     at: vec4<f32>,
     // w: lightness.
     normal: vec4<f32>,
@@ -27,7 +27,7 @@ struct TreeVertex {
 @group(0) @binding(6) var<storage, read> tree_sways: array<Sway>;
 #endif
 #ifdef LOCAL_COLOR
-// Of each vertex: see hachure::local_color. Those of a triangle are the same.
+// Colour of each vertex: see hachure::local_color. The vertices of a triangle have the same colour.
 @group(0) @binding(7) var<storage, read> tree_colors: array<u32>;
 #endif
 
@@ -35,7 +35,7 @@ struct Vertex {
     @builtin(position) clip: vec4<f32>,
     @location(0) @interpolate(flat) number: u32,
     @location(1) normal: vec4<f32>,
-    // Of the tree that is 1 tall.
+    // Position on a tree of height 1.
     @location(2) own: vec3<f32>,
 #ifdef WIND
     @location(3) step_m: vec3<f32>,
@@ -54,7 +54,7 @@ struct Drawn {
 #endif
 }
 
-// Seen from behind, what is nearer than this is not drawn.
+// Distance below which back faces are not drawn.
 const WITHIN_M: f32 = 14.0;
 
 @vertex
@@ -107,7 +107,7 @@ fn fragment(in: Vertex, @builtin(front_facing) is_front: bool) -> Drawn {
 }
 
 #ifdef LOCAL_COLOR
-// The same, and the colour.
+// The same outputs, and the colour.
 struct Colored {
     @location(0) id: u32,
     @location(1) normal: vec4<f32>,

@@ -1,4 +1,4 @@
-// Position and normal where a tree is seen, over those of the land.
+// Computes position and normal where a tree is visible, over those of the land.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::surface_id::{kind_of, TREE}
 #import hachure::trees::lightness_of
@@ -6,7 +6,7 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
 @group(0) @binding(2) var depth: texture_depth_2d;
-// As it was rasterised; elsewhere it means nothing.
+// Normals as rasterised; undefined elsewhere than on trees.
 @group(0) @binding(3) var tree_normal: texture_2d<f32>;
 @group(0) @binding(4) var position: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(5) var normal: texture_storage_2d<rgba32float, write>;

@@ -1,12 +1,13 @@
-// The shadows that trees throw: which pixels stand between a tree and what the sun would light.
+// The shadows of trees: which pixels are in the shadow of a tree.
 //
-// A tree's shadow is an upright cylinder drawn out away from the sun. A box holds it, of which the faces toward the eye are
-// drawn where they lie before what is seen there. Each pixel's place then asks, along its ray to the sun, whether the tree
-// hides it: by the depths of the picture that was taken from nearest to the sun, at the place where the ray meets them. So
-// a shadow has the outline of its tree, falls on land, models and other trees alike, and needs no map of its own whose
-// texels could be seen; its cost follows what it covers on the picture.
+// A tree's shadow is an upright cylinder extruded away from the sun. A box contains it, and its faces toward the eye
+// are drawn where they are in front of the visible surface. Each pixel's point then tests, along its ray to the sun,
+// whether the tree hides the sun: by the depths of the picture taken from nearest to the sun, where the ray meets them.
+// So a shadow has the outline of its tree, falls on land, models and other trees alike, and needs no shadow map whose
+// texels could be visible; its cost depends on the area that it covers on the picture.
 //
-// A tree does not shade itself: its normals do. In wind (WIND) its shadow leans with it, as far as it leans straight.
+// A tree does not shadow itself: its normals shade it. In wind (WIND) its shadow leans with it, by the straight part of
+// the lean.
 #import hachure::view::View
 #import hachure::earth::bend
 #import hachure::forest::{Forest, Species}
@@ -34,24 +35,24 @@ struct Vertex {
     @location(0) @interpolate(flat) number: u32,
 }
 
-// Of the box: three faces.
+// Corners of the box: three faces.
 const CORNERS: u32 = 18u;
-// Shadows of small trees come gradually, from SHADOW_PX up to so many times as much.
+// Shadows of small trees fade in from SHADOW_PX to this multiple of it.
 const COMES: f32 = 1.5;
-// A shadow that reaches farther than its box fades over this last part.
+// A shadow that is longer than its box fades out over this last part.
 const FADES: f32 = 0.25;
-// What stands before the tree by less is not hidden, in radii of its sphere.
+// Depth by which the tree must be nearer to the sun than a point to hide it, in radii of its sphere.
 const BIAS: f32 = 0.02;
 
 struct Box {
-    // Unit: aside, across and toward the sun.
+    // Unit vectors: aside, across and toward the sun.
     axes: mat3x3<f32>,
-    // From the tree's foot, along these.
+    // Bounds along these axes, from the tree's foot.
     low_m: vec3<f32>,
     high_m: vec3<f32>,
 }
 
-// By how much its top leans, to the east and to the north.
+// Returns the lean of the top, in metres to the east and to the north.
 fn top_leans_m(tree: TreeInstance, number: u32) -> vec2<f32> {
 #ifdef WIND
     return lean_at(tree_sways[number].now, tree.height_m);
@@ -87,7 +88,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     let face = index / 6u;
     let corner = index % 6u;
     let uv = vec2<f32>(select(-1.0, 1.0, corner == 1u || corner == 2u || corner == 4u), select(-1.0, 1.0, corner == 2u || corner >= 4u));
-    // An eye within the box sees it all over the picture; of faces that look away from the eye nothing is drawn.
+    // For an eye within the box it covers the whole picture; faces that look away from the eye are not drawn.
     if !any(is_outside) {
         return Vertex(select(vec4<f32>(0.0), vec4<f32>(uv, 1.0, 1.0), face == 0u), number);
     }
@@ -102,7 +103,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
     return Vertex(view.clip_from_camera * vec4<f32>(at_m, 1.0), number);
 }
 
-// How much of what is around a place of the picture's space lies nearer to the sun than a depth: of four texels.
+// Returns the part of four texels around a position in the picture's space that is nearer to the sun than a depth.
 fn hidden(frame: vec2<f32>, p: vec2<f32>, depth: f32) -> f32 {
     let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
     let at = (vec2<f32>(p.x, -p.y) * 0.5 + 0.5) * frame_px - 0.5;
@@ -134,7 +135,7 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
         discard;
     }
     let species = tree_species[species_of(tree)];
-    // Where it stands upright.
+    // The space where the tree is upright.
     let leans = vec3<f32>(back_of(tree) * leans_m / tree.width_m, 0.0);
     let leaning = own_of(tree, from_foot_m);
     let to_leaning_sun = own_of(tree, forest.to_sun);
@@ -149,7 +150,7 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let origin = (own - species.middle) * axes / species.radius;
     let ray = to_sun * axes / species.radius;
     let per_depth = ray.xy / max(ray.z, 1e-6);
-    // Where the ray crosses the sphere's middle, and what is there as deep as it is.
+    // The depth of the picture where the ray crosses the plane through the sphere's centre.
     let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
     let crossing = origin.xy - per_depth * origin.z;
     let guess = clamp((vec2<f32>(crossing.x, -crossing.y) * 0.5 + 0.5) * frame_px, vec2<f32>(0.0), vec2<f32>(frame_px - 1.0));

@@ -1,5 +1,5 @@
-// How the trees that an eye sees sway in the wind: a thread for each, and then for the one so many farther on. All corners
-// of a tree, and all pixels of its impostor, sway as its foot's place says. Pieces of canopy stand still.
+// Computes the sway of the visible trees in the wind; each thread takes every tree at a stride. All vertices of a tree,
+// and all pixels of its impostor, sway by the position of its foot. Pieces of canopy do not move.
 #import hachure::trees::{TreeInstance, CANOPY, TREE_LEVELS}
 #import hachure::wind::{Wind, Sway, sway_at}
 
@@ -13,7 +13,7 @@ const SWAY_THREADS: u32 = 64u;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    // What found no room is counted all the same.
+    // Instances that did not fit are counted all the same.
     let count = min(tree_draws[wind.counter], arrayLength(&tree_instances));
     for (var i = id.x; i < count; i += SWAY_GROUPS * SWAY_THREADS) {
         let tree = tree_instances[i];

@@ -1,7 +1,7 @@
-// The ink of marks at a darkness that is balanced between the cells around.
+// Computes the ink of marks at a darkness that is interpolated between balanced cells.
 //
-// PAIR: two eyes count the same marks in cells of their own pictures, which lie elsewhere on the surface. Each adds the
-// mean of what both would add at a place of the surface, so that its marks are as dark for both.
+// PAIR: two eyes count the same marks in cells of their own pictures, which are at different positions on the surface.
+// Each adds the mean of what both would add at a point of the surface, so that its marks are equally dark for both.
 #import hachure::view::View
 #import hachure::cover::{Balance, first_cell, ink_of}
 
@@ -17,7 +17,7 @@
 @group(0) @binding(7) var other_more: texture_2d<f32>;
 #endif
 
-// Between cells, at a place on the targets of a view.
+// Interpolates between cells, at a position on the targets of a view.
 fn balanced_at(eye: View, cells: texture_2d<f32>, px: vec2<f32>) -> f32 {
     let place = (px + vec2<f32>(eye.origin_px)) / f32(balance.cell_px) - 0.5;
     let whole = floor(place);
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let clip = other_view.clip_from_camera * vec4<f32>(at.xyz, 1.0);
     let ndc = clip.xy / max(clip.w, 1e-6);
     let there = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(other_view.size_px);
-    // What is not in the other eye's picture has been counted by this eye alone.
+    // A point outside of the other eye's picture has been counted by this eye alone.
     let is_inside = all(there >= vec2<f32>(0.0)) && all(there < vec2<f32>(other_view.size_px));
     if at.w > 0.0 && is_inside {
         balanced = 0.5 * (balanced + balanced_at(other_view, other_more, there));

@@ -1,16 +1,16 @@
-// How far the ink of marks is from the tone that was asked for, in square cells.
+// Sums, in square cells, the difference between the ink of marks and the requested tone.
 #import hachure::view::View
 #import hachure::cover::{Balance, first_cell, ink_of, rise_of}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> balance: Balance;
 @group(0) @binding(2) var cover: texture_2d<f32>;
-// Sums over a cell's pixels that see the surface: ink that is wanting, how fast ink grows with darkness, how many.
+// Sums over a cell's pixels of the surface: missing ink, derivative of ink with respect to darkness, number of pixels.
 @group(0) @binding(3) var sums: texture_storage_2d<rgba32float, write>;
 
 var<workgroup> rows: array<vec3<f32>, 64>;
 
-// Eight cells to a group, and to each eight threads, which take its rows in turns.
+// Eight cells per workgroup and eight threads per cell, which take its rows in turn.
 @compute @workgroup_size(8, 8)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
     let cell = vec2<i32>(group.xy * vec2<u32>(8u, 1u)) + vec2<i32>(i32(local.x), 0);

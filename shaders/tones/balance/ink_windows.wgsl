@@ -1,13 +1,13 @@
-// How much darker or lighter than asked marks have to be about a cell, so that the mean of their ink is the tone: a
-// step of Newton's method for the mean in a window that is a bell.
+// Computes how much darker or lighter than requested marks must be around a cell, so that the mean of their ink is the
+// tone: a step of Newton's method for the mean in a Gaussian window.
 #import hachure::cover::{SIGMA_CELLS, REACH_CELLS}
 
-// Ink that grows slower than this with darkness is not to be pushed: few marks end in the window.
+// Least derivative of ink with respect to darkness that is assumed: with less, few marks end in the window.
 const LEAST_RISE: f32 = 0.4;
 const MOST: f32 = 0.12;
 
 @group(0) @binding(0) var sums: texture_2d<f32>;
-// Added to the darkness.
+// Correction that is added to the darkness.
 @group(0) @binding(1) var more: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)

@@ -1,18 +1,18 @@
-// A step of the blur that stops at silhouettes and creases (Vergne and others 2009, section 4.3: the anisotropic diffusion
-// of Perona and Malik 1990).
+// A step of the blur that stops at silhouettes and creases (Vergne and others 2009, section 4.3: the anisotropic
+// diffusion of Perona and Malik 1990).
 //
 // Changes:
-// - Steps reach farther and farther, by 1, 1, 2, 2, 4, 4 ... pixels, so that few of them make a wide blur. What lies between
-//   is not passed over: a neighbour counts as far as it lies on the plane of the pixel.
-// - Where the paper counts steps, the style tells a standard deviation, and the last step that a pixel wants may be a part
-//   of one: the blur grows smoothly from place to place.
+// - Steps reach farther and farther, by 1, 1, 2, 2, 4, 4 ... pixels, so that few of them make a wide blur. Points in
+//   between are not examined: a neighbour counts as far as it is on the plane of the pixel.
+// - The paper counts steps; here the style gives a standard deviation, and the last step of a pixel may be partial: the
+//   blur varies smoothly from place to place.
 #import hachure::view::View
 #import hachure::relief::{unpacked, on_plane}
 
 struct DiffuseStep {
-    // Between neighbours of this step.
+    // Distance between neighbours in this step.
     stride_px: i32,
-    // Of the blur before this step and after it: the square of its standard deviation.
+    // Variance of the blur before this step and after it, in square pixels.
     variance_before: f32,
     variance_after: f32,
     pad: f32,

@@ -1,12 +1,14 @@
-// How light a place is where relief is shaded at several scales at once (Rusinkiewicz, Burns and DeCarlo 2006, "Exaggerated
+// Exaggerated shading: relief is shaded at several scales at once (Rusinkiewicz, Burns and DeCarlo 2006, "Exaggerated
 // Shading for Depicting Shape and Detail").
 //
-// For each scale the land's normal is held against a light that grazes the next coarser form: the sun's direction less its
-// part along that form's normal. So ridges of every size have a light and a dark side, on slopes that face the sun too. The
-// product is exaggerated and clamped, and scales are added by their weights, with the coarsest form in the light as it is.
+// At each scale the land's normal is compared with a light that grazes the next coarser form: the sun's direction minus
+// its component along that form's normal. So ridges of every size have a light and a dark side, on slopes that face the
+// sun too. The product is exaggerated and clamped, and scales are added with weights, the coarsest form in the
+// unchanged light.
 //
-// Changes: forms are levels of the pyramid under a B-spline, so many pixels to a sample (surface/form.wgsl), and scales
-// double where the paper's grow by the square root of two. What is no land has no forms, and the light as it is.
+// Changes: forms are levels of the pyramid under a B-spline, at a number of pixels per sample (surface/form.wgsl), and
+// scales double where the paper's grow by the square root of two. Surfaces other than land have no forms, and the
+// unchanged light.
 #import hachure::view::{View, from_eye}
 #import hachure::terrain::grid_from_world
 #import hachure::earth::{Unbent, unbend}
@@ -18,9 +20,9 @@ struct ExaggerateRules {
     scales: u32,
     // Size of a sample of the finest form, in pixels.
     finest_px: f32,
-    // Before the product is clamped.
+    // Factor of the product before it is clamped.
     exaggeration: f32,
-    // How many times as much each coarser scale counts.
+    // Weight of each coarser scale relative to the next finer one.
     coarser: f32,
 }
 
@@ -30,7 +32,7 @@ struct ExaggerateRules {
 @group(0) @binding(3) var surface_id: texture_2d<u32>;
 @group(0) @binding(4) var position: texture_2d<f32>;
 @group(0) @binding(5) var normal: texture_2d<f32>;
-// rgb: white; a: the tone that is asked for.
+// rgb: white; a: the requested tone.
 @group(0) @binding(6) var relief_light: texture_storage_2d<rgba16float, write>;
 
 @compute @workgroup_size(8, 8)

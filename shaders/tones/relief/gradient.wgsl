@@ -1,16 +1,17 @@
-// How the depth of the picture rises, from normals (Vergne and others 2009, sections 4.2 and 4.4, steps 1 to 3).
+// Computes the gradient of the picture's depth from normals (Vergne and others 2009, sections 4.2 and 4.4, steps 1 to
+// 3).
 //
-// The paper has the gradient of depth g = -(n_x, n_y) / n_z, and sets its conductance to 0 where a Sobel filter on depth
-// finds a silhouette, or where the normals of neighbours differ by a crease.
+// The paper uses the gradient of depth g = -(n_x, n_y) / n_z, and sets its conductance to 0 where a Sobel filter on
+// depth finds a silhouette, or where the normals of neighbours differ by a crease.
 //
 // Changes:
-// - Through a lens the depth of a plane is not linear across the picture, but its inverse is. So this is the gradient of
-//   inverse depth, n_xy / (n . p) with p the place as the eye has it: level ground has no curvature however it is seen.
-//   From far above, as on a map, both are the same.
-// - A Sobel filter on depth finds silhouettes all over ground that is seen along itself. Here a neighbour is on another
-//   surface if it lies off the plane of the pixel.
-// - How far the blur goes (the importance function of section 4.3) grows with distance, away from the focus of the picture
-//   and on level land, each as the style asks.
+// - In perspective the depth of a plane is not linear across the picture, but its inverse is. So this is the gradient
+//   of inverse depth, n_xy / (n . p) with p the point relative to the eye: level ground has no curvature however it is
+//   seen. From far above, as on a map, both are the same.
+// - A Sobel filter on depth finds silhouettes everywhere on ground at a flat angle. Here a neighbour is on another
+//   surface if it is off the plane of the pixel.
+// - The extent of the blur (the importance function of section 4.3) grows with distance, away from the focus of the
+//   picture and on level land, as the style requests.
 #import hachure::view::{View, from_eye, distance_from_eye}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, haze_clear}
@@ -26,12 +27,12 @@
 @group(0) @binding(5) var position: texture_2d<f32>;
 @group(0) @binding(6) var normal: texture_2d<f32>;
 @group(0) @binding(7) var form_normal: texture_2d<f32>;
-// `packed`; all 0 is what has no relief.
+// As `packed`; all 0 where there is no relief.
 @group(0) @binding(8) var depth_gradient: texture_storage_2d<rgba32float, write>;
 
-// Land is seen along itself where the cosine between its normal and the ray is less; its gradient grows no more.
+// Least cosine between normal and ray; at flatter angles the gradient grows no further.
 const LEAST_FACING: f32 = 0.04;
-// Rise over run of land that is not level.
+// Slope, rise over run, from which on land does not count as level.
 const STEEP: f32 = 0.5;
 
 fn seen(pixel: vec2<i32>) -> vec4<f32> {
@@ -50,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
-    // Each leaf of a tree has a normal of its own.
+    // Each leaf of a tree has its own normal.
     if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) == TREE {
         textureStore(depth_gradient, pixel, vec4<f32>(0.0));
         return;

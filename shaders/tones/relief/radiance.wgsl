@@ -1,20 +1,21 @@
-// How light a place is where the surroundings light it, warped so that form is seen (Vergne and others 2009, section 6).
+// Light warping: the surroundings light each place, warped so that its form is visible (Vergne and others 2009, section
+// 6).
 //
-// Lights surround the scene: the sun, and so many parts of the sky, each with its mean radiance. Equation 2 of the paper
-// is summed over them, with the inverse of the warp and what it does to solid angles (shared/light_warp.wgsl). Equation 3
-// multiplies by (lambda_u lambda_v)^gamma.
+// Lights surround the scene: the sun, and a number of parts of the sky, each with its mean radiance. Equation 2 of the
+// paper is summed over them, with the inverse of the warp and its effect on solid angles (shared/light_warp.wgsl).
+// Equation 3 multiplies by (lambda_u lambda_v)^gamma.
 //
-// Readings and changes:
+// Interpretations and changes:
 // - Curvature is positive where the surface bulges toward the eye; there more of the surroundings is gathered.
-// - Diffuse light of the parts of the sky is divided by what a white sky would give, summed over the same parts. So a
-//   white sky stays white whatever the warp does, and few lights leave no bands.
-// - Light is clamped to the hemisphere about the normal after the inverse warp. The paper clamps it before as well; with a
-//   white sky that would darken all that bends.
+// - The diffuse light of the parts of the sky is divided by that of a white sky, summed over the same parts. So a white
+//   sky stays white whatever the warp does, and few lights leave no bands.
+// - Light is clamped to the hemisphere around the normal after the inverse warp. The paper clamps it before as well;
+//   with a white sky that would darken every curved surface.
 // - The glossy part is the isotropic lobe of Ashikhmin and Shirley (2000, "An anisotropic Phong BRDF model").
-// - Curvature along the direction of sight is what the paper has; `foreshortening` takes it back on land that is seen along
-//   itself, where each sample of a DEM would be a fold.
+// - The paper uses curvature along the line of sight; `foreshortening` reduces it on land at a flat angle, where each
+//   sample of a DEM would look like a fold.
 //
-// Without WARPED light is as it is.
+// Without WARPED, light is unchanged.
 #import hachure::view::{View, from_eye, distance_from_eye}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, tone_of_lit}
@@ -30,28 +31,28 @@
 #endif
 
 struct Surroundings {
-    // Unit, in the world: right and down on the picture.
+    // Unit vectors in the world: right and down on the picture.
     right: vec3<f32>,
     // Exponent of (lambda_u lambda_v).
     gamma: f32,
     down: vec3<f32>,
-    // Of glossy light, and its exponent.
+    // Strength of glossy light, and its exponent.
     gloss: f32,
-    // Unit, toward the sun, as the picture has it.
+    // Unit vector toward the sun, in the axes of the picture.
     to_sun: vec3<f32>,
     shininess: f32,
-    // On what faces the sun, linear.
+    // Light of the sun on a surface that faces it, linear.
     sun: vec3<f32>,
-    // How many parts the sky has: each has the same solid angle.
+    // Number of parts of the sky, all with the same solid angle.
     count: u32,
 }
 
-// A part of what surrounds the scene.
+// A part of the sky around the scene.
 struct SkyLight {
-    // Unit: right, down, and toward the eye, as the picture has them.
+    // Unit vector in the axes of the picture: right, down, and toward the eye.
     direction: vec3<f32>,
     pad_a: f32,
-    // Linear; of the whole sky level land has 1.
+    // Linear; scaled so that the whole sky gives level land a light of 1.
     radiance: vec3<f32>,
     pad_b: f32,
 }
@@ -64,7 +65,7 @@ struct SkyLight {
 @group(0) @binding(5) var position: texture_2d<f32>;
 @group(0) @binding(6) var normal: texture_2d<f32>;
 @group(0) @binding(7) var form_normal: texture_2d<f32>;
-// rgb: the light's colour, of luminance 1; a: the tone that is asked for.
+// rgb: the light's colour, of luminance 1; a: the requested tone.
 @group(0) @binding(8) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef WARPED
 @group(0) @binding(20) var<storage, read> relief_rules: ReliefRules;
@@ -75,10 +76,10 @@ struct SkyLight {
 #endif
 
 const PI: f32 = 3.1415927;
-// What the glossy part reflects face on.
+// Reflectance of the glossy part at normal incidence.
 const FACE_ON: f32 = 0.3;
 
-// The glossy part of what a light gives, with its cosine.
+// Returns the glossy light of a source, including its cosine.
 fn glossy(n: vec3<f32>, to_light: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     let cosine = max(dot(n, to_light), 0.0);
     let between = to_light + to_eye;

@@ -1,10 +1,10 @@
-// How light a place is where its light is scaled by curvature (Vergne, Pacanowski, Barla, Granier and Schlick 2010, "Radiance
-// Scaling for Versatile Surface Enhancement", section 3): one light, and so cheaper than a warp of many.
+// Radiance scaling: light is scaled by curvature (Vergne, Pacanowski, Barla, Granier and Schlick 2010, "Radiance
+// Scaling for Versatile Surface Enhancement", section 3). It uses one light, and so is cheaper than a warp of many.
 //
-// With d how light a place is and e = exp(-gamma kappa), d is multiplied by
-// (alpha e + d (1 - alpha - alpha e)) / (alpha + d (e - alpha - alpha e)). What is lighter than alpha becomes lighter where
-// the surface bulges and darker in hollows, what is darker the other way around, and kappa = 0 leaves it as it is. Kappa is
-// the mean curvature, here brought within -1 and 1 by an arctangent as the warp's is.
+// With d the light of a place and e = exp(-gamma kappa), d is multiplied by (alpha e + d (1 - alpha - alpha e)) /
+// (alpha + d (e - alpha - alpha e)). Light above alpha becomes lighter where the surface bulges and darker in hollows,
+// light below alpha the opposite, and kappa = 0 leaves it unchanged. Kappa is the mean curvature, here limited to -1 to
+// 1 by an arctangent as in the warp.
 #import hachure::view::{View, from_eye}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, light_tone}
@@ -15,9 +15,9 @@
 #import hachure::relief::{ReliefRules, bend_at}
 
 struct ScalingRules {
-    // How strong it is: gamma.
+    // Strength, gamma.
     strength: f32,
-    // The tone that stays as it is: alpha.
+    // The tone that stays unchanged, alpha.
     invariant: f32,
 }
 
@@ -30,7 +30,7 @@ struct ScalingRules {
 @group(0) @binding(6) var normal: texture_2d<f32>;
 @group(0) @binding(7) var form_normal: texture_2d<f32>;
 @group(0) @binding(8) var depth_gradient: texture_2d<f32>;
-// rgb: white; a: the tone that is asked for.
+// rgb: white; a: the requested tone.
 @group(0) @binding(9) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef TREE_SHADOWS
 @group(0) @binding(22) var tree_shadow: texture_2d<f32>;
