@@ -78,9 +78,9 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
                     format!("{name} is an option of a command: hachure {command} …")
                 }
                 _ if is_option && !suggested.is_empty() && suggested != "--" => {
-                    format!("there is no option {}; did you mean {suggested}?", quoted(name))
+                    format!("unknown option {}; did you mean {suggested}?", quoted(name))
                 }
-                _ if is_option => format!("there is no option {}; see {} --help", quoted(name), command(known)),
+                _ if is_option => format!("unknown option {}; see {} --help", quoted(name), command(known)),
                 _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
             }
         }
