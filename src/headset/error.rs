@@ -62,7 +62,9 @@ pub enum HeadsetError {
         most: u32,
     },
     /// The field of view is empty.
-    #[error("--vr: the headset's field of view is empty: {left} to {right} across, {down} to {up} up (radians)")]
+    #[error(
+        "--vr: the headset reports an empty field of view: {left} to {right} rad across, {down} to {up} rad upwards"
+    )]
     Lens {
         /// Angle to the left edge, in radians; usually negative.
         left: f32,

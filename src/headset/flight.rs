@@ -270,7 +270,7 @@ impl Flight {
         let [p50_ms, p95_ms] = times.map_or([f64::NAN; 2], |times| [times.p50, times.p95]);
         let [[width, height], [right_width, right_height]] = self.headset.sizes_px();
         let text = format!(
-            "{width}x{height} and {right_width}x{right_height} {}: {} frames, renderer p50 {p50_ms:.2} ms, p95 \
+            "{width}x{height} and {right_width}x{right_height} {}: {} frames, frame p50 {p50_ms:.2} ms, p95 \
              {p95_ms:.2} ms, {:.1} frames per second",
             self.styles[self.style].name,
             self.drawn,

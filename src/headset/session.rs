@@ -113,7 +113,7 @@ impl Headset {
         let views =
             instance.enumerate_view_configuration_views(*system, VIEWS).during("xrEnumerateViewConfigurationViews")?;
         let &[left, right] = views.as_slice() else {
-            return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each of two eyes" });
+            return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each eye" });
         };
         let blends =
             instance.enumerate_environment_blend_modes(*system, VIEWS).during("xrEnumerateEnvironmentBlendModes")?;

@@ -108,7 +108,7 @@ impl Overlay {
         }
         let screen = ScreenDescriptor { size_in_pixels: size_px, pixels_per_point: painted.pixels_per_point };
         let callbacks = self.renderer.update_buffers(&gpu.device, &gpu.queue, encoder, &painted.shapes, &screen);
-        debug_assert!(callbacks.is_empty(), "the panel paints nothing by itself");
+        debug_assert!(callbacks.is_empty(), "the panel uses no paint callbacks");
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("panel"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

@@ -197,7 +197,7 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked:
     // A start may be outside of the slider's range, and stays until the slider is moved.
     let clamping = egui::SliderClamping::Edits;
     let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
-    knob(ui, "View angle", "Vertical field of view ([ ])", slider);
+    knob(ui, "Field of view", "Vertical field of view ([ ])", slider);
     let slider = Slider::new(&mut camera.clearance_m, LEAST_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
     knob(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
@@ -214,9 +214,9 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked:
 
 fn light(ui: &mut Ui, settings: &mut Settings) {
     let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun from", "Azimuth, clockwise from north", slider);
+    knob(ui, "Sun azimuth", "Azimuth, clockwise from north", slider);
     let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun height", "Elevation above the horizon", slider);
+    knob(ui, "Sun elevation", "Elevation above the horizon", slider);
     let mut haze_km = settings.haze_m / 1000.0;
     let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
     knob(ui, "Haze", "Distance at which 63 % of the contrast is lost", slider);

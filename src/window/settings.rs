@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn eyes_follow_the_land_slowly() {
         let mut settings = settings();
-        assert!(!settings.follow_land(3000.0, 0.1), "one eye has nothing to follow with");
+        assert!(!settings.follow_land(3000.0, 0.1), "a single eye has no distance to adapt");
         settings.eyes = Eyes::SideBySide;
         assert_eq!(settings.picture_px([641, 10]), [321, 10]);
         settings.follows_land = true;

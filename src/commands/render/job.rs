@@ -190,7 +190,7 @@ impl Job<'_> {
                     film.write_frame(&rows)?;
                     report
                 }
-                (OutputKind::Mp4, None) => unreachable!("the film was made above"),
+                (OutputKind::Mp4, None) => unreachable!("the film was created above"),
             };
             total.append(report);
         }

@@ -140,7 +140,7 @@ impl Sidecars {
 impl Job<'_> {
     /// Writes the map's pixels to `path`.
     pub(super) fn geotiff(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let Some(placed) = &self.map else { unreachable!("it was checked that there is a map") };
+        let Some(placed) = &self.map else { unreachable!("checked: a map is drawn") };
         let tags = geotags::place_tags(&placed.georeference).map_err(|cause| FileError::write(path, cause))?;
         let [width, height] = self.args.size();
         let mut writer = GeoTiffWriter::create(path, width, height, tags, self.args.dpi)?;
@@ -156,11 +156,11 @@ impl Job<'_> {
     pub(super) fn features(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let (layers, drawn, report) = self.layers(path, pose, true)?;
         let (Some(placed), Some(svg)) = (&self.map, &self.svg) else {
-            unreachable!("it was checked that there is a map, and options of lines were made")
+            unreachable!("checked: a map with lines is drawn")
         };
         let terrain = &self.world.surfaces.terrain;
         let world = terrain.store().georeference();
-        let Some(epsg) = world.epsg() else { unreachable!("it was checked that there is a code") };
+        let Some(epsg) = world.epsg() else { unreachable!("checked: the reference system has a code") };
         let turn = match &world.crs {
             Crs::Geographic { radians_per_unit, .. } => Some(std::f64::consts::TAU / radians_per_unit),
             Crs::Projected { .. } | Crs::Local => None,

@@ -171,7 +171,7 @@ impl Job<'_> {
         pose: Pose,
         is_on_earth: bool,
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
-        let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
@@ -207,7 +207,7 @@ impl Job<'_> {
     /// Writes the strokes and marks of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let (layers, drawn, report) = self.layers(path, pose, false)?;
-        let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("created for this output") };
         let [width, height] = self.args.size();
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),
