@@ -96,7 +96,7 @@ mod in_headset {
     pub fn run(_args: &super::FlyArgs) -> anyhow::Result<()> {
         anyhow::bail!(
             "--vr: this build of hachure has no headset (feature `headset`, Linux and Windows only); use `hachure \
-                     render --eyes side-by-side` to draw both eyes into a file"
+             render --eyes side-by-side` to draw both eyes into a file"
         )
     }
 }

@@ -78,8 +78,8 @@ pub struct RenderArgs {
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Resolution on paper, in dots per inch: the style's lengths, in pixels at 96 dpi, scale with it [default with
-    /// --paper: 300]
+    /// Resolution on paper, in dots per inch: the style's lengths, in pixels at 96 dpi, scale with it [default: 300
+    /// for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov in metres and degrees; z as +h is the height above ground [default: the scene's]
@@ -334,7 +334,7 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     match (kind, &args.path) {
         (OutputKind::Picture(_), Some(_)) => Err(Misuse(format!(
             "--path draws many frames, and {output} is one picture; write frames to a pattern like dir/%05d.png or a \
-                         film to .mp4, or use --camera for one picture"
+             film to .mp4, or use --camera for one picture"
         ))),
         (OutputKind::Frames(..), None) => {
             Err(Misuse(format!("{output}: a pattern of frames requires a camera path; add --path FILE")))
@@ -394,7 +394,7 @@ fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> St
     let of = if frames > 1 { format!(" in {} of {frames} frames", report.over_budget) } else { String::new() };
     format!(
         "the surface error is {:.2} px{of} instead of --lod-error {lod_error}, which would need more triangles than \
-                 are allowed for a picture of this size",
+         are allowed for a picture of this size",
         report.error_px
     )
 }

@@ -66,7 +66,7 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
         Crs::Local => bail!("cannot write {output}: the world is not georeferenced"),
         Crs::Projected { name, .. } | Crs::Geographic { name, .. } => bail!(
             "cannot write {output}: a .geojson needs an EPSG code, and no code describes {} completely; write a .tif \
-                         instead",
+             instead",
             named(name.as_str())
         ),
     }

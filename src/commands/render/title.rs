@@ -36,7 +36,8 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
     let taken_px = style.paper.foot_px + 2.0 * style.paper.margin_px;
     if taken_px > 0.5 * height as f32 || width < 64 {
         return Err(Misuse(format!(
-            "--title: a picture of {width}x{height} px is too small for a title block, which takes {taken_px:.0} px of its height"
+            "--title: a picture of {width}x{height} px is too small for a title block, which takes {taken_px:.0} px of \
+             its height, margins included"
         )));
     }
     Ok(style)
