@@ -1,4 +1,4 @@
-//! Arguments only; the work is in `commands`.
+//! The program `hachure`: parses the arguments and runs the command; the work is done in `commands`.
 #![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
 use std::io::IsTerminal;
@@ -21,33 +21,33 @@ struct Cli {
     command: Option<Command>,
     #[command(flatten)]
     fly: commands::fly::FlyArgs,
-    /// The GPU: `software`, or a part of its name
+    /// GPU to use: best, software, or part of a GPU's name
     #[arg(long, global = true, default_value = "best")]
     adapter: AdapterWish,
-    /// Tell more; twice for everything
+    /// Print more; -vv prints everything
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
 }
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Fly over a world in a window; what happens without a command
+    /// Fly over a world in a window (the default command)
     Fly(commands::fly::FlyArgs),
-    /// Draw a picture, a row of pictures, or a film
+    /// Draw a picture, a sequence of frames, or a film
     Render(Box<commands::render::RenderArgs>),
     /// Fly a camera path and report what each style costs
     Bench(commands::bench::BenchArgs),
-    /// Bake a height file into a tile pyramid: a cloud-optimised GeoTIFF
+    /// Bake elevation data into a tile pyramid (a cloud-optimised GeoTIFF)
     Bake(commands::bake::BakeArgs),
-    /// Tell what a DEM, pyramid, scene, style or camera path is
+    /// Describe a DEM, pyramid, scene, style or camera path
     Info(commands::info::InfoArgs),
     /// List, show and check styles
     Styles(commands::styles::StylesArgs),
 }
 
-/// Characters of an error's line, at most: enough for two long names of files and a cause.
+/// Longest error line, in characters: enough for two long file names and a cause.
 const LONGEST_LINE: usize = 480;
-/// Of a line of the log.
+/// Longest line of the log, in characters.
 const LONGEST_LOG_LINE: usize = 4000;
 
 fn main() -> ExitCode {
@@ -68,12 +68,12 @@ fn main() -> ExitCode {
         .with_ansi(std::io::stderr().is_terminal())
         .with_target(false)
         .without_time()
-        // Names of files and words of servers are in these lines, too.
+        // Log lines also contain file names and text from servers.
         .fmt_fields(debug_fn(|writer, field, value| match field.name() {
             "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
             name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
         }))
-        // Else a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
+        // Otherwise a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
         .log_internal_errors(false)
         .init();
     let result = match &cli.command {
@@ -94,31 +94,32 @@ fn main() -> ExitCode {
     }
 }
 
-/// Gives variables of the environment a value where they have none, so that libraries do not write to standard error.
+/// Sets environment variables that are unset or empty, so that libraries do not write to standard error.
 ///
-/// - `XDG_RUNTIME_DIR`: Mesa looks for Wayland whether or not a window is wanted, and libwayland writes two lines if it
-///   does not know where: in every run without a desktop. Nobody finds anything in the folder of this name, which is as
-///   without the variable. The runtime of a headset does look there for its service, so with `--vr` it stays as it is.
-/// - `XR_LOADER_DEBUG`: the loader of OpenXR writes what is missing in lines of its own, and hachure in one.
+/// - `XDG_RUNTIME_DIR`: Mesa looks for Wayland even if no window is wanted, and libwayland writes two lines if the
+///   variable is unset, as it is in every run without a desktop. The folder named here does not exist, so nothing is
+///   found, as without the variable. The runtime of a headset looks for its service in this folder, so with `--vr` the
+///   variable is left alone.
+/// - `XR_LOADER_DEBUG`: the loader of OpenXR would write several lines about what is missing; hachure writes one.
 fn hush_libraries() {
     let with_headset = std::env::args_os().any(|word| word == "--vr");
     let (name, value) = if with_headset { ("XR_LOADER_DEBUG", "none") } else { ("XDG_RUNTIME_DIR", "/nonexistent") };
     if cfg!(target_os = "linux") && std::env::var_os(name).is_none_or(|value| value.is_empty()) {
-        // SAFETY: nothing else runs yet, so no thread reads the environment meanwhile.
-        #[allow(unsafe_code, reason = "these libraries can be told in no other way")]
+        // SAFETY: nothing else runs yet, so no other thread reads the environment.
+        #[allow(unsafe_code, reason = "these libraries offer no other way to silence them")]
         unsafe {
             std::env::set_var(name, value);
         }
     }
 }
 
-/// One line on standard error, whatever names of files and words of servers are in it.
+/// Prints one line to standard error, escaped and cut to [`LONGEST_LINE`], and returns the exit status.
 fn fail(message: &str, status: u8) -> ExitCode {
     complain(&format!("hachure: {}", printable(message, LONGEST_LINE)));
     ExitCode::from(status)
 }
 
-/// The arguments; or how the program ends without any work.
+/// Parses the arguments; returns an exit code if the program ends without any work (help, version, misuse).
 fn parsed() -> Result<Cli, ExitCode> {
     let matches = Cli::command().try_get_matches();
     let cli = matches.and_then(|matches| Ok((Cli::from_arg_matches(&matches)?, stray(&matches))));
@@ -126,7 +127,7 @@ fn parsed() -> Result<Cli, ExitCode> {
         Ok((cli, None)) => Ok(cli),
         Ok((_, Some(misuse))) => Err(fail(&misuse.to_string(), 2)),
         Err(error) if !error.use_stderr() => {
-            // Help or version, which may go to a reader that has heard enough.
+            // Help or version; the reader may have closed the pipe.
             let _ = error.print();
             Err(ExitCode::SUCCESS)
         }
@@ -138,11 +139,11 @@ fn parsed() -> Result<Cli, ExitCode> {
     }
 }
 
-/// What stands before a command and is not for all of them. `-v` and `--adapter` may stand anywhere.
+/// Returns the misuse if an argument of `fly` is before another command. `-v` and `--adapter` may be anywhere.
 fn stray(matches: &ArgMatches) -> Option<Misuse> {
     let command = matches.subcommand_name()?;
     let parser = Cli::command();
-    // Those of the flight; there are groups of arguments as well.
+    // The arguments of `fly`; the ids of argument groups are skipped.
     let mut arguments = parser.get_arguments().map(clap::Arg::get_id).filter(|id| *id != "adapter" && *id != "verbose");
     let id = arguments.find(|id| {
         matches.try_contains_id(id.as_str()).is_ok()

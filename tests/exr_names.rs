@@ -151,7 +151,7 @@ fn places_and_normals_are_those_of_the_slope() {
 fn names_without_channels_are_told() {
     let folder = place();
     for (arguments, words) in [
-        ("slope.asc -o a.exr --aov-names standard", "--aov-names: it names the channels of --aov"),
+        ("slope.asc -o a.exr --aov-names standard", "--aov-names: requires --aov"),
         ("slope.asc -o a.exr --aov depth --aov-names nuke", "it must be hachure or standard"),
     ] {
         let output = program::run(folder.path(), arguments);

@@ -258,12 +258,12 @@ fn paper_and_dots_make_pixels() {
     assert!(text.contains("width=\"25.4mm\" height=\"12.7mm\""), "{}", &text[..400]);
 
     for (arguments, cause) in [
-        ("--paper a4 --size 100x100 -o x.png", "--size: on --paper"),
-        ("--portrait -o x.png", "--portrait: it turns --paper"),
+        ("--paper a4 --size 100x100 -o x.png", "--size: with --paper"),
+        ("--portrait -o x.png", "--portrait: requires --paper"),
         ("--paper a9 -o x.png", "--paper \"a9\""),
-        ("--paper 99999x10 --dpi 10000 -o x.png", "a side has 1 to 1048576"),
+        ("--paper 99999x10 --dpi 10000 -o x.png", "each side must be 1 to 1048576"),
         ("--dpi 0 -o x.png", "--dpi"),
-        ("--dpi 300 -o x.mp4 --path tour", "a film lies on no paper"),
+        ("--dpi 300 -o x.mp4 --path tour", "a film has no paper"),
         ("--style strokes --paper a5 --portrait -o x.svg", "without --dpi"),
     ] {
         let said = place.refused(&format!("hill.asc {arguments}"));

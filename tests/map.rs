@@ -294,12 +294,12 @@ fn what_a_map_cannot_be_is_told_in_a_line() {
         ("pillars.asc --map -o %03d.png", ["--map", "pattern"]),
         ("pillars.asc --map --camera 0,0,9,0,0,9 -o map.png", ["--map", "--camera"]),
         ("pillars.asc --map --path tour -o map.png", ["--map", "--path"]),
-        ("pillars.asc --map --eyes anaglyph -o map.png", ["--eyes", "one eye"]),
+        ("pillars.asc --map --eyes anaglyph -o map.png", ["--eyes", "--eyes mono"]),
         ("--map pillars.asc -o map.png", ["--map", "EAST,NORTH,WIDTH"]),
         ("pillars.asc --map 0,0,-5 -o map.png", ["--map", "width"]),
         ("pillars.asc --map --style wash -o map.tiff2", ["map.tiff2", ".geojson"]),
         ("pillars.asc --map --margin 5 --style strokes -o map.geojson", ["--margin", ".svg"]),
-        ("nowhere.asc --map --style strokes -o map.geojson", ["map.geojson", "where on the earth"]),
+        ("nowhere.asc --map --style strokes -o map.geojson", ["map.geojson", "not georeferenced"]),
     ] {
         let said = place.refused(arguments);
         assert!(words.iter().all(|word| said.contains(word)), "{arguments}: {said}");

@@ -87,7 +87,7 @@ fn sheets_are_the_poster_pixel_for_pixel() {
     let said = program::run(folder.path(), &format!("{arguments} -o poster.png"));
     assert!(said.status.success(), "{}", String::from_utf8_lossy(&said.stderr));
     let said = String::from_utf8(said.stdout).unwrap();
-    let expected = "9 sheets of 148x105 mm, poster-A1.png to poster-C3.png: 3 rows of 3, which overlap by 12 mm";
+    let expected = "9 sheets of 148x105 mm, poster-A1.png to poster-C3.png: 3 rows of 3, overlapping by 12 mm";
     assert_eq!(said.trim_end(), expected);
     let poster = read_rgba8(&folder.path().join("poster.png")).unwrap();
     let across = Axis::new(148.0, poster.width as usize, 60.0, 12.0, 6.0);
@@ -213,11 +213,11 @@ fn what_cannot_be_cut_is_told() {
     let folder = tempfile::tempdir().unwrap();
     write_hill(folder.path());
     for (arguments, words) in [
-        ("-o a.png --sheets a4", "has no size in millimetres; --paper or --dpi gives it one"),
+        ("-o a.png --sheets a4", "has no size in millimetres; add --paper or --dpi"),
         ("-o a.svg --style strokes --sheets a4", "has no size in millimetres"),
-        ("-o a.exr --dpi 100 --sheets a4", "--sheets: it cuts a drawing in a .png or an .svg"),
+        ("-o a.exr --dpi 100 --sheets a4", "--sheets: can only cut a drawing in a .png or .svg"),
         ("-o a.png --dpi 100 --sheets a9", "--sheets \"a9\": it must be a0"),
-        ("-o a.png --dpi 100 --sheets-overlap 3", "--sheets-overlap: it is for --sheets"),
+        ("-o a.png --dpi 100 --sheets-overlap 3", "--sheets-overlap: requires --sheets"),
         ("-o a.png --dpi 100 --sheets a4 --sheets-overlap 200", "leave no room"),
         ("-o a.png --dpi 20 --sheets 60x60mm", "the limit is 400"),
         ("-o a.png --dpi 100 --sheets a4 --sheets-margin=-1", "--sheets-margin"),

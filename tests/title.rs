@@ -154,12 +154,12 @@ fn what_a_title_cannot_have_is_told() {
     let folder = folder.path();
     let said = draw(folder, "hill.asc --size 200x200 -o a.png", "山 and 山 and Ж");
     let told: Vec<&str> = said.lines().filter(|line| line.contains("--title")).collect();
-    assert!(matches!(told.as_slice(), [line] if line.ends_with("has no letter here: Ж 山")), "{said}");
+    assert!(matches!(told.as_slice(), [line] if line.ends_with("drawn as question marks: Ж 山")), "{said}");
     for (arguments, words) in [
-        ("hill.asc --size 64x100 -o b.png --title x", "--title: a picture of 64x100 px has no room"),
-        ("hill.asc --size 32x300 -o b.png --title x", "has no room"),
-        ("hill.asc --eyes anaglyph --style pen -o b.svg --title x", "an anaglyph in an .svg has none"),
-        ("hill.asc --map --style pen -o b.geojson --title x", "it stands on paper"),
+        ("hill.asc --size 64x100 -o b.png --title x", "--title: a picture of 64x100 px is too small"),
+        ("hill.asc --size 32x300 -o b.png --title x", "is too small"),
+        ("hill.asc --eyes anaglyph --style pen -o b.svg --title x", "an anaglyph in an .svg has no title block"),
+        ("hill.asc --map --style pen -o b.geojson --title x", "a .geojson has no title block"),
     ] {
         let output = program::run(folder, arguments);
         let said = String::from_utf8(output.stderr).unwrap();

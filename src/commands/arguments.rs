@@ -1,4 +1,4 @@
-//! Values of arguments: what they may be, and what is said where they are not.
+//! Parsers and checks of argument values, with their error messages.
 
 use std::path::Path;
 
@@ -10,26 +10,26 @@ use crate::scene::embedded;
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
 
-/// A finite number.
+/// Parses a finite number.
 ///
 /// # Errors
-/// Says what it must be; so do the others.
+/// Returns what the value must be; so do the other parsers of this module.
 pub fn number(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "it must be a number".to_owned())
 }
 
-/// A finite number above 0.
+/// Parses a finite number above 0.
 pub fn above_0(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "it must be a number above 0".to_owned())
 }
 
-/// A number other than 0.
+/// Parses a finite number other than 0.
 pub fn not_0(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&number| number != 0.0).ok_or_else(|| "it must be a number other than 0".to_owned())
 }
 
-/// A number from `least` to `most`.
+/// Returns a parser of numbers from `least` to `most`, ends included.
 pub fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let number = number(text).ok().filter(|number| (least..=most).contains(number));
@@ -37,13 +37,13 @@ pub fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + 
     }
 }
 
-/// Frames in a second.
+/// Parses a frame rate: frames per second, above 0 and at most 1000.
 pub fn frame_rate(text: &str) -> Result<f64, String> {
     let rate = above_0(text).ok().filter(|&rate| rate <= 1000.0);
     rate.ok_or_else(|| "it must be a number above 0, at most 1000".to_owned())
 }
 
-/// A whole number from `least` to `most`.
+/// Returns a parser of whole numbers from `least` to `most`, ends included.
 pub fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let number = text.parse().ok().filter(|number| (least..=most).contains(number));
@@ -53,10 +53,10 @@ pub fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) ->
     }
 }
 
-/// A preset or a style file, whose pictures are there.
+/// Loads a preset or a style file, and checks that its pictures exist.
 ///
 /// # Errors
-/// [`Misuse`] where there is no style of that name; what is wrong with its file.
+/// Returns [`Misuse`] if there is no style of that name, else what is wrong with its file.
 pub fn style(name: &str) -> anyhow::Result<Style> {
     let style = Style::load(name).map_err(|error| match error {
         StyleError::Unknown { .. } => anyhow::Error::from(Misuse::of(error)),
@@ -66,16 +66,16 @@ pub fn style(name: &str) -> anyhow::Result<Style> {
     Ok(style)
 }
 
-/// That a WORLD, if it is a file, is there.
+/// Checks that WORLD exists, if it is a file.
 ///
 /// # Errors
-/// [`Misuse`] where it looks like a command; else that there is no such file.
+/// Returns [`Misuse`] if the name looks like a mistyped command, else an error that there is no such file.
 pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     let Some(world) = world.filter(|world| !world.contains("://")) else { return Ok(()) };
     if world.is_empty() {
-        return Err(Misuse("the WORLD is empty; without one, it is the embedded world".to_owned()).into());
+        return Err(Misuse("WORLD is empty; leave it out for the embedded world".to_owned()).into());
     }
-    // Where nobody may look the opening tells.
+    // A file that may not be looked at is reported when it is opened.
     if Path::new(world).try_exists().unwrap_or(true) {
         return Ok(());
     }
@@ -88,22 +88,22 @@ pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     bail!("{}: {}", if world.trim().is_empty() { quoted(world) } else { named(world) }, no_such_file(world))
 }
 
-/// What is said of a file that is not there; of a bare name also what is inside the program.
+/// Returns the message for a file that does not exist; for a bare name it lists the built-in scenes.
 pub fn no_such_file(name: &str) -> String {
     match name.contains(['.', '/', '\\']) || name.trim().is_empty() {
         true => "there is no such file".to_owned(),
-        false => format!("there is no such file, and inside hachure are the scenes {}", embedded::scene_names()),
+        false => format!("there is no such file; the built-in scenes are {}", embedded::scene_names()),
     }
 }
 
-/// That a file is not an address: `command` reads files of this machine.
+/// Checks that `file` is not an address, since `command` only reads local files.
 ///
 /// # Errors
-/// [`Misuse`].
+/// Returns [`Misuse`] for an address.
 pub fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
     if !file.to_string_lossy().contains("://") || file.exists() {
         return Ok(());
     }
-    // An address may hold a password: it is not repeated.
-    Err(Misuse(format!("{command} reads files of this machine; render, bench and fly read addresses")))
+    // An address may contain a password, so it is not repeated.
+    Err(Misuse(format!("{command} reads local files only; render, bench and fly also read addresses")))
 }

@@ -1,7 +1,7 @@
-//! `hachure bake`: height files become a pyramid, a cloud-optimised GeoTIFF with measured errors beside it.
+//! `hachure bake`: turns height files into a pyramid, a cloud-optimised GeoTIFF with measured errors in a sidecar file.
 //!
-//! A long bake keeps what is done in a work folder beside the output. Ctrl-C, a kill or a power cut lose the chunks
-//! that were under way; `--resume` goes on. With `--shard I/N` several machines fill one work folder, and a last call
+//! A long bake stores finished chunks in a work folder next to the output. Ctrl-C, a kill or a power cut lose only the
+//! chunks in progress; `--resume` continues. With `--shard I/N` several machines fill one work folder, and a final call
 //! with `--resume` joins the parts.
 
 use std::path::{Path, PathBuf};
@@ -27,49 +27,49 @@ use crate::source::{self, HeightReader, Kind, OpenOptions, VoidMode};
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
 pub struct BakeArgs {
-    /// Height files, or folders of them: several become one grid
+    /// Height files, or folders of them; several inputs are combined into one grid
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
-    /// The pyramid: a cloud-optimised GeoTIFF
+    /// Output pyramid, a cloud-optimised GeoTIFF
     #[arg(short, long, value_name = "OUT.tif")]
     pub output: PathBuf,
-    /// How far a stored height may be from the original one, in metres; 0 keeps every bit
+    /// Largest difference between a stored height and the original, in metres; 0 is lossless
     #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = arguments::from_to(0.0, 1e6), allow_hyphen_values = true)]
     pub max_error: f64,
-    /// Bake part I of N into the work folder OUT.tif.parts and stop; a last call with --resume joins all
+    /// Bake only part I of N into the work folder OUT.tif.parts; a final call with --resume joins all parts
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<(u32, u32)>,
-    /// Go on with the parts that an earlier call left in the work folder
+    /// Continue with the parts that an earlier call left in the work folder
     #[arg(long)]
     pub resume: bool,
-    /// Metres between samples, for heightmaps that do not say
+    /// Distance between the samples of a heightmap, in metres [default: the side file's, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub spacing: Option<f64>,
-    /// Width and height of a raw heightmap
+    /// Width and height of a raw heightmap, in samples [default: the side file's, or a square]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     pub raw_size: Option<[u32; 2]>,
-    /// Whether a raw heightmap has its high bytes first
+    /// Byte order of a raw heightmap: true is big-endian, false little-endian [default: the side file's, or false]
     #[arg(long)]
     pub raw_big_endian: Option<bool>,
-    /// Metres per step of a heightmap
+    /// Metres per integer step of a heightmap [default: the side file's, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::not_0, allow_hyphen_values = true)]
     pub height_scale: Option<f64>,
-    /// Height of a heightmap's 0
+    /// Height of a heightmap's value 0, in metres [default: the side file's, or 0]
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
-    /// What height files leave open.
+    /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
-    /// Tiles along the side of a chunk, as a power of 2; for tests
+    /// Side of a chunk in tiles, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = arguments::whole::<u32>(1, 6))]
     pub chunk_levels: u32,
-    /// Print what was baked, for programs
+    /// Print the result as JSON
     #[arg(long)]
     pub json: bool,
 }
 
 impl BakeArgs {
-    /// What heightmaps without a header mean.
+    /// Returns how to interpret heightmaps without a header.
     fn meaning(&self) -> OpenOptions {
         OpenOptions {
             spacing_m: self.spacing,
@@ -82,13 +82,13 @@ impl BakeArgs {
     }
 }
 
-/// Set by Ctrl-C.
+/// Whether Ctrl-C was pressed.
 static STOP: AtomicBool = AtomicBool::new(false);
 
 fn parse_shard(text: &str) -> Result<(u32, u32), String> {
     let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
     let shard = parsed.filter(|&(i, n): &(u32, u32)| 1 <= i && i <= n);
-    shard.ok_or_else(|| "it must be I/N with 1 ≤ I ≤ N, like 3/8".to_owned())
+    shard.ok_or_else(|| "it must be I/N with 1 ≤ I ≤ N, such as 3/8".to_owned())
 }
 
 #[derive(Serialize)]
@@ -99,9 +99,9 @@ struct Report<'a> {
     heights: Heights,
     #[serde(flatten)]
     levels: Levels,
-    /// Chunks that an earlier call had left.
+    /// Chunks reused from an earlier call.
     resumed_chunks: u64,
-    /// Reading the input included.
+    /// Including the time for reading the input.
     duration_s: f64,
 }
 
@@ -119,7 +119,7 @@ struct ShardReport<'a> {
 /// Runs the command.
 ///
 /// # Errors
-/// When the input cannot be read or the output not written; the output then is what it was.
+/// Fails if the input cannot be read or the output cannot be written; an existing output is then unchanged.
 pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
@@ -127,9 +127,9 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
     check_output(&args.inputs, output)?;
     use_granted_threads();
     let reader = open(&args.inputs, &args.meaning())?;
-    // Where it cannot be had, Ctrl-C ends the program as it always does, and nothing is lost either.
+    // Without a handler, Ctrl-C ends the program as usual, and nothing is lost either.
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
-        tracing::debug!("no handler for Ctrl-C: {error}");
+        tracing::debug!("cannot install a handler for Ctrl-C: {error}");
     }
     let [width, height] = reader.size();
     let bar = Bar::of_samples(u64::from(width) * u64::from(height));
@@ -158,7 +158,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
             print(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
-            // What is told is what a reader finds.
+            // Report what a reader of the file finds.
             let of = || named(output);
             let pyramid = Pyramid::open(output)?;
             let report = Report {
@@ -181,19 +181,19 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
 }
 
 fn told_resumed(chunks: u64) -> String {
-    if chunks == 0 { String::new() } else { format!("; {chunks} chunks were there") }
+    if chunks == 0 { String::new() } else { format!("; {chunks} chunks reused") }
 }
 
 fn stopped(args: &BakeArgs) -> String {
     let (output, parts) = (named(&args.output), parts_path(&args.output));
     if parts.is_dir() {
-        format!("{output}: stopped; what is done is in {}, and --resume goes on with it", named(&parts))
+        format!("{output}: stopped; finished chunks are in {}; --resume continues with them", named(&parts))
     } else {
         format!("{output}: stopped; nothing was written")
     }
 }
 
-/// The heights of the inputs; those of several as one grid.
+/// Opens the inputs; several files become one grid.
 fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn HeightReader>> {
     let mut files = Vec::new();
     for input in inputs {
@@ -205,7 +205,7 @@ fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn Hei
     if let [file] = &files[..] {
         return Ok(source::open_reader_with(file, options)?);
     }
-    // A void of one file may be land in another, so holes are those of all together.
+    // No-data of one file may be land in another, so holes are filled in the combined grid.
     let bare = OpenOptions { voids: VoidMode::Holes, ..*options };
     let readers = files.iter().map(|file| source::open_reader_with(file, &bare)).collect::<Result<Vec<_>, _>>()?;
     let mosaic = Box::new(MosaicReader::new(readers)?);
@@ -215,24 +215,24 @@ fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn Hei
     })
 }
 
-/// Under Slurm, as many threads as were granted, unless `RAYON_NUM_THREADS` says otherwise.
+/// Under Slurm, uses as many threads as were granted, unless `RAYON_NUM_THREADS` is set.
 fn use_granted_threads() {
     let granted = std::env::var("SLURM_CPUS_PER_TASK").ok().and_then(|text| text.parse().ok());
     if let Some(threads) = granted.filter(|_| std::env::var_os("RAYON_NUM_THREADS").is_none()) {
-        // Fails only where there are threads already.
+        // Fails only if the thread pool exists already.
         let _ = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
     }
 }
 
-/// What can be known to go wrong before hours of work.
+/// Checks everything that can be known to fail before hours of work.
 fn check_output(inputs: &[PathBuf], output: &Path) -> anyhow::Result<()> {
     if !output.extension().is_some_and(|ending| ["tif", "tiff"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
     {
         let name = named(output);
-        return Err(Misuse(format!("{name}: a pyramid is a GeoTIFF; its name ends with .tif")).into());
+        return Err(Misuse(format!("{name}: a pyramid is a GeoTIFF; its name must end with .tif")).into());
     }
     if output.is_dir() {
-        bail!("{}: is a folder", named(output));
+        bail!("{}: is a folder; name a .tif file", named(output));
     }
     let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !folder.is_dir()) {

@@ -1,12 +1,12 @@
 //! `hachure bench`: flies a camera path without a window and reports what each style costs.
 //!
-//! Each style has a frame and a terrain of its own, so that each loads the tiles that it would load alone. The styles
-//! take turns at every frame, and the turn's order moves on with it: what the machine does meanwhile (clocks, heat,
-//! the disk's cache) falls on all of them alike, and ratios between them are fair.
+//! Each style has its own renderer and terrain, so that each loads the tiles that it would load alone. The styles take
+//! turns at every frame, and the order of turns rotates: changes of the machine during the run (clocks, heat, the
+//! disk's cache) affect all styles alike, and ratios between them are fair.
 //!
-//! What strokes found no room is counted in every frame, after its times have been taken. Some frames are looked at
-//! more closely then: how far the terrain is from the data, how many strokes there are, and how steady the drawing is
-//! from that frame to the next ([`crate::measure::temporal`]).
+//! Strokes that did not fit into the buffers are counted in every frame, after its times have been taken. Some frames
+//! are checked more closely: how far the terrain is from the data, how many strokes there are, and how steady the
+//! drawing is from that frame to the next ([`crate::measure::temporal`]).
 
 mod pairs;
 mod passes;
@@ -40,67 +40,69 @@ use crate::scene::reach::Reach;
 use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
-/// Of a run's frames, so many at most are compared with the full-resolution heights.
+/// Largest number of a run's frames that are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
-/// Cameras of the path that are asked for the nearest land.
+/// Number of cameras on the path at which the nearest land is measured.
 const ASKED_CAMERAS: usize = 24;
-/// Frames per second along the path where no number of frames is given.
+/// Frames per second along the path if `--frames` is not given.
 const FPS: f64 = 30.0;
 
-/// What is written.
+/// The files written to the output folder.
 const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
+    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
+    /// embedded world]
     pub world: Option<String>,
-    /// What height files leave open.
+    /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// How light falls.
     #[command(flatten)]
     pub light: LightArgs,
-    /// Where water is.
+    /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
-    /// Let a scene file name files outside of its folder, and addresses
+    /// Allow a scene file to name addresses and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
+    /// Camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour, valley, teleport,
+    /// ascent)
     #[arg(long)]
     pub path: PathBuf,
-    /// Presets or style files; ratios are to the first
+    /// Presets or style files, separated by commas; ratios are relative to the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
-    /// Spread so many frames over the path; without it, 30 for each second
+    /// Number of frames, spread evenly over the path [default: 30 per second of the path]
     #[arg(long, value_parser = arguments::whole::<u32>(1, 1_000_000))]
     pub frames: Option<u32>,
-    /// Width and height in pixels, like 1280x720
+    /// Size of the picture in pixels; of one eye for a stereo pair
     #[arg(long, default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
-    /// How many eyes, and how they stand.
+    /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
-    /// How frames smooth their edges: none, or temporal, by the mean of frames that follow each other
+    /// Smoothing of edges: none, or temporal (the mean of consecutive frames)
     #[arg(long, default_value = "none")]
     pub antialias: Antialias,
-    /// Height error that may be seen, in pixels
+    /// Largest error of the drawn surface, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: f64,
-    /// Let the camera follow the clock on the wall: as many frames as there is time for, one style after the other
+    /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
-    /// Memory for tiles on the GPU, and as much for tiles in memory, in MiB, for each style
+    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB per style
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
-    /// Measure steadiness on so many pairs of consecutive frames, spread over the path; 0 measures none
+    /// Number of pairs of consecutive frames, spread over the path, on which steadiness is measured; 0 measures none
     #[arg(long, value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
     pub temporal: u32,
-    /// Folder for report.json, frames.csv and report.html
+    /// Output folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
-    /// Print report.json rather than a table
+    /// Print report.json instead of a table
     #[arg(long)]
     pub json: bool,
 }
@@ -108,12 +110,13 @@ pub struct BenchArgs {
 /// Runs the command.
 ///
 /// # Errors
-/// When an input does not hold, the GPU fails, or the folder cannot be written.
+/// Fails if an input is invalid, if the GPU fails, or if the folder cannot be written.
 pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     args.stereo.check()?;
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     arguments::check_world(args.world.as_deref())?;
-    // Its mistakes are told before a world is baked; its ground comes with the world. Read once: it may be a pipe.
+    // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
+    // once: it may be a pipe.
     let path_text = CameraPath::read_text(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
@@ -121,7 +124,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
     FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
-    // Baked once, where it is not yet; then each style opens its own.
+    // Bakes the world once, if needed; then each style opens its own.
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
     let runs = styles.into_iter().map(|style| StyleRun::new(&gpu, args, &scene, style));
@@ -155,7 +158,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     print(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
 }
 
-/// How two eyes stand to each other: the same for all styles and all frames.
+/// Sets the stereo pair: the same for all styles and all frames.
 fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let mut nearest = f64::INFINITY;
     if args.stereo.asks_for_nearest() {
@@ -188,7 +191,7 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
     }
 }
 
-/// Every style draws the same frames, in turns.
+/// Draws the same frames with every style, in turns.
 fn fly_by_frames(
     gpu: &Gpu,
     path: &CameraPath,
@@ -198,7 +201,7 @@ fn fly_by_frames(
 ) -> anyhow::Result<()> {
     let frames = args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize);
     let step_s = match args.frames {
-        // As `CameraPath::spread` has them: the first and the last row included.
+        // As in `CameraPath::spread`, the first and the last row are included.
         Some(frames) => path.duration_s() / f64::from(frames.saturating_sub(1).max(1)),
         None => 1.0 / FPS,
     };
@@ -218,7 +221,7 @@ fn fly_by_frames(
     Ok(())
 }
 
-/// Every style draws what it can in the time of the path. The clock stands while a frame is checked.
+/// Draws as many frames as each style can in the duration of the path. The clock is paused while a frame is checked.
 fn fly_by_the_clock(
     gpu: &Gpu,
     path: &CameraPath,
@@ -230,7 +233,7 @@ fn fly_by_the_clock(
     let between_checks_s = duration_s / CHECKED_FRAMES as f64;
     let between_pairs_s = duration_s / f64::from(args.temporal);
     for run in runs {
-        // No pairs: the first would come after infinite time.
+        // Without pairs, the first one is due after infinite time.
         let (mut next_check_s, mut next_pair_s) = (0.0, if args.temporal > 0 { 0.0 } else { f64::INFINITY });
         loop {
             let now_s = run.wall_s();

@@ -1,4 +1,4 @@
-//! What a height file or a pyramid is, in numbers: what `info` and `bake` tell.
+//! Descriptions of height files and pyramids in numbers, for `info` and `bake`.
 
 use std::fmt::Write as _;
 
@@ -11,49 +11,50 @@ use crate::pyramid::{LevelSize, Pyramid};
 use crate::source::georeference::Georeference;
 use crate::source::{GeoreferenceError, HeightReader, Statistics, WorldMapping};
 
-/// A field of heights.
+/// Properties of a grid of heights.
 #[derive(Serialize)]
 pub struct Heights {
     /// Samples per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
-    /// Between neighbouring columns and rows, in the middle of the field.
+    /// Distance between neighbouring columns and between rows, in the middle of the grid.
     pub spacing_m: [f64; 2],
-    /// East and north.
+    /// Extent to the east and to the north.
     pub extent_m: [f64; 2],
-    /// The reference system, and how it is brought to metres.
+    /// Coordinate reference system, and its projection to metres.
     pub crs: String,
-    /// The lowest.
+    /// Lowest height.
     pub min_m: f32,
-    /// The highest.
+    /// Highest height.
     pub max_m: f32,
-    /// Samples without a height.
+    /// Number of samples without data.
     pub void_samples: u64,
-    /// Their share, 0 to 1.
+    /// Share of samples without data, 0 to 1.
     pub void_share: f64,
-    /// How many of these are filled when the file is drawn or baked; none of a pyramid, whose voids stay.
+    /// Number of no-data samples that are filled when the file is drawn or baked; 0 for a pyramid, which is not filled
+    /// again.
     pub filled_samples: u64,
-    /// Samples beside voids that get another height then, because they stand far out of their neighbours.
+    /// Number of samples next to no-data that are then replaced because they differ too much from their neighbours.
     pub spike_samples: u64,
 }
 
-/// A pyramid beyond its heights.
+/// Properties of a pyramid in addition to those of its heights.
 #[derive(Serialize)]
 pub struct Levels {
-    /// Finest first.
+    /// Levels, finest first.
     pub levels: Vec<Level>,
-    /// Tiles of all levels.
+    /// Number of tiles in all levels.
     pub tiles: u64,
-    /// Mesh patches of all strides.
+    /// Number of mesh patches of all strides.
     pub patches: u64,
-    /// What the bake allowed, in metres; 0 = lossless.
+    /// The bake's `--max-error`, in metres; 0 is lossless.
     pub max_error_m: f64,
-    /// Of the GeoTIFF.
+    /// Size of the GeoTIFF.
     pub tif_bytes: u64,
-    /// Of the tile statistics beside it.
+    /// Size of the sidecar file with the tile statistics.
     pub sidecar_bytes: u64,
-    /// Of the GeoTIFF, overviews included, for each sample of the finest level.
+    /// Bits of the whole GeoTIFF, overviews included, per sample of the finest level.
     pub bits_per_sample: f64,
 }
 
@@ -62,18 +63,18 @@ pub struct Levels {
 pub struct Level {
     /// Samples per row.
     pub width: u32,
-    /// Rows.
+    /// Number of rows.
     pub height: u32,
-    /// Tiles in this level.
+    /// Number of tiles in this level.
     pub tiles: u64,
-    /// How far its worst tile is from the heights that were baked.
+    /// Largest difference between a tile of this level and the baked heights.
     pub largest_error_m: f32,
-    /// Of its tiles in the GeoTIFF, for each of its samples.
+    /// Bits of this level's tiles in the GeoTIFF, per sample of the level.
     pub bits_per_sample: f64,
 }
 
 impl Heights {
-    /// Of a grid and what its heights are.
+    /// Describes the grid of a reader, given the statistics of its heights.
     pub fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
         let Statistics { min_m, max_m, void_samples, filled } = statistics;
@@ -81,7 +82,7 @@ impl Heights {
         Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, ..heights })
     }
 
-    /// Of the finest level of a pyramid.
+    /// Describes the finest level of a pyramid.
     pub fn of_pyramid(pyramid: &Pyramid) -> Result<Self, GeoreferenceError> {
         let range_m = [pyramid.min_m(), pyramid.max_m()];
         Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples())
@@ -117,16 +118,16 @@ impl Heights {
         })
     }
 
-    /// What is filled, if anything is.
+    /// Returns what is filled, as text; empty if nothing is.
     fn filled_text(&self) -> String {
         match (self.filled_samples, self.spike_samples) {
             (0, 0) => String::new(),
             (filled, 0) => format!("; {filled} are filled (--voids)"),
-            (filled, spikes) => format!("; {filled} are filled, and {spikes} spikes beside them removed (--voids)"),
+            (filled, spikes) => format!("; {filled} are filled, and {spikes} spikes next to them removed (--voids)"),
         }
     }
 
-    /// For people, a line for each.
+    /// Returns the description as lines of text.
     pub fn lines(&self) -> String {
         let Self { width, height, spacing_m: [dx_m, dy_m], extent_m: [east_m, north_m], .. } = self;
         let voids = match self.void_samples {
@@ -138,7 +139,7 @@ impl Heights {
              extent    {:.3} × {:.3} km\n\
              place     {}\n\
              heights   {:.2} to {:.2} m\n\
-             voids     {voids}\n",
+             no-data   {voids}\n",
             east_m / 1000.0,
             north_m / 1000.0,
             self.crs,
@@ -149,7 +150,7 @@ impl Heights {
 }
 
 impl Levels {
-    /// Of an open pyramid.
+    /// Describes an open pyramid.
     pub fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
         let levels: Vec<Level> =
             pyramid.levels().iter().zip(pyramid.summaries()).map(|(size, summary)| of_level(*size, summary)).collect();
@@ -168,7 +169,7 @@ impl Levels {
         })
     }
 
-    /// For people, a line for each.
+    /// Returns the description as lines of text.
     pub fn lines(&self) -> String {
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let kept = match self.max_error_m {
@@ -176,7 +177,7 @@ impl Levels {
             error_m => format!("within {error_m} m"),
         };
         let mut lines = format!(
-            "stored    {:.2} MiB, {:.2} bits per sample, {kept}; {:.2} MiB of statistics beside it\n\
+            "stored    {:.2} MiB, {:.2} bits per sample, {kept}; {:.2} MiB of statistics in the sidecar\n\
              pyramid   {} levels, {} tiles of {TILE_SAMPLES} × {TILE_SAMPLES}, {} mesh patches\n",
             mebibytes(self.tif_bytes),
             self.bits_per_sample,

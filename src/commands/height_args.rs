@@ -1,4 +1,4 @@
-//! Options of all commands that read heights: what is said of files that do not say it themselves.
+//! Options of all commands that read heights, for what the files do not say themselves.
 
 use clap::Args;
 
@@ -6,29 +6,29 @@ use super::arguments;
 use crate::scene::Scene;
 use crate::source::{Encoding, OpenOptions, VoidMode};
 
-/// What height files leave open.
+/// How to read height files.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct HeightArgs {
-    /// How heights are packed into the colours of a terrain-RGB picture or tile folder: mapbox or terrarium
+    /// Encoding of heights as colours in a terrain-RGB picture or tile folder: mapbox or terrarium
     #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
-    /// Heights that are voids, in metres, beside those that the DEM declares
+    /// Additional no-data value, in metres, besides those that the DEM declares
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub nodata: Option<f64>,
-    /// What is done with voids: fill closes small holes smoothly, holes leaves them as they are [default: fill]
+    /// Treatment of no-data: fill closes small holes smoothly, holes leaves them open [default: fill]
     #[arg(long, value_name = "MODE")]
     pub voids: Option<VoidMode>,
 }
 
 impl HeightArgs {
-    /// For the readers.
+    /// Returns the options for the height readers.
     #[must_use]
     pub fn options(&self) -> OpenOptions {
         let voids = self.voids.unwrap_or(VoidMode::Fill);
         OpenOptions { encoding: self.encoding, no_data: self.nodata, voids, ..OpenOptions::default() }
     }
 
-    /// The scene with what the command line says of its heights; where that says nothing, what the scene says stays.
+    /// Returns the scene with these options; options that are not given keep the scene's values.
     #[must_use]
     pub fn over(&self, mut scene: Scene) -> Scene {
         scene.heights.encoding = self.encoding.or(scene.heights.encoding);

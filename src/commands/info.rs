@@ -1,4 +1,4 @@
-//! `hachure info`: what a file is, by its content: a DEM, a baked pyramid, a scene, a style or a camera path.
+//! `hachure info`: recognises a file by its content and describes it: a DEM, pyramid, scene, style or camera path.
 
 mod scene;
 
@@ -30,22 +30,22 @@ use crate::style::hatching::Scale;
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// A DEM, a baked pyramid, a scene, a style or a camera path; or the name of a scene inside hachure
+    /// DEM, baked pyramid, scene, style or camera path; or the name of a built-in scene
     pub file: PathBuf,
-    /// What height files leave open.
+    /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
-    /// Let a scene file name files outside of its folder, and addresses
+    /// Allow a scene file to name addresses and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
-    /// Print for programs
+    /// Print the description as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// So much of a file tells what it is.
+/// Bytes at the start of a file that suffice to recognise it.
 const HEAD_BYTES: u64 = 64 * 1024;
-/// The length of a camera path is measured over so many frames at most: over an hour at 30 per second.
+/// Largest number of frames over which the length of a camera path is measured: over an hour at 30 per second.
 const LENGTH_FRAMES: usize = 1 << 17;
 
 #[derive(Serialize)]
@@ -62,7 +62,7 @@ enum Info {
         #[serde(flatten)]
         heights: Heights,
         file_bytes: u64,
-        /// Why the tile statistics beside it, if there are any, do not make it a pyramid.
+        /// Why an existing tile sidecar does not make the file a pyramid.
         stale: Option<String>,
     },
     Pyramid {
@@ -80,7 +80,7 @@ enum Info {
 struct StyleInfo {
     name: String,
     description: String,
-    /// In the order in which they are drawn.
+    /// What the style draws, in drawing order.
     draws: Vec<String>,
 }
 
@@ -89,7 +89,7 @@ struct PathInfo {
     rows: usize,
     start_s: f64,
     duration_s: f64,
-    /// Over the ground, between the frames at 30 per second.
+    /// Length over the ground in metres, summed over the frames at 30 per second.
     ground_length_m: f64,
     frames_at_30_fps: usize,
 }
@@ -97,7 +97,7 @@ struct PathInfo {
 /// Runs the command.
 ///
 /// # Errors
-/// A file that is none of these, or does not hold.
+/// Fails if the file is none of these, or is invalid.
 pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
     arguments::check_local(&args.file, "info")?;
     let reach = Reach::trusting(args.trust_scene);
@@ -115,7 +115,7 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     if embedded::path(file).is_some() {
         return camera_path(file);
     }
-    // What is no regular file must not be opened here: a pipe would wait forever. The reader of heights says what it
+    // Anything but a regular file must not be opened here: a pipe would wait forever. The height reader reports what it
     // is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if !metadata.is_file() || metadata.len() == 0 {
@@ -127,7 +127,10 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
         .and_then(|opened| opened.take(HEAD_BYTES).read_to_end(&mut head))
         .with_context(cannot_read)?;
     if head.starts_with(b"HACHTILE") {
-        bail!("{}: holds the tile statistics of the pyramid beside it; ask for that", named(file));
+        bail!(
+            "{}: holds the tile statistics of a pyramid; give the name of the pyramid itself, without .tiles",
+            named(file)
+        );
     }
     if is_camera_path(&String::from_utf8_lossy(&head)) {
         return camera_path(file);
@@ -139,10 +142,10 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
                 return Ok(info);
             }
         }
-        Err(cause) if claims_toml => bail!("{}: is no TOML: {cause}", named(file)),
+        Err(cause) if claims_toml => bail!("{}: invalid TOML: {cause}", named(file)),
         Err(_) => {}
     }
-    // What a pyramid's heights were averaged with cannot be a void any more.
+    // The pyramid's heights are averages, so an additional no-data value no longer applies to them.
     if !sidecar_path(file).exists() || options.no_data.is_some() {
         return dem(file, options, None);
     }
@@ -165,7 +168,7 @@ fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Res
     Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
 }
 
-/// Whether the first line that counts is the header of a camera path, or meant to be one.
+/// Returns whether the first line that is not a comment is the header of a camera path, or an attempt at one.
 fn is_camera_path(head: &str) -> bool {
     let head = head.trim_start_matches('\u{feff}');
     let first = head.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or("");
@@ -173,11 +176,11 @@ fn is_camera_path(head: &str) -> bool {
 }
 
 fn camera_path(file: &Path) -> anyhow::Result<Info> {
-    // Where no world is given, the ground is level; nothing that is told here depends on it.
+    // Without a world the ground is level; nothing reported here depends on it.
     let path = CameraPath::read_on_ground(file, |_, _| 0.0)?;
     let mut ground_length_m = 0.0;
     let mut before = None;
-    // A year of frames takes minutes; of a long path some will do.
+    // Sampling a year of frames would take minutes; a subset suffices for a long path.
     let frames: Box<dyn Iterator<Item = Camera>> = match path.frame_count(30.0) {
         count if count <= LENGTH_FRAMES => Box::new(path.frames(30.0)),
         _ => Box::new(path.spread(LENGTH_FRAMES)),
@@ -195,11 +198,12 @@ fn camera_path(file: &Path) -> anyhow::Result<Info> {
     }))
 }
 
-/// A scene has a `world`, a style a `tone`. None if it is no TOML and does not claim to be.
+/// Recognises a scene by its key `world` and a style by its key `tone`. Returns `None` if the text is not TOML and the
+/// file's name does not end with .toml.
 fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Option<Info>> {
     let claims = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     let keys = match toml_text::keys(&file.to_string_lossy(), text) {
-        // A text of comments alone is TOML, but hardly meant so.
+        // Text of only comments is TOML, but hardly meant to be.
         Ok(keys) if keys.is_empty() && !claims => return Ok(None),
         Ok(keys) => keys,
         Err(_) if !claims => return Ok(None),
@@ -217,10 +221,10 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
             description: style.description,
         })));
     }
-    bail!("{}: is TOML, but neither a scene (it has no [world]) nor a style (it has no [tone])", named(file));
+    bail!("{}: this TOML file is neither a scene (no [world]) nor a style (no [tone])", named(file));
 }
 
-/// What a style draws with, in the order of drawing.
+/// Returns what a style draws, in drawing order.
 fn draws(style: &Style) -> Vec<String> {
     let lines = style.lines.as_ref().map(|lines| format!("lines by {}", lines.detector.name()));
     let shadows = style.asks_for_horizons().then_some("cast shadows and sky visibility");
@@ -248,14 +252,14 @@ fn draws(style: &Style) -> Vec<String> {
 }
 
 impl Answer {
-    /// For people.
+    /// Returns the description as text.
     fn text(&self) -> String {
         let file = named(&self.file);
         match &self.info {
             Info::Dem { heights, file_bytes, stale } => {
                 let mebibytes = *file_bytes as f64 / f64::from(1 << 20);
                 let stale = stale.as_ref().map_or(String::new(), |cause| format!("note      {cause}\n"));
-                let next = "it is baked into the cache when it is first drawn";
+                let next = "it will be baked into the cache when first drawn";
                 format!("{file}: a DEM, {mebibytes:.2} MiB; {next}\n{}{stale}", heights.lines())
             }
             Info::Pyramid { heights, levels } => {

@@ -1,4 +1,4 @@
-//! What `render` and `bench` read, before they write anything.
+//! The input files of `render` and `bench`, which no output may overwrite.
 
 use std::path::Path;
 
@@ -7,7 +7,8 @@ use crate::scene::Scene;
 use crate::style::Style;
 use crate::world;
 
-/// The world as it is named with its scene, the styles with their recipes and pictures, and the camera path.
+/// Collects the input files: the world and its scene, the styles with their mark recipes and pictures, and the camera
+/// path.
 pub(super) fn of(world: Option<&str>, scene: &Scene, styles: &[Style], camera_path: Option<&Path>) -> Inputs {
     let mut inputs = world::inputs_of(world, scene);
     styles.iter().flat_map(|style| &style.files).for_each(|file| inputs.add(file));

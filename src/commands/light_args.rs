@@ -1,4 +1,4 @@
-//! Options of all commands that draw: how light falls, in place of what the scene says.
+//! Options of all commands that draw, for light that replaces the scene's.
 
 use std::str::FromStr;
 
@@ -11,11 +11,12 @@ use crate::scene::{Scene, SceneFocus, Sun, SunTime};
 /// How light falls.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct LightArgs {
-    /// Where the sun stands, in degrees clockwise from north and above the horizon [default: the scene's, or 315,40]
+    /// Position of the sun, in degrees: azimuth clockwise from north, elevation above the horizon [default: the
+    /// scene's, or 315,40]
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
-    /// Where the sun stands from the camera, in degrees to the right of where it looks (below 0 to the left), as high as
-    /// it is; in a flight from the first camera
+    /// Azimuth of the sun relative to the camera, in degrees to the right of its view (negative: left); the elevation
+    /// stays. A flight uses its first camera
     #[arg(
         long,
         value_name = "DEGREES",
@@ -24,21 +25,21 @@ pub struct LightArgs {
         allow_hyphen_values = true
     )]
     pub side_light: Option<f64>,
-    /// Where the sun stands at this date and hour with its zone, like 2026-06-21T09:30+02:00, over the place of the
+    /// Sun at this date and local time with its UTC offset, like 2026-06-21T09:30+02:00, over the location of the
     /// heights
     #[arg(long, conflicts_with = "sun", value_parser = Moment::from_str)]
     pub date: Option<Moment>,
-    /// Of --date: where that is, where the heights do not say it
+    /// Location for --date, if the heights have none, in degrees
     #[arg(long, value_name = "LAT,LON", requires = "date", value_parser = LatLon::from_str, allow_hyphen_values = true)]
     pub place: Option<LatLon>,
-    /// A place that gets the strongest contrast, and how far about it contrast is full, in metres east and north; away
-    /// from it STRENGTH of the contrast goes [default: 0.7]
+    /// Centre (east, north) and radius in metres of an area of full contrast; far from it, contrast is reduced by
+    /// STRENGTH, 0 to 1 [default strength: 0.7]
     #[arg(long, value_name = "EAST,NORTH,RADIUS[,STRENGTH]", value_parser = SceneFocus::from_str, allow_hyphen_values = true)]
     pub focus: Option<SceneFocus>,
 }
 
 impl LightArgs {
-    /// The scene with what the command line says of its light; where that says nothing, what the scene says stays.
+    /// Returns the scene with this light; options that are not given keep the scene's values.
     #[must_use]
     pub fn over(&self, mut scene: Scene) -> Scene {
         if let Some(sun) = self.sun {
@@ -52,7 +53,7 @@ impl LightArgs {
         scene
     }
 
-    /// Puts the sun beside the first camera, if it is to stand there.
+    /// Places the sun relative to the first camera, if `--side-light` is given.
     pub fn beside(&self, sun: &mut Sun, first: &Camera) {
         if let Some(side_deg) = self.side_light {
             sun.azimuth_deg = (first.yaw_deg + side_deg).rem_euclid(360.0);
@@ -60,10 +61,10 @@ impl LightArgs {
     }
 }
 
-/// An angle to a side.
+/// Parses a signed angle in degrees.
 fn degrees(text: &str) -> Result<f64, String> {
     let degrees = text.trim().parse().ok().filter(|degrees| (-180.0..=180.0).contains(degrees));
-    degrees.ok_or_else(|| "it must be an angle of -180 to 180, like -70".to_owned())
+    degrees.ok_or_else(|| "it must be an angle from -180 to 180 degrees, like -70".to_owned())
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Arguments that cannot be meant, told in one line; the exit status is 2.
+//! Errors in the arguments, each reported in one line; the exit status is 2.
 
 use std::path::Path;
 
@@ -6,10 +6,10 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
 
-/// The commands of the program.
+/// The names of all commands.
 pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
 
-/// Options that the flight does not have, and the command that is probably meant.
+/// Options that `fly` does not have, and the command that the user probably meant.
 const OF_COMMANDS: [(&str, &str); 13] = [
     ("-o", "render"),
     ("--output", "render"),
@@ -26,19 +26,19 @@ const OF_COMMANDS: [(&str, &str); 13] = [
     ("--resume", "bake"),
 ];
 
-/// Arguments that contradict each other, or that name what there is not: the command was not begun.
+/// Arguments that contradict each other, or that name something unknown. Nothing has been started.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub struct Misuse(pub String);
 
 impl Misuse {
-    /// The same error as misuse.
+    /// Converts an error, with its chain of causes, into misuse.
     pub fn of(error: impl std::error::Error + 'static) -> Self {
         Self(crate::file::message::chain(&error))
     }
 }
 
-/// What the parser of arguments complains about, in one line; `words` are the arguments without the name of `program`.
+/// Converts an error of the argument parser into one line; `words` are the arguments without the name of `program`.
 pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> String {
     let text = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),
@@ -47,7 +47,7 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
         _ => String::new(),
     };
     let (argument, value) = (text(ContextKind::InvalidArg), text(ContextKind::InvalidValue));
-    // Without its `<VALUE>`.
+    // The name without its `<VALUE>`.
     let name = argument.split([' ', '=']).next().unwrap_or_default();
     let known = words.iter().find(|word| COMMANDS.contains(&word.as_str()));
     match error.kind() {
@@ -66,7 +66,7 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
             {
                 return mistyped;
             }
-            // The parser suggests what begins and ends alike, and would take a slip of a key for another option.
+            // clap suggests options that begin and end alike, so a slip of the finger would become another option.
             let of = known.and_then(|known| program.find_subcommand(known)).unwrap_or(program);
             let options = of.get_arguments().filter_map(|argument| argument.get_long());
             let meant = nearest(name.trim_start_matches('-'), options).map(|option| format!("--{option}"));
@@ -75,12 +75,12 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
             let is_option = argument.starts_with('-');
             match OF_COMMANDS.iter().find(|(option, _)| *option == name) {
                 Some((_, command)) if known.is_none() => {
-                    format!("{name} belongs to a command, which comes first: hachure {command} …")
+                    format!("{name} is an option of a command: hachure {command} …")
                 }
                 _ if is_option && !suggested.is_empty() && suggested != "--" => {
-                    format!("there is no option {}; did you mean {suggested}?", quoted(name))
+                    format!("unknown option {}; did you mean {suggested}?", quoted(name))
                 }
-                _ if is_option => format!("there is no option {}; see {} --help", quoted(name), command(known)),
+                _ if is_option => format!("unknown option {}; see {} --help", quoted(name), command(known)),
                 _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
             }
         }
@@ -105,7 +105,7 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
         }
         ErrorKind::ArgumentConflict => match text(ContextKind::PriorArg) {
             prior if prior.is_empty() || prior == argument => format!("{name} is given twice"),
-            prior => format!("{argument} and {prior} exclude each other"),
+            prior => format!("{argument} and {prior} cannot be used together"),
         },
         _ => {
             let told = error.to_string();
@@ -119,7 +119,7 @@ fn command(known: Option<&String>) -> String {
     known.map_or_else(|| "hachure".to_owned(), |known| format!("hachure {known}"))
 }
 
-/// The first argument that is neither an option nor the value of one.
+/// Returns the first argument that is neither an option nor an option's value.
 fn first_free(words: &[String]) -> Option<&str> {
     let is_value = |before: &String| before.starts_with("--") && !before.contains('=') && before != "--verbose";
     words
@@ -129,16 +129,16 @@ fn first_free(words: &[String]) -> Option<&str> {
         .map(|(_, word)| word.as_str())
 }
 
-/// That a word is no world, but nearly a command; none where it may be a world.
+/// Returns a message if `word` is nearly a command and cannot be a world.
 pub fn mistyped_command(word: &str) -> Option<String> {
     if word.contains(['.', '/', '\\']) || Path::new(word).exists() {
         return None;
     }
     let meant = nearest(word, COMMANDS)?;
-    Some(format!("there is no command {0}, and no world {0}; did you mean \"{meant}\"?", quoted(word)))
+    Some(format!("{0} is neither a command nor a world; did you mean \"{meant}\"?", quoted(word)))
 }
 
-/// That `argument` stands before the command.
+/// Creates the error that `argument` is before the command.
 pub fn before_command(argument: &str, command: &str) -> Misuse {
-    Misuse(format!("{} stands before the command, and must stand after it: hachure {command} …", shown(argument)))
+    Misuse(format!("{} must come after the command: hachure {command} …", shown(argument)))
 }

@@ -21,12 +21,12 @@ use serde::Serialize;
 use crate::file::message::harmless;
 use crate::file::standard;
 
-/// What a command answers, with control characters escaped; see [`standard::print`].
+/// Prints a command's answer, with control characters escaped; see [`standard::print`].
 fn print(text: &str) -> anyhow::Result<()> {
     Ok(standard::print(&harmless(text))?)
 }
 
-/// [`print`] for programs.
+/// Prints `value` as JSON, see [`print`].
 fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
     print(&serde_json::to_string_pretty(value)?)
 }

@@ -1,4 +1,4 @@
-//! Progress of long work: a bar on the terminal, lines in a log.
+//! Progress of long work: a bar on a terminal, otherwise lines of text.
 
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
@@ -9,11 +9,11 @@ use indicatif::{ProgressBar, ProgressStyle};
 use crate::file::standard;
 use crate::source::Progress;
 
-/// Between two lines where there is no terminal.
+/// Time between two lines of progress where standard error is not a terminal.
 const BETWEEN_LINES: Duration = Duration::from_secs(30);
 
-/// A bar on standard error; where that is no terminal, now and then a line for work that is measured in samples, and
-/// nothing for other work.
+/// A progress bar on standard error. Where that is not a terminal, it prints a line from time to time for work measured
+/// in samples, and nothing for other work.
 pub struct Bar {
     bar: ProgressBar,
     samples: Option<u64>,
@@ -22,7 +22,7 @@ pub struct Bar {
 
 struct State {
     what: String,
-    /// When this work began, and how much of it was done then.
+    /// Time and progress (0 to 1) at which the present step of the work began.
     start: (Instant, f32),
     last_line: Instant,
 }
@@ -34,7 +34,7 @@ impl Default for Bar {
 }
 
 impl Bar {
-    /// A bar that tells how many of so many samples are done in a second.
+    /// Creates a bar that shows how many of `samples` are processed per second.
     pub fn of_samples(samples: u64) -> Self {
         Self::new(Some(samples))
     }
@@ -51,7 +51,7 @@ impl Bar {
 
 impl Progress for Bar {
     fn report(&self, what: &str, done: f32) {
-        // A poisoned lock only means that another report panicked; the text is still a text.
+        // A poisoned lock only means that another report panicked; the text is still valid.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
         if state.what != what {

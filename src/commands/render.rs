@@ -1,4 +1,4 @@
-//! `hachure render`: a DEM becomes a drawing in a file, or a camera path a row of them.
+//! `hachure render`: draws a world into a file, or the frames of a camera path into several files or a film.
 
 mod job;
 mod like;
@@ -49,156 +49,160 @@ use crate::world::{self, OpenWorld};
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, DEM, baked pyramid, or a scene inside hachure (continent, forest, hut); without one, the embedded world
+    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
+    /// embedded world]
     pub world: Option<String>,
-    /// What height files leave open.
+    /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
     /// How light falls.
     #[command(flatten)]
     pub light: LightArgs,
-    /// Where water is.
+    /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
-    /// Let a scene file name files outside of its folder, and addresses
+    /// Allow a scene file to name addresses and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
-    /// .png, .exr, .mp4, .svg (strokes and marks), of a --map also .tif or .geojson, or frames: a pattern like dir/%05d.png
+    /// Output file: .png, .exr, .mp4, .svg (strokes and marks), with --map also .tif or .geojson; or frames, named by a
+    /// pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Draw a picture that hachure wrote (.png, .exr, .svg or .mp4) again: its world, camera, sun, style, size and dpi,
-    /// but for what other arguments say
+    /// Repeat a picture that hachure wrote (.png, .exr, .svg or .mp4), with its world, camera, sun, style, size and
+    /// resolution; other options override these
     #[arg(long, value_name = "FILE")]
     pub like: Option<PathBuf>,
-    /// A preset or a style file [default: ink]
+    /// Preset or style file [default: ink]
     #[arg(long)]
     pub style: Option<String>,
-    /// Width and height in pixels, like 1280x720, which they are without it
+    /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Dots to an inch of paper: lengths of the style, which are meant for 96, become as many more pixels
+    /// Resolution on paper, in dots per inch: the style's lengths, in pixels at 96 dpi, scale with it [default: 300
+    /// for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
     pub dpi: Option<f64>,
-    /// x,y,z,yaw,pitch,fov: metres (z as +h above ground), degrees
+    /// Camera: x,y,z,yaw,pitch,fov in metres and degrees; z as +h is the height above ground [default: the scene's]
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
-    /// A map seen from straight above, north up, with its place on the earth: east, north and width in metres; alone, all of the land.
+    /// Draw a georeferenced map from straight above, north up: its centre and width in metres; without a value, all of
+    /// the land
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
-    /// Camera path: CSV with the header t,x,y,z,yaw,pitch,fov, or one inside hachure (tour, valley, teleport, ascent)
+    /// Draw the frames of a camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour,
+    /// valley, teleport, ascent)
     #[arg(long)]
     pub path: Option<PathBuf>,
     /// Frames per second along the path [default: 30]
     #[arg(long, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: Option<f64>,
-    /// When one picture of a scene with wind is drawn, in seconds; along a path its own time counts [default: 0]
+    /// Time in seconds at which wind is drawn in a single picture; a path has its own times [default: 0]
     #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e7))]
     pub time_s: Option<f64>,
-    /// How many eyes, and how they stand.
+    /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
-    /// Draw each picture so many times, moved by parts of a pixel, and take the mean: smooth edges at so many times the
-    /// cost. Channels of an EXR beside its colour keep one sample [default: 1]
+    /// Samples per pixel, of which the picture is the mean: smoother edges at proportional cost. Additional EXR
+    /// channels have one sample [default: 1]
     #[arg(long, value_parser = arguments::whole::<u32>(1, 1024))]
     pub samples: Option<u32>,
-    /// How frames along a path smooth their edges: none, or temporal, by the mean of frames that follow each other
+    /// Smoothing of edges along a path: none, or temporal (the mean of consecutive frames)
     #[arg(long, default_value = "none")]
     pub antialias: Antialias,
-    /// Height error that may be seen, in pixels [default: 1]
+    /// Largest error of the drawn surface, in pixels [default: 1]
     #[arg(long, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: Option<f64>,
-    /// Channels of an EXR beside its colour: depth, position, normal, surface, motion, lsa, strokes, tone,
-    /// hatch (the tone after the marks)
+    /// Additional EXR channels, separated by commas: depth, position, normal, surface, motion, lsa, strokes, tone,
+    /// hatch (the tone after hatching)
     #[arg(long, default_value = "")]
     pub aov: String,
-    /// What --aov calls its channels: hachure (depth.V, position.X, normal.X), or standard (Z, P.X, N.X) for compositors;
-    /// P is in the world and not from the camera: metres east, north, up
+    /// Names of the channels of --aov: hachure (depth.V, position.X, normal.X), or standard (Z, P.X, N.X) for
+    /// compositors, where P is the position in the world: metres east, north, up
     #[arg(long, value_name = "NAMES", default_value_t)]
     pub aov_names: Names,
-    /// Write this picture of the frame, as its passes left it, instead of the drawing; a name that there is not tells
-    /// which there are
+    /// Write this intermediate picture of the frame instead of the drawing. An unknown name lists the available ones
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
-    /// Write this below the picture, with where the camera stands and the style; of a --map with a scale bar, north, and
-    /// its scale with --paper or --dpi
+    /// Add a title block below the picture: this text, the camera's position and the style; for a --map a scale bar,
+    /// north, and with --paper or --dpi the scale
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Memory for tiles on the GPU, in MiB
+    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB
     #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
     pub tile_memory: u64,
-    /// Of an .svg: how far its curves may be from the strokes, in pixels [default: 0.25]
+    /// SVG and GeoJSON: largest distance between fitted curves and strokes, in pixels [default: 0.25]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.01, 100.0))]
     pub tolerance_px: Option<f64>,
-    /// The sheet, a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres: its pixels follow from --dpi, which is
-    /// 300 without it. An .svg without --dpi is as large as fits, and turned as the picture is
+    /// Paper size: a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres; the size in pixels follows from
+    /// --dpi. An .svg without --dpi is scaled to fit, in the orientation of the picture
     #[arg(long)]
     pub paper: Option<String>,
-    /// --paper lies; it does without this
+    /// Landscape orientation of --paper (the default)
     #[arg(long, conflicts_with = "portrait")]
     pub landscape: bool,
-    /// --paper stands upright
+    /// Portrait orientation of --paper
     #[arg(long)]
     pub portrait: bool,
-    /// Of an .svg on --paper: what stays free around the picture, in millimetres [default: 10]
+    /// SVG on --paper: margin around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
     pub margin: Option<f64>,
-    /// How it is cut.
+    /// How the picture is cut into sheets of paper.
     #[command(flatten)]
     pub sheets: SheetArgs,
-    /// Of an .svg: draw it with so many pens, 1 to 3, each of one width and in full ink; their widths follow from the
-    /// picture
+    /// SVG and GeoJSON: number of pens to draw with, 1 to 3, each of one width and opaque; the widths are chosen to
+    /// suit the picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MOST_PENS as u64))]
     pub pens: Option<usize>,
-    /// Print what it cost, for programs
+    /// Print a report of the picture and its cost as JSON
     #[arg(long)]
     pub json: bool,
 }
 
-/// The size without `--size`.
+/// The size without `--size`, in pixels.
 const SIZE_PX: [u32; 2] = [1280, 720];
 /// The style without `--style`.
 const STYLE: &str = "ink";
 
 impl RenderArgs {
-    /// Of an eye's picture, in pixels.
+    /// Returns the size of one eye's picture, in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size.unwrap_or(SIZE_PX)
     }
 
-    /// Of the whole picture: side by side it is twice as wide.
+    /// Returns the size of the whole picture, in pixels: side by side, it is twice as wide.
     pub fn size_of_all(&self) -> [u32; 2] {
         let [width, height] = self.size();
         [if self.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
-    /// Frames in a second.
+    /// Returns the frames per second along the path.
     pub fn fps(&self) -> f64 {
         self.fps.unwrap_or(30.0)
     }
 
-    /// Frames of which a pixel is the mean.
+    /// Returns the samples per pixel.
     pub fn samples(&self) -> u32 {
         self.samples.unwrap_or(1)
     }
 
-    /// Height error that may be seen, in pixels.
+    /// Returns the largest error of the drawn surface, in pixels.
     pub fn lod_error(&self) -> f64 {
         self.lod_error.unwrap_or(1.0)
     }
 
-    /// How many pixels one of the style is.
+    /// Returns how many output pixels are one pixel of the style.
     pub fn px_per_style_px(&self) -> f64 {
         self.dpi.map_or(1.0, |dpi| dpi / REFERENCE_DPI)
     }
 }
 
-/// Frames of a path: a day at 60 frames a second is less than that.
+/// Largest number of frames along a path: more than a day at 60 frames per second.
 const MOST_FRAMES: usize = 10_000_000;
 
-/// `1280x720`.
+/// Parses a size such as `1280x720`.
 ///
 /// # Errors
-/// Says what it should look like.
+/// Returns what the value must look like.
 pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=1 << 20).contains(side));
     text.split_once(['x', 'X'])
@@ -209,7 +213,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// Runs the command.
 ///
 /// # Errors
-/// When an input does not hold or the output cannot be written.
+/// Fails if an input is invalid or if the output cannot be written.
 pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     let args = paper::measured(args, &kind)?;
@@ -235,26 +239,26 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
     {
         let output = named(&args.output);
-        let misuse = format!("--aov: only an .exr has room for channels beside the colour, and the output is {output}");
+        let misuse = format!("--aov: only an .exr can hold additional channels, and the output is {output}");
         return Err(Misuse(misuse).into());
     }
     if planes.is_empty() && args.aov_names != Names::Hachure {
-        return Err(Misuse("--aov-names: it names the channels of --aov, which is not given".to_owned()).into());
+        return Err(Misuse("--aov-names: requires --aov, which is not given".to_owned()).into());
     }
     let folder = args.output.parent().filter(|folder| !folder.as_os_str().is_empty());
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
         bail!("cannot write {}: there is no folder {}", named(&args.output), named(folder));
     }
     arguments::check_world(args.world.as_deref())?;
-    // The world first: what is wrong with it needs no GPU to be told.
+    // Open the world before the GPU: its errors can be reported without one.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
-        tracing::warn!("at {dpi} dots to an inch these stay as many pixels as on a screen: {unscaled}");
+        tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
     }
-    // Read once: it may be a pipe.
+    // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
     outputs::check(args, &kind, &sheets::paths(args, sheets.as_ref()), &scene, &style, flight.as_deref())?;
     let store = world::open_store(&scene, &Bar::default())?;
@@ -304,7 +308,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let report = job.run(kind, &cameras)?;
     if report.tiles_missing > 0 {
         tracing::warn!(
-            "{} tiles had no room in --tile-memory {}: coarser ones stood in for them",
+            "{} tiles did not fit into --tile-memory {}; coarser ones were drawn instead",
             report.tiles_missing,
             args.tile_memory
         );
@@ -313,7 +317,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
-        tracing::warn!("{holder} has no {left_out}");
+        tracing::warn!("{holder} leaves out {left_out}");
     }
     if args.json {
         let report = job.report(&cameras, report);
@@ -323,25 +327,26 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     told.chain(job.sheets.as_ref().map(|cut| sheets::told(args, cut))).try_for_each(|line| print(&line))
 }
 
-/// A path is for many pictures, and many pictures are of a path: else somebody waits for a film of one frame.
+/// Checks that `--path` and an output of many pictures are given together, so that nobody waits for a film of one
+/// frame.
 fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     let output = named(&args.output);
     match (kind, &args.path) {
         (OutputKind::Picture(_), Some(_)) => Err(Misuse(format!(
-            "--path flies through many pictures, and {output} is one; frames are written to a pattern like \
-             dir/%05d.png, a film to .mp4, and --camera is for one picture"
+            "--path draws many frames, and {output} is one picture; write frames to a pattern like dir/%05d.png or a \
+             film to .mp4, or use --camera for one picture"
         ))),
         (OutputKind::Frames(..), None) => {
-            Err(Misuse(format!("{output} is a pattern of frames, which needs --path FILE, a camera path")))
+            Err(Misuse(format!("{output}: a pattern of frames requires a camera path; add --path FILE")))
         }
         (OutputKind::Mp4, None) => Err(Misuse(format!(
-            "{output} is a film, which needs --path FILE, a camera path; one picture is written to .png, .exr or .svg"
+            "{output}: a film requires a camera path; add --path FILE, or write one picture to .png, .exr or .svg"
         ))),
         _ => Ok(()),
     }
 }
 
-/// Two eyes are drawn into pictures that have room for what is asked of both.
+/// Checks that the output can hold the eyes, and that the other options support them.
 fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     args.stereo.check()?;
     let (eyes, output) = (args.stereo.eyes(), named(&args.output));
@@ -350,44 +355,46 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     }
     let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
     if is_svg && eyes == Eyes::SideBySide {
-        let misuse = format!("--eyes {eyes}: an .svg has one eye, or both as an anaglyph, and the output is {output}");
+        let misuse = format!("--eyes {eyes}: an .svg shows one eye or an anaglyph, and the output is {output}");
         return Err(Misuse(misuse));
     }
     if args.show.is_some() {
-        return Err(Misuse(format!("--eyes {eyes}: --show is of one eye's frame")));
+        return Err(Misuse(format!("--eyes {eyes}: --show requires --eyes mono")));
     }
     if eyes.are_merged() && !args.aov.is_empty() {
         return Err(Misuse(
-            "--aov: an anaglyph is both eyes in one picture; side-by-side has the channels of each".into(),
+            "--aov: an anaglyph merges both eyes into one picture; use --eyes side-by-side for the channels of each"
+                .into(),
         ));
     }
     Ok(())
 }
 
-/// The mean of frames is of frames that follow each other, each of one sample in one part.
+/// Checks that temporal anti-aliasing is possible: it needs consecutive frames, each of one sample and drawn in one
+/// part.
 fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     if args.antialias == Antialias::None {
         return Ok(());
     }
     let why = match kind {
-        _ if args.path.is_none() => "it is for frames that follow each other, along a --path; a picture has --samples",
-        OutputKind::Frames(_, PictureFormat::Svg) => "the lines of an .svg have no pixels",
-        _ if args.samples() > 1 => "a frame is one sample, and --samples asks for more",
-        _ if !args.aov.is_empty() => "--aov is of frames that are not moved",
+        _ if args.path.is_none() => "requires consecutive frames along a --path; use --samples for a single picture",
+        OutputKind::Frames(_, PictureFormat::Svg) => "an .svg has no pixels to smooth",
+        _ if args.samples() > 1 => "cannot be combined with --samples above 1",
+        _ if !args.aov.is_empty() => "cannot be combined with --aov, which needs frames without jitter",
         _ if !PartRule::default().is_whole(args.size()) => {
-            "frames as large as --size are drawn in parts; they have --samples"
+            "frames as large as --size are drawn in parts; use --samples"
         }
         _ => return Ok(()),
     };
     Err(Misuse(format!("--antialias temporal: {why}")))
 }
 
-/// What a picture, or some of a film's, is drawn with instead of `--lod-error`.
+/// Returns the warning that a picture, or some frames of a film, exceed `--lod-error`.
 fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> String {
     let of = if frames > 1 { format!(" in {} of {frames} frames", report.over_budget) } else { String::new() };
     format!(
-        "the surface was drawn to within {:.2} px{of} instead of --lod-error {lod_error}: that takes more triangles than a \
-         picture of this size has",
+        "the surface error is {:.2} px{of} instead of --lod-error {lod_error}, which would need more triangles than \
+         are allowed for a picture of this size",
         report.error_px
     )
 }

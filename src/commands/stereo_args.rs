@@ -1,4 +1,4 @@
-//! Arguments of two eyes, which all commands that draw share.
+//! Options of stereo pairs, for all commands that draw.
 
 use std::fmt;
 use std::str::FromStr;
@@ -9,27 +9,28 @@ use super::arguments;
 use super::misuse::Misuse;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, IPD_M, Pair};
 
-/// `--eyes` and what belongs to it.
+/// `--eyes` and the options that depend on it.
 #[derive(Clone, Debug, Args)]
 pub struct StereoArgs {
-    /// Which eyes: mono, left or right (of a pair), side-by-side (each of --size), anaglyph or grey-anaglyph (for a red
-    /// and a cyan glass) [default: mono]
+    /// Eyes to draw: mono, left or right (one eye of a stereo pair), side-by-side (each of --size), anaglyph or
+    /// grey-anaglyph (for red-cyan glasses) [default: mono]
     #[arg(long)]
     pub eyes: Option<Eyes>,
-    /// Of two eyes: how far apart they are, in metres, or auto: a thirtieth of the nearest land [default: 0.065]
+    /// Distance between the eyes of a stereo pair, in metres, or auto for a thirtieth of the distance to the nearest
+    /// land [default: 0.065]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub ipd: Option<Ipd>,
-    /// Of two eyes: how far away the picture's plane is, where both see the same [default: infinitely far]
+    /// Distance at which both eyes of a stereo pair see the same, in metres [default: infinitely far]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::above_0)]
     pub convergence: Option<f64>,
 }
 
-/// How far apart two eyes are.
+/// Distance between two eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Ipd {
-    /// In metres.
+    /// A distance in metres.
     Metres(f64),
-    /// By the nearest land.
+    /// A thirtieth of the distance to the nearest land.
     Auto,
 }
 
@@ -55,35 +56,36 @@ impl fmt::Display for Ipd {
 }
 
 impl StereoArgs {
-    /// Which eyes.
+    /// Returns the eyes to draw.
     pub fn eyes(&self) -> Eyes {
         self.eyes.unwrap_or(Eyes::Mono)
     }
 
-    /// That nothing is said of two eyes where one is drawn.
+    /// Checks that options of a stereo pair are only given if two eyes are drawn.
     ///
     /// # Errors
-    /// [`Misuse`].
+    /// Returns [`Misuse`] if one is given with `--eyes mono`.
     pub fn check(&self) -> Result<(), Misuse> {
         let stray = self.ipd.map(|_| "--ipd").or(self.convergence.map(|_| "--convergence"));
         match stray.filter(|_| self.eyes() == Eyes::Mono) {
-            Some(name) => Err(Misuse(format!("{name}: it is for two eyes, and --eyes is mono"))),
+            Some(name) => Err(Misuse(format!("{name}: needs a stereo pair, and --eyes is mono"))),
             None => Ok(()),
         }
     }
 
-    /// Whether the nearest land is to be found.
+    /// Returns whether the distance to the nearest land has to be measured.
     pub fn asks_for_nearest(&self) -> bool {
         self.eyes() != Eyes::Mono && self.ipd == Some(Ipd::Auto)
     }
 
-    /// How two eyes stand to each other, if there are two. `nearest_m` is infinite where no land is seen.
+    /// Returns the stereo pair, if two eyes are drawn. `nearest_m` is the distance to the nearest land, infinite if
+    /// none is seen.
     pub fn pair(&self, nearest_m: f64) -> Option<Pair> {
         let ipd_m = match self.ipd {
             None => IPD_M,
             Some(Ipd::Metres(metres)) => metres,
             Some(Ipd::Auto) if nearest_m.is_finite() => HYPERSTEREO * nearest_m,
-            // Over nothing but sky eyes stand as anybody's do.
+            // If only sky is seen, use the usual distance between human eyes.
             Some(Ipd::Auto) => IPD_M,
         };
         (self.eyes() != Eyes::Mono).then_some(Pair { ipd_m, convergence_m: self.convergence })

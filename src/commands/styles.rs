@@ -1,4 +1,5 @@
-//! `hachure styles`: the presets, their text as a start for one's own, their parameters, and a check of one's own.
+//! `hachure styles`: lists the presets, prints their text (a starting point for new styles) and parameters, and checks
+//! style files.
 
 mod all;
 
@@ -18,26 +19,26 @@ use crate::tones::hatching::maps;
 pub struct StylesArgs {
     #[command(subcommand)]
     action: Option<Action>,
-    /// Print for programs
+    /// Print as JSON
     #[arg(long, global = true)]
     json: bool,
 }
 
 #[derive(Debug, Subcommand)]
 enum Action {
-    /// The presets, with a line about each (the default)
+    /// List the presets, with a line about each (the default)
     List,
-    /// The text of a preset, or every parameter of a style
+    /// Print the text of a preset, or every parameter of a style
     Show {
-        /// A preset; with --all a style file as well
+        /// Preset; with --all also a style file
         name: String,
-        /// Every parameter with its value, unit, range, default and what it does
+        /// Print every parameter with its value, unit, range, default and meaning
         #[arg(long)]
         all: bool,
     },
-    /// Whether a style file holds
+    /// Check whether a style file is valid
     Check {
-        /// The style file
+        /// Style file
         file: PathBuf,
     },
 }
@@ -70,7 +71,7 @@ struct Checked<'a> {
 /// Runs the command.
 ///
 /// # Errors
-/// An unknown preset; a file that is no style.
+/// Fails for an unknown preset or an invalid style file.
 pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
     match &args.action {
         None | Some(Action::List) => list(args.json),
@@ -90,7 +91,7 @@ pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
         Some(Action::Check { file }) => {
             let style = read(file)?;
             let checked = Checked { file, name: style.name, holds: true };
-            if args.json { print_json(&checked) } else { print(&format!("{}: holds", named(file))) }
+            if args.json { print_json(&checked) } else { print(&format!("{}: valid", named(file))) }
         }
     }
 }
@@ -109,7 +110,7 @@ fn list(json: bool) -> anyhow::Result<()> {
     print(&lines.join("\n"))
 }
 
-/// A style from a file, whatever its name ends with.
+/// Reads a style file, whatever its extension.
 pub(super) fn read(file: &Path) -> anyhow::Result<Style> {
     let style = Style::read(file)?;
     maps::check(&style)?;

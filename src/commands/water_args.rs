@@ -1,4 +1,4 @@
-//! Options of all commands that draw: water beside what the heights show.
+//! Options of all commands that draw, for water that the heights do not show.
 
 use std::path::PathBuf;
 
@@ -6,17 +6,17 @@ use clap::Args;
 
 use crate::scene::Scene;
 
-/// Where water is.
+/// Where additional water is.
 #[derive(Clone, Debug, Default, Args)]
 pub struct WaterArgs {
-    /// Water beside what the heights show, in place of what the scene gives: GeoJSON polygons (.geojson), or a raster of
-    /// which all but 0 is water
+    /// Additional water, instead of the scene's: GeoJSON polygons (.geojson), or a raster whose non-zero samples are
+    /// water
     #[arg(long, value_name = "FILE")]
     pub water: Option<PathBuf>,
 }
 
 impl WaterArgs {
-    /// The scene with what the command line says of its water; where that says nothing, what the scene says stays.
+    /// Returns the scene with this water; if the option is not given, the scene's water stays.
     #[must_use]
     pub fn over(&self, mut scene: Scene) -> Scene {
         if let Some(file) = &self.water {

@@ -1,8 +1,9 @@
-//! Where OpenXR, Vulkan and wgpu meet: all that Rust cannot check.
+//! The connection between OpenXR, Vulkan and wgpu: everything that Rust cannot check.
 //!
-//! The runtime makes the Vulkan instance and the device with what wgpu asks for (`XR_KHR_vulkan_enable2`), and wgpu takes
-//! both over. The images of a swapchain stay the runtime's: wgpu draws on them and never destroys them.
-#![allow(unsafe_code, reason = "foreign libraries and raw handles; every block says why it holds")]
+//! The runtime creates the Vulkan instance and device with the extensions and features that wgpu requires
+//! (`XR_KHR_vulkan_enable2`), and wgpu takes over both. The images of a swapchain belong to the runtime: wgpu draws on
+//! them and never destroys them.
+#![allow(unsafe_code, reason = "foreign libraries and raw handles; every block says why it is sound")]
 
 use std::ffi::CStr;
 
@@ -15,10 +16,10 @@ use super::error::{During, HeadsetError};
 use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 
-/// The newest Vulkan that wgpu asks a driver for.
+/// The newest Vulkan version that wgpu requests from a driver.
 const NEWEST_VULKAN: u32 = vk::API_VERSION_1_3;
 
-/// What a session is bound to: the handles of the device that the runtime made.
+/// Handles of the device that the runtime created, which a session needs.
 #[derive(Clone, Copy)]
 pub struct Binding {
     instance: vk::Instance,
@@ -27,25 +28,25 @@ pub struct Binding {
     queue_family: u32,
 }
 
-/// Opens the loader of OpenXR, as the system finds libraries.
+/// Loads the OpenXR loader, from where the system finds libraries.
 ///
 /// # Errors
-/// [`HeadsetError::NoLoader`].
+/// Returns [`HeadsetError::NoLoader`] if it cannot be loaded.
 pub fn load() -> Result<xr::Entry, HeadsetError> {
-    // SAFETY: a library of this name is the loader of OpenXR, which keeps to the specification.
+    // SAFETY: a library of this name is the OpenXR loader, which follows the specification.
     unsafe { xr::Entry::load(&()) }.map_err(|error| {
         let cause = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
         HeadsetError::NoLoader { cause }
     })
 }
 
-/// Opens the GPU that the headset hangs on.
+/// Opens the GPU to which the headset is connected.
 ///
 /// # Errors
-/// [`HeadsetError::NoVulkan`] and what the runtime says.
+/// Returns [`HeadsetError::NoVulkan`], or the error of the runtime.
 pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, Binding), HeadsetError> {
     let needs = instance.graphics_requirements::<xr::Vulkan>(system).during("xrGetVulkanGraphicsRequirements2KHR")?;
-    // SAFETY: a library of this name is the loader of Vulkan.
+    // SAFETY: a library of this name is the Vulkan loader.
     let entry = unsafe { ash::Entry::load() }.map_err(no_vulkan)?;
     // SAFETY: the entry was just loaded.
     let known = unsafe { entry.try_enumerate_instance_version() }.map_err(no_vulkan)?.unwrap_or(vk::API_VERSION_1_0);
@@ -53,7 +54,7 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
     let version_xr = xr::Version::new(vk::api_version_major(version) as u16, vk::api_version_minor(version) as u16, 0);
     if version_xr < needs.min_api_version_supported {
         return Err(no_vulkan(format!(
-            "the headset wants version {}, and there is {version_xr}",
+            "the headset requires version {}, and the system has {version_xr}",
             needs.min_api_version_supported
         )));
     }
@@ -62,7 +63,7 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
     let hal_instance = open_instance(instance, system, &entry, [known, version], extensions, flags)?;
     let raw_instance = hal_instance.shared_instance().raw_instance().clone();
 
-    // SAFETY: the runtime made the instance a moment ago.
+    // SAFETY: the runtime has just created the instance.
     let physical_device = unsafe { instance.vulkan_graphics_device(system, raw_instance.handle().as_raw() as _) }
         .during("xrGetVulkanGraphicsDevice2KHR")?;
     let physical_device = vk::PhysicalDevice::from_raw(physical_device as _);
@@ -77,15 +78,15 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
     let both = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
     let queue_family = families.iter().position(|family| family.queue_flags.contains(both));
     let queue_family =
-        queue_family.ok_or_else(|| no_vulkan("the GPU of the headset has no queue to draw with"))? as u32;
+        queue_family.ok_or_else(|| no_vulkan("the GPU of the headset has no queue for graphics and compute"))? as u32;
     let extensions = exposed.adapter.required_device_extensions(features);
     let names: Vec<_> = extensions.iter().map(|name| name.as_ptr()).collect();
     let mut enabled = exposed.adapter.physical_device_features(&extensions, features);
     let queues = [vk::DeviceQueueCreateInfo::default().queue_family_index(queue_family).queue_priorities(&[1.0])];
     let info = vk::DeviceCreateInfo::default().queue_create_infos(&queues).enabled_extension_names(&names);
     let info = enabled.add_to_device_create(info);
-    // SAFETY: all that the information points to lives until the call is over, and Vulkan's types are the same in both
-    // crates: pointers and functions of C.
+    // SAFETY: everything that the create info points to lives until the call returns, and Vulkan's types are the same
+    // in both crates: pointers and functions of C.
     let made = unsafe {
         let get = std::mem::transmute::<vk::PFN_vkGetInstanceProcAddr, xr::sys::platform::VkGetInstanceProcAddr>(
             entry.static_fn().get_instance_proc_addr,
@@ -93,12 +94,12 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
         instance.create_vulkan_device(system, get, physical_device.as_raw() as _, (&raw const info).cast())
     };
     let device = made.during("xrCreateVulkanDeviceKHR")?.map_err(|code| no_vulkan(vk::Result::from_raw(code)))?;
-    // SAFETY: the device was just made of this instance.
+    // SAFETY: the device was just created from this instance.
     let device = unsafe { ash::Device::load(raw_instance.fp_v1_0(), vk::Device::from_raw(device as _)) };
     let binding = Binding { instance: raw_instance.handle(), physical_device, device: device.handle(), queue_family };
 
     let hints = wgpu::MemoryHints::default();
-    // SAFETY: the device was made of this adapter, with these extensions, features and queues. wgpu destroys it.
+    // SAFETY: the device was created from this adapter, with these extensions, features and queues. wgpu destroys it.
     let opened = unsafe {
         exposed.adapter.device_from_raw(device, None, &extensions, features, &limits, &hints, queue_family, 0)
     };
@@ -116,13 +117,13 @@ pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, B
         memory_hints: hints,
         ..Default::default()
     };
-    // SAFETY: the device was opened by this adapter with these features.
+    // SAFETY: this adapter opened the device with these features.
     let (device, queue) = unsafe { adapter.create_device_from_hal::<Vulkan>(opened, &descriptor) }
         .map_err(|source| crate::gpu::GpuError::NoDevice { adapter: adapter.get_info().name, source })?;
     Ok((Gpu::of_device(instance, adapter, device, queue), binding))
 }
 
-/// The runtime's Vulkan instance with the extensions that wgpu expects, as wgpu's.
+/// Creates the runtime's Vulkan instance with the extensions that wgpu expects, and wraps it for wgpu.
 fn open_instance(
     instance: &xr::Instance,
     system: xr::SystemId,
@@ -147,13 +148,13 @@ fn open_instance(
         instance.create_vulkan_instance(system, get, (&raw const info).cast())
     };
     let made = made.during("xrCreateVulkanInstanceKHR")?.map_err(|code| no_vulkan(vk::Result::from_raw(code)))?;
-    // SAFETY: the instance was just made, of this entry.
+    // SAFETY: the instance was just created through this entry.
     let raw = unsafe { ash::Instance::load(entry.static_fn(), vk::Instance::from_raw(made as _)) };
     // SAFETY: the entry is loaded.
     let layers = unsafe { entry.enumerate_instance_layer_properties() }.map_err(no_vulkan)?;
     let has_optimus = layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(c"VK_LAYER_NV_optimus"));
-    // SAFETY: the instance was made of this entry with these extensions, which are those that wgpu desires. wgpu
-    // destroys it.
+    // SAFETY: the instance was created through this entry with these extensions, which wgpu requested. wgpu destroys
+    // it.
     unsafe {
         hal::vulkan::Instance::from_raw(
             entry.clone(),
@@ -171,17 +172,17 @@ fn open_instance(
     .map_err(no_vulkan)
 }
 
-/// What a session is: its handle, what waits for frames, and what takes them.
+/// An open session: its handle, the waiter for frames, and the stream that takes frames.
 pub type Opened = (xr::Session<xr::Vulkan>, xr::FrameWaiter, xr::FrameStream<xr::Vulkan>);
 
 /// Opens a session that draws with `gpu`, which lives at least as long.
 ///
 /// The runtime may use the queue while a frame begins or ends and while an image is acquired or released. The caller
-/// draws on one thread, and nothing else of hachure submits: the threads beside it make pipelines and fill pictures,
+/// draws on one thread, and nothing else in hachure submits: the background threads build pipelines and fill textures,
 /// which wgpu submits with the next frame.
 ///
 /// # Errors
-/// What the runtime says.
+/// Returns the error of the runtime.
 pub fn open_session(
     instance: &xr::Instance,
     system: xr::SystemId,
@@ -195,12 +196,12 @@ pub fn open_session(
         queue_family_index: binding.queue_family,
         queue_index: 0,
     };
-    // SAFETY: the handles are those of the GPU, of which the session keeps a clone until it is destroyed.
+    // SAFETY: the handles are those of the GPU, and the session holds a clone of it until the session is destroyed.
     unsafe { instance.create_session_with_guard::<xr::Vulkan>(system, &info, Box::new(gpu.clone())) }
         .during("xrCreateSession")
 }
 
-/// An image of a swapchain, to draw on. It must go before its swapchain.
+/// Wraps an image of a swapchain as a texture to draw on. The texture must be dropped before its swapchain.
 pub fn texture_of(
     gpu: &Gpu,
     image: u64,
@@ -230,10 +231,10 @@ pub fn texture_of(
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
         view_formats: &[],
     };
-    // SAFETY: the device is Vulkan's, for it was made so.
-    let device = unsafe { gpu.device.as_hal::<Vulkan>() }.ok_or_else(|| no_vulkan("the device is not Vulkan's"))?;
-    // SAFETY: the image was made by the runtime with this size and format, as an attachment. The callback tells wgpu
-    // that the image is not its own. An image that was acquired is in the layout of an attachment.
+    // SAFETY: the device was created on Vulkan.
+    let device = unsafe { gpu.device.as_hal::<Vulkan>() }.ok_or_else(|| no_vulkan("the device does not use Vulkan"))?;
+    // SAFETY: the runtime created the image with this size and format, as an attachment. The callback makes wgpu leave
+    // the image's destruction to the runtime. An acquired image is in the layout of an attachment.
     Ok(unsafe {
         let memory = hal::vulkan::TextureMemory::External;
         let image = vk::Image::from_raw(image);

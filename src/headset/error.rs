@@ -1,4 +1,4 @@
-//! What can be wrong with a headset, each in one line that says what to do.
+//! Errors of the headset, each in one line that says what to do.
 
 use openxr as xr;
 
@@ -6,16 +6,16 @@ use crate::file::FileError;
 use crate::gpu::GpuError;
 use crate::style::StyleError;
 
-/// Why there is no flight in a headset, or why it ended.
+/// Why a flight in a headset could not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
 pub enum HeadsetError {
     /// OpenXR is not installed.
     #[error(
-        "--vr: there is no OpenXR loader ({cause}); install libopenxr-loader1 (Debian), openxr (Fedora, Arch), or the \
+        "--vr: no OpenXR loader found ({cause}); install libopenxr-loader1 (Debian), openxr (Fedora, Arch), or the \
          software of the headset"
     )]
     NoLoader {
-        /// What the system said.
+        /// Message of the system.
         cause: String,
     },
     /// No runtime is active.
@@ -24,87 +24,93 @@ pub enum HeadsetError {
          make it the active runtime, or name its manifest in XR_RUNTIME_JSON"
     )]
     NoRuntime {
-        /// What the loader said.
+        /// Error of the loader.
         cause: xr::sys::Result,
     },
-    /// The runtime does not offer what drawing needs.
-    #[error("--vr: {runtime} lacks {what}, without which hachure cannot draw for it; another runtime is needed")]
+    /// The runtime lacks something that drawing needs.
+    #[error("--vr: {runtime} lacks {what}, which hachure requires; use another runtime")]
     Lacks {
-        /// Its name.
+        /// Name of the runtime.
         runtime: String,
-        /// The extension, or another part.
+        /// The missing extension or other feature.
         what: &'static str,
     },
     /// No headset is connected.
-    #[error("--vr: {runtime} finds no headset; connect it, switch it on, and start hachure again")]
+    #[error("--vr: {runtime} finds no headset; connect the headset, switch it on, and start hachure again")]
     NoHeadset {
-        /// The runtime's name.
+        /// Name of the runtime.
         runtime: String,
     },
-    /// There is no Vulkan for the headset.
+    /// Vulkan cannot be used with the headset.
     #[error(
-        "--vr: Vulkan cannot draw for the headset ({cause}); it needs a driver of the GPU that the headset hangs on"
+        "--vr: Vulkan cannot draw for the headset ({cause}); install a Vulkan driver for the GPU to which it is connected"
     )]
     NoVulkan {
-        /// What is wrong.
+        /// Cause, as text.
         cause: String,
     },
-    /// Pictures of a size that the runtime or the GPU does not have.
-    #[error("--vr: the headset wants pictures of {width}x{height} pixels, and {most} to a side is the most here")]
+    /// The pictures would be larger than the GPU allows.
+    #[error(
+        "--vr: the headset requests pictures of {width}x{height} pixels; this GPU allows at most {most} on each side"
+    )]
     Size {
-        /// Of one eye.
+        /// Width of one eye's picture, in pixels.
         width: u32,
-        /// The same.
+        /// Height of one eye's picture, in pixels.
         height: u32,
-        /// The most.
+        /// Largest side that the GPU allows.
         most: u32,
     },
-    /// A lens that shows nothing.
-    #[error("--vr: the headset's field of view is empty: {left} to {right} across, {down} to {up} up (radians)")]
+    /// The field of view is empty.
+    #[error(
+        "--vr: the headset reports an empty field of view: {left} to {right} rad across, {down} to {up} rad upwards"
+    )]
     Lens {
-        /// The runtime's angles.
+        /// Angle to the left edge, in radians; usually negative.
         left: f32,
-        /// The same.
+        /// Angle to the right edge, in radians.
         right: f32,
-        /// The same.
+        /// Angle to the upper edge, in radians.
         up: f32,
-        /// The same.
+        /// Angle to the lower edge, in radians; usually negative.
         down: f32,
     },
-    /// The session ended without being asked.
-    #[error("--vr: the connection to the headset was lost ({cause}); see whether it runs, and start hachure again")]
+    /// The session was lost.
+    #[error(
+        "--vr: the connection to the headset was lost ({cause}); check that it is running, and start hachure again"
+    )]
     Lost {
-        /// What was lost.
+        /// The lost part.
         cause: &'static str,
     },
-    /// The runtime refused.
-    #[error("--vr: the headset's runtime failed in {call}: {code}")]
+    /// A call to the runtime failed.
+    #[error("--vr: the OpenXR runtime failed in {call}: {code}")]
     Runtime {
-        /// The function of OpenXR.
+        /// Name of the OpenXR function.
         call: &'static str,
-        /// What it returned.
+        /// Result code of the call.
         code: xr::sys::Result,
     },
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The style does not hold.
+    /// The style is invalid.
     #[error(transparent)]
     Style(#[from] StyleError),
-    /// What `--frames` tells cannot be written.
+    /// The report of `--frames` cannot be written.
     #[error(transparent)]
     Output(#[from] FileError),
-    /// The world does not open.
+    /// The world cannot be opened.
     #[error(transparent)]
     World(anyhow::Error),
 }
 
-/// Names the call that failed.
+/// Converts a failed call to an error that names the call.
 pub trait During<T> {
-    /// The value, or the error of a call.
+    /// Returns the value, or an error that names `call`.
     ///
     /// # Errors
-    /// [`HeadsetError::Lost`], [`HeadsetError::Runtime`].
+    /// Returns [`HeadsetError::Lost`] or [`HeadsetError::Runtime`].
     fn during(self, call: &'static str) -> Result<T, HeadsetError>;
 }
 

@@ -1,4 +1,4 @@
-//! A flight in a headset: what happens from frame to frame.
+//! A flight in a headset: what is done in each frame.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -25,16 +25,16 @@ use crate::measure::statistics::Percentiles;
 use crate::scene::view::{Clock, Lens, Rig};
 use crate::style::{self, Style};
 
-/// How often events are looked for while nothing is drawn.
+/// Interval at which events are polled while nothing is drawn.
 const REST: Duration = Duration::from_millis(20);
-/// How long the runtime may take to end a session that is asked to.
+/// Longest time that the runtime may take to end a session on request.
 const LONGEST_END: Duration = Duration::from_secs(10);
-/// Where a person's eyes are above the floor, about.
+/// Typical height of a person's eyes above the floor.
 const EYES_ABOVE_FLOOR_M: f64 = 1.6;
-/// From a frame to the next where the runtime does not say.
+/// Duration of a frame, if the runtime does not give it.
 const STEP_S: f64 = 1.0 / 90.0;
 
-/// What a flight keeps from frame to frame. What draws on the headset's GPU goes before the headset.
+/// State of a flight. Fields that draw on the headset's GPU are dropped before the headset.
 pub(super) struct Flight {
     renderer: Renderer,
     show: ShowPass,
@@ -45,12 +45,12 @@ pub(super) struct Flight {
     traveller: Traveller,
     styles: Vec<Style>,
     style: usize,
-    /// Of the last frame that was drawn, while frames follow each other.
+    /// Rig of the last frame that was drawn, while frames follow each other.
     before: Option<Rig>,
-    /// What the runtime's images show, and from where.
+    /// Views from which the pictures in the runtime's images were drawn.
     shown: Option<[xr::View; 2]>,
     shown_at: Option<xr::Time>,
-    /// Trees sway by the time since then.
+    /// Display time of the first frame, the zero of time for wind.
     first_at: Option<xr::Time>,
     frames: Option<u64>,
     drawn: u64,
@@ -61,22 +61,22 @@ pub(super) struct Flight {
 }
 
 impl Flight {
-    /// Of a headset over a world.
+    /// Creates a flight of a headset over a world.
     ///
     /// # Errors
-    /// When the style or the runtime refuses.
+    /// Fails if the style is invalid or if the runtime reports an error.
     pub fn new(headset: Headset, world: HeadsetWorld, options: &HeadsetOptions) -> Result<Self, HeadsetError> {
         let (styles, style) = styles(&options.style)?;
         let hands = Hands::new(headset.instance(), &headset.session)?;
         let gpu = &headset.gpu;
         let mut renderer = Renderer::new(gpu)?;
-        // A headset waits for no compiler, and a frame is one submit.
+        // A headset must not wait for a compiler, and each frame is one submit.
         renderer.set_builds(Builds::InBackground);
         renderer.set_antialias(options.antialias);
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
         let asked = Arc::clone(&end);
-        // Without it Ctrl+C ends the program all the same, only less politely.
+        // Without the handler, Ctrl+C still ends the program, but without ending the session.
         if let Err(error) = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)) {
             tracing::debug!("{error}");
         }
@@ -103,10 +103,10 @@ impl Flight {
         })
     }
 
-    /// Flies until the runtime or the user ends it, or until all frames are drawn.
+    /// Flies until the runtime or the user ends the flight, or until `--frames` frames are drawn.
     ///
     /// # Errors
-    /// When the session is lost, the runtime refuses, or the GPU fails.
+    /// Fails if the session is lost, if the runtime reports an error, or if the GPU fails.
     pub fn run(mut self) -> Result<(), HeadsetError> {
         loop {
             match self.headset.follow_events()? {
@@ -116,7 +116,7 @@ impl Flight {
             }
             self.end_if_due()?;
             if self.end_by.is_some_and(|by| Instant::now() > by) {
-                tracing::warn!("the runtime does not end the session");
+                tracing::warn!("the OpenXR runtime does not end the session");
                 break;
             }
         }
@@ -133,14 +133,14 @@ impl Flight {
         Ok(())
     }
 
-    /// Waits for a frame, and draws it if somebody sees it.
+    /// Waits for a frame, and draws it if it will be visible.
     fn frame(&mut self) -> Result<(), HeadsetError> {
         let state = self.headset.waiter.wait().during("xrWaitFrame")?;
         self.headset.stream.begin().during("xrBeginFrame")?;
         let display_time = state.predicted_display_time;
         let views = if state.should_render { self.draw(&state)? } else { None };
         if views.is_none() {
-            // The next frame that is seen follows none.
+            // The next visible frame has no predecessor.
             (self.before, self.shown, self.began) = (None, None, None);
         }
         self.end_frame(display_time, views)?;
@@ -167,8 +167,8 @@ impl Flight {
         stream.end(display_time, *blend, &[&layer]).during("xrEndFrame")
     }
 
-    /// Draws both eyes and hands them over. None if there is nothing to show: the head is not known, or the first style
-    /// is not there yet.
+    /// Draws both eyes and hands over their images. Returns `None` if there is nothing to show: the head's pose is
+    /// unknown, or the first style is still being built.
     fn draw(&mut self, state: &xr::FrameState) -> Result<Option<[xr::View; 2]>, HeadsetError> {
         let now = Instant::now();
         let headset = &self.headset;
@@ -201,14 +201,15 @@ impl Flight {
         self.renderer.set_step_s(step_s);
         let style = &self.styles[self.style];
         self.renderer.render_eyes(&headset.gpu, &mut self.world.surfaces, &rig, style, &self.world.light)?;
-        // Only looks: nothing waits for the GPU here.
+        // Poll without waiting for the GPU.
         if let Err(error) = headset.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
-        // The GPU's times are nobody's business here, and would wait for somebody.
+        // Discard the GPU's times, which would otherwise accumulate.
         while self.renderer.take_times().is_some() {}
         if !self.renderer.drew() {
-            // The images show what they did, from where that was seen: the runtime turns it to where the head is now.
+            // The images still show the previous pictures, with their views: the runtime reprojects them to the present
+            // pose of the head.
             return Ok(self.shown);
         }
         self.before = Some(rig);
@@ -226,7 +227,7 @@ impl Flight {
         Ok(self.shown)
     }
 
-    /// The pictures of the eyes onto the runtime's images. Whether there are any.
+    /// Copies the pictures of the eyes to the runtime's images. Returns `false` if there are no pictures.
     fn show(&mut self, eyes: &[Eye; 2]) -> Result<bool, HeadsetError> {
         let pictures = [0, 1].map(|eye| self.renderer.eye_target(eye, &PICTURE));
         let [Some(left), Some(right)] = pictures else { return Ok(false) };
@@ -243,7 +244,7 @@ impl Flight {
             self.show.run(gpu, &mut encoder, picture, on, &eyes[eye].lens, self.traveller.vignette());
             shown.push(texture);
         }
-        // The runtime takes an image back in the layout of an attachment.
+        // The runtime expects an image back in the layout of an attachment.
         let as_attachments = shown.into_iter().map(|texture| wgpu::TextureTransition {
             texture,
             selector: None,
@@ -261,13 +262,13 @@ impl Flight {
         Ok(true)
     }
 
-    /// For `--frames`.
+    /// Prints the frame times, for `--frames`.
     fn report(&self) -> Result<(), HeadsetError> {
         let times = Percentiles::of(self.times_ms.iter().copied());
         let [p50_ms, p95_ms] = times.map_or([f64::NAN; 2], |times| [times.p50, times.p95]);
         let [[width, height], [right_width, right_height]] = self.headset.sizes_px();
         let text = format!(
-            "{width}x{height} and {right_width}x{right_height} {}: {} frames, renderer p50 {p50_ms:.2} ms, p95 \
+            "{width}x{height} and {right_width}x{right_height} {}: {} frames, frame p50 {p50_ms:.2} ms, p95 \
              {p95_ms:.2} ms, {:.1} frames per second",
             self.styles[self.style].name,
             self.drawn,
@@ -277,7 +278,7 @@ impl Flight {
     }
 }
 
-/// The presets, and the style that is asked for with its place among them.
+/// Loads the presets and the style `asked`; also returns its index in the list.
 fn styles(asked: &str) -> Result<(Vec<Style>, usize), HeadsetError> {
     let names = style::names();
     let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
@@ -292,18 +293,18 @@ fn styles(asked: &str) -> Result<(Vec<Style>, usize), HeadsetError> {
     Ok((list, place))
 }
 
-/// Where the room stands first: its floor is below the camera, and not below the ground.
+/// Returns the initial stage: the camera is at eye height above the floor, and the floor is not below the ground.
 fn start(world: &HeadsetWorld, headset: &Headset) -> Stage {
     let camera = &world.start;
     let mut floor_m = camera.position_m - DVec3::Z * EYES_ABOVE_FLOOR_M;
     let at: DVec2 = floor_m.truncate();
     let terrain = &world.surfaces.terrain;
     floor_m.z = floor_m.z.max(terrain.height_m(at).unwrap_or(f64::NEG_INFINITY));
-    tracing::debug!("drawn by {}", headset.gpu.description());
+    tracing::debug!("GPU: {}", headset.gpu.description());
     Stage { floor_m, heading_rad: camera.yaw_deg.to_radians(), scale: 1.0 }
 }
 
-/// An eye in the room. None if its pose says nothing.
+/// Converts a view to an eye in the room. Returns `None` if its pose is invalid.
 fn eye(view: &xr::View, floor_m: f64) -> Result<Option<Eye>, HeadsetError> {
     let xr::Fovf { angle_left: left, angle_right: right, angle_up: up, angle_down: down } = view.fov;
     let tangents = [-left, right, up, -down].map(|angle| f64::from(angle).tan());
@@ -319,10 +320,10 @@ fn eye(view: &xr::View, floor_m: f64) -> Result<Option<Eye>, HeadsetError> {
     Ok(is_known.then(|| Eye { at_m, room_from_eye: room_from_eye.normalize(), lens }))
 }
 
-/// Flies.
+/// Opens the world and flies.
 ///
 /// # Errors
-/// As [`Flight::run`], and when the world does not open.
+/// Fails as [`Flight::run`] does, and if the world cannot be opened.
 pub(super) fn fly(
     headset: Headset,
     options: &HeadsetOptions,

@@ -1,4 +1,4 @@
-//! What hands ask for: the actions, and which control of which controller suggests them.
+//! Input of the controllers: the OpenXR actions, and the suggested bindings of each controller.
 
 use glam::DVec2;
 use openxr as xr;
@@ -6,7 +6,7 @@ use openxr as xr;
 use super::error::{During, HeadsetError};
 use super::travel::Asked;
 
-/// What a control does.
+/// An action of the flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Does {
     Fly,
@@ -18,7 +18,7 @@ enum Does {
     Reset,
 }
 
-/// Controllers with their controls. A runtime that does not know one of them goes on with the others.
+/// Suggested bindings by interaction profile. A runtime that does not know one of them still accepts the others.
 const CONTROLLERS: [(&str, &[(Does, &str)]); 5] = [
     (
         "/interaction_profiles/khr/simple_controller",
@@ -75,7 +75,7 @@ const CONTROLLERS: [(&str, &[(Does, &str)]); 5] = [
     ),
 ];
 
-/// The actions of both hands.
+/// The OpenXR actions of both hands.
 pub struct Hands {
     set: xr::ActionSet,
     fly: xr::Action<xr::Vector2f>,
@@ -88,27 +88,27 @@ pub struct Hands {
 }
 
 impl Hands {
-    /// Makes the actions, suggests controls for them, and attaches them to the session, for good.
+    /// Creates the actions, suggests bindings for them, and attaches them to the session permanently.
     ///
     /// # Errors
-    /// What the runtime says.
+    /// Returns the error of the runtime.
     pub fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
         let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
         let stick = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
         let button = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
         let hands = Self {
-            fly: stick("fly", "Fly ahead and aside")?,
-            turn: stick("turn_and_lift", "Turn, rise and sink")?,
-            ahead: button("ahead", "Fly ahead")?,
-            fast: button("fast", "Hurry")?,
+            fly: stick("fly", "Fly forward and sideways")?,
+            turn: stick("turn_and_lift", "Turn, move up and down")?,
+            ahead: button("ahead", "Fly forward")?,
+            fast: button("fast", "Fly faster")?,
             next_style: button("next_style", "Next style")?,
-            scale: button("scale", "Giant or person")?,
-            reset: button("reset", "Back to the start")?,
+            scale: button("scale", "Switch between giant and person")?,
+            reset: button("reset", "Return to the start")?,
             set: set.clone(),
         };
         for (profile, controls) in CONTROLLERS {
             if let Err(error) = hands.suggest(instance, profile, controls) {
-                tracing::warn!("the controls of {profile} are not known here: {error}");
+                tracing::warn!("the OpenXR runtime does not accept the bindings of {profile}: {error}");
             }
         }
         session.attach_action_sets(&[&hands.set]).during("xrAttachSessionActionSets")?;
@@ -132,10 +132,10 @@ impl Hands {
         instance.suggest_interaction_profile_bindings(instance.string_to_path(profile)?, &bindings)
     }
 
-    /// What is asked for now. A session that is not focused hears nothing.
+    /// Returns the present input. A session without focus receives none.
     ///
     /// # Errors
-    /// What the runtime says.
+    /// Returns the error of the runtime.
     pub fn ask(&self, session: &xr::Session<xr::Vulkan>) -> Result<Asked, HeadsetError> {
         session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
         let stick = |action: &xr::Action<xr::Vector2f>| {

@@ -1,4 +1,4 @@
-//! What nobody sees through the lenses, where the runtime tells it (`XR_KHR_visibility_mask`).
+//! The part of the pictures that the lenses hide, if the runtime reports it (`XR_KHR_visibility_mask`).
 
 use openxr as xr;
 
@@ -8,17 +8,17 @@ use super::stage::Eye;
 use crate::scene::view::Lens;
 use crate::surface::hidden::HiddenArea;
 
-/// The area is drawn so much smaller, about the middle of the picture: lines look at their neighbours, and would outline
-/// its edge.
+/// The hidden area is drawn this much smaller, scaled about the middle of the picture: line detectors look at
+/// neighbouring pixels, and would outline the area's edge.
 const MARGIN_PX: f64 = 4.0;
 
-/// Corners of triangles of each eye, three to a triangle: tangents of the angles from the eye's axis, x right, y up.
+/// Corners of the triangles of each eye, three per triangle: tangents of the angles from the eye's axis, x right, y up.
 pub type Triangles = [Vec<[f64; 2]>; 2];
 
-/// Asks the runtime.
+/// Queries the hidden triangles from the runtime.
 ///
 /// # Errors
-/// What the runtime says.
+/// Returns the error of the runtime.
 pub fn ask(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError> {
     let of = |eye: u32| {
         let kind = xr::VisibilityMaskTypeKHR::HIDDEN_TRIANGLE_MESH;
@@ -27,14 +27,14 @@ pub fn ask(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError>
             let at = mask.vertices.get(*index as usize)?;
             Some([f64::from(at.x), f64::from(at.y)]).filter(|at| at.iter().all(|tangent| tangent.is_finite()))
         };
-        // A triangle with a corner that is not there is none.
+        // Triangles with missing corners are skipped.
         let triangles = mask.indices.chunks_exact(3).filter_map(|of| of.iter().map(corner).collect::<Option<Vec<_>>>());
         Ok::<_, HeadsetError>(triangles.flatten().collect())
     };
     Ok([of(0)?, of(1)?])
 }
 
-/// On the pictures of both eyes.
+/// Converts the triangles to areas of both eyes' pictures.
 pub fn areas(triangles: &Triangles, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2]) -> Vec<HiddenArea> {
     let area = |eye: usize| {
         let Lens { left, right, up, down } = eyes[eye].lens;

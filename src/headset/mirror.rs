@@ -1,7 +1,7 @@
-//! A window that shows what the left eye sees, for those who stand beside.
+//! A window that mirrors the left eye for spectators.
 //!
-//! It is a courtesy: the flight does not wait for it, and goes on without it where there is no display, or where the
-//! headset's GPU cannot draw on it. Whoever closes it ends the flight.
+//! The mirror is optional: the flight does not wait for it, and continues without it if there is no display or if the
+//! headset's GPU cannot present to it. Closing the window ends the flight.
 
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -18,19 +18,19 @@ use crate::gpu::Gpu;
 use crate::gpu::target::Target;
 use crate::window::Windowing;
 
-/// The longer side of the window, at most.
+/// Longest side of the window.
 const LARGEST_PX: f64 = 800.0;
-/// How often the window shows another picture: it shares the GPU with the headset.
+/// Interval at which the mirror is updated: it shares the GPU with the headset.
 const STEP: Duration = Duration::from_millis(33);
 
-/// The window, if there is one.
+/// The mirror's window with its event loop.
 pub struct Mirror {
     glass: Glass,
     events: EventLoop<()>,
     shown_at: Option<Instant>,
 }
 
-/// What winit calls.
+/// Handler of the window's events.
 struct Glass {
     pane: Option<Pane>,
     gpu: Gpu,
@@ -38,7 +38,7 @@ struct Glass {
     is_over: bool,
 }
 
-/// The surface goes before its window.
+/// Fields are dropped in order: the surface before its window.
 struct Pane {
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
@@ -47,7 +47,7 @@ struct Pane {
 }
 
 impl Mirror {
-    /// A window of the shape of an eye's pictures. None, with a word in the log, where there is no display.
+    /// Opens a window with the aspect ratio of an eye's picture. Returns `None`, and logs why, if there is no display.
     pub fn open(gpu: &Gpu, eye_px: [u32; 2]) -> Option<Self> {
         let windowing = Windowing::new().inspect_err(|error| tracing::info!("no mirror: {error}")).ok()?;
         let longer_px = f64::from(eye_px[0].max(eye_px[1]).max(1));
@@ -56,13 +56,13 @@ impl Mirror {
         Some(Self { glass, events: windowing.into_events(), shown_at: None })
     }
 
-    /// Hears what happens to the window. Whether somebody closed it.
+    /// Handles pending events; returns whether the window was closed.
     pub fn is_closed(&mut self) -> bool {
         let status = self.events.pump_app_events(Some(Duration::ZERO), &mut self.glass);
         self.glass.is_over || matches!(status, PumpStatus::Exit(_))
     }
 
-    /// Shows a picture, if the last one has been there for a moment.
+    /// Shows a picture, unless the previous one was shown just before.
     pub fn show(&mut self, picture: &Target) {
         let now = Instant::now();
         if self.shown_at.is_some_and(|at| now - at < STEP) {
@@ -77,7 +77,7 @@ impl Mirror {
 impl Pane {
     fn open(events: &ActiveEventLoop, gpu: &Gpu, size_px: [u32; 2]) -> Result<Self, String> {
         let attributes = Window::default_attributes()
-            .with_title("hachure: the left eye")
+            .with_title("hachure: left eye")
             .with_inner_size(PhysicalSize::<u32>::from(size_px))
             .with_resizable(false);
         let window = Arc::new(events.create_window(attributes).map_err(|error| error.to_string())?);
@@ -86,11 +86,11 @@ impl Pane {
         let mut config = surface
             .get_default_config(&gpu.adapter, width, height)
             .ok_or("the headset's GPU cannot draw on this display")?;
-        // The headset sets the pace: a display that has to be waited for is none.
+        // The headset sets the pace, so a present mode that waits for the display cannot be used.
         let modes = surface.get_capabilities(&gpu.adapter).present_modes;
         let free = [wgpu::PresentMode::Mailbox, wgpu::PresentMode::Immediate];
         let mode = free.into_iter().find(|mode| modes.contains(mode));
-        config.present_mode = mode.ok_or("this display sets the pace of what draws on it")?;
+        config.present_mode = mode.ok_or("this display has no present mode that does not wait")?;
         surface.configure(&gpu.device, &config);
         let present = PresentPass::new(gpu, config.format);
         Ok(Self { surface, config, present, window })
@@ -100,7 +100,7 @@ impl Pane {
         use wgpu::CurrentSurfaceTexture as Current;
         let frame = match self.surface.get_current_texture() {
             Current::Success(frame) => frame,
-            // What is lost or too old is there again at the next picture.
+            // A lost or outdated surface is available again for the next picture.
             Current::Suboptimal(_) | Current::Outdated | Current::Lost => {
                 self.surface.configure(&gpu.device, &self.config);
                 return;

@@ -1,9 +1,9 @@
-//! A headset: fly over a world with two eyes in it, through OpenXR on Vulkan.
+//! Flights in a headset: draws a world for both eyes, through OpenXR on Vulkan.
 //!
-//! [`Runtime::connect`] asks for the loader, the runtime and the headset first, so that what is missing is told before
-//! anything is opened. [`fly`] then flies until the runtime or the user ends it. `binding` is where OpenXR, Vulkan and
-//! wgpu meet, and all that is unsafe; `session` follows the session's states, `swapchains` holds the images that the
-//! runtime shows, `hands` hears the controllers, `stage` and `travel` say where in the world the room stands, and
+//! [`Runtime::connect`] looks for the loader, the runtime and the headset first, so that anything missing is reported
+//! before the world is opened. [`fly`] then flies until the runtime or the user ends it. `binding` connects OpenXR,
+//! Vulkan and wgpu, and contains all unsafe code; `session` follows the session's states, `swapchains` holds the images
+//! that the runtime shows, `hands` reads the controllers, `stage` and `travel` place the room in the world, and
 //! `flight` draws the frames. `mirror` shows the left eye in a window, with the feature `window`.
 //!
 //! Why: `docs/decisions/headset.md`.
@@ -34,31 +34,31 @@ use crate::gpu::Gpu;
 use crate::scene::camera::Camera;
 use crate::world::Surfaces;
 
-/// What is flown over.
+/// The world that the flight shows.
 pub struct HeadsetWorld {
-    /// The land and what stands on it.
+    /// Land, models and trees.
     pub surfaces: Surfaces,
-    /// Sun and air.
+    /// Sun and haze.
     pub light: Light,
-    /// Where the flight begins; its z is in the world's frame. The head brings its own pitch.
+    /// Camera at the start; its z is absolute, in the world's frame. The pitch is ignored: it comes from the head.
     pub start: Camera,
 }
 
-/// How to fly.
+/// Options of a flight in a headset.
 #[derive(Clone, Debug)]
 pub struct HeadsetOptions {
     /// A preset or a style file.
     pub style: String,
-    /// How frames smooth their edges.
+    /// Smoothing of edges.
     pub antialias: Antialias,
-    /// Print the frame times and end after so many pictures.
+    /// Print the frame times, and end after this many frames.
     pub frames: Option<u64>,
 }
 
-/// Opens the headset of a runtime and flies over the world that `open` opens on its GPU.
+/// Opens the headset of a runtime, and flies over the world that `open` opens on the headset's GPU.
 ///
 /// # Errors
-/// [`HeadsetError`].
+/// Returns a [`HeadsetError`] if something cannot be opened or fails later.
 pub fn fly(
     runtime: Runtime,
     options: &HeadsetOptions,

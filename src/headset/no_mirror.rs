@@ -1,23 +1,23 @@
-//! In place of `mirror`, in a build without windows.
+//! Replaces `mirror` in a build without windows.
 
 use crate::gpu::Gpu;
 use crate::gpu::target::Target;
 
-/// There is none.
+/// A mirror that cannot exist.
 pub enum Mirror {}
 
 impl Mirror {
-    /// None.
+    /// Returns `None`.
     pub fn open(_gpu: &Gpu, _eye_px: [u32; 2]) -> Option<Self> {
         None
     }
 
-    /// Never asked.
+    /// Is never called.
     pub fn is_closed(&mut self) -> bool {
         match *self {}
     }
 
-    /// Never called.
+    /// Is never called.
     pub fn show(&mut self, _picture: &Target) {
         match *self {}
     }

@@ -1,4 +1,4 @@
-//! A session of OpenXR: from the loader to an open session, and the states that it goes through.
+//! An OpenXR session: from loading the loader to an open session, and the session's states.
 
 use openxr as xr;
 
@@ -8,15 +8,15 @@ use super::hidden;
 use super::swapchains::EyeImages;
 use crate::gpu::Gpu;
 
-/// Two eyes.
+/// The view configuration: two eyes.
 pub const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
-/// A runtime that has a headset. Nothing is shown yet.
+/// A runtime that has a headset. No session is open yet.
 pub struct Runtime {
     instance: xr::Instance,
     system: xr::SystemId,
     name: String,
-    /// It tells what nobody sees.
+    /// Whether the runtime reports which parts of the pictures the lenses hide.
     has_masks: bool,
 }
 
@@ -24,7 +24,7 @@ impl Runtime {
     /// Finds the loader, the runtime and the headset.
     ///
     /// # Errors
-    /// [`HeadsetError`], in which one of them is missing.
+    /// Returns a [`HeadsetError`] that says which of them is missing.
     pub fn connect() -> Result<Self, HeadsetError> {
         let entry = binding::load()?;
         let no_runtime = |cause| HeadsetError::NoRuntime { cause };
@@ -41,7 +41,7 @@ impl Runtime {
             application_version: 1,
             engine_name: "hachure",
             engine_version: 1,
-            // Loaders of Linux distributions refuse 1.1, and nothing of it is needed.
+            // Loaders of Linux distributions refuse 1.1, and hachure needs nothing of it.
             api_version: xr::Version::new(1, 0, 0),
         };
         let instance = entry.create_instance(&application, &wanted, &[], &()).map_err(no_runtime)?;
@@ -57,67 +57,68 @@ impl Runtime {
         Ok(Self { instance, system, name, has_masks: offered.khr_visibility_mask })
     }
 
-    /// Its name.
+    /// Returns the name of the runtime.
     pub fn name(&self) -> &str {
         &self.name
     }
 }
 
-/// What the session's state lets the program do.
+/// What the session's state allows the program to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Life {
     /// Nothing: the session has not begun, or has ended for now.
     Rests,
-    /// Frames: they are waited for, begun and ended, seen or not.
+    /// Frames: they must be waited for, begun and ended, visible or not.
     Runs,
-    /// Nothing any more.
+    /// Nothing any more: the session is over.
     Over,
 }
 
-/// An open session with its GPU. The parts are dropped in this order: what draws on a swapchain's images before the
-/// swapchain, the session before its device, the device before the runtime.
+/// An open session with its GPU. Fields are dropped in this order: textures of a swapchain before the swapchain, the
+/// session before its device, the device before the runtime.
 pub struct Headset {
-    /// The pictures of both eyes.
+    /// Images of both eyes.
     pub eyes: [EyeImages; 2],
     /// Takes frames.
     pub stream: xr::FrameStream<xr::Vulkan>,
     /// Waits for frames.
     pub waiter: xr::FrameWaiter,
-    /// What poses count from.
+    /// Reference space of all poses.
     pub space: xr::Space,
-    /// Its states and actions.
+    /// The session, for its states and actions.
     pub session: xr::Session<xr::Vulkan>,
-    /// The runtime's device.
+    /// The device that the runtime created.
     pub gpu: Gpu,
-    /// How what is drawn is laid over what is there.
+    /// How pictures are blended with the environment.
     pub blend: xr::EnvironmentBlendMode,
-    /// The height of the floor in [`Headset::space`].
+    /// Height of the floor in [`Headset::space`].
     pub floor_m: f64,
-    /// What nobody sees of each eye's picture.
+    /// Triangles that the lenses hide, for each eye's picture.
     pub hidden: hidden::Triangles,
     runtime: Runtime,
     life: Life,
     state: xr::SessionState,
 }
 
-/// Where a head is above the floor, if the runtime knows no floor.
+/// Height of the head above the floor, if the runtime does not know the floor.
 const EYES_ABOVE_FLOOR_M: f64 = 1.6;
 
 impl Headset {
     /// Opens the GPU and a session of a runtime.
     ///
     /// # Errors
-    /// [`HeadsetError`].
+    /// Returns a [`HeadsetError`] if one of them cannot be opened.
     pub fn open(runtime: Runtime) -> Result<Self, HeadsetError> {
         let Runtime { instance, system, .. } = &runtime;
         let views =
             instance.enumerate_view_configuration_views(*system, VIEWS).during("xrEnumerateViewConfigurationViews")?;
         let &[left, right] = views.as_slice() else {
-            return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each of two eyes" });
+            return Err(HeadsetError::Lacks { runtime: runtime.name, what: "a view for each eye" });
         };
         let blends =
             instance.enumerate_environment_blend_modes(*system, VIEWS).during("xrEnumerateEnvironmentBlendModes")?;
-        // The runtime lists what it likes best first; a drawing covers what is behind it, if it can.
+        // The runtime lists its preferred modes first. An opaque mode is chosen if there is one, because a drawing
+        // covers its background.
         let opaque = blends.iter().copied().find(|blend| *blend == xr::EnvironmentBlendMode::OPAQUE);
         let blend = opaque.or(blends.first().copied()).unwrap_or(xr::EnvironmentBlendMode::OPAQUE);
         let most = instance.system_properties(*system).during("xrGetSystemProperties")?.graphics_properties;
@@ -127,7 +128,7 @@ impl Headset {
         let (space, floor_m) = open_space(&session)?;
         let hidden = if runtime.has_masks { hidden::ask(&session)? } else { hidden::Triangles::default() };
         let sizes_px = [left, right].map(|view| {
-            // A runtime that recommends more than it takes is taken at its word on what it takes.
+            // The recommended size is limited to the largest size that the runtime accepts.
             let fit = |wish: u32, most: [u32; 2]| most.into_iter().filter(|most| *most > 0).fold(wish, u32::min).max(1);
             [
                 fit(view.recommended_image_rect_width, [view.max_image_rect_width, most.max_swapchain_image_width]),
@@ -151,36 +152,36 @@ impl Headset {
         })
     }
 
-    /// The sizes of the eyes' pictures.
+    /// Returns the sizes of the eyes' pictures.
     pub fn sizes_px(&self) -> [[u32; 2]; 2] {
         [self.eyes[0].size_px(), self.eyes[1].size_px()]
     }
 
-    /// What the session lets the program do.
+    /// Returns what the session allows the program to do.
     pub fn life(&self) -> Life {
         self.life
     }
 
-    /// Whether hands are heard: another program may lie over this one.
+    /// Returns whether the session receives input: another program may be in front.
     pub fn is_focused(&self) -> bool {
         self.state == xr::SessionState::FOCUSED
     }
 
-    /// The runtime.
+    /// Returns the OpenXR instance.
     pub fn instance(&self) -> &xr::Instance {
         &self.runtime.instance
     }
 
-    /// Follows the runtime's events, and begins and ends the session as they say.
+    /// Handles the runtime's events, and begins and ends the session as they request.
     ///
     /// # Errors
-    /// [`HeadsetError::Lost`] when the session or the runtime goes, and what a call returns.
+    /// Returns [`HeadsetError::Lost`] if the session or the runtime is lost, or the error of a call.
     pub fn follow_events(&mut self) -> Result<Life, HeadsetError> {
         let mut storage = xr::EventDataBuffer::new();
         while let Some(event) = self.runtime.instance.poll_event(&mut storage).during("xrPollEvent")? {
             match event {
                 xr::Event::SessionStateChanged(change) if change.session() == self.session.as_raw() => {
-                    tracing::debug!("the session is {:?}", change.state());
+                    tracing::debug!("state of the OpenXR session: {:?}", change.state());
                     self.state = change.state();
                     match self.state {
                         xr::SessionState::READY => {
@@ -198,26 +199,26 @@ impl Headset {
                     }
                 }
                 xr::Event::InstanceLossPending(_) => return Err(HeadsetError::Lost { cause: "the runtime" }),
-                // It may come for each eye; both are asked for.
+                // The event may arrive for each eye; both are queried.
                 xr::Event::VisibilityMaskChangedKHR(_) if self.runtime.has_masks => {
                     self.hidden = hidden::ask(&self.session)?;
                 }
-                xr::Event::EventsLost(lost) => tracing::warn!("{} events were lost", lost.lost_event_count()),
+                xr::Event::EventsLost(lost) => tracing::warn!("{} OpenXR events were lost", lost.lost_event_count()),
                 _ => {}
             }
         }
         Ok(self.life)
     }
 
-    /// Asks the runtime for the end; it comes as events.
+    /// Requests the end of the session, which arrives as events.
     ///
     /// # Errors
-    /// What the runtime says.
+    /// Returns the error of the runtime.
     pub fn ask_for_end(&mut self) -> Result<(), HeadsetError> {
         if self.life == Life::Runs {
             self.session.request_exit().during("xrRequestExitSession")?;
         } else {
-            // A session that does not run has nothing to end.
+            // A session that is not running has nothing to end.
             self.life = Life::Over;
         }
         Ok(())
@@ -226,7 +227,7 @@ impl Headset {
 
 impl Drop for Headset {
     fn drop(&mut self) {
-        // Nothing may draw on an image that goes.
+        // The GPU must not draw on images that are about to be dropped.
         self.gpu.wait();
     }
 }
@@ -235,7 +236,8 @@ fn open_session(runtime: &Runtime, gpu: &Gpu, binding: Binding) -> Result<bindin
     binding::open_session(&runtime.instance, runtime.system, gpu, binding)
 }
 
-/// What poses count from, and where its floor is: the room that somebody set up, else where the headset was.
+/// Creates the reference space of all poses, and returns the height of its floor: the stage that the user set up, if
+/// there is one, else the position of the headset at the start.
 fn open_space(session: &xr::Session<xr::Vulkan>) -> Result<(xr::Space, f64), HeadsetError> {
     let offered = session.enumerate_reference_spaces().during("xrEnumerateReferenceSpaces")?;
     let (kind, floor_m) = if offered.contains(&xr::ReferenceSpaceType::STAGE) {

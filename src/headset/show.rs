@@ -1,4 +1,5 @@
-//! An eye's picture onto the runtime's image, with a border that darkens on the way. See `shaders/headset/show.wgsl`.
+//! Copies an eye's picture to the runtime's image, with a border that darkens during motion. See
+//! `shaders/headset/show.wgsl`.
 
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
@@ -7,19 +8,19 @@ use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::headset::show::Show as ShowUniform;
 use crate::scene::view::Lens;
 
-/// The pass. The runtime's images are no targets of a frame, so it has pools of its own.
+/// The pass. It has pools of its own, because the runtime's images are not targets of a renderer.
 pub struct ShowPass {
     pools: Pools,
 }
 
 impl ShowPass {
-    /// Of nothing yet.
+    /// Creates the pass with empty pools.
     pub fn new(gpu: &Gpu) -> Self {
         Self { pools: Pools::new(gpu) }
     }
 
-    /// Draws `picture` onto an image of the same size into `encoder`, which is submitted next. `vignette` is how dark
-    /// its border is, 0 to 1.
+    /// Draws `picture` onto an image of the same size into `encoder`, which must be submitted next. `vignette` is how
+    /// dark the border is, 0 to 1.
     pub fn run(
         &mut self,
         gpu: &Gpu,
@@ -66,7 +67,7 @@ impl ShowPass {
         }
     }
 
-    /// After the last eye, before the encoder is submitted.
+    /// Uploads uniforms and ends the frame; must be called after the last eye, before the encoder is submitted.
     pub fn flush(&mut self, gpu: &Gpu) {
         self.pools.arena.flush(gpu);
         self.pools.end_frame();

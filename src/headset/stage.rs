@@ -1,54 +1,54 @@
-//! Where the room of the headset stands in the world.
+//! The placement of the headset's room in the world.
 //!
-//! OpenXR counts in metres with y up and −z ahead; the world in metres east, north and up. A stage says which place of
-//! the world is the middle of the room's floor, where ahead is, and how many metres of the world a metre of the room is.
+//! OpenXR uses metres with y up and −z ahead; the world uses metres east, north and up. A stage gives the point of the
+//! world at the middle of the room's floor, the heading, and the number of world metres per metre of the room.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use crate::scene::view::{Lens, Pose, Rig, View};
 
-/// Where the room stands.
+/// Placement of the room in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stage {
     /// The middle of the floor, in the world.
     pub floor_m: DVec3,
-    /// Clockwise from north: where the room's −z points.
+    /// Direction of the room's −z, clockwise from north.
     pub heading_rad: f64,
-    /// Metres of the world in a metre of the room.
+    /// World metres per metre of the room.
     pub scale: f64,
 }
 
 /// An eye in the room.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Eye {
-    /// In the room.
+    /// Position in the room.
     pub at_m: DVec3,
-    /// Takes the eye's axes (x right, y up, −z ahead) to the room's.
+    /// Rotation from the eye's axes (x right, y up, −z ahead) to the room's.
     pub room_from_eye: DQuat,
-    /// What it sees.
+    /// Field of view.
     pub lens: Lens,
 }
 
 impl Stage {
-    /// Takes directions of the room to those of the world.
+    /// Returns the rotation from the room's directions to the world's.
     pub fn world_from_stage(&self) -> DMat3 {
         let (sin, cos) = self.heading_rad.sin_cos();
         DMat3::from_cols(DVec3::new(cos, -sin, 0.0), DVec3::Z, DVec3::new(-sin, -cos, 0.0))
     }
 
-    /// The place in the world of one in the room.
+    /// Converts a position in the room to a position in the world.
     pub fn place_m(&self, at_m: DVec3) -> DVec3 {
         self.floor_m + self.world_from_stage() * at_m * self.scale
     }
 
-    /// Turns the room clockwise; what is at a place of it stays there.
+    /// Turns the room clockwise about a point `at_m` of the room, which stays fixed in the world.
     pub fn turn_about(&mut self, at_m: DVec3, by_rad: f64) {
         let place_m = self.place_m(at_m);
         self.heading_rad = (self.heading_rad + by_rad).rem_euclid(std::f64::consts::TAU);
         self.floor_m += place_m - self.place_m(at_m);
     }
 
-    /// An eye as the renderer takes it.
+    /// Returns an eye's pose for the renderer.
     pub fn pose(&self, eye: &Eye) -> Pose {
         let world_from_eye = self.world_from_stage() * DMat3::from_quat(eye.room_from_eye);
         Pose {
@@ -60,7 +60,8 @@ impl Stage {
         }
     }
 
-    /// The eyes as the renderer takes them, from the middle of the head. `before` is the rig of the frame before.
+    /// Returns the rig of both eyes for the renderer, with its origin between the eyes. `before` is the rig of the
+    /// previous frame.
     pub fn rig(&self, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2], before: Option<&Rig>) -> Rig {
         let views = [0, 1].map(|number| {
             let (pose, lens) = (self.pose(&eyes[number]), eyes[number].lens);
@@ -72,7 +73,7 @@ impl Stage {
     }
 }
 
-/// Between the eyes.
+/// Returns the midpoint between the eyes, in the room.
 pub fn middle_m(eyes: &[Eye; 2]) -> DVec3 {
     0.5 * (eyes[0].at_m + eyes[1].at_m)
 }
@@ -98,7 +99,7 @@ mod tests {
     fn the_rooms_axes_are_the_worlds() {
         // Looking north, ahead is north and right is east.
         near(stage(0.0, 1.0).place_m(DVec3::new(0.5, 1.6, -2.0)), DVec3::new(100.5, 202.0, 301.6));
-        // Looking east, right is south; a giant's metres are kilometres.
+        // Looking east, right is south; at a giant's scale, a metre is a kilometre.
         near(stage(90.0, 1000.0).place_m(DVec3::new(0.5, 1.6, -2.0)), DVec3::new(2100.0, -300.0, 1900.0));
         for heading_deg in [0.0, 33.0, 170.0, 300.0] {
             assert!((stage(heading_deg, 1.0).world_from_stage().determinant() - 1.0).abs() < 1e-12);

@@ -1,4 +1,4 @@
-//! The images that the runtime shows: a swapchain for each eye.
+//! The images that the runtime shows: one swapchain per eye.
 
 use openxr as xr;
 
@@ -6,8 +6,8 @@ use super::binding;
 use super::error::{During, HeadsetError};
 use crate::gpu::Gpu;
 
-/// Formats that the runtime may offer, as Vulkan numbers them, in the order in which they are taken. The runtime reads
-/// what is encoded as sRGB, and takes everything else as linear light; eight linear bits show steps in the dark.
+/// Formats in order of preference, with their Vulkan numbers. The runtime decodes sRGB formats, and takes all others as
+/// linear light, for which eight bits show banding in the dark.
 const FORMATS: [(u32, wgpu::TextureFormat); 5] = [
     (43, wgpu::TextureFormat::Rgba8UnormSrgb),
     (50, wgpu::TextureFormat::Bgra8UnormSrgb),
@@ -16,20 +16,20 @@ const FORMATS: [(u32, wgpu::TextureFormat); 5] = [
     (44, wgpu::TextureFormat::Bgra8Unorm),
 ];
 
-/// The images of an eye. They go before the swapchain.
+/// The images of one eye. Textures are dropped before the swapchain.
 pub struct EyeImages {
     images: Vec<(wgpu::Texture, wgpu::TextureView)>,
-    /// The runtime's.
+    /// The swapchain of the runtime, which owns the images.
     pub swapchain: xr::Swapchain<xr::Vulkan>,
     format: wgpu::TextureFormat,
     size_px: [u32; 2],
 }
 
 impl EyeImages {
-    /// Images of a size, in the best format that the runtime has.
+    /// Creates images of a size, in the best format that the runtime offers.
     ///
     /// # Errors
-    /// [`HeadsetError::Size`], [`HeadsetError::Lacks`], and what the runtime says.
+    /// Returns [`HeadsetError::Size`], [`HeadsetError::Lacks`], or the error of the runtime.
     pub fn new(gpu: &Gpu, session: &xr::Session<xr::Vulkan>, size_px: [u32; 2]) -> Result<Self, HeadsetError> {
         let [width, height] = size_px;
         let most = gpu.device.limits().max_texture_dimension_2d;
@@ -40,7 +40,7 @@ impl EyeImages {
         let known = FORMATS.iter().find(|(number, _)| offered.contains(number));
         let &(number, format) = known.ok_or_else(|| HeadsetError::Lacks {
             runtime: "the OpenXR runtime".to_owned(),
-            what: "a colour format that hachure knows (RGBA or BGRA of 8 bits, RGBA of 16)",
+            what: "a supported colour format (8-bit RGBA or BGRA, or 16-bit RGBA)",
         })?;
         let swapchain = session
             .create_swapchain(&xr::SwapchainCreateInfo {
@@ -67,35 +67,35 @@ impl EyeImages {
         Ok(Self { images, swapchain, format, size_px })
     }
 
-    /// Width and height.
+    /// Returns the size of an image.
     pub fn size_px(&self) -> [u32; 2] {
         self.size_px
     }
 
-    /// Of the images.
+    /// Returns the format of the images.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.format
     }
 
-    /// The next image, when the runtime has done with it.
+    /// Acquires the next image, and waits until the runtime no longer uses it.
     ///
     /// # Errors
-    /// What the runtime says.
+    /// Returns the error of the runtime.
     pub fn acquire(&mut self) -> Result<usize, HeadsetError> {
         let index = self.swapchain.acquire_image().during("xrAcquireSwapchainImage")? as usize;
         self.swapchain.wait_image(xr::Duration::INFINITE).during("xrWaitSwapchainImage")?;
         Ok(index)
     }
 
-    /// To draw on the image of a number.
+    /// Returns the image with an index, to draw on.
     pub fn image(&self, index: usize) -> Option<&(wgpu::Texture, wgpu::TextureView)> {
         self.images.get(index)
     }
 
-    /// Hands the image back. What draws on it was submitted.
+    /// Releases the image to the runtime. The commands that draw on it must have been submitted.
     ///
     /// # Errors
-    /// What the runtime says.
+    /// Returns the error of the runtime.
     pub fn release(&mut self) -> Result<(), HeadsetError> {
         self.swapchain.release_image().during("xrReleaseSwapchainImage")
     }

@@ -1,86 +1,86 @@
-//! How the room moves through the world: thumb sticks, with what keeps a stomach calm.
+//! Motion of the room through the world by thumb sticks, with measures against motion sickness.
 //!
-//! Turns come in steps, speed keeps the ground from rushing by, and the border of the picture darkens on the way. Nothing
-//! here knows OpenXR or GPUs.
+//! Turns are made in steps, the speed is limited by the height above the ground, and the border of the picture darkens
+//! during motion. This module depends on neither OpenXR nor GPUs.
 
 use glam::{DVec2, DVec3};
 
 use super::stage::{Eye, Stage, middle_m};
 
-/// A step of a turn.
+/// Angle of one step of a turn.
 const TURN_RAD: f64 = std::f64::consts::PI / 6.0;
-/// A stick that is pushed as far turns or lifts; it turns once more after it came back half the way.
+/// Deflection of a stick that triggers a turn; the next turn requires that the stick returns below half of it.
 const PUSHED: f64 = 0.7;
-/// What a stick at rest may show.
+/// Dead zone of a stick.
 const REST: f64 = 0.15;
-/// The slowest full speed, in metres of the room per second: a quick walk.
+/// Lowest full speed, in metres of the room per second: a brisk walk.
 const SLOWEST_M_S: f64 = 2.0;
-/// The full speed is this part of the height above the ground in a second: what is below then never passes by at more
-/// than 29° per second.
+/// Full speed as a fraction of the height above the ground per second: the ground below then never passes at more than
+/// 29° per second.
 const HEIGHT_PER_S: f64 = 0.5;
-/// No flight is faster, in m/s.
+/// Highest speed, in m/s of the world.
 const FASTEST_M_S: f64 = 5000.0;
-/// How much faster hurrying is.
+/// Speed factor of the button for flying faster.
 const FAST: f64 = 3.0;
-/// In this time the velocity comes 63 % of its way.
+/// Time constant of the velocity: after this time it has covered 63 % of the way to its target.
 const LAG_S: f64 = 0.12;
-/// In this time the border darkens or clears by 63 %.
+/// Time constant of the darkening of the border.
 const VIGNETTE_LAG_S: f64 = 0.1;
-/// A longer step is taken as this long.
+/// Longer steps are shortened to this.
 const LONGEST_STEP_S: f64 = 0.25;
 
-/// Metres of the world in a giant's metre: his eyes stand 65 m apart.
+/// World metres per metre of a giant's room: a giant's eyes are 65 m apart.
 pub const GIANT: f64 = 1000.0;
-/// Where a giant has the ground, in his room: at a table's height.
+/// Height of the ground in a giant's room: that of a table.
 const TABLE_M: f64 = 0.7;
-/// How near a giant's head comes to the ground.
+/// Smallest distance of a giant's head from the ground, in metres of the room.
 const GIANT_CLEARANCE_M: f64 = 0.25;
 
-/// What the hands ask for in a frame.
+/// Input of the hands in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Asked {
-    /// To the right and ahead, −1 to 1.
+    /// Motion to the right and forward, −1 to 1.
     pub fly: DVec2,
-    /// To turn right, and up, −1 to 1.
+    /// Turn to the right, and motion upwards, −1 to 1.
     pub turn: DVec2,
-    /// Whether to hurry.
+    /// Whether to fly faster.
     pub fast: bool,
-    /// The next style.
+    /// Whether to change to the next style.
     pub next_style: bool,
-    /// From a person to a giant, or back.
+    /// Whether to switch between person and giant.
     pub scale: bool,
-    /// Back to the start.
+    /// Whether to return to the start.
     pub reset: bool,
 }
 
-/// Somebody on the way.
+/// State of the motion through the world.
 #[derive(Clone, Debug)]
 pub struct Traveller {
     stage: Stage,
     start: Stage,
-    /// Of the room, in m/s of the world.
+    /// Velocity of the room, in m/s of the world.
     velocity_m_s: DVec3,
     has_turned: bool,
     vignette: f64,
 }
 
 impl Traveller {
-    /// Begins where `start` is.
+    /// Creates a traveller that is at rest at `start`.
     pub fn new(start: Stage) -> Self {
         Self { stage: start, start, velocity_m_s: DVec3::ZERO, has_turned: false, vignette: 0.0 }
     }
 
-    /// Where the room stands.
+    /// Returns the present placement of the room.
     pub fn stage(&self) -> &Stage {
         &self.stage
     }
 
-    /// How dark the border of the picture is, 0 to 1.
+    /// Returns how dark the border of the picture is, 0 to 1.
     pub fn vignette(&self) -> f64 {
         self.vignette
     }
 
-    /// Goes on by `step_s`. `ground_m` is the height of the ground at a place.
+    /// Advances by `step_s`. `ground_m` returns the height of the ground at a position.
     pub fn advance(&mut self, asked: &Asked, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         let head_m = middle_m(eyes);
@@ -95,7 +95,7 @@ impl Traveller {
         self.stay_above(head_m, &ground_m);
     }
 
-    /// A step for each push of the stick.
+    /// Turns by one step for each push of the stick.
     fn turn(&mut self, push: f64, head_m: DVec3) {
         if push.abs() > PUSHED && !self.has_turned {
             self.stage.turn_about(head_m, TURN_RAD.copysign(push));
@@ -112,10 +112,10 @@ impl Traveller {
         let slowest_m_s = SLOWEST_M_S * self.stage.scale;
         let full_m_s = (HEIGHT_PER_S * height_m).max(slowest_m_s) * if asked.fast { FAST } else { 1.0 };
         let full_m_s = full_m_s.min(FASTEST_M_S.max(slowest_m_s));
-        // A head that leans does not tilt the way to the right, and lifting is against the sky.
+        // Sideways motion is horizontal even if the head leans, and lifting is vertical.
         let right = DVec3::new(pose.right.x, pose.right.y, 0.0).normalize_or_zero();
         let [aside, ahead, lift] = [asked.fly.x, asked.fly.y, asked.turn.y].map(past_rest);
-        // A push that is meant to turn does not lift.
+        // A push that is meant to turn must not lift.
         let lift = if asked.turn.y.abs() > asked.turn.x.abs() { lift } else { 0.0 };
         let wish = (pose.forward * ahead + right * aside + DVec3::Z * lift).clamp_length_max(1.0);
         let reached = 1.0 - (-step_s / LAG_S).exp();
@@ -133,7 +133,7 @@ impl Traveller {
         }
     }
 
-    /// The place under the head stays under it.
+    /// Switches the scale; the point below the head stays below it.
     fn change_scale(&mut self, head_m: DVec3, ground_m: &impl Fn(DVec2) -> f64) {
         let place_m = self.stage.place_m(head_m);
         let is_giant = self.stage.scale == 1.0;
@@ -144,7 +144,7 @@ impl Traveller {
         self.velocity_m_s = DVec3::ZERO;
     }
 
-    /// A person's floor and a giant's head stay above the ground.
+    /// Keeps a person's floor and a giant's head above the ground.
     fn stay_above(&mut self, head_m: DVec3, ground_m: &impl Fn(DVec2) -> f64) {
         let place_m = self.stage.place_m(head_m);
         let ground_m = ground_m(place_m.truncate());
@@ -160,7 +160,7 @@ impl Traveller {
     }
 }
 
-/// A stick's push without its rest, which begins at 0 all the same.
+/// Removes the dead zone from a deflection, without a jump at its edge.
 fn past_rest(push: f64) -> f64 {
     ((push.abs() - REST) / (1.0 - REST)).clamp(0.0, 1.0).copysign(push)
 }
@@ -229,7 +229,7 @@ mod tests {
         let head_m = traveller.stage().place_m(middle_m(&eyes()));
         assert!((head_m.z - 50.0 - 900.0).abs() < 1e-6, "{head_m}");
         assert!(head_m.truncate().distance(under_m) < 1e-6);
-        // He does not put his head into the ground.
+        // A giant's head stays above the ground.
         run(&mut traveller, Asked { turn: DVec2::new(0.0, -1.0), ..Asked::default() }, 900);
         let height_m = traveller.stage().place_m(middle_m(&eyes())).z - 50.0;
         assert!((height_m - 250.0).abs() < 1e-6, "{height_m}");
@@ -246,7 +246,7 @@ mod tests {
         let rest = DVec2::new(0.1, -0.12);
         run(&mut traveller, Asked { fly: rest, turn: rest, ..Asked::default() }, 50);
         assert_eq!(*traveller.stage(), START);
-        // A longer frame is no jump.
+        // A long frame does not cause a jump.
         let ahead = Asked { fly: DVec2::new(0.0, 1.0), ..Asked::default() };
         traveller.advance(&ahead, &eyes(), 1e9, FLAT);
         assert!(traveller.stage().floor_m.y < 20.0 + SLOWEST_M_S);

@@ -1,4 +1,4 @@
-//! What winit calls: it opens the flight, hands it its events, and says when to sleep.
+//! Handler of winit's events: opens the flight, passes events to it, and says when to sleep.
 
 use std::time::Instant;
 
@@ -17,9 +17,9 @@ struct App {
     outcome: Result<(), WindowError>,
 }
 
-/// The system's events, or one line on why there are none.
+/// Connects to the window system; the error is one line on why there is none.
 pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
-    // winit panics where one of the display's libraries is missing. That too is a machine without a display for us.
+    // winit panics if a library of the display is missing. To us that also means that there is no display.
     let hook = std::panic::take_hook();
     std::panic::set_hook(Box::new(|_| {}));
     let made = std::panic::catch_unwind(EventLoop::new);
@@ -27,7 +27,7 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
     let cause = match made {
         Ok(Ok(events)) => return Ok(events),
         Ok(Err(winit::error::EventLoopError::Os(error))) => {
-            // Without the place in winit's source that the error names.
+            // Remove the position in winit's source from the error.
             let text = error.to_string();
             text.split_once(": ")
                 .filter(|(place, _)| place.starts_with("os error at"))
@@ -36,7 +36,7 @@ pub(super) fn event_loop() -> Result<EventLoop<()>, String> {
         Ok(Err(error)) => error.to_string(),
         Err(panic) => {
             let text = panic.downcast_ref::<String>().map(String::as_str).or(panic.downcast_ref::<&str>().copied());
-            text.unwrap_or("the window system's libraries do not load").to_owned()
+            text.unwrap_or("the libraries of the window system cannot be loaded").to_owned()
         }
     };
     Err(cause.split_whitespace().collect::<Vec<_>>().join(" ").trim_end_matches('.').to_owned())
@@ -49,7 +49,7 @@ pub(super) fn run(events: EventLoop<()>, options: FlightOptions, open: OpenWorld
 }
 
 impl App {
-    /// Lets the flight do something; an error, or its end, ends the program.
+    /// Calls `act` on the flight; an error, or the end of the flight, ends the program.
     fn with_flight(&mut self, events: &ActiveEventLoop, act: impl FnOnce(&mut Flight) -> Result<Next, WindowError>) {
         let Some(flight) = &mut self.flight else { return };
         match act(flight) {

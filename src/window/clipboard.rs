@@ -1,16 +1,16 @@
-//! Text on the clipboard of X11, Windows and macOS. egui-winit speaks with Wayland's by itself; what it has for the
-//! others brings decoders of pictures, which a panel of numbers cannot paste.
+//! Clipboard for X11, Windows and macOS. egui-winit handles Wayland's clipboard itself; its support for the others
+//! depends on image decoders, which a panel of numbers does not need.
 
 use winit::event::{ElementState, KeyEvent, MouseButton, WindowEvent};
 use winit::keyboard::{Key, KeyCode, NamedKey, PhysicalKey};
 use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 use winit::window::Window;
 
-/// The clipboard, where egui-winit has none.
+/// The clipboard of a system for which egui-winit has none.
 pub struct Clipboard(Option<arboard::Clipboard>);
 
 impl Clipboard {
-    /// That of the window's system.
+    /// Opens the clipboard of the window's system.
     pub fn of(window: &Window) -> Self {
         let is_wayland =
             window.display_handle().is_ok_and(|display| matches!(display.as_raw(), RawDisplayHandle::Wayland(_)));
@@ -18,22 +18,22 @@ impl Clipboard {
             return Self(None);
         }
         let opened = arboard::Clipboard::new();
-        Self(opened.inspect_err(|error| tracing::warn!("there is no clipboard: {error}")).ok())
+        Self(opened.inspect_err(|error| tracing::warn!("cannot open the clipboard: {error}")).ok())
     }
 
-    /// Before egui hears of an event that may paste: what it will find.
+    /// Prepares a paste: gives egui the clipboard's text before it sees an event that may paste.
     pub fn before(&mut self, event: &WindowEvent, state: &mut egui_winit::State) {
         let WindowEvent::KeyboardInput { event: key, .. } = event else { return };
         if !may_paste(key) {
             return;
         }
-        // What is no text is not pasted, nor what was text before.
+        // If the clipboard has no text, nothing is pasted, not even an earlier text.
         if let Some(clipboard) = &mut self.0 {
             state.set_clipboard_text(clipboard.get_text().unwrap_or_default());
         }
     }
 
-    /// After egui heard of an event: the middle button pastes what is selected elsewhere.
+    /// Handles a click of the middle button, after egui has seen it: pastes what is selected elsewhere.
     pub fn after(&mut self, event: &WindowEvent, context: &egui::Context, state: &mut egui_winit::State) {
         let WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Middle, .. } = event else {
             return;
@@ -44,14 +44,14 @@ impl Clipboard {
         }
     }
 
-    /// What egui has copied or selected.
+    /// Stores text that egui has copied or selected.
     pub fn take(&mut self, commands: &[egui::OutputCommand]) {
         for command in commands {
             match command {
                 egui::OutputCommand::CopyText(text) => {
                     let Some(clipboard) = &mut self.0 else { continue };
                     if let Err(error) = clipboard.set_text(text.as_str()) {
-                        tracing::warn!("nothing was copied: {error}");
+                        tracing::warn!("cannot copy to the clipboard: {error}");
                     }
                 }
                 egui::OutputCommand::TextSelectionSettled(text) => self.select(text),
@@ -71,11 +71,11 @@ impl Clipboard {
         use arboard::{LinuxClipboardKind, SetExtLinux};
         let Some(clipboard) = &mut self.0 else { return };
         if let Err(error) = clipboard.set().clipboard(LinuxClipboardKind::Primary).text(text) {
-            tracing::debug!("nothing was selected: {error}");
+            tracing::debug!("cannot set the primary selection: {error}");
         }
     }
 
-    /// Other systems have no selection that a click pastes.
+    /// Returns `None`: other systems have no selection that a click pastes.
     #[cfg(not(target_os = "linux"))]
     fn selected(&mut self) -> Option<String> {
         None
@@ -85,7 +85,7 @@ impl Clipboard {
     fn select(&mut self, _text: &str) {}
 }
 
-/// Whether a key pastes, with or without others: as egui-winit decides it, and a little wider.
+/// Returns whether a key, alone or with others, may paste: a superset of what egui-winit takes as a paste.
 fn may_paste(key: &KeyEvent) -> bool {
     let logical = match &key.logical_key {
         Key::Named(NamedKey::Paste | NamedKey::Insert) => true,

@@ -1,7 +1,7 @@
-//! A flight: the state between two frames, and how a frame comes about.
+//! A flight: its state between two frames, and how a frame is drawn.
 //!
-//! The picture is rendered only when it would be another one; the panel alone is painted over the last picture. When
-//! neither changes, nothing runs until something happens.
+//! The picture is rendered only if it would change; the panel alone is painted over the last picture. When neither
+//! changes, nothing runs until the next event.
 //!
 //! Why: `docs/decisions/window-frames.md`.
 
@@ -38,25 +38,25 @@ use crate::scene::view::{Clock, Pose, View};
 use crate::style::Style;
 use crate::tiles::terrain::Prepared;
 
-/// The first step after a rest.
+/// Duration of the first step after a rest.
 const FIRST_STEP_S: f64 = 1.0 / 60.0;
-/// When the panel is painted once more after the last picture: the GPU's times come late.
+/// Delay after the last picture until the panel is painted once more: GPU times arrive late.
 const LATE_FACTS: Duration = Duration::from_millis(150);
 
-/// What comes after an event.
+/// What to do after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
-    /// A frame.
+    /// Draw a frame.
     Frame,
-    /// Nothing until something happens.
+    /// Wait for the next event.
     Sleep,
-    /// The end.
+    /// End the program.
     Quit,
 }
 
-/// A flight.
+/// A flight over a world in a window.
 pub struct Flight {
-    // The order is that in which they are dropped: what was made of the GPU goes before it.
+    // Fields are dropped in this order: what was created by the GPU is dropped before it.
     overlay: Overlay,
     screen: Screen,
     renderer: Option<Renderer>,
@@ -73,31 +73,31 @@ pub struct Flight {
     pass_times: PassTimes,
     stroke_numbers: NumbersLater,
     last: LastPicture,
-    /// Two eyes are on their way to where the nearest land wants them.
+    /// Whether the distance between the eyes is still adapting to the nearest land.
     eyes_move: bool,
     panel_shown: bool,
     toasts: Toasts,
     escape_until: Option<Instant>,
     hidden: bool,
-    /// The picture on the screen is not the one that it should be.
+    /// Whether the picture on the screen is out of date.
     stale: bool,
-    /// When the frame before began, while frames follow each other.
+    /// Start of the previous frame, while frames follow each other.
     flowing_since: Option<Instant>,
     late_facts_at: Option<Instant>,
     next_gamepads: Instant,
     next_built: Instant,
     next_shaders: Instant,
     frames_left: Option<u64>,
-    /// Trees sway by the time since then.
+    /// Start of the flight, the zero of time for wind.
     begun: Instant,
 }
 
-/// What is known of the picture on the screen.
+/// Facts about the picture on the screen.
 struct LastPicture {
     pose: Pose,
-    /// Since the flight began.
+    /// Time since the flight began.
     time_s: f64,
-    /// How two eyes stood.
+    /// The stereo pair.
     pair: Pair,
     prepared: Prepared,
     tiles_loaded: u64,
@@ -107,10 +107,10 @@ impl Flight {
     /// Opens window, GPU and world.
     ///
     /// # Errors
-    /// [`WindowError`].
+    /// Returns a [`WindowError`] if one of them cannot be opened.
     pub fn open(events: &ActiveEventLoop, options: &FlightOptions, open: OpenWorldFn) -> Result<Self, WindowError> {
         let (styles, style) = Styles::with(&options.style)?;
-        // Not shown before there is something to show.
+        // The window is shown once there is something to show.
         let attributes = Window::default_attributes()
             .with_title("hachure")
             .with_inner_size(PhysicalSize::<u32>::from(options.size_px))
@@ -173,7 +173,7 @@ impl Flight {
         })
     }
 
-    /// Asks the system for a frame.
+    /// Requests a frame from the window system.
     pub fn request_redraw(&self) {
         self.window.request_redraw();
     }
@@ -181,7 +181,7 @@ impl Flight {
     /// Draws a frame.
     ///
     /// # Errors
-    /// When the GPU fails.
+    /// Fails if the GPU fails.
     pub fn draw(&mut self) -> Result<Next, WindowError> {
         let surface = match self.screen.acquire(&self.gpu)? {
             Acquired::Frame(surface) => surface,
@@ -218,7 +218,7 @@ impl Flight {
             }
         }
 
-        // Tiles that came in make a better picture the next time; strokes come and go for a while, and trees sway.
+        // New tiles improve the next picture, strokes fade in and out over several frames, and trees sway.
         let is_settling = self.renderer.as_ref().is_some_and(|renderer| renderer.is_settling() || renderer.may_sway());
         self.stale = rendered
             && (self.last.prepared.tiles.loaded > 0 || self.last.prepared.tiles.late || is_settling || self.eyes_move);
@@ -232,12 +232,13 @@ impl Flight {
             self.flowing_since = None;
         }
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now());
-        // A shader may fail when it is first drawn with.
+        // A shader may fail when it is first used.
         let has_news = self.tell_troubles();
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
     }
 
-    /// Whether the picture is of the style that is asked for: until all is there that it needs, the one before stays.
+    /// Returns whether the picture shows the chosen style: the previous picture stays until everything for the new one
+    /// is built.
     fn shows_asked(&self) -> bool {
         self.renderer.as_ref().is_some_and(|renderer| renderer.shows(self.style()))
     }
@@ -253,11 +254,11 @@ impl Flight {
         light
     }
 
-    /// Drops what is past: toasts and late facts; takes what the GPU measured.
+    /// Removes expired messages, reloads shaders, and collects the times that the GPU measured.
     fn tidy(&mut self, now: Instant) {
         self.toasts.tidy(now);
         self.look_after_shaders(now);
-        // Only looks: nothing waits for the GPU here.
+        // Poll without waiting for the GPU.
         if let Err(error) = self.gpu.device.poll(wgpu::PollType::Poll) {
             tracing::debug!("{error}");
         }
@@ -266,7 +267,7 @@ impl Flight {
         }
     }
 
-    /// Lays the panel out and does what it asks.
+    /// Lays out the panel and carries out what its buttons request.
     fn lay_panel_out(&mut self) -> Result<Painted, WindowError> {
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
@@ -294,7 +295,7 @@ impl Flight {
             }
             toasts::show(context, &self.toasts, asked.rect);
         });
-        // A higher clearance lifts the camera, a lower one does not sink it.
+        // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
         self.stale |= self.settings != settings_before || self.camera != camera_before;
         if asked.restart {
@@ -310,7 +311,7 @@ impl Flight {
         let picture_px = self.settings.picture_px(self.screen.size_px());
         let light = self.light();
         let pose = self.camera.pose();
-        // What is at hand: half the height above the ground.
+        // An estimate without readback: `Surfaces::nearest_m` is at most half the height above the ground.
         let nearest_m = 2.0 * self.world.surfaces.nearest_m(pose.position_m);
         self.eyes_move = self.settings.follow_land(nearest_m, step_s);
         let style = &self.styles.list()[self.settings.style];
@@ -354,7 +355,7 @@ impl Flight {
         self.gpu.queue.present(surface);
     }
 
-    /// For `--frames`.
+    /// Prints the frame times, for `--frames`.
     fn report(&self) -> Result<(), FileError> {
         let [p50_ms, p95_ms] = [0.5, 0.95].map(|part| self.frame_times.quantile_ms(part).unwrap_or(f64::NAN));
         let [width, height] = self.settings.picture_px(self.screen.size_px());
@@ -370,8 +371,8 @@ impl Flight {
     }
 }
 
-/// Height of the ground in metres, as far as it is in memory: a frame does not wait for a file. In holes and outside,
-/// the lowest height.
+/// Returns the height of the ground in metres from tiles in memory, since a frame must not wait for a file. In holes
+/// and outside of the land, it is the lowest height.
 fn ground_m(world: &FlightWorld, at: glam::DVec2) -> f64 {
     world.surfaces.terrain.height_at_hand_m(at).unwrap_or_else(|| f64::from(world.surfaces.terrain.range_m()[0]))
 }

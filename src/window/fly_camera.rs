@@ -1,61 +1,61 @@
-//! The camera that flies: what keys, mouse and sticks ask for becomes a smooth motion above the ground.
+//! The flying camera: turns input from keys, mouse and sticks into smooth motion above the ground.
 //!
-//! Nothing here knows windows or GPUs. The motion is the exact solution of a first-order lag, so that it does not
-//! depend on the frame rate.
+//! This module depends on neither windows nor GPUs. The motion is the exact solution of a first-order lag, so that it
+//! does not depend on the frame rate.
 
 use glam::{DVec2, DVec3};
 
 use crate::scene::camera::Camera;
 use crate::scene::view::Pose;
 
-/// After this time, the velocity has come 63 % of its way to the wanted one.
+/// Time constant of the velocity: after this time it has covered 63 % of the way to the target velocity.
 const MOVE_LAG_S: f64 = 0.09;
-/// The same for looking around.
+/// Time constant for looking around.
 const LOOK_LAG_S: f64 = 0.03;
-/// A longer step is taken as this long: a pause is not a flight.
+/// Longer steps are shortened to this, so that a pause does not become a flight.
 const LONGEST_STEP_S: f64 = 1.0;
-/// What is left of a turn below this is done at once.
+/// Smallest remaining turn; anything less is completed at once.
 const LEAST_TURN_DEG: f64 = 0.002;
-/// Below this part of the speed, the camera stands.
+/// Below this fraction of its speed, the camera stops.
 const LEAST_SPEED_PART: f64 = 0.002;
-/// The pitch stays off the zenith and the nadir, where yaw and roll are one.
+/// The pitch stays away from zenith and nadir, where yaw and roll coincide.
 const STEEPEST_DEG: f64 = 89.0;
-/// How much faster Shift is.
+/// Speed factor of Shift.
 const FAST: f64 = 5.0;
-/// What a notch of the wheel does to the speed.
+/// Speed factor of one notch of the wheel.
 const SPEED_STEP: f64 = 1.2;
 
-/// The nearest that the camera may come to the ground.
+/// Smallest allowed height of the camera above the ground.
 pub const LEAST_CLEARANCE_M: f64 = 0.5;
-/// The slowest and the fastest flight, in m/s.
+/// The lowest and the highest speed, in m/s.
 pub const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
-/// The field of view of the keys and the panel, in degrees; the start may lie outside of it.
+/// Range of the field of view for keys and panel, in degrees; the start may be outside of it.
 pub const FOV_RANGE_DEG: [f64; 2] = [5.0, 120.0];
 
-/// What is asked of the camera during a step.
+/// Input for the camera during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlyInput {
-    /// Along the view, −1 to 1.
+    /// Motion along the view, −1 to 1.
     pub forward: f64,
-    /// To the right, −1 to 1.
+    /// Motion to the right, −1 to 1.
     pub right: f64,
-    /// To the sky, −1 to 1.
+    /// Motion upwards, −1 to 1.
     pub up: f64,
-    /// Whether to hurry.
+    /// Whether Shift is down.
     pub fast: bool,
-    /// To look this much further right and up: the mouse.
+    /// Angles to look further right and up, from the mouse.
     pub look_deg: [f64; 2],
-    /// To turn right and up at this rate: the stick.
+    /// Turning rates right and up, from a stick.
     pub turn_deg_s: [f64; 2],
 }
 
 impl FlyInput {
-    /// Whether it asks for nothing.
+    /// Returns whether there is no input.
     pub fn is_still(&self) -> bool {
         Self { fast: false, ..*self } == Self::default()
     }
 
-    /// Both wishes at once.
+    /// Returns the sum of two inputs, clamped.
     pub fn plus(self, other: Self) -> Self {
         let sum = |a: f64, b: f64| (a + b).clamp(-1.0, 1.0);
         let add = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
@@ -70,32 +70,33 @@ impl FlyInput {
     }
 }
 
-/// The camera.
+/// A camera with inertia.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlyCamera {
-    /// In the world's frame.
+    /// Position in the world's frame.
     pub position_m: DVec3,
     /// Clockwise from north, 0 to 360.
     pub yaw_deg: f64,
-    /// Up from the horizon.
+    /// Upwards from the horizon.
     pub pitch_deg: f64,
     /// Vertical field of view.
     pub fov_deg: f64,
-    /// What full keys fly at.
+    /// Speed at full input, without Shift.
     pub speed_m_s: f64,
-    /// How near the ground may come.
+    /// Smallest height above the ground, set by the user.
     pub clearance_m: f64,
     velocity_m_s: DVec3,
     look_left_deg: DVec2,
 }
 
 impl FlyCamera {
-    /// At `start`, whose z is in the world's frame. The speed suits the height above the ground and the extent.
+    /// Creates a camera at `start`, whose z is in the world's frame. Its speed depends on the height above the ground
+    /// and the extent.
     pub fn new(start: &Camera, ground_m: impl Fn(DVec2) -> f64, extent_m: [f64; 2]) -> Self {
         let position_m = start.position_m;
         let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
         let across_m = extent_m[0].hypot(extent_m[1]);
-        // Half the height in a second, and the whole extent in no less than twenty.
+        // Half the height per second, but the whole extent in no less than twenty seconds.
         let speed_m_s = (0.5 * height_m).clamp(2.0, (across_m / 20.0).max(2.0));
         let mut camera = Self {
             position_m,
@@ -111,7 +112,7 @@ impl FlyCamera {
         camera
     }
 
-    /// Moves on by `step_s`. Says whether the view is another one, or will be by the next step.
+    /// Advances by `step_s`. Returns whether the view has changed, or will change in the next step.
     pub fn advance(&mut self, input: &FlyInput, step_s: f64, ground_m: impl Fn(DVec2) -> f64) -> bool {
         let before = (self.position_m, self.yaw_deg, self.pitch_deg);
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
@@ -121,24 +122,24 @@ impl FlyCamera {
         before != (self.position_m, self.yaw_deg, self.pitch_deg) || !self.is_still()
     }
 
-    /// Whether it would stay where it is without input.
+    /// Returns whether the camera would stay where it is without input.
     pub fn is_still(&self) -> bool {
         self.velocity_m_s == DVec3::ZERO && self.look_left_deg == DVec2::ZERO
     }
 
-    /// Changes the speed by notches of the wheel, up is faster.
+    /// Changes the speed by notches of the wheel; positive is faster.
     pub fn change_speed(&mut self, notches: f64) {
         let [slowest, fastest] = SPEED_RANGE_M_S;
         self.speed_m_s = (self.speed_m_s * SPEED_STEP.powf(notches)).clamp(slowest, fastest);
     }
 
-    /// Changes the field of view by a factor.
+    /// Multiplies the field of view by a factor.
     pub fn zoom(&mut self, factor: f64) {
         let [narrowest, widest] = FOV_RANGE_DEG;
         self.fov_deg = (self.fov_deg * factor).clamp(narrowest, widest);
     }
 
-    /// As scene files and `--camera` take it: to a millimetre and a thousandth of a degree.
+    /// Returns the camera as scene files and `--camera` take it, rounded to a millimetre and a thousandth of a degree.
     pub fn camera(&self) -> Camera {
         let round = |value: f64| (value * 1000.0).round() / 1000.0;
         Camera {
@@ -150,7 +151,7 @@ impl FlyCamera {
         }
     }
 
-    /// As the renderer takes it.
+    /// Returns the pose for the renderer.
     pub fn pose(&self) -> Pose {
         let axes = self.exact();
         Pose {
@@ -173,7 +174,7 @@ impl FlyCamera {
     }
 
     fn look(&mut self, input: &FlyInput, step_s: f64) {
-        // A mouse is precise where little is seen: it turns by what it moves in the picture.
+        // The mouse turns by the angle that it covers in the picture, which makes it precise in a narrow field of view.
         self.look_left_deg += DVec2::from_array(input.look_deg);
         let mut turn_deg = self.look_left_deg * reached(step_s, LOOK_LAG_S);
         self.look_left_deg -= turn_deg;
@@ -191,7 +192,7 @@ impl FlyCamera {
         let direction = axes.forward() * input.forward + axes.right() * input.right + DVec3::Z * input.up;
         let speed_m_s = self.speed_m_s * if input.fast { FAST } else { 1.0 };
         let wanted_m_s = direction.clamp_length_max(1.0) * speed_m_s;
-        // dv/dt = (wanted − v) / lag, and its integral.
+        // Solution of dv/dt = (wanted − v) / lag, and its integral.
         let reached = reached(step_s, MOVE_LAG_S);
         let missing_m_s = wanted_m_s - self.velocity_m_s;
         self.position_m += wanted_m_s * step_s - missing_m_s * (MOVE_LAG_S * reached);
@@ -212,7 +213,7 @@ impl FlyCamera {
     }
 }
 
-/// The part of its way that a first-order lag has come.
+/// Returns the fraction of the way that a first-order lag covers in `step_s`.
 fn reached(step_s: f64, lag_s: f64) -> f64 {
     1.0 - (-step_s / lag_s).exp()
 }
@@ -259,7 +260,7 @@ mod tests {
         let (coarse, fine) = (run(10, 0.1), run(1000, 0.001));
         near(coarse.position_m.distance(fine.position_m), 0.0, 1e-6);
         near(coarse.velocity_m_s.distance(fine.velocity_m_s), 0.0, 1e-6);
-        // One second at 500 m/s, less what the start took.
+        // One second at 500 m/s, minus what the acceleration took.
         near((coarse.position_m - camera().position_m).length(), 500.0 * (1.0 - MOVE_LAG_S), 1.0);
     }
 

@@ -1,43 +1,43 @@
-//! The gamepad: the left stick flies, the right one looks, the triggers go down and up.
+//! The gamepad: the left stick flies, the right one looks around, the triggers move down and up.
 
 use gilrs::{Axis, Button, Gamepad, Gilrs};
 
 use super::fly_camera::FlyInput;
 
-/// A stick nearer to its middle than this is at rest.
+/// Dead zone: deflections of a stick up to this count as 0.
 const DEAD: f64 = 0.15;
-/// What a full stick turns.
+/// Turning rate at full deflection.
 const TURN_DEG_S: f64 = 90.0;
 
-/// The gamepads of the machine; none where the system has no way to ask.
+/// The gamepads of the machine; `None` if the system does not support them.
 pub struct Gamepads {
     gilrs: Option<Gilrs>,
 }
 
 impl Gamepads {
-    /// Starts to listen.
+    /// Starts listening to gamepads.
     pub fn new() -> Self {
         let gilrs = match Gilrs::new() {
             Ok(gilrs) => Some(gilrs),
             Err(error) => {
-                tracing::info!("no gamepads: {error}");
+                tracing::info!("gamepads are not available: {error}");
                 None
             }
         };
         Self { gilrs }
     }
 
-    /// Whether there is any.
+    /// Returns whether a gamepad is connected.
     pub fn any(&self) -> bool {
         self.gilrs.as_ref().is_some_and(|gilrs| gilrs.gamepads().next().is_some())
     }
 
-    /// Whether one may come.
+    /// Returns whether a gamepad can be connected.
     pub fn may_come(&self) -> bool {
         self.gilrs.is_some()
     }
 
-    /// What they ask of the camera now.
+    /// Returns the present input of all gamepads together.
     pub fn poll(&mut self) -> FlyInput {
         let Some(gilrs) = &mut self.gilrs else { return FlyInput::default() };
         while let Some(event) = gilrs.next_event() {
@@ -56,14 +56,14 @@ fn input_of(gamepad: &Gamepad<'_>) -> FlyInput {
         dead_zone([value, 0.0])[0]
     };
     let [right, forward] = stick(Axis::LeftStickX, Axis::LeftStickY);
-    // Squared: fine near the middle, quick at the rim.
+    // Squared: fine near the centre, fast at full deflection.
     let turn_deg_s = stick(Axis::RightStickX, Axis::RightStickY).map(|part| part * part.abs() * TURN_DEG_S);
     let fast = gamepad.is_pressed(Button::LeftThumb) || gamepad.is_pressed(Button::RightTrigger);
     let up = trigger(Button::RightTrigger2) - trigger(Button::LeftTrigger2);
     FlyInput { forward, right, up, fast, look_deg: [0.0; 2], turn_deg_s }
 }
 
-/// The rest of the way beyond the dead middle, 0 to 1 in any direction.
+/// Removes the dead zone and rescales the rest to a length of 0 to 1, in any direction.
 fn dead_zone([x, y]: [f64; 2]) -> [f64; 2] {
     let length = x.hypot(y);
     if length <= DEAD {
@@ -84,7 +84,7 @@ mod tests {
         assert_eq!(dead_zone([-1.0, 0.0]), [-1.0, 0.0]);
         let [x, y] = dead_zone([1.0, 1.0]);
         assert!((x.hypot(y) - 1.0).abs() < 1e-12);
-        // No jump at the edge of the dead zone.
+        // The response is continuous at the edge of the dead zone.
         assert!(dead_zone([DEAD + 1e-6, 0.0])[0] < 1e-5);
     }
 }

@@ -1,4 +1,4 @@
-//! Events of the window become wishes: to fly, to look, to do something. The panel hears what is meant for it.
+//! Turns events of the window into actions: fly, look around, keys. Events for the panel are passed to the panel.
 
 use std::time::Instant;
 
@@ -11,34 +11,34 @@ use super::gamepad::Gamepads;
 use super::keys::{self, Action, KeysDown};
 use super::overlay::Overlay;
 
-/// So many pixels of a touchpad are a notch of a wheel.
+/// Pixels of scrolling on a touchpad that count as one notch of a wheel.
 const NOTCH_PX: f64 = 40.0;
 
-/// What an event meant.
+/// What an event requires.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heard {
     /// Nothing.
     Nothing,
-    /// Something for the panel only.
+    /// A repaint of the panel only.
     Panel,
-    /// The camera may move.
+    /// A frame: the camera may move.
     Fly,
-    /// The wheel turned by so many notches.
+    /// A change of speed, in notches of the wheel.
     Wheel(f64),
-    /// A key that does something.
+    /// The action of a key.
     Do(Action),
 }
 
-/// How the mouse came to look around.
+/// Why the mouse looks around.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Look {
-    /// While the right button is down.
+    /// The right button is down.
     Held,
-    /// Until Esc.
+    /// The mouse is captured until Esc.
     Captured,
 }
 
-/// Keys, mouse and gamepads.
+/// State of keys, mouse and gamepads.
 pub struct Input {
     keys: KeysDown,
     gamepads: Gamepads,
@@ -47,34 +47,35 @@ pub struct Input {
 }
 
 impl Input {
-    /// Nothing is down.
+    /// Creates the state in which nothing is pressed.
     pub fn new() -> Self {
         Self { keys: KeysDown::default(), gamepads: Gamepads::new(), look: None, moved_px: [0.0; 2] }
     }
 
-    /// The gamepads.
+    /// Returns the gamepads.
     pub fn gamepads(&self) -> &Gamepads {
         &self.gamepads
     }
 
-    /// What is asked of the camera in a step that ends now, `deg_per_px` in the middle of the window.
+    /// Returns the input for a step of `step_s` that ends `now`; `deg_per_px` is the angle of a pixel in the middle of
+    /// the window.
     pub fn take(&mut self, deg_per_px: f64, now: Instant, step_s: f64) -> FlyInput {
         let [right_px, down_px] = std::mem::take(&mut self.moved_px);
         let look_deg = [right_px * deg_per_px, -down_px * deg_per_px];
         FlyInput { look_deg, ..self.keys.take(now, step_s) }.plus(self.gamepads.poll())
     }
 
-    /// Whether a key is down that flies.
+    /// Returns whether a key that flies is down.
     pub fn flies(&self) -> bool {
         self.keys.fly()
     }
 
-    /// What the gamepads ask for now.
+    /// Returns the present input of the gamepads.
     pub fn poll_gamepads(&mut self) -> FlyInput {
         self.gamepads.poll()
     }
 
-    /// The mouse moved; says whether the view follows it.
+    /// Handles a motion of the mouse; returns whether the view follows it.
     pub fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
         if self.look.is_some() {
             self.moved_px[0] += right_px;
@@ -83,7 +84,7 @@ impl Input {
         self.look.is_some()
     }
 
-    /// Lets the mouse go; says whether it was held.
+    /// Releases the mouse; returns whether it was captured.
     pub fn release_mouse(&mut self, window: &Window) -> bool {
         let held = self.look.take().is_some();
         if held {
@@ -93,18 +94,18 @@ impl Input {
         held
     }
 
-    /// Another window has the keys now.
+    /// Forgets all keys and releases the mouse, because another window has the focus now.
     pub fn lose_focus(&mut self, window: &Window) {
         self.keys.clear();
         self.release_mouse(window);
     }
 
-    /// An event that is not the window's own.
+    /// Handles an event of keyboard or mouse, or passes it to the panel.
     pub fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
         match event {
             WindowEvent::KeyboardInput { event: key, is_synthetic, .. } => {
                 if *is_synthetic && key.state == ElementState::Pressed {
-                    // It was pressed elsewhere.
+                    // The key was pressed while another window had the focus.
                     return Heard::Nothing;
                 }
                 self.on_key(window, overlay, event, key)
@@ -124,7 +125,8 @@ impl Input {
     fn on_key(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, key: &KeyEvent) -> Heard {
         let PhysicalKey::Code(code) = key.physical_key else { return Heard::Nothing };
         let down = key.state == ElementState::Pressed;
-        // What goes up is never only the panel's: a key that went down before would stay down.
+        // A key that is released is always handled here: if it was pressed before typing began, it would otherwise stay
+        // down.
         if overlay.is_typing() {
             if !down {
                 self.keys.set(code, false, Instant::now());
@@ -159,7 +161,7 @@ impl Input {
                 Heard::Fly
             }
             (Some(_), _) => Heard::Nothing,
-            // A click beside an open list closes the list.
+            // A click next to an open list closes the list.
             (None, MouseButton::Left | MouseButton::Right) if down && !overlay.wants_click() => {
                 self.look = Some(if button == MouseButton::Right { Look::Held } else { Look::Captured });
                 overlay.stop_typing();
@@ -175,18 +177,18 @@ fn forward(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard
     if overlay.on_event(window, event).repaint { Heard::Panel } else { Heard::Nothing }
 }
 
-/// Keeps the cursor in the window, unseen; or gives it back.
+/// Hides the cursor and confines it to the window, or releases it.
 fn grab(window: &Window, grabbed: bool) {
     if grabbed {
-        // Not every system can do both. Without either, motion still arrives while the cursor is in the window.
+        // Not every system supports both modes. Without either, motion still arrives while the cursor is in the window.
         let kept = window
             .set_cursor_grab(CursorGrabMode::Locked)
             .or_else(|_| window.set_cursor_grab(CursorGrabMode::Confined));
         if let Err(error) = kept {
-            tracing::info!("the cursor is not kept in the window: {error}");
+            tracing::info!("cannot confine the cursor to the window: {error}");
         }
     } else if let Err(error) = window.set_cursor_grab(CursorGrabMode::None) {
-        tracing::info!("the cursor is not let go: {error}");
+        tracing::info!("cannot release the cursor: {error}");
     }
     window.set_cursor_visible(!grabbed);
 }

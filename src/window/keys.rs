@@ -1,4 +1,4 @@
-//! What the keys mean.
+//! The meaning of keys.
 
 use std::collections::HashMap;
 use std::time::{Duration, Instant};
@@ -7,30 +7,30 @@ use winit::keyboard::KeyCode;
 
 use super::fly_camera::FlyInput;
 
-/// What a key does when it goes down.
+/// Action of a key when it is pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Action {
-    /// Another style: so many further in the list.
+    /// Go this many styles forward in the list.
     StepStyle(i32),
-    /// The style at this place of the list.
+    /// Choose the style at this index of the list.
     ChooseStyle(usize),
-    /// A picture into a file.
+    /// Write a picture to a file.
     Screenshot,
     /// Show or hide the panel.
     TogglePanel,
-    /// Back to the start.
+    /// Return to the start.
     Restart,
-    /// The whole screen, or a window again.
+    /// Toggle full screen.
     FullScreen,
     /// Multiply the field of view.
     Zoom(f64),
-    /// A coarser or finer picture.
+    /// Render a coarser (−1) or finer (1) picture.
     StepScale(i32),
-    /// Let the mouse go, or quit.
+    /// Release the mouse, or quit.
     Escape,
 }
 
-/// The keys, for the panel.
+/// The keys and what they do, for the panel.
 pub const HELP: &[(&str, &str)] = &[
     ("W A S D", "fly"),
     ("Q E", "down, up"),
@@ -40,15 +40,15 @@ pub const HELP: &[(&str, &str)] = &[
     ("[ ]", "field of view"),
     ("Tab 1–9", "style"),
     ("− +", "render scale"),
-    ("F12 P", "picture to a file"),
+    ("F12 P", "save picture"),
     ("F11", "full screen"),
-    ("R", "back to the start"),
+    ("R", "return to start"),
     ("H", "hide this panel"),
     ("Esc Esc", "quit"),
 ];
 
-/// What a key does as it goes down: by the sign that the keyboard's layout gives it where it is named by a sign, and
-/// else by its place. Keys that fly do nothing here.
+/// Returns the action of a key. Keys named by a character are recognised by the character of the keyboard layout,
+/// others by their position. Keys that fly have no action.
 pub fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> {
     use KeyCode as Key;
     const DIGITS: [KeyCode; 9] = [
@@ -64,7 +64,7 @@ pub fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> 
     ];
     match sign {
         Some("-" | "−") => return Some(Action::StepScale(-1)),
-        // The same key on many keyboards, and one of them needs Shift.
+        // Both characters are on one key of many keyboards, and one of them needs Shift.
         Some("+" | "=") => return Some(Action::StepScale(1)),
         _ => {}
     }
@@ -81,20 +81,20 @@ pub fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> 
     })
 }
 
-/// A key that goes down and up again between two frames was down this long: the system does not tell when.
+/// Assumed duration of a key that is pressed and released between two frames, since the system reports no times.
 const TAP: Duration = Duration::from_millis(16);
 
-/// The keys that are down, and for how long they were since the last frame.
+/// The keys that are down, and for how long they were down since the last frame.
 #[derive(Debug, Default)]
 pub struct KeysDown {
-    /// Since when, or since the last frame; and whether a frame has seen it.
+    /// Start of the press, or time of the last frame; and whether a frame has already included it.
     down: HashMap<KeyCode, (Instant, bool)>,
-    /// Those that went up since the last frame.
+    /// Durations of keys that were released since the last frame.
     held: HashMap<KeyCode, Duration>,
 }
 
 impl KeysDown {
-    /// A key went down or up. Says whether it flies.
+    /// Records that a key was pressed or released. Returns whether it is a key that flies.
     pub fn set(&mut self, code: KeyCode, down: bool, now: Instant) -> bool {
         if down {
             self.down.entry(code).or_insert((now, false));
@@ -106,28 +106,29 @@ impl KeysDown {
         alone.fly()
     }
 
-    /// Whether any of those that are down flies, and none undoes it.
+    /// Returns whether the keys that are down move the camera; opposite keys cancel.
     pub fn fly(&self) -> bool {
         !self.input(|codes| f64::from(i8::from(self.any(codes)))).is_still()
     }
 
-    /// All are up: the window is no longer told.
+    /// Releases all keys, because the window no longer receives their events.
     pub fn clear(&mut self) {
         self.down.clear();
         self.held.clear();
     }
 
-    /// Whether a Shift is down.
+    /// Returns whether Shift is down.
     pub fn shift(&self) -> bool {
         self.any(&[KeyCode::ShiftLeft, KeyCode::ShiftRight])
     }
 
-    /// Whether a Ctrl is down.
+    /// Returns whether Ctrl is down.
     pub fn control(&self) -> bool {
         self.any(&[KeyCode::ControlLeft, KeyCode::ControlRight])
     }
 
-    /// What they ask of the camera in a step that ends now: a key that was down for a part of it asks for that part.
+    /// Returns the input for a step of `step_s` that ends `now`; a key that was down for part of the step counts for
+    /// that part.
     pub fn take(&mut self, now: Instant, step_s: f64) -> FlyInput {
         let mut held = std::mem::take(&mut self.held);
         for (code, (since, is_seen)) in &mut self.down {
@@ -182,7 +183,8 @@ mod tests {
         assert!(keys.take(then, 0.1).is_still() && !keys.fly());
     }
 
-    /// How far a flight goes whose frames take `frame_ms`, of a key that is down for so long.
+    /// Returns how far the camera flies at frames of `frame_ms`, in seconds at full speed, if a key is down in this
+    /// interval.
     fn flown_m(frame_ms: u64, down_ms: std::ops::Range<u64>) -> f64 {
         let at = |begun: Instant, ms| begun + Duration::from_millis(ms);
         let begun = Instant::now();
@@ -211,18 +213,19 @@ mod tests {
             let held_s = (down_ms.end - down_ms.start) as f64 / 1000.0;
             for frame_ms in [10, 16, 100, 500] {
                 let flown_s = flown_m(frame_ms, down_ms.clone());
-                // What is left of a speed that is nearly none.
+                // Tolerance for the remaining speed when the camera stops.
                 assert!((flown_s - held_s).abs() < 2e-3, "{down_ms:?} at {frame_ms} ms: {flown_s} s of {held_s} s");
             }
         }
-        // A tap is not lost, however slow frames are; whole steps would be a slow frame long.
+        // A tap is not lost, however slow the frames are, and does not count as a whole slow frame.
         let tap_s = flown_m(500, 120..121);
         assert!((tap_s - TAP.as_secs_f64()).abs() < 2e-3, "{tap_s}");
     }
 
     #[test]
     fn signs_are_those_of_the_layout() {
-        // Where an English keyboard has a minus, a German one has an ß, and its minus is where there the slash is.
+        // Where an English keyboard has the minus, a German one has ß; where the English one has the slash, it has the
+        // minus.
         assert_eq!(action(KeyCode::Minus, Some("ß"), false), None);
         assert_eq!(action(KeyCode::Slash, Some("-"), false), Some(Action::StepScale(-1)));
         assert_eq!(action(KeyCode::BracketRight, Some("+"), false), Some(Action::StepScale(1)));

@@ -1,8 +1,9 @@
-//! The window: fly over a world, and see what its drawing costs.
+//! The window: flies over a world and shows what its drawing costs.
 //!
-//! [`Windowing`] asks the system for a window first, so that a machine without a display says so before anything is
-//! opened. [`Windowing::run`] then flies until the window is closed. `app` speaks with winit, `flight` holds the state
-//! of a flight and draws its frames, `input` turns events into wishes; the rest are parts without a window in them.
+//! [`Windowing`] connects to the window system first, so that a machine without a display reports that before anything
+//! else is opened. [`Windowing::run`] then flies until the window is closed. `app` handles winit's events, `flight`
+//! holds the state of a flight and draws its frames, and `input` turns events into actions; the other modules do not
+//! depend on a window.
 
 mod app;
 mod clipboard;
@@ -31,80 +32,80 @@ use crate::scene::stereo::{Eyes, Pair};
 use crate::style::StyleError;
 use crate::world::Surfaces;
 
-/// Why there is no flight, or why it ended.
+/// Why a flight could not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
 pub enum WindowError {
     /// The system has no display for this program.
-    #[error("there is no display to open a window on ({cause}); `hachure render` draws into a file without one")]
+    #[error("no display to open a window on ({cause}); use `hachure render` to draw into a file")]
     NoDisplay {
-        /// What the system said.
+        /// Message of the system.
         cause: String,
     },
-    /// The window was not made.
+    /// Creating the window failed.
     #[error("cannot open a window: {0}")]
     Window(#[from] winit::error::OsError),
-    /// The system's events stopped.
+    /// The event loop failed.
     #[error("the window system failed: {0}")]
     Events(#[from] winit::error::EventLoopError),
-    /// The GPU cannot show pictures in a window.
+    /// The surface of the window could not be created.
     #[error("cannot draw into the window: {0}")]
     Surface(#[from] wgpu::CreateSurfaceError),
-    /// Nor can this one.
-    #[error("{adapter} cannot draw into this window")]
+    /// The GPU cannot present to the window.
+    #[error("{adapter} cannot draw into this window; choose another GPU with --adapter")]
     NoPresent {
-        /// The GPU.
+        /// Name of the GPU.
         adapter: String,
     },
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
-    /// The style does not hold.
+    /// The style is invalid.
     #[error(transparent)]
     Style(#[from] StyleError),
-    /// What `--frames` tells cannot be written.
+    /// The report of `--frames` cannot be written.
     #[error(transparent)]
     Output(#[from] FileError),
-    /// The world does not open.
+    /// The world cannot be opened.
     #[error(transparent)]
     World(anyhow::Error),
 }
 
-/// What is flown over.
+/// The world that the flight shows.
 pub struct FlightWorld {
-    /// For the window's title.
+    /// Name for the window's title.
     pub name: String,
-    /// The land and what stands on it.
+    /// Land, models and trees.
     pub surfaces: Surfaces,
-    /// The air; its sun is [`FlightWorld::sun`].
+    /// Light and haze; the sun's position is taken from [`FlightWorld::sun`].
     pub light: Light,
-    /// Where the light comes from.
+    /// Position of the sun.
     pub sun: Sun,
-    /// Where the flight begins; its z is in the world's frame.
+    /// Camera at the start; its z is absolute, in the world's frame.
     pub start: Camera,
 }
 
-/// How to fly.
+/// Options of a flight; the panel can change most of them.
 #[derive(Clone, Debug)]
 pub struct FlightOptions {
     /// A preset or a style file.
     pub style: String,
-    /// Of the window, to begin with.
+    /// Initial size of the window.
     pub size_px: [u32; 2],
-    /// How frames smooth their edges, to begin with.
+    /// Initial smoothing of edges.
     pub antialias: Antialias,
-    /// Which GPU.
+    /// The GPU to use.
     pub adapter: AdapterWish,
-    /// Render without rest, and quit after so many pictures.
+    /// Render continuously, and quit after this many frames.
     pub frames: Option<u64>,
-    /// Which eyes are shown, to begin with.
+    /// Eyes shown initially.
     pub eyes: Eyes,
-    /// How two eyes stand to each other, to begin with.
+    /// Initial stereo pair.
     pub pair: Pair,
-    /// Whether they stand apart by the nearest land.
+    /// Whether the distance between the eyes follows the distance to the nearest land.
     pub follows_land: bool,
 }
 
-/// Opens a world on the GPU that the window chose.
+/// Opens a world on the GPU that can present to the window.
 pub type OpenWorldFn = Box<dyn FnOnce(&Gpu) -> anyhow::Result<FlightWorld>>;
 
 /// The connection to the window system.
@@ -113,16 +114,16 @@ pub struct Windowing {
 }
 
 impl Windowing {
-    /// Connects.
+    /// Connects to the window system.
     ///
     /// # Errors
-    /// [`WindowError::NoDisplay`].
+    /// Returns [`WindowError::NoDisplay`] if there is none.
     pub fn new() -> Result<Self, WindowError> {
         let events = app::event_loop().map_err(|cause| WindowError::NoDisplay { cause })?;
         Ok(Self { events })
     }
 
-    /// The system's events, for a window that is not a flight's.
+    /// Returns the event loop, for a window that does not show a flight.
     #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
     pub(crate) fn into_events(self) -> EventLoop<()> {
         self.events
@@ -131,7 +132,7 @@ impl Windowing {
     /// Flies until the window is closed.
     ///
     /// # Errors
-    /// When the window, the GPU or the world does not open, or the GPU fails on the way.
+    /// Fails if the window, the GPU or the world cannot be opened, or if the GPU fails later.
     pub fn run(self, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
         app::run(self.events, options, open)
     }

@@ -1,4 +1,4 @@
-//! egui over the picture: events in, triangles out.
+//! egui over the picture: passes events to egui and draws its triangles.
 
 use std::time::{Duration, Instant};
 
@@ -9,7 +9,7 @@ use winit::window::Window;
 use super::clipboard::Clipboard;
 use crate::gpu::Gpu;
 
-/// egui and its renderer.
+/// egui with its renderer.
 pub struct Overlay {
     context: egui::Context,
     state: egui_winit::State,
@@ -18,7 +18,7 @@ pub struct Overlay {
     repaint_at: Option<Instant>,
 }
 
-/// A panel that is laid out and not yet painted.
+/// A panel that is laid out but not yet painted.
 pub struct Painted {
     shapes: Vec<egui::ClippedPrimitive>,
     textures: egui::TexturesDelta,
@@ -26,7 +26,7 @@ pub struct Painted {
 }
 
 impl Overlay {
-    /// For a window of `format`.
+    /// Creates an overlay for a window whose surface has `format`.
     pub fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat) -> Self {
         let context = egui::Context::default();
         context.set_theme(egui::Theme::Dark);
@@ -38,9 +38,9 @@ impl Overlay {
         Self { context, state, clipboard: Clipboard::of(window), renderer, repaint_at: None }
     }
 
-    /// Tells the panel. Says whether it wants to be painted again, and whether it used the event up.
+    /// Passes an event to the panel. Returns whether the panel needs a repaint, and whether it consumed the event.
     pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
-        // A flight asks for no text.
+        // While flying, no text is being typed.
         if !self.is_typing() {
             return self.state.on_window_event(window, event);
         }
@@ -50,32 +50,32 @@ impl Overlay {
         response
     }
 
-    /// Whether a text is being typed in.
+    /// Returns whether a text field has the focus.
     pub fn is_typing(&self) -> bool {
         self.context.text_edit_focused()
     }
 
-    /// Ends typing: the mouse went elsewhere.
+    /// Ends text input, because the mouse was clicked elsewhere.
     pub fn stop_typing(&mut self) {
         self.context.memory_mut(|memory| memory.stop_text_input());
     }
 
-    /// Whether a click is the panel's, or closes one of its lists.
+    /// Returns whether a click belongs to the panel, or closes one of its lists.
     pub fn wants_click(&self) -> bool {
         self.wants_pointer() || egui::Popup::is_any_open(&self.context)
     }
 
-    /// Whether the mouse is the panel's.
+    /// Returns whether the mouse belongs to the panel.
     pub fn wants_pointer(&self) -> bool {
         self.context.egui_wants_pointer_input()
     }
 
-    /// When the panel wants to be painted again.
+    /// Returns when the panel needs the next repaint.
     pub fn repaint_at(&self) -> Option<Instant> {
         self.repaint_at
     }
 
-    /// Lays the panel out. The result has to be painted: it holds textures.
+    /// Lays out the panel. The result must be painted, because it contains texture updates.
     pub fn run(&mut self, window: &Window, mut panel: impl FnMut(&egui::Context)) -> Painted {
         let input = self.state.take_egui_input(window);
         let output = self.context.run_ui(input, |ui| {
@@ -86,7 +86,7 @@ impl Overlay {
         self.state.handle_platform_output(window, output.platform_output);
         let delay =
             output.viewport_output.get(&egui::ViewportId::ROOT).map_or(Duration::MAX, |root| root.repaint_delay);
-        // None for a delay beyond what a clock can tell: never.
+        // `None` for a delay that overflows the clock: no repaint.
         self.repaint_at = Instant::now().checked_add(delay);
         let shapes = self.context.tessellate(output.shapes, output.pixels_per_point);
         Painted { shapes, textures: output.textures_delta, pixels_per_point: output.pixels_per_point }
@@ -108,7 +108,7 @@ impl Overlay {
         }
         let screen = ScreenDescriptor { size_in_pixels: size_px, pixels_per_point: painted.pixels_per_point };
         let callbacks = self.renderer.update_buffers(&gpu.device, &gpu.queue, encoder, &painted.shapes, &screen);
-        debug_assert!(callbacks.is_empty(), "the panel paints nothing by itself");
+        debug_assert!(callbacks.is_empty(), "the panel uses no paint callbacks");
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("panel"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

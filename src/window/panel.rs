@@ -1,4 +1,4 @@
-//! The panel: what the picture costs, and the knobs.
+//! The panel: shows what the picture costs, and has controls for the settings.
 
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
@@ -10,59 +10,60 @@ use crate::frame::Antialias;
 use crate::lines::strokes::StrokeNumbers;
 use crate::scene::stereo::Eyes;
 
-/// The panel's width in points.
+/// Width of the panel in points.
 const WIDTH: f32 = 228.0;
-/// The height of the plot of frame times in points.
+/// Height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
-/// The end of the knob of the convergence.
+/// End of the convergence slider, which stands for infinity.
 const FARTHEST_M: f64 = 1e6;
-/// What is missing from the picture is said in this colour.
+/// Colour of warnings.
 const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
-/// What the panel tells.
+/// Facts that the panel shows.
 pub struct Facts<'a> {
     /// Name and driver of the GPU.
     pub adapter: &'a str,
-    /// Of the picture.
+    /// Size of one eye's picture.
     pub picture_px: [u32; 2],
-    /// From frame to frame.
+    /// Times from frame to frame.
     pub frame_times: &'a FrameTimes,
-    /// On the GPU.
+    /// GPU times by pass.
     pub pass_times: &'a PassTimes,
-    /// Drawn in the last frame.
+    /// Triangles in the last frame.
     pub triangles: u64,
-    /// Drawn in the last frame.
+    /// Patches in the last frame.
     pub patches: u64,
-    /// Of a frame shortly before; none where the style has no strokes.
+    /// Numbers of strokes in a recent frame; `None` if the style has no strokes.
     pub strokes: Option<StrokeNumbers>,
-    /// Now.
+    /// Tiles that are on the GPU.
     pub tiles_on_gpu: u64,
-    /// Since the start.
+    /// Tiles loaded since the start.
     pub tiles_loaded: u64,
-    /// That coarser ones stood in for in the last frame.
+    /// Tiles replaced by coarser ones in the last frame.
     pub tiles_missing: u64,
-    /// The error that the last frame's mesh was allowed, where it is more than what is asked for.
+    /// Largest error of the last frame's mesh, if it exceeds the setting.
     pub over_budget_px: Option<f64>,
-    /// Of targets and terrain.
+    /// Bytes allocated on the GPU, for targets and terrain.
     pub gpu_bytes: u64,
-    /// Of the camera.
+    /// Height of the camera above the ground.
     pub height_above_ground_m: f64,
 }
 
-/// What was asked for by a button.
+/// What the user requested in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Asked {
-    /// Where the panel stands, which asks for nothing to stand there.
+    /// Area of the panel, which messages avoid.
     pub rect: Option<egui::Rect>,
-    /// A picture into a file.
+    /// Whether to write a picture to a file.
     pub screenshot: bool,
-    /// Back to the start.
+    /// Whether to return to the start.
     pub restart: bool,
 }
 
-/// Sizes and colours, once.
+/// Sets sizes and colours, once.
 pub fn set_up(context: &egui::Context) {
-    // egui measures a click from frame to frame: where a frame takes a second, each would count as held and do nothing.
+    // egui measures a click from frame to frame: with frames of a second, every click would count as held and do
+    // nothing.
     context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     context.all_styles_mut(|style| {
         for (kind, font) in &mut style.text_styles {
@@ -79,7 +80,7 @@ pub fn set_up(context: &egui::Context) {
     });
 }
 
-/// Lays the panel out.
+/// Lays out the panel.
 pub fn show(
     context: &egui::Context,
     facts: &Facts<'_>,
@@ -111,7 +112,7 @@ fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) 
     egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, content);
 }
 
-/// A name on the left and a value on the right.
+/// Adds a row with a name on the left and a value on the right.
 fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak());
@@ -119,7 +120,7 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
     });
 }
 
-/// A name on the left and a widget on the right.
+/// Adds a row with a name on the left and a widget on the right.
 fn knob(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
@@ -149,15 +150,15 @@ fn picture(ui: &mut Ui, facts: &Facts<'_>, styles: &Styles, settings: &mut Setti
         });
     });
     let mut smooths = settings.antialias == Antialias::Temporal;
-    let hint = "Edges are the mean of frames that follow each other (--antialias)";
+    let hint = "Average consecutive frames (--antialias)";
     knob(ui, "Smooth edges", hint, egui::Checkbox::new(&mut smooths, ""));
     settings.antialias = if smooths { Antialias::Temporal } else { Antialias::None };
     eyes(ui, settings);
     let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
-    knob(ui, "Height error", "How far the drawn surface may lie from the exact one", slider);
+    knob(ui, "Height error", "Largest error of the drawn surface, in pixels", slider);
 }
 
-/// Which eyes, and how two of them stand to each other.
+/// Adds the controls for eyes and stereo pair.
 fn eyes(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
         ui.label(RichText::new("Eyes").weak());
@@ -174,16 +175,16 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     }
     knob(
         ui,
-        "By the land",
-        "Eyes are a thirtieth of the nearest land apart",
+        "Auto distance",
+        "Distance between the eyes is a thirtieth of the distance to the nearest land",
         egui::Checkbox::new(&mut settings.follows_land, ""),
     );
     let apart = Slider::new(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
-    ui.add_enabled_ui(!settings.follows_land, |ui| knob(ui, "Eyes apart", "What --ipd takes", apart));
-    // The end of the knob is infinitely far.
+    ui.add_enabled_ui(!settings.follows_land, |ui| knob(ui, "Eye distance", "Same as --ipd", apart));
+    // The end of the slider is infinity.
     let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
     let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).suffix(" m").max_decimals(1);
-    knob(ui, "Convergence", "How far away both eyes see the same; the end is infinitely far", plane);
+    knob(ui, "Convergence", "Distance at which both eyes see the same; the end of the slider is infinity", plane);
     settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
 }
 
@@ -191,34 +192,34 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked:
     row(ui, "Above ground", format!("{} m", digits(facts.height_above_ground_m)));
     let [slowest, fastest] = SPEED_RANGE_M_S;
     let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
-    knob(ui, "Speed", "The wheel changes it too", slider);
+    knob(ui, "Speed", "Also changed by the mouse wheel", slider);
     let [narrowest, widest] = FOV_RANGE_DEG;
-    // A start may lie beyond the knob's range, and stays until the knob is moved.
+    // A start may be outside of the slider's range, and stays until the slider is moved.
     let clamping = egui::SliderClamping::Edits;
     let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
-    knob(ui, "View angle", "Vertical ([ ])", slider);
+    knob(ui, "Field of view", "Vertical field of view ([ ])", slider);
     let slider = Slider::new(&mut camera.clearance_m, LEAST_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
-    knob(ui, "Clearance", "The camera stays this high above the ground", slider.max_decimals(1));
+    knob(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))
-        .on_hover_text("What --camera takes");
+        .on_hover_text("Value for --camera");
     ui.horizontal(|ui| {
-        if ui.button("Copy").on_hover_text("For --camera").clicked() {
+        if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
         }
-        asked.restart = ui.button("Start").on_hover_text("Back to where the flight began (R)").clicked();
-        asked.screenshot = ui.button("Picture").on_hover_text("Into a file of the current folder (F12)").clicked();
+        asked.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
+        asked.screenshot = ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
     });
 }
 
 fn light(ui: &mut Ui, settings: &mut Settings) {
     let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun from", "Clockwise from north", slider);
+    knob(ui, "Sun azimuth", "Azimuth, clockwise from north", slider);
     let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun height", "Above the horizon", slider);
+    knob(ui, "Sun elevation", "Elevation above the horizon", slider);
     let mut haze_km = settings.haze_m / 1000.0;
     let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
-    knob(ui, "Haze", "The distance at which 63 % of the contrast is gone", slider);
+    knob(ui, "Haze", "Distance at which 63 % of the contrast is lost", slider);
     if (haze_km * 1000.0 - settings.haze_m).abs() > 1e-6 * settings.haze_m {
         settings.haze_m = haze_km * 1000.0;
     }
@@ -246,7 +247,7 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
     row(ui, "Tiles on GPU", grouped(facts.tiles_on_gpu));
     row(ui, "Tiles loaded, missing", format!("{}, {}", grouped(facts.tiles_loaded), grouped(facts.tiles_missing)));
     if let Some(error_px) = facts.over_budget_px {
-        let text = format!("Too steep for its triangles: drawn to within {error_px:.1} px");
+        let text = format!("Too many triangles: height error raised to {error_px:.1} px");
         ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
     }
     row(ui, "GPU memory", format!("{:.1} MiB", facts.gpu_bytes as f64 / f64::from(1 << 20)));
@@ -256,14 +257,14 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
 fn passes(ui: &mut Ui, facts: &Facts<'_>) {
     let passes = facts.pass_times.passes();
     if passes.is_empty() {
-        ui.label(RichText::new("This GPU tells no times.").weak());
+        ui.label(RichText::new("This GPU has no timestamp queries.").weak());
     }
     for pass in passes {
         row(ui, &pass.name, format!("{:.2} ms", pass.gpu_ms));
     }
 }
 
-/// Frame times as bars, the newest on the right; the line is their median.
+/// Plots frame times as bars, newest on the right; the line is their median.
 fn plot(ui: &mut Ui, times: &FrameTimes) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), PLOT_HEIGHT), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -282,7 +283,7 @@ fn plot(ui: &mut Ui, times: &FrameTimes) {
     painter.hline(rect.x_range(), top(median_ms), (1.0, Color32::from_white_alpha(90)));
 }
 
-/// Metres with as many decimals as can be read.
+/// Formats metres with a readable number of decimals.
 fn digits(value: f64) -> String {
     if value.abs() < 100.0 { format!("{value:.1}") } else { grouped_signed(value) }
 }
@@ -292,7 +293,7 @@ fn grouped_signed(value: f64) -> String {
     format!("{sign}{}", grouped(value.abs().round() as u64))
 }
 
-/// 1234567 as `1 234 567`.
+/// Formats 1234567 as `1 234 567`.
 fn grouped(number: u64) -> String {
     let text = number.to_string();
     let mut grouped = String::with_capacity(text.len() * 4 / 3);
@@ -320,7 +321,7 @@ mod tests {
         assert_eq!(digits(1234.5), "1 235");
     }
 
-    /// The texts of the section of costs, with their colours.
+    /// Returns the texts of the cost section, with their colours.
     fn told(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
         let facts = Facts {
             adapter: "",
@@ -362,7 +363,7 @@ mod tests {
             let mut is_clicked = false;
             for (second, events) in frames.into_iter().enumerate() {
                 let input = egui::RawInput { time: Some(second as f64), events, ..Default::default() };
-                let _ = context.run_ui(input, |ui| is_clicked |= ui.button("a button that lies there").clicked());
+                let _ = context.run_ui(input, |ui| is_clicked |= ui.button("a button").clicked());
             }
             is_clicked
         };
@@ -380,7 +381,7 @@ mod tests {
         assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
         let (text, _) = warning(&texts).expect("a warning");
         assert!(text.contains("56 strokes exceed the limits"), "{text}");
-        // Where everything has room there is the number alone, and without strokes not even that.
+        // If every stroke fits, only the number is shown; without strokes not even that.
         let texts = told(with(0));
         assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
         assert!(told(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));

@@ -1,4 +1,4 @@
-//! The window's surface: what is presented to, through resizes, losses and minimising.
+//! The window's surface: what frames are presented to, across resizes, losses and minimising.
 
 use std::sync::Arc;
 
@@ -16,27 +16,28 @@ pub struct Screen {
     present: PresentPass,
 }
 
-/// What the surface has for a frame.
+/// The surface's answer to a request for a frame.
 pub enum Acquired {
-    /// To draw on.
+    /// A texture to draw on.
     Frame(wgpu::SurfaceTexture),
-    /// Nothing now; ask again soon.
+    /// Nothing now; try again soon.
     Soon,
     /// Nothing while the window cannot be seen.
     Hidden,
 }
 
 impl Screen {
-    /// A surface that `gpu` can present to.
+    /// Configures a surface that `gpu` can present to.
     ///
     /// # Errors
-    /// When it can not.
+    /// Returns [`WindowError::NoPresent`] if the GPU cannot.
     pub fn new(gpu: &Gpu, window: Arc<Window>, surface: wgpu::Surface<'static>) -> Result<Self, WindowError> {
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
             .ok_or_else(|| WindowError::NoPresent { adapter: gpu.description() })?;
-        // The picture is encoded by the pass, and the panel is blended as encoded colours: no format that encodes.
+        // The pass encodes the picture itself, and the panel is blended in encoded colours: choose a format that does
+        // not encode.
         let formats = surface.get_capabilities(&gpu.adapter).formats;
         let plain = |format: &wgpu::TextureFormat| {
             matches!(format, wgpu::TextureFormat::Bgra8Unorm | wgpu::TextureFormat::Rgba8Unorm)
@@ -48,22 +49,22 @@ impl Screen {
         Ok(Self { window, surface, config, present })
     }
 
-    /// The format of what is drawn on.
+    /// Returns the format of the surface.
     pub fn format(&self) -> wgpu::TextureFormat {
         self.config.format
     }
 
-    /// The window's size.
+    /// Returns the size of the surface.
     pub fn size_px(&self) -> [u32; 2] {
         [self.config.width, self.config.height]
     }
 
-    /// The pass that fills it with the picture.
+    /// Returns the pass that fills the surface with the picture.
     pub fn present(&mut self) -> &mut PresentPass {
         &mut self.present
     }
 
-    /// Follows the window's size. A window of no size keeps the last one.
+    /// Follows the window's size; a size of 0 is ignored.
     pub fn resize(&mut self, gpu: &Gpu, size_px: [u32; 2]) {
         if size_px.contains(&0) || size_px == self.size_px() {
             return;
@@ -73,15 +74,15 @@ impl Screen {
         self.surface.configure(&gpu.device, &self.config);
     }
 
-    /// The next frame's surface.
+    /// Acquires the texture of the next frame.
     ///
     /// # Errors
-    /// When the surface is lost and no other can be made.
+    /// Fails if the surface is lost and cannot be recreated.
     pub fn acquire(&mut self, gpu: &Gpu) -> Result<Acquired, WindowError> {
         use wgpu::CurrentSurfaceTexture as Current;
         Ok(match self.surface.get_current_texture() {
             Current::Success(frame) => Acquired::Frame(frame),
-            // It can still be drawn on, but a better one is a call away.
+            // The frame could still be drawn on, but a better one is a call away.
             Current::Suboptimal(frame) => {
                 drop(frame);
                 self.reconfigure(gpu);
@@ -101,7 +102,7 @@ impl Screen {
                 self.reconfigure(gpu);
                 Acquired::Soon
             }
-            // Its message comes with the device's errors.
+            // The message is reported with the device's errors.
             Current::Validation => {
                 gpu.check()?;
                 Acquired::Soon

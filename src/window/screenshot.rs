@@ -1,4 +1,4 @@
-//! The picture, without the panel, into a file of the current folder.
+//! Screenshots: write the picture, without the panel, to a file in the current folder.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, SystemTime, UNIX_EPOCH};
@@ -12,10 +12,10 @@ use crate::scene::stereo::Eyes;
 use crate::window::settings::Settings;
 use crate::world::Surfaces;
 
-/// Renders `request` and writes it beside the other files of `folder`, under a name that is not taken.
+/// Renders `request` and writes it to `folder`, under a name that does not exist yet.
 ///
 /// # Errors
-/// When the GPU or the disk fails.
+/// Fails if the GPU or writing the file fails.
 pub fn take(
     gpu: &Gpu,
     renderer: &mut Option<Renderer>,
@@ -40,14 +40,14 @@ pub fn take(
     Ok(path)
 }
 
-/// `stem.png`, or with a number where that is there already.
+/// Returns the path `stem.png`, or with a number if that exists already.
 fn free_path(folder: &Path, stem: &str) -> PathBuf {
     let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
     let mut paths = std::iter::once(format!("{stem}.png")).chain(numbered).map(|name| folder.join(name));
     paths.find(|path| !path.exists()).unwrap_or_else(|| folder.join(stem))
 }
 
-/// `hachure-YYYYMMDD-HHMMSS` in UTC: the standard library knows no other zone.
+/// Returns `hachure-YYYYMMDD-HHMMSS` in UTC: the standard library has no other time zones.
 fn stem(since_1970: Duration) -> String {
     let seconds = since_1970.as_secs();
     let [year, month, day] = date(seconds / 86_400);
@@ -55,9 +55,9 @@ fn stem(since_1970: Duration) -> String {
     format!("hachure-{year:04}{month:02}{day:02}-{hour:02}{minute:02}{second:02}")
 }
 
-/// Year, month and day of the Gregorian calendar, by counting.
+/// Returns year, month and day of the Gregorian calendar.
 fn date(days_since_1970: u64) -> [u64; 3] {
-    // 400 years have the same number of days each time, and a later year is reached by steps of a year.
+    // Skip whole cycles of 400 years, which all have the same number of days; then advance year by year.
     let (mut year, mut day) = (1970 + days_since_1970 / 146_097 * 400, days_since_1970 % 146_097);
     let leap = |year: u64| year.is_multiple_of(4) && (!year.is_multiple_of(100) || year.is_multiple_of(400));
     while day >= 365 + u64::from(leap(year)) {

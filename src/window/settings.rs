@@ -1,4 +1,4 @@
-//! What can be changed while flying.
+//! Settings that can be changed during a flight.
 
 use crate::frame::Antialias;
 use crate::scene::Sun;
@@ -7,57 +7,57 @@ use crate::scene::view::{Rig, View};
 use crate::style::{self, Style};
 use crate::tones::hatching::maps;
 
-/// The picture's size as parts of the window's.
+/// Sizes of the picture as fractions of the window's size.
 pub const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
 
-/// Of a file, where the window smooths edges.
+/// Samples per pixel of a screenshot, if the window smooths edges.
 const SCREENSHOT_SAMPLES: u32 = 16;
-/// In this time eyes come nearer by 63 % to where the land wants them.
+/// Time constant of the distance between the eyes: after this time it has covered 63 % of the way to its target.
 const FOLLOWS_IN_S: f64 = 0.8;
 
-/// The knobs of the panel. The camera's are its own.
+/// Settings of the panel, apart from the camera's.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// Which of [`Styles`].
+    /// Index into [`Styles`].
     pub style: usize,
-    /// Which of [`SCALES`].
+    /// Index into [`SCALES`].
     pub scale: usize,
-    /// How frames smooth their edges.
+    /// Smoothing of edges.
     pub antialias: Antialias,
-    /// The height error that may be seen.
+    /// Largest error of the drawn surface.
     pub lod_error_px: f64,
-    /// The light.
+    /// Position of the sun.
     pub sun: Sun,
-    /// The distance at which haze has taken 63 %.
+    /// Distance at which haze has removed 63 % of the contrast.
     pub haze_m: f64,
-    /// Which eyes are shown.
+    /// Eyes that are shown.
     pub eyes: Eyes,
-    /// How two eyes stand to each other.
+    /// The stereo pair.
     pub pair: Pair,
-    /// Whether they stand apart by the nearest land.
+    /// Whether the distance between the eyes follows the distance to the nearest land.
     pub follows_land: bool,
 }
 
 impl Settings {
-    /// The size of an eye's picture in a window of `window_px`.
+    /// Returns the size of one eye's picture in a window of `window_px`.
     pub fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
         let [width, height] = window_px;
         let eye_px = [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height];
         eye_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
     }
 
-    /// Of which a screenshot is the mean.
+    /// Returns the samples per pixel of a screenshot.
     pub fn samples(&self) -> u32 {
         if self.antialias == Antialias::Temporal { SCREENSHOT_SAMPLES } else { 1 }
     }
 
-    /// The eyes at a camera; two of them stood as `before` a frame ago.
+    /// Returns the eyes for a camera; `before` is the stereo pair of the previous frame.
     pub fn rig(&self, camera: &View, before: &Pair) -> Rig {
         if self.eyes == Eyes::Mono { Rig::mono(*camera) } else { self.pair.rig_after(before, camera) }
     }
 
-    /// Brings eyes that follow the land nearer to where they belong, a frame later; whether they are still on the way.
-    /// Two to three seconds from end to end: a sudden change of depth is unpleasant to look at.
+    /// Moves the distance between the eyes towards its target, if it follows the land; returns whether it is still
+    /// moving. It takes two to three seconds from end to end: a sudden change of depth is unpleasant to look at.
     pub fn follow_land(&mut self, nearest_m: f64, step_s: f64) -> bool {
         if self.eyes == Eyes::Mono || !self.follows_land {
             return false;
@@ -71,27 +71,27 @@ impl Settings {
         moves
     }
 
-    /// A finer (1) or coarser (−1) picture.
+    /// Chooses a finer (1) or coarser (−1) picture.
     pub fn step_scale(&mut self, step: i32) {
         self.scale = self.scale.saturating_add_signed(-step as isize).min(SCALES.len() - 1);
     }
 
-    /// The style so many further in the list, around its end.
+    /// Goes `step` styles forward in the list, wrapping around at its ends.
     pub fn step_style(&mut self, step: i32, styles: usize) {
         self.style = (self.style as i64 + i64::from(step)).rem_euclid(styles as i64) as usize;
     }
 }
 
-/// The styles to choose from: the presets, and the one of the command line.
+/// The styles to choose from: the presets, and the style of the command line.
 pub struct Styles {
     list: Vec<Style>,
 }
 
 impl Styles {
-    /// The presets and `asked`, and the place of `asked` in the list.
+    /// Loads the presets and the style `asked`; also returns its index in the list.
     ///
     /// # Errors
-    /// When `asked` is no style.
+    /// Fails if `asked` is not a valid style.
     pub fn with(asked: &str) -> Result<(Self, usize), style::StyleError> {
         let names = style::names();
         let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
@@ -107,7 +107,7 @@ impl Styles {
         Ok((Self { list }, place))
     }
 
-    /// All of them; at least one.
+    /// Returns all styles; there is at least one.
     pub fn list(&self) -> &[Style] {
         &self.list
     }
@@ -141,7 +141,7 @@ mod tests {
     #[test]
     fn eyes_follow_the_land_slowly() {
         let mut settings = settings();
-        assert!(!settings.follow_land(3000.0, 0.1), "one eye has nothing to follow with");
+        assert!(!settings.follow_land(3000.0, 0.1), "a single eye has no distance to adapt");
         settings.eyes = Eyes::SideBySide;
         assert_eq!(settings.picture_px([641, 10]), [321, 10]);
         settings.follows_land = true;

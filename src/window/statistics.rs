@@ -1,22 +1,22 @@
-//! What the last frames cost.
+//! Frame times and GPU times of the last frames.
 
 use std::collections::VecDeque;
 
 use crate::gpu::timer::PassTime;
 
-/// So many frames are remembered.
+/// Number of frames that are stored.
 pub const FRAMES: usize = 120;
-/// The weight of a new GPU time in the smoothed one.
+/// Weight of a new GPU time in the moving average.
 const NEW_PART: f64 = 0.15;
 
-/// The times from frame to frame, while frames follow each other.
+/// Times from frame to frame in milliseconds, while frames follow each other.
 #[derive(Debug, Default)]
 pub struct FrameTimes {
     times_ms: VecDeque<f64>,
 }
 
 impl FrameTimes {
-    /// The newest.
+    /// Adds the time of the newest frame.
     pub fn push(&mut self, time_ms: f64) {
         if self.times_ms.len() == FRAMES {
             self.times_ms.pop_front();
@@ -24,12 +24,12 @@ impl FrameTimes {
         self.times_ms.push_back(time_ms);
     }
 
-    /// From the oldest to the newest.
+    /// Returns the times, oldest first.
     pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         self.times_ms.iter().copied()
     }
 
-    /// What `part` of the frames stayed within; none without frames.
+    /// Returns the quantile `part` (0 to 1) of the frame times; `None` without frames.
     pub fn quantile_ms(&self, part: f64) -> Option<f64> {
         let mut sorted: Vec<f64> = self.iter().collect();
         sorted.sort_by(f64::total_cmp);
@@ -38,14 +38,14 @@ impl FrameTimes {
     }
 }
 
-/// GPU times by pass, smoothed so that they can be read.
+/// GPU times by pass, smoothed so that they are readable.
 #[derive(Debug, Default)]
 pub struct PassTimes {
     passes: Vec<PassTime>,
 }
 
 impl PassTimes {
-    /// The times of a frame.
+    /// Adds the times of a frame; a frame with other passes resets the averages.
     pub fn add(&mut self, times: Vec<PassTime>) {
         let same =
             self.passes.len() == times.len() && self.passes.iter().zip(&times).all(|(old, new)| old.name == new.name);
@@ -58,7 +58,7 @@ impl PassTimes {
         }
     }
 
-    /// The passes in the order in which they run, the whole frame first.
+    /// Returns the passes in the order in which they run, with the whole frame first.
     pub fn passes(&self) -> &[PassTime] {
         &self.passes
     }

@@ -1,41 +1,41 @@
-//! What is worth a word: messages that go by themselves, and those that stay as long as their cause does.
+//! Messages over the picture: some expire, others stay as long as their cause.
 
 use std::time::{Duration, Instant};
 
 use egui::{Align, Layout, Pos2, Rect};
 
-/// More at once are not read; the oldest goes.
+/// Largest number of passing messages; the oldest is dropped.
 const MOST: usize = 4;
-/// In points, from the border of the window and from the panel.
+/// Distance from the border of the window and from the panel, in points.
 const MARGIN: f32 = 10.0;
-/// A message is broken into lines of this width in points.
+/// Width in points at which a message is wrapped.
 const WIDTH: f32 = 420.0;
-/// Between a message and its frame, and the frame's line.
+/// Padding between a message and its frame, frame line included, in points.
 const PADDING: f32 = 8.0;
-/// A narrower place is not read.
+/// Smallest width in which messages are readable, in points.
 const NARROWEST: f32 = 120.0;
 
-/// What a message is about: a newer one of the same takes its place, any other one stands beside it.
+/// Subject of a message: a newer message replaces one on the same subject, except for files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum About {
-    /// The style that was chosen.
+    /// A style was chosen.
     Style,
-    /// What Esc does.
+    /// Esc was pressed.
     Quitting,
-    /// A file that was written, or was not.
+    /// A file was written, or could not be written.
     File,
 }
 
-/// The messages, the newest last.
+/// The messages, newest last.
 #[derive(Debug, Default)]
 pub struct Toasts {
     passing: Vec<(About, String, Instant)>,
-    /// Of shaders that do not hold.
+    /// Errors in shaders.
     lasting: Vec<String>,
 }
 
 impl Toasts {
-    /// Says something until then. A file is never said in place of another.
+    /// Shows a message until a time. A message about a file does not replace one about another file.
     pub fn say(&mut self, about: About, text: String, until: Instant) {
         self.passing.retain(|(known, said, _)| *known != about || (about == About::File && *said != text));
         self.passing.push((about, text, until));
@@ -43,41 +43,41 @@ impl Toasts {
         self.passing.drain(..surplus);
     }
 
-    /// What stays until it is told otherwise. Whether that is something else than before.
+    /// Sets the messages that stay until they are replaced. Returns whether they differ from the previous ones.
     pub fn set_lasting(&mut self, texts: Vec<String>) -> bool {
         let is_new = self.lasting != texts;
         self.lasting = texts;
         is_new
     }
 
-    /// Drops what is past.
+    /// Removes expired messages.
     pub fn tidy(&mut self, now: Instant) {
         self.passing.retain(|(.., until)| *until > now);
     }
 
-    /// When the next of them goes.
+    /// Returns when the next message expires.
     pub fn next_end(&self) -> Option<Instant> {
         self.passing.iter().map(|(.., until)| *until).min()
     }
 
-    /// All, from top to bottom.
+    /// Returns all messages, from top to bottom.
     pub fn texts(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.lasting.iter().map(String::as_str).chain(self.passing.iter().map(|(_, text, _)| text.as_str()))
     }
 
-    /// Whether there are any.
+    /// Returns whether there are no messages.
     pub fn is_empty(&self) -> bool {
         self.lasting.is_empty() && self.passing.is_empty()
     }
 }
 
-/// How long something that was just said is shown.
+/// Returns when a message shown now expires.
 pub fn until(how_long: Duration) -> Instant {
     Instant::now() + how_long
 }
 
-/// Where messages stand in a window beside the panel: the widest place of those that are wide enough to be read in, or
-/// else the largest.
+/// Returns the area for messages in a window, next to the panel: the largest area that is wide enough to be readable,
+/// else the largest of all.
 pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
     let window = window.shrink(MARGIN);
     let Some(panel) = panel.map(|panel| panel.expand(MARGIN)).filter(|panel| panel.intersects(window)) else {
@@ -100,14 +100,14 @@ pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
     beside.into_iter().reduce(better).unwrap_or(window)
 }
 
-/// The messages, beside the panel; they show without it too.
+/// Shows the messages next to the panel, or in the whole window if it is hidden.
 pub fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>) {
     if toasts.is_empty() {
         return;
     }
     let place = place(context.content_rect(), panel);
     let area = egui::Area::new(egui::Id::unique("toasts")).order(egui::Order::Foreground).interactable(false);
-    // From the bottom up, so that none has to know how large the others were in the frame before.
+    // Lay out from the bottom up, so that no message depends on the heights of the others in the previous frame.
     area.fixed_pos(place.min).constrain(false).show(context, |ui| {
         ui.allocate_ui_with_layout(place.size(), Layout::bottom_up(Align::Max), |ui| {
             for text in toasts.texts().rev() {
@@ -140,11 +140,11 @@ mod tests {
         // Stepping through the styles does not fill the window.
         toasts.say(About::Style, "pen".to_owned(), after(4));
         assert_eq!(texts(&toasts), ["wrote a.png", "wrote b.png", "pen"]);
-        // Each goes by itself.
+        // Each message expires by itself.
         assert_eq!(toasts.next_end(), Some(after(4)));
         toasts.tidy(after(5));
         assert_eq!(texts(&toasts), ["wrote b.png"]);
-        // The last ones are read when there are too many.
+        // The newest messages stay if there are too many.
         (0..9).for_each(|number| toasts.say(About::File, number.to_string(), after(9)));
         assert_eq!(texts(&toasts), ["5", "6", "7", "8"]);
     }
@@ -177,7 +177,7 @@ mod tests {
             assert!(!place.intersects(panel) && window.contains_rect(place), "{panel:?}: {place:?}");
             assert!(place.width() >= NARROWEST && place.height() > 100.0, "{panel:?}: {place:?}");
         }
-        // In a narrow window there is room below a panel that is collapsed.
+        // In a narrow window there is room below a collapsed panel.
         let narrow = rect(0.0, 0.0, 260.0, 300.0);
         let below = place(narrow, Some(rect(8.0, 8.0, 248.0, 30.0)));
         assert!(below.top() > 30.0 && below.width() > 200.0, "{below:?}");
@@ -192,7 +192,7 @@ mod tests {
         let long = "composite/composite.wgsl:85:24: no such thing; ".repeat(4);
         for (number, about) in [About::File, About::Style, About::File].into_iter().enumerate() {
             toasts.say(about, format!("{number} {long}"), until(Duration::from_secs(9)));
-            // The first frame only measures; in the next one all that there is then has to be there.
+            // egui only measures in the first frame; all messages must be visible in the second.
             let mut texts = Vec::new();
             for _ in 0..2 {
                 let input = egui::RawInput { screen_rect: Some(window), ..Default::default() };

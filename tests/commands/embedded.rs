@@ -45,8 +45,7 @@ fn an_installed_program_tells_its_scenes_and_paths() {
     // What is no name of one is told which there are; what looks like a file is not.
     let output = installed(&place, &["render", "hutch", "-o", place.path("a.png").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
-    let names =
-        "hutch: there is no such file, and inside hachure are the scenes continent, continent_small, forest, hut";
+    let names = "hutch: there is no such file; the built-in scenes are continent, continent_small, forest, hut";
     assert_eq!(text(&output).trim_end(), format!("hachure: {names}"));
     let output = installed(&place, &["render", "hut.toml", "-o", place.path("a.png").to_str().unwrap()]);
     assert_eq!(text(&output).trim_end(), "hachure: hut.toml: there is no such file");

@@ -161,11 +161,11 @@ fn what_has_no_room_for_two_eyes_is_told() {
     let place = Place::empty();
     dem(&place);
     for (more, words) in [
-        (&["-o", "a.png", "--ipd", "0.1"][..], "--ipd: it is for two eyes"),
-        (&["-o", "a.png", "--convergence", "5"], "--convergence: it is for two eyes"),
-        (&["-o", "a.svg", "--style", "strokes", "--eyes", "side-by-side"], "an .svg has one eye"),
-        (&["-o", "a.png", "--show", "tone", "--eyes", "left"], "--show is of one eye"),
-        (&["-o", "a.exr", "--aov", "depth", "--eyes", "anaglyph"], "an anaglyph is both eyes in one picture"),
+        (&["-o", "a.png", "--ipd", "0.1"][..], "--ipd: needs a stereo pair"),
+        (&["-o", "a.png", "--convergence", "5"], "--convergence: needs a stereo pair"),
+        (&["-o", "a.svg", "--style", "strokes", "--eyes", "side-by-side"], "an .svg shows one eye"),
+        (&["-o", "a.png", "--show", "tone", "--eyes", "left"], "--show requires --eyes mono"),
+        (&["-o", "a.exr", "--aov", "depth", "--eyes", "anaglyph"], "an anaglyph merges both eyes into one picture"),
         (&["-o", "a.png", "--eyes", "both"], "side-by-side"),
         (&["-o", "a.png", "--eyes", "left", "--convergence", "0"], "--convergence"),
         (&["-o", "a.png", "--eyes", "left", "--ipd", "near"], "or auto"),

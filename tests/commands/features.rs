@@ -8,11 +8,11 @@ fn what_is_left_out_is_told() {
     let fly = place.hachure(&["fly", "nowhere.tif"]);
     let fly = String::from_utf8_lossy(&fly.stderr).into_owned();
     let without_window =
-        "hachure: this hachure was built without a window (the feature `window`); `hachure render` draws into a file\n";
+        "hachure: this build of hachure has no window (feature `window`); use `hachure render` to draw into a file\n";
     assert_eq!(fly == without_window, cfg!(not(feature = "window")), "{fly}");
 
     let vr = place.error(&["fly", "nowhere.tif", "--vr"]);
-    let without_headset = vr.starts_with("--vr: this hachure was built without a headset (the feature `headset`");
+    let without_headset = vr.starts_with("--vr: this build of hachure has no headset (feature `headset`");
     assert_eq!(without_headset, cfg!(not(feature = "headset")), "{vr}");
 
     // Nobody listens there: with a network it says so.

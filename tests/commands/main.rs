@@ -160,7 +160,7 @@ fn failures_are_one_line_that_names_the_file() {
         assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");
     }
     for (arguments, name, cause) in [
-        (&["bake", "empty.tif", "-o", "out.png"][..], "out.png", "ends with .tif"),
+        (&["bake", "empty.tif", "-o", "out.png"][..], "out.png", "must end with .tif"),
         (&["bench", "--path", "good.csv", "-o", "out", "--styles", "ink,oil"], "oil", "no such style"),
         (&["bench", "--path", "good.csv", "-o", "out", "--lod-error", "0"], "--lod-error", "above 0"),
         (&["styles", "show", "oil"], "oil", "no such style"),
@@ -185,7 +185,7 @@ fn styles_are_listed_shown_and_checked() {
         // What is shown holds, under whatever name.
         let shown = place.text(&["styles", "show", name]);
         let file = place.file(&format!("{name}.mine"), &shown);
-        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
+        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": valid"));
         let info = place.json(&["info", file.to_str().unwrap(), "--json"]);
         assert_eq!((&info["kind"], &info["name"]), (&"style".into(), &name.into()));
         let draws: Vec<_> = info["draws"].as_array().unwrap().iter().map(|part| part.as_str().unwrap()).collect();
@@ -195,7 +195,7 @@ fn styles_are_listed_shown_and_checked() {
     // Those of measurements too.
     for file in fs::read_dir(checked_in("benches/styles")).unwrap() {
         let file = file.unwrap().path();
-        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": holds"));
+        assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": valid"));
     }
     let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
     assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));

@@ -55,7 +55,10 @@ fn trees_of_a_forest_are_told_and_read() {
     assert!(told.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{told}");
     assert!(told.contains("species   birch, 18 m tall, share 1\n"), "{told}");
     assert_eq!(told.matches("species").count(), 2, "{told}");
-    assert!(told.contains("forest    at most 300 trees on a hectare, up to 38°; level ground is water\n"), "{told}");
+    assert!(
+        told.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
+        "{told}"
+    );
     // Planted: other rules, and wind, are told otherwise.
     place.file(
         "b.toml",
@@ -67,7 +70,9 @@ fn trees_of_a_forest_are_told_and_read() {
     );
     let other = String::from_utf8(place.hachure(&["info", "b.toml"]).stdout).unwrap();
     assert!(
-        other.contains("forest    at most 20 trees on a hectare below 900 m, up to 38°; level ground is land\n"),
+        other.contains(
+            "forest    at most 20 trees per hectare below 900 m, on slopes up to 38°; level ground is land\n"
+        ),
         "{other}"
     );
     assert!(other.contains("wind      8 m/s from 270°\n") && !told.contains("wind"), "{other}");
@@ -81,5 +86,5 @@ fn trees_of_a_forest_are_told_and_read() {
     // Planted: one that is not there.
     std::fs::remove_file(place.path("tree.obj")).unwrap();
     let error = String::from_utf8(place.hachure(&["info", "a.toml"]).stderr).unwrap();
-    assert!(error.contains("tree.obj is not there") && error.lines().count() == 1, "{error}");
+    assert!(error.contains("tree.obj does not exist") && error.lines().count() == 1, "{error}");
 }

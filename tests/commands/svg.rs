@@ -80,7 +80,7 @@ fn marks_are_written_as_paths() {
     let output = place.hachure(&render(&["-o", "a.svg", "--style", "crosshatch"]));
     let [said, warned] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(said.contains(" marks)") && !said.contains("pens"), "{said}");
-    assert!(warned.contains("an .svg has no textures of strokes"), "{warned}");
+    assert!(warned.contains("an .svg leaves out stroke textures"), "{warned}");
     let drawn = layers(&fs::read_to_string(place.path("a.svg")).unwrap());
     let names: Vec<&str> = drawn.iter().map(|(name, _)| name.as_str()).collect();
     assert!(names.starts_with(&["marks-1", "marks-2"]) && names.contains(&"contours"), "{names:?}");
@@ -143,9 +143,9 @@ fn wrong_options_are_one_line() {
     for (arguments, name, cause) in [
         (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
         (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
-        (&["-o", "out.png", "--margin", "4"], "--margin", "only an .svg"),
-        (&["-o", "out.png", "--pens", "1"], "--pens", "only an .svg"),
-        (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only an .svg"),
+        (&["-o", "out.png", "--margin", "4"], "--margin", "only to an .svg"),
+        (&["-o", "out.png", "--pens", "1"], "--pens", "only to an .svg"),
+        (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only to an .svg"),
     ] {
         let line = place.misuse(&[&["render"][..], arguments].concat());
         assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");

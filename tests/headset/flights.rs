@@ -91,9 +91,9 @@ fn what_is_missing_is_one_line() {
     for (script, words) in [
         (&[("=LD_LIBRARY_PATH", folder.to_str().unwrap())][..], "no OpenXR loader"),
         (&[("=XR_RUNTIME_JSON", "/nonexistent/runtime.json")], "no OpenXR runtime is active"),
-        (&[("HEADSET", "none")], "finds no headset; connect it"),
+        (&[("HEADSET", "none")], "finds no headset; connect the headset"),
         (&[("VULKAN", "none")], "lacks XR_KHR_vulkan_enable2"),
-        (&[("FORMATS", "1")], "lacks a colour format"),
+        (&[("FORMATS", "1")], "lacks a supported colour format"),
         (&[("=VK_DRIVER_FILES", "/nonexistent"), ("=VK_ICD_FILENAMES", "/nonexistent")], "Vulkan cannot draw"),
     ] {
         let told = room.fly(script, &["--frames", "2"]);

@@ -129,7 +129,7 @@ fn what_fails_names_the_file_and_the_scene() {
         (&["bench", "s.toml", "--path", "junk.csv", "-o", "d"], &["junk.csv", "not UTF-8 text (line 2)"]),
         (&["info", "junk.csv"], &["junk.csv", "UTF-8"]),
         (&["render", "n.toml", "-o", "o.png"], &["n.toml: a.tif"]),
-        (&["info", "n.toml"], &["n.toml: a.tif, b.tif are not there"]),
+        (&["info", "n.toml"], &["n.toml: a.tif, b.tif do not exist"]),
         (&["info", "utf16.toml"], &["utf16.toml", "UTF-8"]),
         (&["render", "none", "-o", "o.png"], &["none: there is no such file"]),
         (&["render", "none.toml", "-o", "o.png"], &["none.toml: there is no such file"]),

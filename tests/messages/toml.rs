@@ -41,7 +41,7 @@ fn toml_has_places_and_near_names() {
         (format!("{WORLD}[sun\n"), "f.toml:3:5: unclosed table"),
         (
             "[world]\ndem = \"a\\u001b[31m.tif\"\n[[meshes]]\nfile = \"b.obj\"\nat = [1, 2, 3]\n".to_owned(),
-            "f.toml: a\\u{1b}[31m.tif, b.obj are not there",
+            "f.toml: a\\u{1b}[31m.tif, b.obj do not exist",
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = \"thin\"\n"),

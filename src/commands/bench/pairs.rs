@@ -1,23 +1,23 @@
-//! Which frames of a flight are looked at more closely, and which are compared with the next.
+//! Which frames of a flight are checked, and which are compared with the next frame.
 
 use std::collections::BTreeSet;
 
-/// What is measured on a frame beside its times.
+/// What is measured on a frame in addition to its times.
 #[derive(Clone, Copy)]
 pub(super) struct Checks {
     pub lod_error: bool,
-    /// Whether this frame and the next are compared.
+    /// Whether this frame is compared with the next one.
     pub begins_pair: bool,
 }
 
-/// Which frames are compared with the next: one in each of as many equal parts of the path, at another place in each
-/// (multiples of the golden ratio), so that no rhythm of a style hides between them.
+/// The frames that are compared with the next one: one in each of N equal parts of the path, at a different offset in
+/// each part (multiples of the golden ratio), so that no periodic behaviour of a style goes unnoticed.
 pub(super) struct PairPlan {
     begins: BTreeSet<usize>,
 }
 
 impl PairPlan {
-    /// So many pairs, or as many as there are, of `frames` frames.
+    /// Plans `pairs` pairs over `frames` frames, or as many pairs as there are.
     pub fn new(frames: usize, pairs: u32) -> Self {
         let all = frames.saturating_sub(1);
         let pairs = (pairs as usize).min(all);
@@ -28,7 +28,7 @@ impl PairPlan {
         Self { begins: (0..pairs).map(begin).collect() }
     }
 
-    /// Whether this frame is compared with the next; frames count from 0.
+    /// Returns whether this frame, counted from 0, is compared with the next.
     pub fn begins_at(&self, frame: usize) -> bool {
         self.begins.contains(&frame)
     }
@@ -40,7 +40,7 @@ mod tests {
 
     fn begins(frames: usize, pairs: u32) -> Vec<usize> {
         let plan = PairPlan::new(frames, pairs);
-        // Far beyond the end too: a frame that never comes begins nothing.
+        // Includes frames beyond the end, which begin no pair.
         (0..frames + 50).filter(|frame| plan.begins_at(*frame)).collect()
     }
 
@@ -64,7 +64,7 @@ mod tests {
         let mut beats: Vec<usize> = begins(1801, 60).into_iter().map(|begin| begin % 10).collect();
         beats.sort_unstable();
         beats.dedup();
-        // Evenly spread ones begin at multiples of thirty.
+        // Evenly spread pairs would begin at multiples of thirty.
         assert_eq!(beats.len(), 10, "{beats:?}");
     }
 }

@@ -1,28 +1,28 @@
-//! The passes of a style, from the traces of frames that do not count: which there are, and what they read and write.
+//! The passes of a style, with the bytes that they read and write, from the traces of warm-up frames.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use crate::gpu::trace::{PassBytes, PassTrace};
 use crate::measure::report::{Pass, Run};
 
-/// What traces told.
+/// The passes found in traces.
 #[derive(Default)]
 pub(super) struct TracedPasses {
-    /// Of the last frame, in their order.
+    /// Passes of the last frame, in order.
     names: Vec<&'static str>,
-    /// Of each pass in the last frame that had it: some run now and then.
+    /// Bytes of each pass in the last frame that ran it: some passes do not run in every frame.
     bytes: FxHashMap<&'static str, PassBytes>,
 }
 
 impl TracedPasses {
-    /// Takes a frame.
+    /// Adds the trace of a frame.
     pub(super) fn take(&mut self, trace: &[PassTrace]) {
         let mut known = FxHashSet::default();
         self.names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name)).collect();
         self.bytes.extend(self.names.iter().map(|name| (*name, PassBytes::of(trace, name))));
     }
 
-    /// Adds it to the report. Where nothing was timed the passes themselves are known.
+    /// Adds the passes and their bytes to the report; if nothing was timed, the report still lists the passes.
     pub(super) fn fill(&self, run: &mut Run) {
         if run.passes.is_empty() {
             run.passes = self.names.iter().map(|name| Pass { name: (*name).to_owned(), ..Pass::default() }).collect();
@@ -53,7 +53,7 @@ mod tests {
         };
         let mut traced = TracedPasses::default();
         traced.take(&[pass("once", &[used("tiles", 7)]), pass("always", &[])]);
-        // In two batches, of which each reads the tiles and one the patches.
+        // Two batches: both read the tiles, and one reads the patches.
         traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
         let passes = ["always", "once", "never"].map(|name| Pass { name: name.to_owned(), ..Pass::default() });
         let mut run = Run { passes: passes.into(), ..Run::default() };

@@ -1,4 +1,4 @@
-//! A style on its way along the path of `hachure bench`: its frame, its terrain, and what they cost.
+//! The run of one style along the path of `hachure bench`: its renderer, its terrain, and its measurements.
 
 use std::time::{Duration, Instant};
 
@@ -24,45 +24,45 @@ use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
-/// Frames drawn before the first that counts: drivers finish pipelines and fill caches when they are first used.
+/// Frames drawn before the first one that counts: drivers finish pipelines and fill caches on first use.
 const WARM_UP_FRAMES: u32 = 3;
-/// After the last tiles came, strokes grow for no longer than this, if time runs quickly.
+/// After the last tiles have arrived, strokes need at most this many frames of the warm-up to settle.
 const SETTLING_FRAMES: u32 = 5;
-/// From one frame of the warm-up to the next.
+/// Simulated time between two frames of the warm-up.
 const WARM_UP_STEP_S: f64 = 10.0;
-/// The longest wait for the tiles of the first frame.
+/// Longest wait for the tiles of the first frame.
 const WARM_UP: Duration = Duration::from_secs(10);
 
-/// A style on its way along the path.
+/// The run of one style along the path.
 pub(super) struct StyleRun {
     pub(super) style: Style,
     pub(super) world: OpenWorld,
-    /// What this style's world and frames have allocated on the GPU: styles take turns on one device.
+    /// Bytes allocated on the GPU by this style's world and renderer; the styles share one device.
     gpu_bytes: i64,
     renderer: Renderer,
-    /// Of the frames before those that count.
+    /// Passes of the warm-up frames.
     passes: TracedPasses,
-    /// Where the camera was, and when.
+    /// Pose and time of the previous frame, in seconds along the path.
     previous: Option<(Pose, f64)>,
     before: TileCounts,
     failed_tiles: u64,
-    /// When the first frame that counts began; none before.
+    /// Start of the first frame that counts; none before it.
     begun: Option<Instant>,
-    /// What checks took since then.
+    /// Time spent on checks since then.
     checks: Duration,
     pub(super) records: Vec<FrameRecord>,
-    /// How two eyes stand to each other, if two are drawn.
+    /// The stereo pair, if two eyes are drawn.
     pub(super) pair: Option<Pair>,
-    /// The frame before, where the next one is compared with it; of two eyes the left one's.
+    /// The previous frame, if the next one is compared with it; for a stereo pair, its left eye.
     before_it: Option<DrawnFrame>,
     steadiness: TemporalTotals,
     agreement: StereoTotals,
 }
 
-/// A frame that was drawn.
+/// Measurements of one drawn frame.
 struct Drawn {
     frame_ms: f64,
-    /// [`FRAME`] is the whole; empty where the GPU has no timers.
+    /// GPU time per pass in milliseconds; [`FRAME`] is the whole frame. Empty if the GPU has no timestamp queries.
     gpu_ms: Vec<(String, f64)>,
     prepared: Prepared,
 }
@@ -96,12 +96,12 @@ impl StyleRun {
         })
     }
 
-    /// The eyes that are drawn at a camera's view.
+    /// Returns the eyes for a camera's view.
     fn rig(&self, camera: &View) -> Rig {
         self.pair.map_or_else(|| Rig::mono(*camera), |pair| pair.rig(camera))
     }
 
-    /// How far away the nearest land is that a camera sees.
+    /// Returns the distance to the nearest land that a camera sees, in metres; infinite if it sees none.
     pub(super) fn nearest_m(&mut self, gpu: &Gpu, camera: &Camera) -> Result<f64, GpuError> {
         let pose = self.world.pose(camera);
         let found = nearest::nearest_m(gpu, &mut self.renderer, &mut self.world.surfaces, pose, &self.style)?;
@@ -128,12 +128,12 @@ impl StyleRun {
         Ok((rig, Drawn { frame_ms, gpu_ms, prepared }))
     }
 
-    /// Draws a few frames that do not count, until the tiles of the first are there.
+    /// Draws frames that do not count, until the tiles of the first frame have been loaded.
     pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(), GpuError> {
         let start = Instant::now();
         self.renderer.set_step_s(WARM_UP_STEP_S);
         self.renderer.set_traces(true);
-        // Strokes may be older than the tiles, and take their time to come and go.
+        // Strokes may be older than the tiles, and fade in and out over several frames.
         let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for renderer in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
@@ -151,12 +151,12 @@ impl StyleRun {
         Ok(())
     }
 
-    /// Seconds since the first frame that counts, without checks.
+    /// Returns the seconds since the first frame that counts, without the time for checks.
     pub(super) fn wall_s(&mut self) -> f64 {
         (self.begun.get_or_insert_with(Instant::now).elapsed() - self.checks).as_secs_f64()
     }
 
-    /// Draws a frame that counts.
+    /// Draws a frame that counts, and checks it.
     pub(super) fn fly(
         &mut self,
         gpu: &Gpu,
@@ -191,13 +191,13 @@ impl StyleRun {
         Ok(())
     }
 
-    /// Compares the frame with the one before, if that began a pair, and keeps it if it begins one itself.
+    /// Compares the frame with the previous one if that began a pair, and stores it if it begins a pair itself.
     fn compare(&mut self, gpu: &Gpu, rig: &Rig, jumped: bool, begins_pair: bool) -> anyhow::Result<()> {
         let drawn = temporal::read_drawn(gpu, &self.renderer, rig, 0, &self.style)?;
         if begins_pair && rig.eyes.len() > 1 {
             self.agreement.add(&drawn, &temporal::read_drawn(gpu, &self.renderer, rig, 1, &self.style)?)?;
         }
-        // After a jump there is nothing that could be steady.
+        // After a jump, steadiness has no meaning.
         if let Some(before) = self.before_it.take().filter(|_| !jumped) {
             self.steadiness.add(temporal::compare(&before, &drawn)?);
         }

@@ -1,4 +1,4 @@
-//! What `fly --vr` does in a build with OpenXR.
+//! `fly --vr` in a build with OpenXR.
 
 use super::FlyArgs;
 use crate::commands::misuse::Misuse;
@@ -12,14 +12,14 @@ use crate::world::{self, OpenWorld};
 /// Runs the command.
 ///
 /// # Errors
-/// When there is no headset, an input does not hold, or the GPU fails.
+/// Fails if there is no headset, if an input is invalid, or if the GPU fails.
 pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     if args.stereo.eyes() != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
         return Err(
-            Misuse("--vr: a headset has eyes of its own, without --eyes, --ipd and --convergence".into()).into()
+            Misuse("--vr: the headset determines the eyes; leave out --eyes, --ipd and --convergence".into()).into()
         );
     }
-    // What is wrong is told before the world is baked.
+    // Report errors before the world is baked.
     arguments::style(&args.style)?;
     arguments::check_world(args.world.as_deref())?;
     let runtime = Runtime::connect()?;

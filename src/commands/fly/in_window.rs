@@ -1,4 +1,4 @@
-//! What `fly` does in a build with a window.
+//! `fly` in a build with a window.
 
 use std::path::Path;
 
@@ -13,9 +13,9 @@ use crate::world::{self, OpenWorld};
 /// Runs the command.
 ///
 /// # Errors
-/// When there is no display, an input does not hold, or the GPU fails.
+/// Fails if there is no display, if an input is invalid, or if the GPU fails.
 pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
-    // What is wrong is told before a window opens.
+    // Report errors before a window opens.
     args.stereo.check()?;
     arguments::style(&args.style)?;
     arguments::check_world(args.world.as_deref())?;
@@ -27,11 +27,11 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         frames: args.frames,
         eyes: args.stereo.eyes(),
         antialias: args.antialias,
-        // Until the land is known they stand as anybody's do.
+        // The usual distance between human eyes until land is loaded.
         pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),
         follows_land: args.stereo.asks_for_nearest(),
     };
-    // As early: a DEM that is seen for the first time takes a while to bake.
+    // Also before the window opens: a DEM that is opened for the first time takes a while to bake.
     let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
     let scene = args.water.over(args.light.over(args.heights.over(scene)));
     let store = world::open_store(&scene, &progress::Bar::default())?;
@@ -58,7 +58,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     Ok(windowing.run(options, Box::new(open))?)
 }
 
-/// The file's name without its folders.
+/// Returns the title of the window: the name of the world's file without its folder.
 fn title(world: Option<&str>) -> String {
     let Some(world) = world else { return "the embedded world".to_owned() };
     Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())

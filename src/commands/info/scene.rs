@@ -1,4 +1,4 @@
-//! What a scene is: its world, its light, its wind and forest, and the models in it.
+//! `hachure info` for a scene: its world, light, wind, forest and models.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
@@ -23,16 +23,16 @@ pub(super) struct SceneInfo {
     procedural_seed: Option<u32>,
     sun_azimuth_deg: Option<f64>,
     sun_elevation_deg: Option<f64>,
-    /// In place of those.
+    /// Date and time of the sun, if the scene gives them instead of angles.
     sun_date: Option<String>,
     sun_place: Option<String>,
     haze_distance_m: Option<f64>,
-    /// As `--focus` has it.
+    /// Area of full contrast, as `--focus` takes it.
     focus: Option<String>,
     start: Option<String>,
     vertical_exaggeration: f64,
     sea_level_m: Option<f64>,
-    /// Files that say where water is.
+    /// Files with additional water.
     water: Vec<PathBuf>,
     wind: Option<WindInfo>,
     meshes: Vec<MeshInfo>,
@@ -50,64 +50,64 @@ struct WindInfo {
 #[derive(Serialize)]
 struct ForestInfo {
     trees_per_ha: f64,
-    /// None where the scene has none.
+    /// Height of the tree line; `None` if the scene has no tree line.
     tree_line_m: Option<f64>,
     steepest_deg: f64,
     level_ground: &'static str,
-    /// Of which the program grows the trees.
+    /// Species whose trees the program grows.
     grown: Vec<GrownInfo>,
 }
 
 #[derive(Serialize)]
 struct GrownInfo {
     form: &'static str,
-    /// Of a tree in the mean.
+    /// Mean height of a tree.
     height_m: f64,
     share: f64,
 }
 
-/// A species of a scene's forest that is a model.
+/// A species of a scene's forest whose trees are a model.
 #[derive(Serialize)]
 struct TreeInfo {
     file: PathBuf,
     up: &'static str,
-    /// Of a tree in the mean.
+    /// Mean height of a tree.
     height_m: f64,
     share: f64,
-    /// Of the file.
+    /// Triangles of the file.
     triangles: u64,
 }
 
-/// A mesh of a scene, as its file is.
+/// A model of a scene, with the properties of its file.
 #[derive(Serialize)]
 struct MeshInfo {
     file: PathBuf,
-    /// In the scene's notation; none where it stands many times.
+    /// Position in the scene's notation; `None` if there are many instances.
     at: Option<String>,
-    /// The list of its places.
+    /// CSV file with the positions of the instances.
     instances: Option<PathBuf>,
-    /// How many places there are; none where the land decides.
+    /// Number of instances; `None` if it depends on the terrain.
     places: Option<u64>,
-    /// Of a rule.
+    /// Instances per hectare, if a rule places them.
     per_ha: Option<f64>,
     yaw_deg: f64,
     scale: f64,
     up: &'static str,
     triangles: u64,
     vertices: u64,
-    /// Metres, turned up and scaled: east, north, up before the yaw.
+    /// Size in metres, after scaling and with up corrected: east, north, up before the yaw.
     size_m: [f64; 3],
     dropped_triangles: u64,
     border_edges: u64,
     crowded_edges: u64,
-    /// With a name.
+    /// Number of named materials.
     materials: u64,
 }
 
-/// The scene of a file.
+/// Reads and describes a scene file.
 ///
 /// # Errors
-/// When it does not hold, or names what is not there or beyond its reach.
+/// Fails if the scene is invalid, or if it names files that do not exist or that it may not read.
 pub(super) fn read(file: &Path, reach: Reach) -> anyhow::Result<SceneInfo> {
     let scene = Scene::read(file)?;
     scene.check_reach(file, reach)?;
@@ -116,10 +116,12 @@ pub(super) fn read(file: &Path, reach: Reach) -> anyhow::Result<SceneInfo> {
 }
 
 impl SceneInfo {
+    /// Describes a scene.
+    ///
     /// # Errors
-    /// A model, or a list of places, that cannot be read.
+    /// Fails if a model, or a list of positions, cannot be read.
     pub fn of(scene: Scene) -> anyhow::Result<Self> {
-        // Each file once: a long one takes a while, and what is wrong with its materials is told once.
+        // Read each file only once: a long one takes a while, and its warnings about materials should not repeat.
         let mut known: FxHashMap<&Path, Rc<Mesh>> = FxHashMap::default();
         let mut meshes = Vec::with_capacity(scene.meshes.len());
         let mut tree_models = Vec::new();
@@ -178,7 +180,7 @@ impl SceneInfo {
     }
 }
 
-/// That the files which a scene names are there.
+/// Checks that the files named by a scene exist.
 fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let heights = match &scene.world {
         World::File(path) => std::slice::from_ref(path),
@@ -191,16 +193,16 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let trees = scene.forest.iter().flat_map(|forest| &forest.models).map(|model| &model.file);
     let mut missing: Vec<&PathBuf> =
         heights.iter().chain(meshes).chain(scene.mesh_lists()).chain(trees).chain(cover).chain(water).collect();
-    // Where nobody may look the opening tells.
+    // A file that may not be looked at is reported when it is opened.
     missing.retain(|path| !path.try_exists().unwrap_or_else(|error| error.kind() == ErrorKind::PermissionDenied));
     missing.dedup();
-    // As many names as a line holds.
+    // Name only as many files as fit on a line.
     let names = missing.iter().take(3).map(named).collect::<Vec<_>>().join(", ");
     match missing.len() {
         0 => Ok(()),
-        1 => bail!("{}: {names} is not there", named(file)),
-        2 | 3 => bail!("{}: {names} are not there", named(file)),
-        count => bail!("{}: {names} and {} more are not there", named(file), count - 3),
+        1 => bail!("{}: {names} does not exist", named(file)),
+        2 | 3 => bail!("{}: {names} do not exist", named(file)),
+        count => bail!("{}: {names} and {} more do not exist", named(file), count - 3),
     }
 }
 
@@ -259,15 +261,15 @@ impl MeshInfo {
         let flaws = [
             (self.dropped_triangles, "triangles dropped"),
             (self.border_edges, "open edges"),
-            (self.crowded_edges, "edges of three triangles or more"),
+            (self.crowded_edges, "edges of more than two triangles"),
         ];
         let flaws: String =
             flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
         let stands = match (&self.at, &self.instances, self.places, self.per_ha) {
             (Some(at), ..) => format!("at {at}"),
-            (None, Some(list), places, _) => format!("at {} places of {}", places.unwrap_or(0), named(list)),
-            (None, None, Some(places), _) => format!("at {places} places by a rule"),
-            (None, None, None, per_ha) => format!("{} on a hectare by a rule", per_ha.unwrap_or(0.0)),
+            (None, Some(list), places, _) => format!("at {} places listed in {}", places.unwrap_or(0), named(list)),
+            (None, None, Some(places), _) => format!("scattered at {places} places"),
+            (None, None, None, per_ha) => format!("scattered, {} per hectare", per_ha.unwrap_or(0.0)),
         };
         format!(
             "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, {stands}, yaw {}°{flaws}\n",
@@ -300,7 +302,7 @@ impl ForestInfo {
             .iter()
             .map(|GrownInfo { form, height_m, share }| format!("species   {form}, {height_m} m tall, share {share}\n"));
         format!(
-            "forest    at most {trees_per_ha} trees on a hectare{below}, up to {steepest_deg}°; level ground is \
+            "forest    at most {trees_per_ha} trees per hectare{below}, on slopes up to {steepest_deg}°; level ground is \
              {level_ground}\n{}",
             species.collect::<String>()
         )
@@ -323,12 +325,12 @@ impl SceneInfo {
         };
         let haze = match self.haze_distance_m {
             Some(distance_m) => format!("{distance_m} m"),
-            None => "over the diagonal of the extent".to_owned(),
+            None => "the diagonal of the extent".to_owned(),
         };
         let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
         let sun = match (&self.sun_date, self.sun_azimuth_deg.zip(self.sun_elevation_deg)) {
             (Some(date), _) => {
-                format!("of {date} over {}", self.sun_place.as_deref().unwrap_or("the place of the heights"))
+                format!("at {date}, over {}", self.sun_place.as_deref().unwrap_or("the location of the heights"))
             }
             (None, sun) => {
                 let (azimuth_deg, elevation_deg) = sun.unwrap_or_default();
@@ -344,8 +346,8 @@ impl SceneInfo {
         let trees: String = self.tree_models.iter().map(TreeInfo::line).collect();
         format!(
             "{file}: a scene\nworld     {world}\nsun       {sun}\nhaze      {haze}\n\
-             start     {}\nheights   × {}\n{}{}{water}{}{meshes}{}{trees}",
-            self.start.as_deref().unwrap_or("a view that the extent suggests"),
+             start     {}\nvertical  × {}\n{}{}{water}{}{meshes}{}{trees}",
+            self.start.as_deref().unwrap_or("a view of the whole extent"),
             self.vertical_exaggeration,
             focus.unwrap_or_default(),
             sea.unwrap_or_default(),

@@ -1,4 +1,4 @@
-//! The pictures of `hachure render`: cameras, files, and the report of what was drawn.
+//! The pictures of `hachure render`: cameras, files, and the report on the drawing.
 
 use std::path::{Path, PathBuf};
 
@@ -39,12 +39,12 @@ pub(super) struct Report {
     output: PathBuf,
     style: String,
     eyes: String,
-    /// How far apart two eyes are.
+    /// Distance between the eyes of a stereo pair.
     ipd_m: Option<f64>,
-    /// Of an eye's picture.
+    /// Size of one eye's picture, in pixels.
     size: [u32; 2],
     frames: u64,
-    /// Of each pixel.
+    /// Samples per pixel.
     samples: u32,
     wall_ms: f64,
     passes: Vec<PassReport>,
@@ -53,18 +53,18 @@ pub(super) struct Report {
     parts: u64,
     tiles_loaded: u64,
     tiles_missing: u64,
-    /// The height error that the mesh was allowed, in pixels: --lod-error, or more where that takes too many triangles.
+    /// Largest error of the mesh, in pixels: --lod-error, or more if that would need too many triangles.
     allowed_error_px: f64,
     over_budget_frames: u64,
     gpu_bytes: u64,
     camera: String,
-    /// Of an SVG.
+    /// Report on an SVG.
     svg: Option<DrawingReport>,
-    /// Of a picture that was cut.
+    /// Report on a picture that was cut into sheets.
     sheets: Option<SheetsReport>,
-    /// On paper.
+    /// Side of a pixel on paper, in millimetres.
     mm_per_px: Option<f64>,
-    /// Of a map.
+    /// Side of a pixel of a map, in metres.
     m_per_px: Option<f64>,
 }
 
@@ -74,10 +74,10 @@ struct PassReport {
     gpu_ms: f64,
 }
 
-/// Pictures to draw, and what draws them.
+/// The pictures to draw, and everything needed to draw them.
 pub(super) struct Job<'a> {
     pub(super) args: &'a RenderArgs,
-    /// The text of `--path`.
+    /// Text of the file of `--path`.
     pub(super) flight: Option<String>,
     pub(super) style: Style,
     pub(super) planes: Vec<Plane>,
@@ -85,26 +85,26 @@ pub(super) struct Job<'a> {
     pub(super) world: OpenWorld,
     pub(super) renderer: Option<Renderer>,
     pub(super) svg: Option<SvgOptions>,
-    /// How the picture is cut, if it is.
+    /// How the picture is cut into sheets, if it is.
     pub(super) sheets: Option<Sheets>,
     pub(super) drawn: DrawingReport,
-    /// The map, if it is one.
+    /// The map, if one is drawn.
     pub(super) map: Option<PlacedMap>,
-    /// How two eyes stand to each other, if there are two.
+    /// The stereo pair, if two eyes are drawn.
     pub(super) pair: Option<Pair>,
-    /// Of the picture that is drawn.
+    /// Time of the picture being drawn.
     pub(super) clock: Clock,
-    /// Of the picture that is drawn, as it was given.
+    /// Camera of the picture being drawn, as it was given.
     pub(super) camera: Camera,
-    /// What pictures say of themselves.
+    /// Description of the picture that is stored in its file.
     pub(super) imprint: Imprint,
 }
 
-/// Cameras of a path, at most, that are asked for the nearest land.
+/// Largest number of cameras of a path at which the nearest land is measured.
 const ASKED_CAMERAS: usize = 24;
 
 impl Job<'_> {
-    /// The cameras of the frames: at least one. The clock stands at the first.
+    /// Returns the cameras of the frames, at least one, and sets the clock to the first.
     pub(super) fn cameras(&mut self) -> anyhow::Result<Vec<Camera>> {
         if self.map.is_some() {
             return Ok(vec![self.camera]);
@@ -115,18 +115,21 @@ impl Job<'_> {
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
         let frames = path.frame_count(self.args.fps());
         if frames > MOST_FRAMES {
-            bail!("--path at {} frames a second has {frames} frames, more than {MOST_FRAMES}", self.args.fps());
+            bail!(
+                "--path: at {} frames per second it has {frames} frames, more than {MOST_FRAMES}; lower --fps",
+                self.args.fps()
+            );
         }
         self.clock = Clock::still(path.times_s()[0]);
         Ok(path.frames(self.args.fps()).collect())
     }
 
-    /// A camera as an eye; that of a map sees the map.
+    /// Returns the pose of a camera; for a map, the pose of the map.
     fn pose(&self, camera: &Camera) -> Pose {
         self.map.as_ref().map_or_else(|| self.world.pose(camera), |map| map.pose)
     }
 
-    /// Finds out how two eyes stand to each other: for all pictures, so that a film does not breathe.
+    /// Sets the stereo pair, which is the same for all pictures, so that depth in a film does not pulsate.
     pub(super) fn place_eyes(&mut self, cameras: &[Camera]) -> anyhow::Result<()> {
         let mut nearest = f64::INFINITY;
         if self.args.stereo.asks_for_nearest() {
@@ -142,7 +145,8 @@ impl Job<'_> {
         Ok(())
     }
 
-    /// Draws a thumbnail for nobody: drivers compile pipelines on their first use, which is no part of a pass's time.
+    /// Draws a thumbnail and discards it: drivers compile pipelines on first use, which must not count as a pass's
+    /// time.
     pub(super) fn warm_up(&mut self, camera: &Camera) -> anyhow::Result<()> {
         let eye = self.pose(camera);
         let light = self.world.light();
@@ -187,7 +191,7 @@ impl Job<'_> {
                     film.write_frame(&rows)?;
                     report
                 }
-                (OutputKind::Mp4, None) => unreachable!("the film was made above"),
+                (OutputKind::Mp4, None) => unreachable!("the film was created above"),
             };
             total.append(report);
         }
@@ -226,7 +230,7 @@ impl Job<'_> {
                 Ok(report)
             }
             PictureFormat::Exr => {
-                // Both eyes of a pair are layers of one file; each has the size of one.
+                // For a stereo pair, both eyes are layers of one file, each of the size of one eye.
                 let layers: &[&str] =
                     if self.args.stereo.eyes() == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
                 let of_layer = |layer: &&str| {
@@ -261,7 +265,7 @@ impl Job<'_> {
         }
     }
 
-    /// Draws, and hands over the bands of each eye that is shown; those of an anaglyph are one.
+    /// Draws, and passes the bands of each eye that is shown to `take`; an anaglyph has only one.
     pub(super) fn render(
         &mut self,
         pose: Pose,
@@ -304,22 +308,23 @@ impl Job<'_> {
         self.whole(report)
     }
 
-    /// What the picture that is drawn says of how it is drawn.
+    /// Returns the description of the picture being drawn, for its file.
     pub(super) fn imprint_text(&self) -> String {
         like::text_at(&self.imprint, &self.camera, self.clock)
     }
 
-    /// The same with what its format has a place for. Two eyes are not where the camera is.
+    /// Returns the description with what its file format has fields for. A stereo pair has no matrices, since its eyes
+    /// are not at the camera.
     pub(super) fn notes<'a>(&self, imprint: &'a str, pose: Pose) -> Notes<'a> {
         let is_mono = self.args.stereo.eyes() == Eyes::Mono;
         let matrices = is_mono.then(|| matrices(&pose, self.args.size()));
         Notes { imprint: Some(imprint), dpi: self.args.dpi, matrices }
     }
 
-    /// The report, if it is of all that was to be drawn.
+    /// Returns the report, or an error if some tiles could not be read.
     pub(super) fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         self.world.ground_was_read()?;
-        // A drawing of something else than the data is no drawing.
+        // A drawing that is not of the data must not be written.
         match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
@@ -328,7 +333,7 @@ impl Job<'_> {
         }
     }
 
-    /// The eye in the world's frame: what turns camera-relative positions into places.
+    /// Returns the camera in the world's frame, which converts camera-relative positions to world positions.
     pub(super) fn camera_text(&self, pose: Pose) -> String {
         let camera = self.world.camera(&pose);
         camera.to_string()

@@ -1,4 +1,5 @@
-//! `render --like FILE`: a picture drawn again, by what it says of itself; arguments come before it.
+//! `render --like FILE`: draws a picture again by the description in its file; options on the command line take
+//! precedence.
 
 use std::path::PathBuf;
 
@@ -14,10 +15,10 @@ use crate::source::Encoding;
 use crate::style::Style;
 use crate::style::scale::REFERENCE_DPI;
 
-/// The arguments with what the picture says where they say nothing.
+/// Returns the arguments, completed with values from the picture.
 ///
 /// # Errors
-/// A world that is an address, of a picture that nobody trusts; a value that no argument may have.
+/// Fails if the picture's world is an address without `--trust-scene`, or if a value is not valid for its option.
 pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
     let mut all = args.clone();
     let Imprint { world, camera, sun, size_px, dpi, more, .. } = imprint;
@@ -50,7 +51,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.light.focus = Some(text.parse().map_err(anyhow::Error::msg).context("focus")?);
     }
     if all.size.is_none() {
-        // More dots to an inch are more pixels: the print stays as large as it is.
+        // A higher resolution means more pixels: the size of the print stays the same.
         let finer = all.dpi.map_or(1.0, |asked| asked / dpi.unwrap_or(REFERENCE_DPI));
         all.size = Some(size_px.map(|side| ((f64::from(side) * finer).round() as u32).clamp(1, 1 << 20)));
     }
@@ -63,7 +64,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     all.heights.nodata = all.heights.nodata.or(more.nodata);
     if let (None, Some(name)) = (all.heights.encoding, &more.encoding) {
         let known = Encoding::ALL.into_iter().find(|encoding| encoding.name() == name);
-        all.heights.encoding = Some(known.context("its encoding of heights is not known")?);
+        all.heights.encoding = Some(known.context("its height encoding is unknown")?);
     }
     if let (None, None, Some(eyes)) = (all.stereo.eyes, all.map, &more.eyes) {
         all.stereo.eyes = Some(eyes.parse().map_err(anyhow::Error::msg).context("eyes")?);
@@ -86,7 +87,7 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     Ok(all)
 }
 
-/// What the picture of these arguments says of itself; its camera and its time are still to come.
+/// Returns the description of the picture that these arguments draw; camera and time are set later.
 pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camera: &Camera) -> Imprint {
     let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
     let is_film = matches!(kind, OutputKind::Mp4);
@@ -123,17 +124,17 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     imprint
 }
 
-/// The same of one picture of several.
+/// Returns the text of the description, with the camera and time of one picture of several.
 pub(super) fn text_at(imprint: &Imprint, camera: &Camera, clock: Clock) -> String {
     let mut imprint = Imprint { camera: *camera, ..imprint.clone() };
     imprint.more.time_s = Some(clock.now_s).filter(|now_s| *now_s != 0.0);
     imprint.text()
 }
 
-/// The arguments, and the style if it is that of a picture which they name.
+/// Returns the arguments, and the style if it comes from the picture of `--like`.
 ///
 /// # Errors
-/// One line that names the picture and the cause.
+/// Returns one line that names the picture and the cause.
 pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(RenderArgs, Option<Style>)> {
     let Some(like) = &args.like else { return Ok((args.clone(), None)) };
     let imprint = Imprint::read(like)?;

@@ -1,5 +1,5 @@
-//! `render --map`: a picture of the land from straight above, with what says where on the earth it lies: a world file and
-//! a `.prj` beside a PNG, the tags of a GeoTIFF, or the coordinates of a GeoJSON.
+//! `render --map`: draws the land from straight above and georeferences the picture: a PNG gets a world file and a
+//! `.prj`, a GeoTIFF its tags, a GeoJSON its coordinates.
 
 use std::path::{Path, PathBuf};
 
@@ -24,49 +24,49 @@ use crate::scene::view::Pose;
 use crate::source::georeference::{Crs, Georeference};
 use crate::world::OpenWorld;
 
-/// Coordinates are rounded to this part of a pixel.
+/// Coordinates are rounded to this fraction of a pixel.
 const ROUNDED_PX: f64 = 0.01;
-/// Lines of hardly any length are dots, in pixels.
+/// Lines shorter than this become dots, in pixels.
 const DOT_PX: f64 = 1e-3;
 
-/// Whether a map is asked for and can be had.
+/// Checks whether the output can be a map, and whether a format that needs a map gets one.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     let output = named(&args.output);
     let (OutputKind::Picture(format) | OutputKind::Frames(_, format)) = kind else {
         return match args.map {
-            Some(_) => Err(Misuse(format!("--map: it is one picture, and {output} is a film"))),
+            Some(_) => Err(Misuse(format!("--map: draws one picture, and {output} is a film"))),
             None => Ok(()),
         };
     };
     if args.map.is_none() {
         return match format {
             PictureFormat::GeoTiff | PictureFormat::GeoJson => {
-                Err(Misuse(format!("{output}: only a map has a place on the earth; --map draws one")))
+                Err(Misuse(format!("{output}: only a map can be georeferenced; add --map")))
             }
             _ => Ok(()),
         };
     }
     if matches!(kind, OutputKind::Frames(..)) {
-        return Err(Misuse(format!("--map: it is one picture, and {output} is a pattern of frames")));
+        return Err(Misuse(format!("--map: draws one picture, and {output} is a pattern of frames")));
     }
     let eyes = args.stereo.eyes();
     if eyes != Eyes::Mono {
-        return Err(Misuse(format!("--eyes {eyes}: a map is seen by one eye")));
+        return Err(Misuse(format!("--eyes {eyes}: a map requires --eyes mono")));
     }
     Ok(())
 }
 
-/// Whether a GeoJSON can say in which reference system its lines lie.
+/// Checks that the coordinate reference system of a GeoJSON has an EPSG code.
 pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georeference) -> anyhow::Result<()> {
     if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) || world.epsg().is_some() {
         return Ok(());
     }
     let output = named(&args.output);
     match &world.crs {
-        Crs::Local => bail!("cannot write {output}: the world does not say where on the earth it lies"),
+        Crs::Local => bail!("cannot write {output}: the world is not georeferenced"),
         Crs::Projected { name, .. } | Crs::Geographic { name, .. } => bail!(
-            "cannot write {output}: a .geojson names its reference system by an EPSG code, and {} has none that says \
-             all of it; a .tif has it whole",
+            "cannot write {output}: a .geojson needs an EPSG code, and no code describes {} completely; write a .tif \
+             instead",
             named(name.as_str())
         ),
     }
@@ -77,12 +77,12 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
 pub(super) struct PlacedMap {
     pub(super) map: Map,
     pub(super) pose: Pose,
-    /// Of the picture's pixels.
+    /// Georeference of the picture's pixels.
     pub(super) georeference: Georeference,
 }
 
 impl PlacedMap {
-    /// None if no map is asked for.
+    /// Returns `None` if no map is to be drawn.
     pub(super) fn new(args: &RenderArgs, world: &OpenWorld, foot_px: f32) -> Option<Self> {
         let (map, pose) = world.map_above(args.map?, args.size(), foot_px as u32);
         let terrain = &world.surfaces.terrain;
@@ -92,29 +92,29 @@ impl PlacedMap {
     }
 }
 
-/// What is written beside a picture: the files of [`beside`].
+/// Returns the sidecar files of a picture: those of [`Sidecars`].
 pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
     let is_placed = args.map.is_some() && matches!(kind, OutputKind::Picture(PictureFormat::Png));
     if is_placed { ["pgw", "prj"].map(|ending| args.output.with_extension(ending)).to_vec() } else { Vec::new() }
 }
 
-/// The world file and the `.prj` of a PNG, whole but without their names.
+/// The world file and the `.prj` of a PNG, complete but not yet renamed to their final names.
 pub(super) struct Sidecars(Vec<(PathBuf, AtomicFile)>);
 
 impl Sidecars {
     pub(super) fn create(output: &Path, placed: &PlacedMap) -> Result<Self, FileError> {
         let [x0, x_column, x_row, y0, y_column, y_row] = placed.georeference.crs_from_grid;
-        // In the order of ESRI; the place is that of the first pixel's centre.
+        // In ESRI's order; the position is that of the first pixel's centre.
         let world_file = [x_column, y_column, x_row, y_row, x0, y0].map(|number| format!("{number}\n")).concat();
         let mut files = vec![("pgw", world_file)];
         let prj = output.with_extension("prj");
         match placed.georeference.wkt() {
             Some(wkt) => files.push(("prj", wkt + "\n")),
             None if prj.exists() => {
-                tracing::warn!("{}: it is not of this map, whose reference system has no text", named(&prj));
+                tracing::warn!("{}: this file is not of this map, whose reference system has no WKT form", named(&prj));
             }
             None if placed.georeference.crs == Crs::Local => {}
-            None => tracing::warn!("{}: there is none: the reference system has no text here", named(&prj)),
+            None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&prj)),
         }
         let create = |(ending, text): (&str, String)| {
             let path = output.with_extension(ending);
@@ -130,7 +130,7 @@ impl Sidecars {
         Ok(Self(files.into_iter().map(create).collect::<Result<_, _>>()?))
     }
 
-    /// Gives the files their names.
+    /// Renames the files to their final names.
     pub(super) fn commit(self) -> Result<(), FileError> {
         let name = |(path, file): (PathBuf, AtomicFile)| file.commit().map_err(|error| FileError::write(&path, error));
         self.0.into_iter().try_for_each(name)
@@ -140,7 +140,7 @@ impl Sidecars {
 impl Job<'_> {
     /// Writes the map's pixels to `path`.
     pub(super) fn geotiff(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let Some(placed) = &self.map else { unreachable!("it was checked that there is a map") };
+        let Some(placed) = &self.map else { unreachable!("checked: a map is drawn") };
         let tags = geotags::place_tags(&placed.georeference).map_err(|cause| FileError::write(path, cause))?;
         let [width, height] = self.args.size();
         let mut writer = GeoTiffWriter::create(path, width, height, tags, self.args.dpi)?;
@@ -156,11 +156,11 @@ impl Job<'_> {
     pub(super) fn features(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let (layers, drawn, report) = self.layers(path, pose, true)?;
         let (Some(placed), Some(svg)) = (&self.map, &self.svg) else {
-            unreachable!("it was checked that there is a map, and options of lines were made")
+            unreachable!("checked: a map with lines is drawn")
         };
         let terrain = &self.world.surfaces.terrain;
         let world = terrain.store().georeference();
-        let Some(epsg) = world.epsg() else { unreachable!("it was checked that there is a code") };
+        let Some(epsg) = world.epsg() else { unreachable!("checked: the reference system has a code") };
         let turn = match &world.crs {
             Crs::Geographic { radians_per_unit, .. } => Some(std::f64::consts::TAU / radians_per_unit),
             Crs::Projected { .. } | Crs::Local => None,
@@ -173,7 +173,7 @@ impl Job<'_> {
         let middle = kurbo::Point::new(middle.x, middle.y);
         let unit_per_px = (place(middle + (1.0, 0.0)) - place(middle)).length();
         if !(unit_per_px.is_finite() && unit_per_px > 0.0) {
-            bail!("cannot write {}: the middle of the map has no place in EPSG:{epsg}", named(path));
+            bail!("cannot write {}: the centre of the map has no coordinates in EPSG:{epsg}", named(path));
         }
         let tolerance_px = svg.flattening_px();
         let features = |layer: &Layer| {
@@ -196,13 +196,13 @@ impl Job<'_> {
         let digits = (-(ROUNDED_PX * unit_per_px).log10()).ceil().clamp(0.0, 12.0) as usize;
         let features = layers.iter().flat_map(features).collect();
         write_geojson(path, &Collection { name, epsg, digits, features })
-            .with_context(|| format!("the map has lines where EPSG:{epsg} has no places"))?;
+            .with_context(|| format!("some lines of the map have no coordinates in EPSG:{epsg}"))?;
         self.drawn.append(&drawn);
         Ok(report)
     }
 }
 
-/// The points of a path, which are one where it has hardly any length.
+/// Flattens a path into points; a path of hardly any length becomes one point.
 fn flattened(path: &kurbo::BezPath, tolerance_px: f64) -> Vec<kurbo::Point> {
     let mut points: Vec<kurbo::Point> = Vec::new();
     kurbo::flatten(path, tolerance_px, |element| match element {
@@ -218,8 +218,8 @@ fn flattened(path: &kurbo::BezPath, tolerance_px: f64) -> Vec<kurbo::Point> {
     points
 }
 
-/// Longitudes from −180° to 180°: a line that crosses the date line goes on at its other side, as RFC 7946 asks in its
-/// section 3.1.9. `turn` is 360° in the unit of longitudes; none is a system that has none.
+/// Splits a line at the antimeridian, as RFC 7946 requires (section 3.1.9), so that longitudes are from −180° to 180°.
+/// `turn` is 360° in the unit of longitudes; `None` for a system without longitudes.
 fn cut_at_date_line(places: Vec<DVec2>, turn: Option<f64>) -> Vec<Vec<[f64; 2]>> {
     let Some(turn) = turn else { return vec![places.iter().map(DVec2::to_array).collect()] };
     let half = 0.5 * turn;

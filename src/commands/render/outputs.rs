@@ -1,4 +1,4 @@
-//! What `hachure render` writes is nothing that it reads.
+//! Checks that `hachure render` does not overwrite its inputs.
 
 use std::path::PathBuf;
 
@@ -9,10 +9,10 @@ use crate::scene::Scene;
 use crate::scene::path::CameraPath;
 use crate::style::Style;
 
-/// Whether nothing that is to be written is read. `sheets` are written beside the picture.
+/// Checks that no output file is an input. `sheets` are written in addition to the picture.
 ///
 /// # Errors
-/// The output that is an input.
+/// Names the output that is an input.
 pub(super) fn check(
     args: &RenderArgs,
     kind: &OutputKind,
@@ -25,12 +25,12 @@ pub(super) fn check(
     args.like.iter().for_each(|like| inputs.add(like));
     map::side_paths(args, kind).iter().chain(sheets).try_for_each(|beside| inputs.check(beside))?;
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
-    // How many frames there are does not depend on the ground.
+    // The number of frames does not depend on the ground.
     let path = match (flight, &args.path) {
         (Some(flight), Some(name)) => CameraPath::parse_on_ground(name, flight.as_bytes(), |_, _| 0.0)?,
         _ => return Ok(inputs.check(&pattern.path(0))?),
     };
-    // A rate that makes no sense is refused before the first frame.
+    // An invalid frame rate is refused before the first frame is drawn.
     let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
     Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
 }

@@ -1,4 +1,4 @@
-//! `--paper` and `--dpi`: how many pixels a sheet has, and how large those of a style are on it.
+//! `--paper` and `--dpi`: compute the size of a picture in pixels from its size on paper.
 
 use super::RenderArgs;
 use crate::commands::misuse::Misuse;
@@ -6,18 +6,18 @@ use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::vector::sheet;
 
-/// Dots to an inch of a sheet of pixels, unless somebody says otherwise.
+/// Resolution of a raster picture on `--paper` without `--dpi`.
 const SHEET_DPI: f64 = 300.0;
-/// What stays free on the paper of an SVG, unless somebody says otherwise.
+/// Margin around an SVG on `--paper` without `--margin`.
 pub(super) const MARGIN_MM: f64 = 10.0;
 pub(super) const MM_PER_INCH: f64 = 25.4;
-/// As `--size` has it.
+/// Longest side of a picture, as for `--size`.
 const LONGEST_PX: f64 = (1 << 20) as f64;
 
-/// The arguments with the pixels of a sheet, where they name one.
+/// Returns the arguments with the size in pixels that follows from `--paper`, if it is given.
 ///
 /// # Errors
-/// What is wrong with them, in one line.
+/// Returns what is wrong with the arguments, in one line.
 pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArgs, Misuse> {
     let format = match kind {
         OutputKind::Picture(format) | OutputKind::Frames(_, format) => *format,
@@ -29,19 +29,21 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
     let mut args = args.clone();
     let Some(paper) = &args.paper else {
         return match is_turned {
-            true => Err(Misuse(format!("{turn}: it turns --paper, which is not given"))),
+            true => Err(Misuse(format!("{turn}: requires --paper, which is not given"))),
             false => Ok(args),
         };
     };
-    // Lines have no pixels: without a number of them, the picture of --size is made as large as the sheet.
+    // Lines have no pixels: without --dpi, a picture of --size is scaled to fit the paper.
     if is_svg && args.dpi.is_none() {
         return match is_turned {
-            true => Err(Misuse(format!("{turn}: without --dpi an .svg on --paper is turned as --size is"))),
+            true => Err(Misuse(format!(
+                "{turn}: an .svg on --paper without --dpi has the orientation of --size; add --dpi"
+            ))),
             false => Ok(args),
         };
     }
     if args.size.is_some() {
-        return Err(Misuse("--size: on --paper the pixels of a picture follow from --dpi".to_owned()));
+        return Err(Misuse("--size: with --paper, the size in pixels follows from --dpi".to_owned()));
     }
     let [longer, shorter] = sheet::sides_mm("--paper", paper).map_err(Misuse)?;
     let sides_mm = if args.portrait { [shorter, longer] } else { [longer, shorter] };
@@ -51,7 +53,7 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
     if size_px.iter().any(|side| !(1.0..=LONGEST_PX).contains(side)) {
         let [width, height] = size_px.map(|side| side.max(0.0));
         return Err(Misuse(format!(
-            "--paper: at {dpi} dots to an inch it has {width}x{height} pixels; a side has 1 to {LONGEST_PX}"
+            "--paper: at {dpi} dots per inch it has {width}x{height} pixels; each side must be 1 to {LONGEST_PX}"
         )));
     }
     args.size = Some(size_px.map(|side| side as u32));
@@ -67,7 +69,7 @@ fn not_of_a_film(args: &RenderArgs) -> Result<RenderArgs, Misuse> {
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
         Some((option, _)) => {
-            Err(Misuse(format!("{option}: a film lies on no paper, and the output is {}", named(&args.output))))
+            Err(Misuse(format!("{option}: a film has no paper, and the output is {}", named(&args.output))))
         }
         None => Ok(args.clone()),
     }

@@ -1,4 +1,4 @@
-//! `render --sheets`: a large picture is also cut into sheets for a small printer, beside it.
+//! `render --sheets`: also cuts a large picture into sheets of paper for a small printer.
 
 use std::path::PathBuf;
 
@@ -17,30 +17,30 @@ use crate::picture::sheets::sheet_path;
 use crate::vector::sheet::sides_mm;
 use crate::vector::sheets::{Place, Sheets, Wish};
 
-/// Of neighbours, unless somebody says otherwise.
+/// Overlap of neighbouring sheets without `--sheets-overlap`.
 const OVERLAP_MM: f64 = 10.0;
-/// What most printers leave free, unless somebody says otherwise.
+/// Margin without `--sheets-margin`: what most printers cannot print on.
 const MARGIN_MM: f64 = 6.0;
 
 /// How a picture is cut into sheets.
 #[derive(Clone, Debug, Default, Args)]
 pub struct SheetArgs {
-    /// Also cut a .png or .svg with --paper or --dpi into sheets of this paper, as --paper names it, upright or lying:
-    /// NAME-A1.png, NAME-A2.png and so on beside it, at its scale, with crop marks
+    /// Also cut a .png or .svg with --paper or --dpi into sheets of this paper size (as in --paper, in either
+    /// orientation), with crop marks and at the same scale: NAME-A1.png, NAME-A2.png and so on, next to the output
     #[arg(long, value_name = "PAPER")]
     pub sheets: Option<String>,
-    /// How far neighbours of --sheets overlap, to be glued, in millimetres [default: 10]
+    /// Overlap of neighbouring --sheets for gluing, in millimetres [default: 10]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1000.0))]
     pub sheets_overlap: Option<f64>,
-    /// What the printer of --sheets leaves free at each side of the paper, in millimetres [default: 6]
+    /// Margin that the printer of --sheets leaves on each side of the paper, in millimetres [default: 6]
     #[arg(long, value_name = "MM", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1000.0))]
     pub sheets_margin: Option<f64>,
 }
 
-/// How the picture is cut; none if it is not.
+/// Plans how the picture is cut; returns `None` if it is not.
 ///
 /// # Errors
-/// What is wrong with the options, in one line.
+/// Returns what is wrong with the options, in one line.
 pub(super) fn plan(
     args: &RenderArgs,
     kind: &OutputKind,
@@ -51,13 +51,13 @@ pub(super) fn plan(
     let Some(paper) = sheets else {
         let given = [("--sheets-overlap", sheets_overlap.is_some()), ("--sheets-margin", sheets_margin.is_some())];
         return match given.into_iter().find(|(_, is_given)| *is_given) {
-            Some((option, _)) => Err(Misuse(format!("{option}: it is for --sheets, which is not given"))),
+            Some((option, _)) => Err(Misuse(format!("{option}: requires --sheets, which is not given"))),
             None => Ok(None),
         };
     };
     let output = named(&args.output);
     if !matches!(kind, OutputKind::Picture(PictureFormat::Png | PictureFormat::Svg)) || args.show.is_some() {
-        let misuse = format!("--sheets: it cuts a drawing in a .png or an .svg, and the output is {output}");
+        let misuse = format!("--sheets: can only cut a drawing in a .png or .svg, and the output is {output}");
         return Err(Misuse(misuse));
     }
     let wish = Wish {
@@ -65,7 +65,7 @@ pub(super) fn plan(
         overlap_mm: sheets_overlap.unwrap_or(OVERLAP_MM),
         margin_mm: sheets_margin.unwrap_or(MARGIN_MM),
     };
-    let unmeasured = || Misuse(format!("--sheets: {output} has no size in millimetres; --paper or --dpi gives it one"));
+    let unmeasured = || Misuse(format!("--sheets: {output} has no size in millimetres; add --paper or --dpi"));
     let sheets = match svg {
         Some(svg) => Sheets::new(svg.size_mm().ok_or_else(unmeasured)?, 1.0, false, &wish),
         None => {
@@ -76,13 +76,13 @@ pub(super) fn plan(
     sheets.map(Some).map_err(Misuse)
 }
 
-/// The files of a plan.
+/// Returns the files of a plan.
 pub(super) fn paths(args: &RenderArgs, sheets: Option<&Sheets>) -> Vec<PathBuf> {
     let paths = |sheets: &Sheets| sheets.places().map(|place| sheet_path(&args.output, place)).collect();
     sheets.map(paths).unwrap_or_default()
 }
 
-/// Of a picture that was cut, for programs.
+/// Report on a picture that was cut into sheets, as JSON.
 #[derive(Serialize)]
 pub(super) struct SheetsReport {
     files: Vec<PathBuf>,
@@ -98,7 +98,7 @@ impl SheetsReport {
     }
 }
 
-/// How many sheets there are and how large they are, in a line.
+/// Returns the number and size of the sheets as a line of text.
 pub(super) fn told(args: &RenderArgs, sheets: &Sheets) -> String {
     let [columns, rows] = sheets.counts;
     let [width, height] = sheets.paper_mm;
@@ -110,7 +110,7 @@ pub(super) fn told(args: &RenderArgs, sheets: &Sheets) -> String {
     let last = name(Place { column: columns - 1, row: rows - 1 });
     let overlap = args.sheets.sheets_overlap.unwrap_or(OVERLAP_MM);
     format!(
-        "{} sheets of {width}x{height} mm, {first} to {last}: {rows} {} of {columns}, which overlap by {overlap} mm",
+        "{} sheets of {width}x{height} mm, {first} to {last}: {rows} {} of {columns}, overlapping by {overlap} mm",
         columns * rows,
         if rows == 1 { "row" } else { "rows" }
     )
@@ -135,7 +135,7 @@ impl Job<'_> {
     }
 }
 
-/// Crop marks and the name of a sheet.
+/// Returns the crop marks and the name of a sheet.
 fn marks(sheets: &Sheets, place: Place) -> Layer {
     let stroke = |points: Vec<glam::DVec2>| {
         let mut path = kurbo::BezPath::new();

@@ -1,4 +1,4 @@
-//! `render --show NAME`: a picture of the frame as its passes left it, in place of the drawing.
+//! `render --show NAME`: writes an intermediate picture of the frame instead of the drawing.
 
 use std::path::Path;
 
@@ -13,24 +13,24 @@ use crate::picture::show::{self, ShowError};
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::view::Pose;
 
-/// Whether what is asked for can be shown: one picture of one part.
+/// Checks that the output can hold the picture and that the frame is drawn in one part.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     if args.show.is_none() {
         return Ok(());
     }
     if !matches!(kind, OutputKind::Picture(PictureFormat::Png | PictureFormat::Exr)) {
         let output = named(&args.output);
-        return Err(Misuse(format!("--show: it is written to a .png or an .exr, and the output is {output}")));
+        return Err(Misuse(format!("--show: requires a .png or .exr output, and the output is {output}")));
     }
     let [width, height] = args.size();
     if !PartRule::default().is_whole(args.size()) {
-        return Err(Misuse(format!("--show: {width}x{height} are more pixels than a picture of one part has")));
+        return Err(Misuse(format!("--show: {width}x{height} px is too large for a picture drawn in one part")));
     }
     Ok(())
 }
 
 impl Job<'_> {
-    /// Draws, and writes the picture that `--show` names to `path`.
+    /// Draws a frame, and writes the picture that `--show` names to `path`.
     pub(super) fn show(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let name = self.args.show.as_deref().unwrap_or_default();
         Renderer::or_new(&mut self.renderer, &self.gpu)?.set_traces(true);

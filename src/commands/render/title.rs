@@ -1,4 +1,4 @@
-//! `render --title`: a block of text below the picture.
+//! `render --title`: adds a block of text below the picture.
 
 use glam::DVec2;
 
@@ -15,35 +15,36 @@ use crate::vector::{Group, GroupKind};
 const COMPASS: [&str; 16] =
     ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
 
-/// The style with the paper that a title needs, if there is one.
+/// Returns the style with paper for the title block, if there is a title.
 ///
 /// # Errors
-/// A picture that has no room for it, or is not on paper.
+/// Fails if the picture is too small or cannot have a title block.
 pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) -> Result<Style, Misuse> {
     if args.title.is_none() {
         return Ok(style);
     }
     let output = named(&args.output);
     if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
-        return Err(Misuse(format!("--title: it stands on paper, and {output} has none")));
+        return Err(Misuse(format!("--title: a .geojson has no title block, and the output is {output}")));
     }
     let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
     if is_svg && args.stereo.eyes().are_merged() {
-        return Err(Misuse("--title: an anaglyph in an .svg has none; one in a .png has".to_owned()));
+        return Err(Misuse("--title: an anaglyph in an .svg has no title block; write a .png".to_owned()));
     }
     style.paper.foot_px = foot_px(&style.paper, args.px_per_style_px());
     let [width, height] = args.size();
     let taken_px = style.paper.foot_px + 2.0 * style.paper.margin_px;
     if taken_px > 0.5 * height as f32 || width < 64 {
         return Err(Misuse(format!(
-            "--title: a picture of {width}x{height} px has no room for it: its paper takes {taken_px:.0} px of the height"
+            "--title: a picture of {width}x{height} px is too small for a title block, which takes {taken_px:.0} px of \
+             its height, margins included"
         )));
     }
     Ok(style)
 }
 
 impl Job<'_> {
-    /// The block of the picture that an eye sees, if it has one.
+    /// Returns the title block of an eye's picture, if there is a title.
     pub(super) fn title_block(&self, pose: &Pose) -> Option<Block> {
         let title = self.args.title.clone()?;
         let style = &self.style;
@@ -54,7 +55,8 @@ impl Job<'_> {
                     None => self.args.dpi.map(|dpi| super::paper::MM_PER_INCH / dpi),
                 };
                 let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px };
-                // That of the picture, which over a geographic DEM is a projection without a code.
+                // The code of the picture's reference system; over a geographic DEM that is a projection without a
+                // code.
                 let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
                 (format!("{code}{}", style.name), Some(scale))
             }
@@ -64,17 +66,17 @@ impl Job<'_> {
         Some(block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px()))
     }
 
-    /// Says once which characters have no letter.
+    /// Warns once about characters that the lettering lacks.
     pub(super) fn warn_of_letters(&self, pose: &Pose) {
         let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
         if !replaced.is_empty() {
             let list: String =
                 replaced.iter().map(|letter| letter.escape_debug().to_string()).collect::<Vec<_>>().join(" ");
-            tracing::warn!("--title: question marks stand for what has no letter here: {list}");
+            tracing::warn!("--title: the lettering lacks these characters, drawn as question marks: {list}");
         }
     }
 
-    /// Adds the block to lines of a drawing.
+    /// Adds the title block to the lines of a drawing.
     pub(super) fn add_title(&self, groups: &mut Vec<Group>, pose: &Pose) {
         if let Some(block) = self.title_block(pose) {
             groups.push(Group {
@@ -87,7 +89,7 @@ impl Job<'_> {
         }
     }
 
-    /// `46.5312° N 7.9620° E, height 2 350 m, looking SW (220°)`.
+    /// Describes where the camera is, as in `46.5312° N 7.9620° E, height 2 350 m, looking SW (220°)`.
     fn seen_from(&self, pose: &Pose) -> String {
         let terrain = &self.world.surfaces.terrain;
         let at_m = pose.position_m;

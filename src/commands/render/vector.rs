@@ -1,4 +1,4 @@
-//! `hachure render -o out.svg`: the strokes and marks of a picture as paths. Those of a map may become a GeoJSON.
+//! `hachure render -o out.svg`: writes the strokes and marks of a picture as paths; a map can also become GeoJSON.
 
 use std::path::Path;
 
@@ -19,23 +19,24 @@ use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
 
-/// A layer of an anaglyph: its name, what it is, and its ink. Red glass shows cyan as black, and red as paper.
+/// A layer of an anaglyph: id, label and ink. A red glass shows cyan as black, and red as paper.
 type EyeInk = (&'static str, &'static str, &'static str);
 const LEFT_INK: EyeInk = ("left-eye", "Left eye, for a red glass", "#00ffff");
 const RIGHT_INK: EyeInk = ("right-eye", "Right eye, for a cyan glass", "#ff0000");
 
-/// What the options say of an SVG, or of a GeoJSON, whose lines are in pixels until they have their places.
+/// Options of an SVG, or of a GeoJSON, whose lines are in pixels until they are georeferenced.
 pub(super) struct SvgOptions {
     settings: Settings,
-    /// How many pens draw it; none where paths have the widths and the ink of the picture.
+    /// Number of pens; `None` if paths have the widths and opacities of the picture.
     pens: Option<usize>,
 }
 
 impl SvgOptions {
-    /// None if the output has no lines.
+    /// Returns `None` if the output has no lines.
     ///
     /// # Errors
-    /// A style without strokes; a tolerance, paper or margin that makes no sense, or of another output.
+    /// Fails for a style without strokes and marks, and for a tolerance, paper or margin that is invalid or does not
+    /// apply to the output.
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
         let is_on_earth = matches!(kind, OutputKind::Picture(PictureFormat::GeoJson));
@@ -48,35 +49,38 @@ impl SvgOptions {
                 ("--pens", args.pens.is_some() && !is_on_earth),
             ];
             if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-                return Err(Misuse(format!("{option}: only an .svg has it, and the output is {output}")).into());
+                return Err(Misuse(format!("{option}: applies only to an .svg, and the output is {output}")).into());
             }
         }
         if !is_svg && !is_on_earth {
             return Ok(None);
         }
         let tone_ink = style.tone_lines.as_ref().map(|lines| lines.ink);
-        // Shores and water lines alone are no drawing.
+        // Shores and water lines alone are not a drawing.
         let Some(ink) = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink()).or(tone_ink) else {
             let style = shown(&style.name);
             let ending = if is_svg { "an .svg" } else { "a .geojson" };
             let misuse = format!(
-                "{output}: {ending} holds strokes and marks, and the style {style} has none; --style strokes has"
+                "{output}: {ending} holds strokes and marks, and the style {style} has none; try --style strokes"
             );
             return Err(Misuse(misuse).into());
         };
         if args.pens.is_some() && args.stereo.eyes().are_merged() {
-            return Err(Misuse("--pens: an anaglyph is drawn in the inks of its two glasses".into()).into());
+            return Err(Misuse(
+                "--pens: cannot be used with an anaglyph, which is drawn in the inks of its two glasses".into(),
+            )
+            .into());
         }
         let tolerance_px = args.tolerance_px.unwrap_or(TOLERANCE_PX * args.px_per_style_px());
         if is_on_earth {
-            // Half of the tolerance is for the curves, half for the lines that they become.
+            // Half of the tolerance is for fitting curves, half for flattening them into lines.
             let (tolerance_px, sheet) = (0.5 * tolerance_px, Sheet::pixels(args.size()));
             return Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }));
         }
         let sheet = match (&args.paper, args.margin) {
             (Some(paper), margin) => Sheet::paper(paper, margin.unwrap_or(MARGIN_MM), args.size()).map_err(Misuse)?,
             (None, Some(margin)) => {
-                return Err(Misuse(format!("--margin {margin}: it is a margin of --paper, which is not given")).into());
+                return Err(Misuse(format!("--margin {margin}: requires --paper, which is not given")).into());
             }
             (None, None) => match args.dpi {
                 Some(dpi) => Sheet::dots(args.size(), MM_PER_INCH / dpi),
@@ -86,27 +90,27 @@ impl SvgOptions {
         Ok(Some(Self { settings: Settings { tolerance_px, sheet, ink }, pens: args.pens }))
     }
 
-    /// Width and height of the drawing on paper.
+    /// Returns width and height of the drawing on paper, in millimetres.
     pub(super) fn size_mm(&self) -> Option<[f64; 2]> {
         (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.size)
     }
 
-    /// The length of a pixel on paper.
+    /// Returns the side of a pixel on paper, in millimetres.
     pub(super) fn mm_per_px(&self) -> Option<f64> {
         (self.settings.sheet.unit == Unit::Mm).then_some(self.settings.sheet.units_per_px)
     }
 
-    /// How far lines may be from the curves that they stand for.
+    /// Returns how far flattened lines may be from their curves, in pixels.
     pub(super) fn flattening_px(&self) -> f64 {
         self.settings.tolerance_px
     }
 
-    /// The colour of what has no other.
+    /// Returns the colour of lines without one of their own.
     pub(super) fn ink(&self) -> String {
         self.settings.ink.to_string()
     }
 
-    /// The report in a line.
+    /// Returns the report as a line of text.
     pub(super) fn told(&self, drawn: &DrawingReport) -> String {
         let sheet = &self.settings.sheet;
         let unit = sheet.unit.name();
@@ -136,17 +140,20 @@ impl SvgOptions {
     }
 }
 
-/// What of a style's pictures an SVG leaves out, for people; none if nothing is.
+/// Returns which parts of a style's pictures an SVG leaves out, as text; `None` if it leaves out nothing.
 pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
     let strokes = style.strokes.as_ref();
     let parts = [
-        ("lines of pixels", style.lines.is_some()),
+        ("pixel lines", style.lines.is_some()),
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),
-        ("textures of strokes", strokes.is_some_and(|strokes| strokes.texture.is_some())),
-        ("tint of water", style.water.as_ref().is_some_and(|water| water.tint != Color::WHITE)),
-        ("colours of the sky", style.sky.is_drawn() && style.sky.has_colors()),
-        ("discs of the sky", style.sky.outline_px == 0.0 && style.sky.clouds.max(style.sky.sun_deg) > 0.0),
+        ("stroke textures", strokes.is_some_and(|strokes| strokes.texture.is_some())),
+        ("water tint", style.water.as_ref().is_some_and(|water| water.tint != Color::WHITE)),
+        ("sky colours", style.sky.is_drawn() && style.sky.has_colors()),
+        (
+            "sun and clouds without outline",
+            style.sky.outline_px == 0.0 && style.sky.clouds.max(style.sky.sun_deg) > 0.0,
+        ),
         ("stars", style.sky.stars > 0.0),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];
@@ -156,14 +163,15 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
 }
 
 impl Job<'_> {
-    /// The strokes and marks of a picture that is to be written to `path`; a sheet has its border, the earth has none.
+    /// Draws the strokes and marks of a picture for `path`; a drawing on paper gets its border, a georeferenced one
+    /// does not.
     pub(super) fn layers(
         &mut self,
         path: &Path,
         pose: Pose,
         is_on_earth: bool,
     ) -> anyhow::Result<(Vec<Layer>, DrawingReport, PictureReport)> {
-        let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions { settings, pens }) = &self.svg else { unreachable!("created for this output") };
         let still = PictureRequest::still(pose, self.args.size(), &self.style, self.world.light());
         let request = PictureRequest { clock: self.clock, ..still };
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
@@ -180,7 +188,7 @@ impl Job<'_> {
             (shown, eyes) => {
                 let eye = usize::from(shown == Eyes::Right && eyes.len() > 1);
                 let strokes = eyes.get(eye).map_or(&[][..], Vec::as_slice);
-                // Strokes lie on marks.
+                // Strokes are drawn over marks.
                 let mut groups = lines.marks;
                 groups.extend(vector::groups(strokes, settings.ink));
                 if !is_on_earth {
@@ -196,10 +204,10 @@ impl Job<'_> {
         Ok((layers, drawn, report))
     }
 
-    /// Writes the strokes of a picture to `path`.
+    /// Writes the strokes and marks of a picture to `path`.
     pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
         let (layers, drawn, report) = self.layers(path, pose, false)?;
-        let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("it was made for this output") };
+        let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("created for this output") };
         let [width, height] = self.args.size();
         let drawing = Drawing {
             title: format!("hachure: {}", self.style.name),

@@ -1,4 +1,4 @@
-//! `hachure styles show NAME --all`: every parameter with its value in a style.
+//! `hachure styles show NAME --all`: lists every parameter with its value in a style.
 
 use std::path::Path;
 
@@ -11,26 +11,26 @@ use crate::file::message::shown;
 use crate::style::parameters::{Definition, Parameter, Setting, Tree, ValueKind, find, parameters_of};
 use crate::style::{Style, preset_text};
 
-/// Characters of a value in the table, at most.
+/// Longest value in the table, in characters.
 const LONGEST_VALUE: usize = 24;
 
 /// A parameter of a style.
 #[derive(Serialize)]
 pub(super) struct Row {
-    /// With its sections.
+    /// Key with its sections.
     key: String,
-    /// In the style; none where the style does not have its section, or nothing is given and there is no default.
+    /// Value in the style; `None` if the style lacks the section, or if no value is given and there is no default.
     #[serde(serialize_with = "as_json")]
     value: Option<Item>,
-    /// Whether the style's text has it.
+    /// Whether the style's text sets the value.
     is_set: bool,
     kind: &'static str,
     unit: Option<&'static str>,
-    /// In words.
+    /// Allowed values, in words.
     range: String,
     least: Option<f32>,
     most: Option<f32>,
-    /// Of a name, all that it may be.
+    /// Allowed values of a name.
     choices: Option<Vec<String>>,
     is_required: bool,
     #[serde(serialize_with = "as_json")]
@@ -44,7 +44,7 @@ fn as_json<S: Serializer>(item: &Option<Item>, serializer: S) -> Result<S::Ok, S
     Tree(item.as_ref()).serialize(serializer)
 }
 
-/// The rows of a style, sections before their parameters; `text` is what it was read from.
+/// Returns the rows of a style, each section before its parameters; `text` is the TOML from which the style was read.
 pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
     let whole = style.item().context("a style is a table")?;
     let document: DocumentMut = text.parse().context("the text of a style is TOML")?;
@@ -76,7 +76,7 @@ pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
     Ok(parameters_of(&Style::kind(), Some(&whole)).into_iter().map(row).collect())
 }
 
-/// Which entry of the text each layer of hatching is: a style has them sorted.
+/// Returns the index in the text of each hatching layer of the style, which sorts its layers.
 fn in_order(document: &Item) -> Vec<usize> {
     let count = find(document, "hatching.layers").map_or(0, |layers| {
         layers.as_array_of_tables().map_or_else(|| layers.as_array().map_or(0, |list| list.len()), |list| list.len())
@@ -90,14 +90,14 @@ fn in_order(document: &Item) -> Vec<usize> {
     entries
 }
 
-/// A key of the style as a key of its text.
+/// Converts a key of the style to the key of the same value in its text.
 fn as_written(key: &str, entries: &[usize]) -> String {
     let layer = key.strip_prefix("hatching.layers[").and_then(|rest| rest.split_once(']'));
     let written = layer.and_then(|(number, rest)| Some((entries.get(number.parse::<usize>().ok()?)?, rest)));
     written.map_or_else(|| key.to_owned(), |(number, rest)| format!("hatching.layers[{number}]{rest}"))
 }
 
-/// A preset or a style file, with its text.
+/// Loads a preset or a style file, with its text.
 pub(super) fn load(name: &str) -> anyhow::Result<(Style, String)> {
     if let Some(text) = preset_text(name) {
         return Ok((Style::parse(name, text)?, text.to_owned()));
@@ -107,7 +107,7 @@ pub(super) fn load(name: &str) -> anyhow::Result<(Style, String)> {
     Ok((style, text))
 }
 
-/// As a table for people, with a heading for each section.
+/// Formats the rows as a table, with a heading for each section.
 pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     let parameters: Vec<&Row> = rows.iter().filter(|row| !row.is_section).collect();
     let width = |of: &dyn Fn(&Row) -> String| parameters.iter().map(|row| of(row).chars().count()).max().unwrap_or(0);
@@ -116,7 +116,7 @@ pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     let widths = columns.map(|column| width(column));
     let mut lines = vec![
         format!("{}: {}", shown(&style.name), style.description),
-        "A * marks what the style sets; a dash stands where there is no value.".to_owned(),
+        "A * marks values that the style sets; a dash means no value.".to_owned(),
         String::new(),
         line(" ", &["", "value", "unit", "range", "default"].map(str::to_owned), &widths, ""),
     ];
@@ -132,7 +132,7 @@ pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     lines.join("\n")
 }
 
-/// Cells beside each other; numbers are easier to compare at the left, where all columns begin.
+/// Joins the cells of a line; all columns, also those of numbers, are left-aligned.
 fn line(mark: &str, cells: &[String; 5], widths: &[usize; 5], help: &str) -> String {
     let cells = cells.iter().zip(widths).map(|(cell, width)| format!("{cell:width$}"));
     let line = format!("{mark} {}  {help}", cells.collect::<Vec<_>>().join("  "));

@@ -16,29 +16,29 @@ use crate::window::keys::Action;
 use crate::window::toasts::{self, About};
 use crate::window::{WindowError, screenshot};
 
-/// How often gamepads are asked while nothing moves.
+/// Interval at which gamepads are polled while nothing moves.
 const GAMEPAD_REST: Duration = Duration::from_millis(40);
-/// How often new gamepads are looked for.
+/// Interval at which new gamepads are looked for.
 const GAMEPAD_SEARCH: Duration = Duration::from_secs(1);
-/// How often what is built beside is asked for while nothing moves.
+/// Interval at which pipelines built in the background are collected while nothing moves.
 const BUILT_LOOK: Duration = Duration::from_millis(10);
-/// How often the files of shaders are looked at, where they may change.
+/// Interval at which shader files are checked for changes, if they are watched.
 const SHADER_LOOK: Duration = Duration::from_millis(250);
-/// How long a toast stays.
+/// How long a message is shown.
 const TOAST: Duration = Duration::from_secs(5);
 /// A second Esc within this time quits.
 const ESCAPE: Duration = Duration::from_secs(3);
 
 impl Flight {
-    /// The mouse moved by pixels.
+    /// Handles a motion of the mouse, in pixels.
     pub fn on_mouse_motion(&mut self, by_px: (f64, f64)) -> Next {
         if self.input.on_mouse_motion(by_px) { Next::Frame } else { Next::Sleep }
     }
 
-    /// An event of the window.
+    /// Handles an event of the window.
     ///
     /// # Errors
-    /// When the GPU fails.
+    /// Fails if the GPU fails.
     pub fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
         match event {
             WindowEvent::CloseRequested => return Ok(Next::Quit),
@@ -86,7 +86,7 @@ impl Flight {
                     return Ok(Next::Quit);
                 }
                 self.escape_until = Some(Instant::now() + ESCAPE);
-                self.say(About::Quitting, "Esc again quits".to_owned(), ESCAPE);
+                self.say(About::Quitting, "Press Esc again to quit".to_owned(), ESCAPE);
             }
         }
         if self.settings.style != before.style {
@@ -98,7 +98,7 @@ impl Flight {
         Ok(Next::Frame)
     }
 
-    /// When something is due although nothing happens.
+    /// Returns when something is due without an event.
     pub fn wake_at(&self) -> Option<Instant> {
         if self.hidden {
             return None;
@@ -112,7 +112,7 @@ impl Flight {
         due.into_iter().flatten().min()
     }
 
-    /// Whether what is due is a frame.
+    /// Returns whether what is due requires a frame.
     pub fn wake(&mut self, now: Instant) -> Next {
         if self.next_gamepads <= now {
             let any = self.input.gamepads().any();
@@ -136,15 +136,15 @@ impl Flight {
         self.toasts.say(about, text, toasts::until(how_long));
     }
 
-    /// Looks for shaders that have changed, takes what was built beside, and tells what does not hold. The picture is
-    /// another one then.
+    /// Reloads changed shaders, collects what was built in the background, and reports errors. Marks the picture as out
+    /// of date if it changes.
     pub(super) fn look_after_shaders(&mut self, now: Instant) {
         let Some(renderer) = &mut self.renderer else { return };
         if self.gpu.pipelines().watches() && self.next_shaders <= now {
             self.next_shaders = now + SHADER_LOOK;
             if renderer.reload_shaders(&self.gpu) > 0 {
                 self.next_built = now + BUILT_LOOK;
-                // Right after a screenshot, pipelines are built at once.
+                // Right after a screenshot, pipelines are built at once, not in the background.
                 self.stale |= !renderer.is_building(&self.gpu);
             }
         }
@@ -156,7 +156,7 @@ impl Flight {
         self.tell_troubles();
     }
 
-    /// Says what does not hold of shaders that are being worked on. Whether that is something else than before.
+    /// Shows the errors of watched shaders. Returns whether they differ from before.
     pub(super) fn tell_troubles(&mut self) -> bool {
         self.toasts.set_lasting(self.gpu.pipelines().troubles().iter().map(ToString::to_string).collect())
     }
@@ -182,13 +182,13 @@ impl Flight {
             samples: self.settings.samples(),
             antialias: Antialias::None,
         };
-        // A file waits for what it needs.
+        // A file waits for its pipelines.
         if let Some(renderer) = &mut self.renderer {
             renderer.set_builds(Builds::AtOnce);
         }
         let (surfaces, settings) = (&mut self.world.surfaces, &self.settings);
         let taken = screenshot::take(&self.gpu, &mut self.renderer, surfaces, &request, settings, Path::new("."));
-        // Its targets are the window's, and now hold the file's picture.
+        // The screenshot used the window's targets, which now hold its picture.
         self.stale = true;
         let text = match taken {
             Ok(path) => {
@@ -197,7 +197,7 @@ impl Flight {
                 format!("wrote {}", path.display())
             }
             Err(PictureError::Gpu(error)) => return Err(error.into()),
-            // A full disk is no reason to stop flying.
+            // A full disk must not end the flight.
             Err(PictureError::Sink(error)) => error.to_string(),
         };
         self.say(About::File, text, TOAST);
