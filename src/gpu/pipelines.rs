@@ -4,7 +4,7 @@
 //! are files that are being worked on, a pipeline whose text has changed is built anew; the old one stays until the new
 //! one has been built and bound without an error.
 //!
-//! Why: `docs/decisions/pipelines-beside.md`.
+//! Why: `docs/decisions/pipelines-in-background.md`.
 
 use rustc_hash::FxHashMap;
 
