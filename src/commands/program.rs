@@ -13,7 +13,7 @@ pub struct Cli {
     pub command: Option<Command>,
     #[command(flatten)]
     pub fly: fly::FlyArgs,
-    /// The GPU: `software`, or a part of its name
+    /// GPU to use: best, software, or part of a GPU's name
     #[arg(long, global = true, default_value = "best")]
     pub adapter: AdapterWish,
     /// Print more; -vv prints everything
@@ -23,13 +23,13 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Fly over a world in a window; what happens without a command
+    /// Fly over a world in a window (the default command)
     Fly(fly::FlyArgs),
-    /// Draw a picture, a row of pictures, or a film
+    /// Draw a picture, a sequence of frames, or a film
     Render(Box<render::RenderArgs>),
     /// Fly a camera path and report what each style costs
     Bench(bench::BenchArgs),
-    /// Bake a height file into a tile pyramid: a cloud-optimised GeoTIFF
+    /// Bake elevation data into a tile pyramid (a cloud-optimised GeoTIFF)
     Bake(bake::BakeArgs),
     /// Describe a DEM, pyramid, scene, style or camera path
     Info(info::InfoArgs),
