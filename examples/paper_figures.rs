@@ -1,4 +1,4 @@
-//! Draws the figures of papers anew, on models and on land, and the page that shows them.
+//! Redraws figures of papers, on models and on land, and writes the page that shows them.
 //!
 //! `cargo run --release --example paper_figures -- LAND MODELS` draws what `docs/papers/figures.toml` lists, with DEMs in
 //! the folder LAND and OBJ files in MODELS and the `hachure` that `cargo build --release` made, and writes
@@ -125,9 +125,9 @@ fn draw(
 
 fn page(figures: &Figures, page_folder: &Path) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Figures of papers\n\nWhat papers show on their objects, drawn by hachure on models and on land. `cargo run \
-         --release --example paper_figures -- LAND MODELS` draws it anew from the folders of DEMs and OBJ files that \
-         [figures.toml](figures.toml) names.\n",
+        "# Figures of papers\n\nMethods of papers, drawn by hachure on models and on land. `cargo run --release --example \
+         paper_figures -- LAND MODELS` redraws them from the DEMs and OBJ files that [figures.toml](figures.toml) \
+         names.\n",
     );
     for figure in &figures.figure {
         writeln!(page, "\n## {}\n\n{}\n", figure.title, figure.about)?;

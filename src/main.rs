@@ -5,45 +5,13 @@ use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::parser::ValueSource;
-use clap::{ArgMatches, CommandFactory, FromArgMatches, Parser, Subcommand};
+use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use hachure::commands;
 use hachure::commands::misuse::{self, Misuse};
+use hachure::commands::program::{Cli, Command};
 use hachure::file::message::{chain, printable};
 use hachure::file::standard::complain;
-use hachure::gpu::device::AdapterWish;
 use tracing_subscriber::fmt::format::debug_fn;
-
-/// Draws real terrain of any size in real time as ink, pencil, wash or print
-#[derive(Debug, Parser)]
-#[command(version, override_usage = "hachure [OPTIONS] [WORLD]\n       hachure [OPTIONS] <COMMAND>")]
-struct Cli {
-    #[command(subcommand)]
-    command: Option<Command>,
-    #[command(flatten)]
-    fly: commands::fly::FlyArgs,
-    /// GPU to use: best, software, or part of a GPU's name
-    #[arg(long, global = true, default_value = "best")]
-    adapter: AdapterWish,
-    /// Print more; -vv prints everything
-    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
-    verbose: u8,
-}
-
-#[derive(Debug, Subcommand)]
-enum Command {
-    /// Fly over a world in a window (the default command)
-    Fly(commands::fly::FlyArgs),
-    /// Draw a picture, a sequence of frames, or a film
-    Render(Box<commands::render::RenderArgs>),
-    /// Fly a camera path and report what each style costs
-    Bench(commands::bench::BenchArgs),
-    /// Bake elevation data into a tile pyramid (a cloud-optimised GeoTIFF)
-    Bake(commands::bake::BakeArgs),
-    /// Describe a DEM, pyramid, scene, style or camera path
-    Info(commands::info::InfoArgs),
-    /// List, show and check styles
-    Styles(commands::styles::StylesArgs),
-}
 
 /// Longest error line, in characters: enough for two long file names and a cause.
 const LONGEST_LINE: usize = 480;

@@ -10,6 +10,7 @@ pub mod fly;
 mod inputs;
 pub mod light_args;
 pub mod misuse;
+pub mod program;
 pub mod progress;
 pub mod render;
 pub mod stereo_args;

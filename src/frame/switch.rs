@@ -6,7 +6,7 @@
 //! something else in each. What the prewarming run did not meet is missed when a frame is recorded; nothing of such a frame
 //! is submitted, and the last picture stays.
 //!
-//! Why: `docs/decisions/pipelines-beside.md`.
+//! Why: `docs/decisions/pipelines-in-background.md`.
 
 use std::time::Instant;
 

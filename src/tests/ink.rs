@@ -17,7 +17,7 @@ use hachure::scene::Scene;
 use hachure::scene::view::View;
 use hachure::style::{Style, preset_text};
 
-/// The views of the README, and their files.
+/// Two views of `docs/guide/pictures.md`, and their files.
 const VIEWS: [(&str, &str); 2] = [
     ("dem/geotiff/mt_rainier_90m.tif", "0,-46700,5000,0,-6.5,38"),
     ("dem/geotiff/N46E008_alps.tif", "3000,-46000,4700,-6,-7.5,38"),
