@@ -3,6 +3,7 @@
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use super::cache::Cache;
 use super::pipelines::Pipelines;
 use super::shader::ShaderError;
 use crate::file::message::quoted;
@@ -65,6 +66,7 @@ pub struct Gpu {
     errors: Arc<Mutex<Vec<String>>>,
     objects: Arc<AtomicU64>,
     pipelines: Arc<Pipelines>,
+    cache: Arc<Cache>,
 }
 
 /// How to choose an adapter.
@@ -160,12 +162,32 @@ impl Gpu {
                 list.push(error.to_string());
             }
         }));
-        Self { instance, adapter, device, queue, errors, objects: Arc::default(), pipelines: Arc::default() }
+        Self {
+            instance,
+            adapter,
+            device,
+            queue,
+            errors,
+            objects: Arc::default(),
+            pipelines: Arc::default(),
+            cache: Arc::default(),
+        }
     }
 
     /// Returns the pipelines of the device.
     pub fn pipelines(&self) -> &Pipelines {
         &self.pipelines
+    }
+
+    /// Returns the values that renderers of the device share.
+    pub fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
+    /// Returns the same device with pipelines and a cache of its own: what a job in the background holds, since the
+    /// pipelines and the cache own the threads on which such jobs run.
+    pub(super) fn for_background(&self) -> Self {
+        Self { pipelines: Arc::default(), cache: Arc::default(), ..self.clone() }
     }
 
     /// The adapter's name, driver and its version: what a report states.

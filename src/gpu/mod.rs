@@ -4,6 +4,7 @@ pub mod arena;
 pub mod bind;
 pub mod buffer;
 mod build;
+pub mod cache;
 pub mod device;
 pub mod async_readback;
 pub mod pipelines;

@@ -196,27 +196,26 @@ impl<'a> Recorder<'a> {
     ///
     /// # Errors
     /// Those of `make`.
-    pub fn kept<T: Send + Sync + 'static, E>(
+    pub fn cached<T: Send + Sync + 'static, E>(
         &mut self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> Result<T, E>,
     ) -> Result<Arc<T>, E> {
-        self.pools.kept.get(find, || make(self.gpu))
+        self.gpu.cache().get(find, || make(self.gpu))
     }
 
-    /// As [`Recorder::kept`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
+    /// As [`Recorder::cached`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
     /// then there is none and the frame is not drawn.
     pub fn cached_in_background<T: Send + Sync + 'static>(
         &mut self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> T + Send + 'static,
     ) -> Option<Arc<T>> {
-        let Pools { kept, compiles, .. } = &mut *self.pools;
-        let found = match compiles.builds {
-            Builds::AtOnce => kept.get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
+        let found = match self.pools.compiles.builds {
+            Builds::AtOnce => self.gpu.cache().get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
             Builds::InBackground => {
-                let gpu = self.gpu.clone();
-                kept.ask(find, move || make(&gpu))
+                let gpu = self.gpu.for_background();
+                self.gpu.cache().request(find, move || make(&gpu))
             }
         };
         self.is_complete &= found.is_some();
@@ -362,6 +361,7 @@ impl<'a> Recorder<'a> {
         if !self.is_complete {
             self.timer.forget(self.gpu);
             self.pools.end_frame();
+            self.gpu.cache().end_frame();
             return self.trace.map(|_| Vec::new());
         }
         self.timer.resolve(&mut self.encoder);
@@ -375,6 +375,7 @@ impl<'a> Recorder<'a> {
         self.gpu.queue.submit([self.encoder.finish()]);
         self.timer.end_frame();
         self.pools.end_frame();
+        self.gpu.cache().end_frame();
         self.trace
     }
 

@@ -14,8 +14,9 @@ pub mod stores;
 pub mod stroke_lines;
 pub mod tones;
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 use glam::DVec2;
 use hachure::gpu::Gpu;
@@ -30,21 +31,42 @@ use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
 
-/// The device that tests share, with its pipelines. Returns `None` where there is no GPU and prints why;
-/// `HACHURE_REQUIRE_GPU=1` turns that into a failure.
+/// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
+/// `None` where there is no GPU and prints why; `HACHURE_REQUIRE_GPU=1` turns that into a failure.
 pub fn gpu() -> Option<Gpu> {
-    static SHARED: OnceLock<Result<Gpu, String>> = OnceLock::new();
-    let shared = SHARED.get_or_init(|| Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()));
-    found(shared.clone())
+    LEASE.with_borrow_mut(|lease| {
+        if lease.is_none() {
+            let spare = SPARE.lock().unwrap().pop();
+            *lease = spare.or_else(own_gpu).map(Lease);
+        }
+        lease.as_ref().map(|lease| lease.0.clone())
+    })
+}
+
+/// The devices that no test is using.
+static SPARE: Mutex<Vec<Gpu>> = Mutex::new(Vec::new());
+
+thread_local! {
+    /// The device of the test that runs on this thread: libtest starts a thread for each test.
+    static LEASE: RefCell<Option<Lease>> = const { RefCell::new(None) };
+}
+
+/// A device that returns to [`SPARE`] when its test ends.
+struct Lease(Gpu);
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        // The errors of a test that failed are not those of the next one.
+        let _ = self.0.check();
+        if let Ok(mut spare) = SPARE.lock() {
+            spare.push(self.0.clone());
+        }
+    }
 }
 
 /// A device of its own, for a test that counts what a device makes, gives it other shaders, or breaks it.
 pub fn own_gpu() -> Option<Gpu> {
-    found(Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()))
-}
-
-fn found(gpu: Result<Gpu, String>) -> Option<Gpu> {
-    match gpu {
+    match Gpu::open(&AdapterWish::Best) {
         Ok(gpu) => Some(gpu),
         Err(error) => {
             assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "{error}");
