@@ -180,6 +180,7 @@ fn runtime() -> PathBuf {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--release", "--example", "hachure_test_runtime"]);
         cargo.current_dir(env!("CARGO_MANIFEST_DIR"));
+        cargo.env_remove("RUSTC_BOOTSTRAP");
         cargo.env("CARGO_TARGET_DIR", library.ancestors().nth(3).unwrap());
         let built = cargo.output().unwrap();
         assert!(library.exists(), "{}", String::from_utf8_lossy(&built.stderr));
