@@ -1,10 +1,6 @@
 //! The picture bounds the work: with any relief and any allowed error, a picture has a bounded number of triangles and
 //! reports its error. Undeclared no-data values give a warning.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;

@@ -81,7 +81,7 @@ fn same_at_level_0(derived: &LoadedTile, measured: &LoadedTile) {
 
 /// Returns the fraction of estimates that are not below the measurement, and the median of their ratios.
 fn summary(what: &str, pairs: &[(u32, f32, f32)], factor: f32) -> (f64, f32) {
-    // Below a few centimetres the measurement is dominated by the rounding of heights.
+    // Below 2 cm the measurement is dominated by the rounding of heights.
     let mut ratios: Vec<f32> =
         pairs.iter().filter(|pair| pair.2 > 0.02).map(|(_, derived, measured)| factor * derived / measured).collect();
     ratios.sort_by(f32::total_cmp);

@@ -1,9 +1,5 @@
 //! Trees are where their points and the land allow them, each exactly once, for every camera.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -216,7 +212,7 @@ fn rasters_say_what_grows() {
     forest.species.push(Species::new(Form::Snag, 1.0, 600.0));
     let class = |class, shares: [f64; 2]| CoverClass { class, density: 1.0, shares: shares.to_vec() };
     forest.cover.classes = vec![class(41, [0.0, 1.0]), class(42, [1.0, 0.0])];
-    // Columns from the west: no forest, the first class at half density, the second class with trees of 64 m.
+    // Columns from the west: no forest, the first class at half density, the second class with a canopy of 64 m.
     let texel = |column: u32| [[0, 1, 0, 255], [128, 1, 0, 255], [255, 2, 255, 255]][column as usize];
     let texels: Vec<[u8; 4]> = (0..6).map(|cell| texel(cell % 3)).collect();
     let cover = Cover { low_m: [-600.0, -400.0], high_m: [600.0, 400.0], size: [3, 2], texels };

@@ -1,9 +1,5 @@
 //! Both eyes see the same trees, and so do all samples of one picture.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 

@@ -1,9 +1,5 @@
 //! Trees keep their appearance and their number from mesh to impostor to canopy.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 

@@ -1,10 +1,6 @@
 //! Near trees have strokes: the edges that the GPU finds equal those of the meshes in f64, and the strokes drawn from
 //! them are outlines.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 

@@ -35,7 +35,7 @@ const END: &str = "<!-- The table ends. -->\n";
 
 const SIZE_PX: [u32; 2] = [96, 54];
 
-/// What a pass reads and writes in any frame, and which frames have it.
+/// The resources that a pass reads and writes in any frame, and the frames that have it.
 struct Row {
     name: &'static str,
     reads: BTreeSet<String>,

@@ -6,7 +6,7 @@ use crate::Place;
 
 fn row<'a>(rows: &'a Value, key: &str) -> &'a Value {
     let rows = rows["parameters"].as_array().unwrap();
-    rows.iter().find(|row| row["key"] == key).unwrap_or_else(|| panic!("there is no row {key}"))
+    rows.iter().find(|row| row["key"] == key).unwrap_or_else(|| panic!("no row {key}"))
 }
 
 #[test]

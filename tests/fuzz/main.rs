@@ -9,11 +9,7 @@
 //! - `HACHURE_FUZZ_SEED`: another seed gives other cases (1)
 //! - `HACHURE_FUZZ_TELL`: prints the result of each case
 //! - `HACHURE_FUZZ_KIND`: only this kind, or several separated by commas
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 mod bounded;
 #[allow(dead_code, reason = "tests/formats uses the rest")]

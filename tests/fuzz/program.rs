@@ -7,7 +7,7 @@ use super::kinds::Kind;
 use super::rule;
 use super::seeds::Seed;
 
-/// What takes a second alone takes much longer on a loaded machine.
+/// The time limit: a case that takes a second alone takes much longer on a loaded machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Returns whether a case also runs through the program: three of a short run, every 500th of a long one.

@@ -8,7 +8,7 @@ use super::mutate::{self, Random};
 /// Valid files of a kind, some of which belong together.
 pub struct Seed {
     pub folder: PathBuf,
-    /// What is opened: the name of a file in the folder, or empty for the folder itself.
+    /// The path to open: the name of a file in the folder, or empty for the folder itself.
     pub entry: String,
     files: Vec<(String, Vec<u8>)>,
 }

@@ -28,7 +28,7 @@ impl Default for Limits {
 /// The result of a case.
 #[derive(Debug)]
 pub struct Case {
-    /// What went wrong.
+    /// Description of the failure, if any.
     pub what: Option<String>,
     /// The line with which the file was refused.
     pub refusal: Option<String>,

@@ -21,9 +21,7 @@ pub fn where_they_say(view: &View, samples: &[Sample]) -> Result<(), String> {
     samples.iter().enumerate().try_for_each(|(at, own)| {
         let there = view.place_px(Vec3::from(own.position_m).as_dvec3());
         let apart_px = there.map_or(f64::INFINITY, |there| there.distance(Vec2::from(own.px).as_dvec2()));
-        check(apart_px < 0.05, || {
-            named(at, samples, &format!("is {apart_px} px from the projection of its world position"))
-        })
+        check(apart_px < 0.05, || named(at, samples, &format!("is {apart_px} px from its projection")))
     })
 }
 

@@ -109,7 +109,7 @@ fn lines_that_jump_are_found() {
     for error in [error(going, 0.1), error(going, -2.0)] {
         assert!(error.starts_with(&format!("sample {going} ")) && error.contains("fades"), "{error}");
     }
-    // A step as large as that of two frames is rejected.
+    // A step of twice the allowed growth is rejected.
     let twice = grows(&old, &new, 0.5 * growth_px).unwrap_err();
     assert!(twice.starts_with("sample "), "{twice}");
 }

@@ -74,7 +74,7 @@ fn lines_that_take_over_are_four_times_as_still() {
             );
             metrics
         };
-        let anew = fly("anew", |own| (own.update_every, own.carry) = (1, false));
+        let anew = fly("rebuilt", |own| (own.update_every, own.carry) = (1, false));
         fly("thesis", |own| (own.update_every, own.carry) = (10, false));
         let each = fly("each frame", |own| own.update_every = 1);
         let ours = fly("default", |_| {});

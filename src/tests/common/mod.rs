@@ -62,8 +62,7 @@ pub fn between_runs(name: &str) -> PathBuf {
     std::env::var_os("CARGO_TARGET_DIR").map_or(target, PathBuf::from).join("tmp").join(name)
 }
 
-/// Returns the path of a file of the real data (`dem/geotiff/…`); if it does not exist, prints its path and returns
-/// `None`.
+/// Returns the path of a real data file (`dem/geotiff/…`), or prints the path and returns `None` if there is none.
 pub fn real_data(name: &str) -> Option<PathBuf> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);

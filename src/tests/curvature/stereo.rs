@@ -37,7 +37,7 @@ fn is_inside(px: DVec2, margin_px: f64) -> bool {
     px.cmpge(DVec2::splat(margin_px)).all() && px.x < width - margin_px && px.y < height - margin_px
 }
 
-/// What one eye sees: the midpoints of its suggestive contours, and the position of each pixel.
+/// The view of one eye: midpoints of its suggestive contours, and the world position of each pixel.
 struct Alone {
     middles_m: Vec<DVec3>,
     places_m: Vec<Option<DVec3>>,

@@ -1,9 +1,5 @@
 //! Two eyes draw one drawing: how well they agree, and that the result does not depend on which of them comes first.
-#![allow(
-    clippy::unwrap_used,
-    clippy::disallowed_methods,
-    reason = "a panic fails the test; files go to temporary folders"
-)]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 mod agreement;
 mod exchange;

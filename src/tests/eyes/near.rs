@@ -1,4 +1,4 @@
-//! Objects half a metre to ten metres away, on which contours are at different places for each eye.
+//! Objects 0.2 m to 10 m away, on which contours are at different places for each eye.
 
 use std::sync::Arc;
 
