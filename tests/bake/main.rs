@@ -1,5 +1,5 @@
 //! Bakes of grids of any size: in chunks, in rounds, interrupted, and split between machines.
-#![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
+#![allow(clippy::disallowed_methods, reason = "the test writes damaged files")]
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod bounds;
