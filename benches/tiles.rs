@@ -1,4 +1,4 @@
-//! How long a tile takes that nobody has baked: evaluated, and its statistics derived.
+//! Measures how long a tile of computed land takes that is not cached: evaluating it, and deriving its statistics.
 #![allow(missing_docs, reason = "criterion makes the functions")]
 
 use std::sync::Arc;
