@@ -70,7 +70,7 @@ fn a_map_with_a_title_is_the_map_above_it() {
         };
         let (own, other) = (world("map.pgw"), world("titled.pgw"));
         assert!(own.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-6), "{style}: {own:?} {other:?}");
-        // Normals are interpolated differently from another height of the eye, so a few pixels may differ.
+        // The eye is at another height, which changes normals slightly, so a few pixels may differ.
         let unlike = |shift: usize| {
             let pixels = (0..300).flat_map(|y| (0..396).map(move |x| (x, y)));
             pixels.filter(|(x, y)| red(&map, *x, *y).abs_diff(red(&titled, x + shift, *y)) > 24).count()

@@ -195,7 +195,7 @@ fn clouds_and_stars_turn_with_the_world() {
         // Planted: patterns that are fixed to the page.
         let with_sheet = differing(&before, &after, Some);
         println!(
-            "{keys:?}: {lit:.4} is light; differs by {with_world:.4} relative to the world, {with_sheet:.4} relative to the page"
+            "{keys:?}: {lit:.4} is light; it differs by {with_world:.4} in the world, {with_sheet:.4} on the page"
         );
         assert!(lit > 0.002);
         assert!(with_world < 0.25 * with_sheet);

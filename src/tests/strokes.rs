@@ -179,8 +179,8 @@ fn exactness(name: &str, drawn: &Drawn) -> (f64, f64) {
     let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points, SIZE_PX));
     let (recall, precision) = (covered(&truth, &strokes), covered(&strokes, &truth));
     println!(
-        "{name}: recall {recall:.4}, {} points missed by 8 px, precision {precision:.4}, {:.0} px of contour, {:.0} px of \
-         strokes",
+        "{name}: recall {recall:.4}, {} points missed by 8 px, precision {precision:.4}, {:.0} px of contour, \
+         {:.0} px of strokes",
         missed(&truth, &strokes, 8.0).len(),
         truth.len() as f64 / 4.0,
         strokes.len() as f64 / 4.0

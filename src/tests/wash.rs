@@ -321,7 +321,7 @@ fn strays(first: &Drawn, next: &Drawn, washed: impl Fn(&Drawn, usize) -> f64) ->
     moved / changed
 }
 
-/// Allowed ratio.
+/// Largest allowed result of [`strays`].
 const STRAYS: f64 = 0.1;
 
 #[test]

@@ -24,7 +24,7 @@ use hachure::tones::water::{WATER_INK, WATERED};
 const SIZE_PX: [u32; 2] = [480, 270];
 const LEVEL_M: f64 = 500.0;
 const RADIUS_M: f64 = 2000.0;
-/// Maps of 25, 61 and 123 m per pixel, at which three levels of samples 30 m apart are visible.
+/// Maps of 25, 61 and 123 m per pixel, which show three successive levels of samples 30 m apart.
 const MAPS: [&str; 3] = ["130,70,8000,0,-90,45", "130,70,20000,0,-90,45", "130,70,40000,0,-90,45"];
 const OBLIQUE: &str = "0,-5200,+1400,3,-22,50";
 

@@ -30,7 +30,9 @@ fn of_scale(scale: &str, names: &[&str]) {
                 }
                 hard = hard.max(off.hard);
                 if !holds(off) {
-                    failed.push(format!("{scale} {name}, darkness {darkness} from {distance_m} m: tone is off by {off:?}, allowed {GOAL}"));
+                    failed.push(format!(
+                        "{scale} {name}, {darkness} from {distance_m} m: off by {off:?}, allowed {GOAL}"
+                    ));
                 }
             }
         }

@@ -21,7 +21,7 @@ fn white_stays_white_and_black_stays_black() {
                     let off = shot.ink.iter().position(|ink| (ink - wanted).abs() > 1e-6);
                     assert_eq!(
                         off, None,
-                        "{scale} {marks}, darkness {darkness} from {distance_m} m: index of a pixel whose ink is not {wanted}"
+                        "{scale} {marks}, {darkness} from {distance_m} m: a pixel whose ink is not {wanted}"
                     );
                 }
             }
@@ -115,7 +115,7 @@ fn no_moire_beyond_the_band_limited_reference() {
                 let (own, limited) = (slow_waves(&shot, 16), slow_waves(&reference, 16));
                 println!("{scale} {marks} × {size} at {from_normal_deg}°: slow waves {own:.4}, reference {limited:.4}");
                 if own > limited + 0.01 {
-                    failed.push(format!("{scale} {marks} × {size} at {from_normal_deg}°: slow waves {own}, but {limited} in the reference"));
+                    failed.push(format!("{scale} {marks} × {size} at {from_normal_deg}°: {own}, reference {limited}"));
                 }
             }
         }

@@ -25,8 +25,7 @@ pub fn polyline(points: &[Point], kind: EdgeKind, is_closed: bool) -> Polyline {
     Polyline { points: points.iter().map(at).collect(), kind, stroke: 0, is_closed }
 }
 
-/// Returns the largest distance of one of `places` from the nearest of `others`, or infinity if it is more than
-/// `reach`.
+/// Returns the largest distance of one of `places` from the nearest of `others`; infinity if it exceeds `reach`.
 pub fn farthest(places: &[Point], others: &[Point], reach: f64) -> f64 {
     let cell = |place: &Point| ((place.x / reach).floor() as i64, (place.y / reach).floor() as i64);
     let mut cells: HashMap<(i64, i64), Vec<Point>> = HashMap::new();

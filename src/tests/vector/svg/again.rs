@@ -68,7 +68,7 @@ fn covered(own: &[f32], other: &[f32]) -> f64 {
         };
         found += u32::from(near.iter().any(has_ink));
     }
-    assert!(all > 500, "a picture must have more inked pixels than {all}");
+    assert!(all > 500, "a picture must have more than 500 inked pixels, not {all}");
     f64::from(found) / f64::from(all)
 }
 
