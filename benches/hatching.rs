@@ -1,7 +1,7 @@
 //! Measures what hatching costs, relative to the toon pass of the same picture and to fewer directions: ratios within
 //! one run. `cargo bench --bench hatching` prints them. The target on a software driver is at most 2.5 for one
 //! direction against toon, and 2.0 for three directions against one.
-#![allow(clippy::unwrap_used, reason = "a measurement fails by it")]
+#![allow(clippy::unwrap_used, reason = "a measurement may panic")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;

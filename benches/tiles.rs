@@ -1,5 +1,5 @@
 //! Measures how long a tile of computed land takes that is not cached: evaluating it, and deriving its statistics.
-#![allow(missing_docs, reason = "criterion makes the functions")]
+#![allow(missing_docs, reason = "criterion generates the functions")]
 
 use std::sync::Arc;
 

@@ -1,6 +1,6 @@
 //! Tests imprints, which record in a picture how it was drawn, and `render --like`, which draws a picture again.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;

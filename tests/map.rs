@@ -1,7 +1,7 @@
 //! Tests `render --map`: points of a map are where its world file, its GeoTIFF and its GeoJSON place them, whatever
 //! their height.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;

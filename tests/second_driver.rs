@@ -5,7 +5,7 @@
 //! on the share of pixels that differ clearly, by the kind of drawing: above what was measured, and below that of a
 //! drawing that is moved by three pixels.
 //! drawing that is moved by three pixels has.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;

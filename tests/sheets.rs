@@ -1,6 +1,6 @@
 //! Tests `render --sheets`: the sheets, laid over each other, are the poster.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;

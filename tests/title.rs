@@ -1,6 +1,6 @@
 //! Tests `render --title`: the title block below a picture, in pixels and in paths.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;

@@ -2,7 +2,7 @@
 //!
 //! Presets with strokes, hatching, watercolour, shadows and models cover every kind of pass. The layer writes to a
 //! file, including that it is active and what it checks, so that a missing layer is not taken for a silent one.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
 use std::process::Command;

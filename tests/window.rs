@@ -1,7 +1,7 @@
 //! Tests the window on a virtual display: it opens, reacts to keys, writes pictures, and ends well.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};

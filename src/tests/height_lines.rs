@@ -1,5 +1,5 @@
 //! Tests contour lines of height: they are at their heights, have the requested width, and belong to maps.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

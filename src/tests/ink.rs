@@ -2,7 +2,7 @@
 //!
 //! Where many samples fall into a pixel, unfiltered LSA contours turn ridges into black areas. The density filter and
 //! lines that pale with distance keep the paper light in every part of the picture.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

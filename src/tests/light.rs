@@ -1,6 +1,6 @@
 //! Tests light from the sun and the sky on the land: shadows are where a ray toward the sun meets the land, the visible
 //! sky agrees with a formula, neither has seams or pops, and only styles that use them pay for them.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests that pictures do not depend on load: whatever order tiles arrive in, and whatever else the machine does, a
 //! file is bit-identical.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests that still water mirrors the tone of the land behind it, as colour and as strokes, where reflection about its
 //! level predicts.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

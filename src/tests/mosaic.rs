@@ -1,5 +1,5 @@
 //! Tests that several DEMs make one world, by comparison with the single DEMs.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

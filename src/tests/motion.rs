@@ -1,5 +1,5 @@
 //! Tests motion: the position of a pixel's content in the previous frame, compared with its projection in f64.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

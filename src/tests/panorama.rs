@@ -1,5 +1,5 @@
 //! Tests panoramas: the horizon is where the style places it, and the bent land remains the same land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

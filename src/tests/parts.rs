@@ -1,6 +1,6 @@
 //! Tests that a picture rendered in parts equals the picture rendered as a whole, including lines and paper, at any
 //! size.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

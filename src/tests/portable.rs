@@ -1,5 +1,5 @@
 //! Tests that every preset draws on a device that has only the default limits of WebGPU.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

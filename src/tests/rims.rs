@@ -1,6 +1,6 @@
 //! Tests the dashed rims of holes that remain in the data: a rim is where the data end, and smooth; its dashes are
 //! even; no other line follows it; and land without holes has none.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests camera, camera path and scene file: what is written can be read back, and errors name their cause.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 use std::path::Path;
 

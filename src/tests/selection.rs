@@ -1,6 +1,6 @@
 //! Tests the selection of patches: they cover visible land once, their edges agree, and their error is within the
 //! bound.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,7 +1,7 @@
 //! Tests that every shader composes and validates without a GPU, and that its SPIR-V is accepted by the Khronos
 //! validator.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::io::Write;
 use std::process::{Command, Stdio};

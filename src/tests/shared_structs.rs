@@ -1,6 +1,6 @@
 //! Tests that the structs that `build.rs` generates from the shaders have the layout that naga computes: the same
 //! fields at the same offsets, and the same size.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use hachure::gpu::shader::{SHADERS, VARIANTS, compose_variant};
 use hachure::gpu::wgsl::{SharedStruct, structs};

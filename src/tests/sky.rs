@@ -1,6 +1,6 @@
 //! Tests drawn skies: the sun is where the light comes from, rules have the requested distance and darkness, clouds and
 //! stars rotate with the world, parts join, and a style that uses none of these has its gradient.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,5 +1,5 @@
 //! Tests reading height files: every encoding and every odd file, compared with what GDAL reads.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};

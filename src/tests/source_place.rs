@@ -1,5 +1,5 @@
 //! Tests the place of a height file's samples: the GeoTIFF keys, and the mapping to the world's metres.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use geotiff_writer::{
     Compression, GeoKeyValue, GeoTiffBuilder, ModelType, NumericSample, PhotometricInterpretation, RasterType,

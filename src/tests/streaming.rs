@@ -1,6 +1,6 @@
 //! Tests streaming of tiles: a frame never waits, there are never holes, settled frames equal those of a file, memory
 //! stays within its caps, and failed tiles are replaced by their parents.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

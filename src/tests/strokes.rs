@@ -2,7 +2,7 @@
 //!
 //! The truth is found by brute force: the drawn triangles, joined by the bits of their vertices, are drawn again into a
 //! depth image with four times the resolution.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -264,7 +264,7 @@ fn strokes_run_alone() {
 
 /// Measures twenty views of real land; run with `cargo test --release --test strokes -- --ignored --nocapture`.
 #[test]
-#[ignore = "a measurement of a minute"]
+#[ignore = "a measurement that takes a minute"]
 fn twenty_views() {
     const WORLDS: [&str; 4] = ["mt_rainier_90m.tif", "N46E008_alps.tif", "N49W123.tif", "mt_everest_90m.tif"];
     const VIEWS: [&str; 5] = [

@@ -1,6 +1,6 @@
 //! Tests the sun by date and place against published positions.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 use hachure::scene::sun_time::{LatLon, Moment, SunTimeError};
 use hachure::scene::{Scene, Sun, SunTime};

@@ -1,6 +1,6 @@
 //! Tests the surface: positions are on the surface of decision 6 to within the allowed error in pixels, normals are its
 //! derivative, there are no cracks, and the channels agree with each other.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests tonal art maps: nested tones with the right means everywhere, on textures without seams, the same on every
 //! machine, with marks of the recipe's width and spacing, and read from a cache that may be damaged.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests tonal art maps from drawn pictures: they are made nested and shown at their own darkness; invalid pictures are
 //! reported in one line.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,6 +1,6 @@
 //! Tests which edges are visible, and the segments that are extracted from the image of edge ids, with synthetic edges
 //! and depths.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -297,7 +297,7 @@ fn directions_and_sizes_make_no_difference() {
 
 /// Run by hand on an idle machine: `cargo test --release --test visible_edges -- --ignored --nocapture`.
 #[test]
-#[ignore = "measures"]
+#[ignore = "a measurement"]
 fn time_grows_linearly_with_the_edges() {
     let Some(mut bench) = Bench::new([1920, 1080]) else { return };
     let depth = bench.depth(400.0, &[]);

@@ -1,5 +1,5 @@
 //! Tests filling of no-data holes: how exact it is, where it does not happen, and that nothing else changes.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

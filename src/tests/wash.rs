@@ -1,6 +1,6 @@
 //! Tests colours of tones and how they run: tints are those of their stops, wet edges are where washes end, granulation
 //! keeps the mean, and patterns move with the land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

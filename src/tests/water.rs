@@ -1,6 +1,6 @@
 //! Tests still water: lakes and the sea are found where heights are level and nowhere else, the shore and the distance
 //! from it are right, and water has a tint and lines but no hatching marks.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

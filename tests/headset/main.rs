@@ -1,6 +1,6 @@
 //! Tests the program in a simulated headset: the OpenXR loader loads our own runtime (`runtime`), which plays a script,
 //! checks every call, and logs violations.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 #![cfg(target_os = "linux")]
 
 #[path = "../../src/tests/common/mod.rs"]

@@ -1,7 +1,7 @@
 //! Tests error messages as a newcomer reads them: one line that names the thing and the cause, in words of the field,
 //! without control characters.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 mod errors;
 mod foreign;

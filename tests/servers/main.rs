@@ -3,7 +3,7 @@
 //!
 //! `HACHURE_SERVERS=all` has the program itself render from every kind with its own timeouts, which takes minutes, and
 //! prints how long each takes; `HACHURE_SERVERS=silence` does this only for the kinds with the word in their name.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../../src/tests/common/mod.rs"]
 mod common;

@@ -1,7 +1,7 @@
 //! Tests the passes that draw line pictures, and those that composite and present the picture, against CPU twins in
 //! f64, which are written from the descriptions in the shaders. For each twin a wrong constant is planted, which must
 //! be detected.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

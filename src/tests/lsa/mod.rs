@@ -1,6 +1,6 @@
 //! Tests LSA: E(p) agrees with the paper's equations, the interior of a smooth hill has no lines, and its contour is
 //! drawn.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

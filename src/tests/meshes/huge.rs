@@ -65,7 +65,7 @@ fn a_long_file_tells_its_progress_and_is_the_same_in_pieces() {
 
 /// Measures time and memory of reading a long file.
 #[test]
-#[ignore = "measures a file that HACHURE_HUGE names"]
+#[ignore = "measures the file that HACHURE_HUGE names"]
 fn what_a_long_file_takes() {
     let path = std::env::var_os("HACHURE_HUGE").unwrap();
     let start = std::time::Instant::now();

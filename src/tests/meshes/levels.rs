@@ -292,7 +292,7 @@ fn both_eyes_draw_the_same_levels() {
 
 /// Measures frame times of one ball on a hill, of a thousand, and of a thousand without levels. The three take turns.
 #[test]
-#[ignore = "measures"]
+#[ignore = "a measurement"]
 fn what_a_thousand_cost() {
     let Some((hill, mut world)) = shapes::hill() else { return };
     let ball = Arc::new(shapes::mesh(shapes::sphere(4)));

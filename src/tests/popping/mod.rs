@@ -7,7 +7,7 @@
 //! - *across*: the part of that motion along the surface's normal.
 //! - *in place*: how far the mesh moves along its normal at a fixed point, which is *across* without gliding over
 //!   curved land. It needs no matching vertex, so it also covers splits and merges.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

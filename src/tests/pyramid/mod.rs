@@ -1,6 +1,6 @@
 //! Tests the tile pyramid against its definitions, and against damage.
 #![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod brute;
 mod damage;

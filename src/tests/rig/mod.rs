@@ -1,5 +1,5 @@
 //! Tests of frames with one eye and with two: passes hold no state of a frame, however the passes are submitted.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 mod beside;
 mod eyes;

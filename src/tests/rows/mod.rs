@@ -1,6 +1,6 @@
 //! Tests rows of hachures: marks run down the slope at even distances, taper, do not touch, have the requested
 //! darkness, and stick to the land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod real;

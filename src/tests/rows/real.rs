@@ -29,7 +29,7 @@ fn spearman(a: &[f64], b: &[f64]) -> f64 {
 
 /// Run with `cargo test --release --test rows real -- --ignored --nocapture`.
 #[test]
-#[ignore = "a measurement of minutes"]
+#[ignore = "a measurement that takes minutes"]
 fn rows_of_real_land_follow_its_slopes() {
     // Tone depends only on the land's own slope; 45 degrees are black.
     let text = "name = \"rows\"\ndescription = \"\"\n[rows]\nspacing_px = 4.0\n[light]\nslope = 1.0\ndetail = 1.0\n\

@@ -1,6 +1,6 @@
 //! Tests of stroke textures: they have no seam, are the same on every machine, and take as much ink as pressure
 //! requests on all levels; and the shader's rule equals its CPU twin.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod drawn;
 mod ink;

@@ -1,6 +1,6 @@
 //! Tests the parameters of styles and recipes by their definitions: what is written reads back the same, every range is
 //! checked, and the documentation agrees with the definitions.
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 mod random;
 

@@ -1,6 +1,6 @@
 //! Tests the measures of steadiness between frames on drawings whose truth is known: lines at points of a world of a
 //! plane and a wall, seen by a moving eye. A last test measures a real drawing.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 

@@ -1,7 +1,7 @@
 //! Tests lines from shading: they are on ridges and valleys of a tone image, `beta` decides about its edges, thresholds
 //! and the sign of curvature have their meaning, and images without features have no lines. Each measure has planted
 //! errors that it must detect.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod land;

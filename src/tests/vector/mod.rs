@@ -1,6 +1,6 @@
 //! Tests of strokes as paths: they are near enough to the drawing, in an order that shortens the pen's way, and in
 //! files that other programs read.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod fit;

@@ -4,9 +4,9 @@
 //! do: the order of calls, handles, the types of structs, layers, sizes and layouts. A violation of the specification
 //! is a line in the file that `HACHURE_XR_LOG` names, and the call fails with the error that the specification
 //! prescribes. Other variables (`script.rs`) make it lose its session, take the headset off, or press buttons.
-#![allow(unsafe_code, reason = "a runtime is called through pointers; the loader and the program keep to their types")]
+#![allow(unsafe_code, reason = "a runtime is called through pointers, whose types the loader and the program respect")]
 #![allow(clippy::missing_safety_doc, reason = "the OpenXR specification says what each function requires")]
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by it, and writes scratch files")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes scratch files")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "as above, in every function")]
 #![allow(missing_docs, reason = "a part of a test")]
 
