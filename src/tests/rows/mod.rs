@@ -184,7 +184,7 @@ fn marks_stand_at_even_distances_also_where_blocks_meet() {
         let beside: Vec<f64> = gaps.iter().filter(|(_, place)| near_border(place)).map(|(gap, _)| *gap).collect();
         let ([mean, varies], [mean_beside, varies_beside]) = (spread(&all), spread(&beside));
         println!(
-            "{name}: {} gaps of {mean:.2} px vary by {varies:.3}; near borders {} of {mean_beside:.2} by {varies_beside:.3}",
+            "{name}: {} gaps of {mean:.2} px vary by {varies:.3}; at borders {} of {mean_beside:.2} by {varies_beside:.3}",
             all.len(),
             beside.len()
         );
