@@ -1,4 +1,5 @@
-//! What a renderer keeps from one frame to the next: buffers, uniforms, bind groups. Pipelines belong to the device.
+//! The resources that a renderer reuses from one frame to the next: buffers, uniforms, bind groups and values of any
+//! type. Pipelines belong to the device.
 
 use std::any::{Any, TypeId};
 use std::sync::Arc;
@@ -12,25 +13,22 @@ use super::buffer::Buffers;
 use super::pipelines::Compiles;
 use super::workers::Workers;
 
-/// What nobody has asked for in so many frames goes: some seconds of a window.
+/// A resource that has not been requested for this many frames is released. In a window, that is a few seconds.
 pub const KEEP_FRAMES: u64 = 240;
 
-/// The pools. All eyes and styles share them.
+/// The pools of a renderer, which all eyes and styles share.
 pub struct Pools {
     /// How the device's pipelines are compiled for this renderer.
     pub compiles: Compiles,
-    /// By name.
     pub buffers: Buffers,
-    /// Of the frame that is being recorded.
+    /// The uniforms of the frame that is being recorded.
     pub arena: Arena,
-    /// By what they bind.
     pub groups: BindGroups,
-    /// By type and content.
     pub kept: Kept,
 }
 
 impl Pools {
-    /// Empty ones: what is asked for is made then.
+    /// Creates empty pools. A resource is created when it is first requested.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             compiles: Compiles::default(),
@@ -41,7 +39,7 @@ impl Pools {
         }
     }
 
-    /// Ends a frame, whose commands were submitted.
+    /// Ends a frame, after its commands have been submitted or dropped.
     pub fn end_frame(&mut self) {
         self.arena.begin_frame();
         self.buffers.end_frame();
@@ -50,21 +48,21 @@ impl Pools {
     }
 }
 
-/// A value, and the last frame that asked for it.
+/// A cached value, and the last frame that requested it.
 type Aged = (Arc<dyn Any + Send + Sync>, u64);
 
-/// Values of any type that are made from something: a style's colour ramp, a world's meshes.
+/// A cache of values of any type that take time to create, such as a style's colour ramp or a world's meshes.
 #[derive(Default)]
 pub struct Kept {
     values: FxHashMap<TypeId, Vec<Aged>>,
     frame: u64,
     workers: Option<Workers<(TypeId, Arc<dyn Any + Send + Sync>)>>,
-    /// One of a type at a time.
+    /// The types of which a worker is creating a value, one value of a type at a time.
     being_made: FxHashSet<TypeId>,
 }
 
 impl Kept {
-    /// The value that `find` knows, or a new one.
+    /// Returns the cached value that `find` accepts; without one, creates it with `make`.
     ///
     /// # Errors
     /// Those of `make`.
@@ -82,7 +80,7 @@ impl Kept {
         Ok(value)
     }
 
-    /// The value that `find` knows; if there is none, `make` begins on another thread.
+    /// Returns the cached value that `find` accepts; without one, starts `make` on another thread and returns `None`.
     pub fn ask<T: Send + Sync + 'static>(
         &mut self,
         find: impl Fn(&T) -> bool,
@@ -96,7 +94,7 @@ impl Kept {
         known
     }
 
-    /// Takes what was made on other threads; waits for nothing.
+    /// Adds the values that other threads have finished to the cache. Does not wait.
     pub fn take_made(&mut self) {
         while let Some((kind, value)) = self.workers.as_mut().and_then(Workers::take) {
             self.being_made.remove(&kind);
@@ -104,7 +102,7 @@ impl Kept {
         }
     }
 
-    /// Whether something is being made on another thread.
+    /// Returns whether another thread is creating a value.
     pub fn is_making(&self) -> bool {
         self.workers.as_ref().is_some_and(|workers| workers.open() > 0)
     }
