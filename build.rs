@@ -1,8 +1,9 @@
 //! Lists the shaders, and translates their structs and constants to Rust, so that each is defined once, in WGSL.
 //!
-//! `src/gpu/shader.rs` includes the list, and `src/gpu/wgsl.rs` the structs and constants. Each struct becomes a `repr(C)`
-//! struct with the same field offsets as in WGSL (specification, "Memory Layout"); a test compares all of them with
-//! naga's layout. Only structs that buffers contain are translated, and only constants that are numeric literals.
+//! `src/gpu/shader.rs` includes the list, and `src/gpu/wgsl.rs` the structs and constants. Each struct becomes a
+//! `repr(C)` struct with the same field offsets as in WGSL (specification, "Memory Layout"); a test compares all of
+//! them with naga's layout. Only structs that buffers contain are translated, and only constants that are numeric
+//! literals.
 
 #![allow(
     clippy::disallowed_methods,

@@ -1,8 +1,8 @@
 //! Redraws figures of papers, on models and on land, and writes the page that shows them.
 //!
-//! `cargo run --release --example paper_figures -- LAND MODELS` draws the pictures that `docs/papers/figures.toml` lists,
-//! from DEMs in the folder LAND and OBJ files in MODELS, with the program that `cargo build --release` built. It writes
-//! `docs/papers/*.png` and `docs/papers/README.md`. A model is placed on level ground.
+//! `cargo run --release --example paper_figures -- LAND MODELS` draws the pictures that `docs/papers/figures.toml`
+//! lists, from DEMs in the folder LAND and OBJ files in MODELS, with the program that `cargo build --release` built. It
+//! writes `docs/papers/*.png` and `docs/papers/README.md`. A model is placed on level ground.
 
 #[path = "shared/small_png.rs"]
 mod small_png;
@@ -125,9 +125,9 @@ fn draw(
 
 fn page(figures: &Figures, page_folder: &Path) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Figures of papers\n\nMethods of published papers, drawn by hachure on models and on land. `cargo run --release \
-         --example paper_figures -- LAND MODELS` redraws them from the DEMs in LAND and the OBJ files in MODELS that \
-         [figures.toml](figures.toml) names.\n",
+        "# Figures of papers\n\nMethods of published papers, drawn by hachure on models and on land. `cargo run \
+         --release --example paper_figures -- LAND MODELS` redraws them from the DEMs in LAND and the OBJ files in \
+         MODELS that [figures.toml](figures.toml) names.\n",
     );
     for figure in &figures.figure {
         writeln!(page, "\n## {}\n\n{}\n", figure.title, figure.about)?;

@@ -1,7 +1,7 @@
 //! Buffers on the GPU: a pool of buffers by name, and buffers that grow with their content.
 //!
-//! A pass owns no buffer. It requests one from the recorder by its [`BufferKind`]. The same kind returns the same buffer
-//! until the buffer has to grow, and a buffer that has not been requested for a while is released
+//! A pass owns no buffer. It requests one from the recorder by its [`BufferKind`]. The same kind returns the same
+//! buffer until the buffer has to grow, and a buffer that has not been requested for a while is released
 //! ([`Buffers::end_frame`]). Data that the CPU writes for a pass ([`Buffers::upload`]) gets a separate buffer for each
 //! use within a frame, because a write takes effect before everything that the frame has recorded.
 
@@ -108,8 +108,8 @@ impl Buffers {
         }
     }
 
-    /// Returns whether a buffer has been replaced by a larger one since the last call. Cached bind groups still hold the
-    /// smaller one then.
+    /// Returns whether a buffer has been replaced by a larger one since the last call. Cached bind groups still hold
+    /// the smaller one then.
     pub fn take_replaced(&mut self) -> bool {
         std::mem::take(&mut self.has_replaced)
     }
@@ -171,8 +171,8 @@ impl GrowingBuffer {
         Self { label, usage, buffer: create(gpu, label, usage, 256) }
     }
 
-    /// Replaces the content. An empty slice leaves the old bytes in place; shaders do not read them, because their count
-    /// is zero.
+    /// Replaces the content. An empty slice leaves the old bytes in place; shaders do not read them, because their
+    /// count is zero.
     pub fn write<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         if bytes.len() as u64 > self.buffer.size() {

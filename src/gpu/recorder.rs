@@ -1,11 +1,11 @@
 //! Records the passes of a frame, with their bindings, times and trace.
 //!
-//! A pass is a function of a [`Recorder`] and its inputs, and owns nothing, so the same pass can be recorded for many eyes
-//! and styles in one submit.
+//! A pass is a function of a [`Recorder`] and its inputs, and owns nothing, so the same pass can be recorded for many
+//! eyes and styles in one submit.
 //!
 //! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). To measure pass times on a
-//! software driver, each pass is a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is submitted
-//! before the whole frame is recorded; a frame that lacks a pipeline is not submitted at all.
+//! software driver, each pass is a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is
+//! submitted before the whole frame is recorded; a frame that lacks a pipeline is not submitted at all.
 //!
 //! A prewarming run ([`Recorder::prewarm`]) records nothing. It only requests the pipelines and cached values that a
 //! frame would need.
@@ -35,8 +35,8 @@ pub enum Submits {
     /// One submit for all passes, on every driver. A GPU still measures each pass; a software driver measures none.
     #[default]
     Whole,
-    /// One submit for all passes on a GPU. On a software driver each pass is submitted alone so that it can be timed, at
-    /// the cost of two more submits and two waits per pass.
+    /// One submit for all passes on a GPU. On a software driver each pass is submitted alone so that it can be timed,
+    /// at the cost of two more submits and two waits per pass.
     Timed,
 }
 
@@ -56,7 +56,8 @@ pub struct Recorder<'a> {
     is_complete: bool,
 }
 
-/// A render pipeline with its bindings. It is empty while the pipeline is being compiled; then nothing is drawn with it.
+/// A render pipeline with its bindings. It is empty while the pipeline is being compiled; then nothing is drawn with
+/// it.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     ready: Option<(wgpu::RenderPipeline, Bound)>,
@@ -141,8 +142,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Returns the buffer of a kind that only the GPU writes, with at least `bytes` bytes. All passes and eyes share it,
-    /// one after the other.
+    /// Returns the buffer of a kind that only the GPU writes, with at least `bytes` bytes. All passes and eyes share
+    /// it, one after the other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
         if let Some(blank) = self.blank(kind.name, bytes) {
             return blank;
@@ -195,8 +196,8 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(&from.0.raw, at(from), &to.0.raw, at(to), bytes);
     }
 
-    /// Returns the cached value that `find` accepts; without one, creates it with `make` and caches it. A value that has
-    /// not been requested for a while is released.
+    /// Returns the cached value that `find` accepts; without one, creates it with `make` and caches it. A value that
+    /// has not been requested for a while is released.
     ///
     /// # Errors
     /// Those of `make`.
@@ -208,8 +209,8 @@ impl<'a> Recorder<'a> {
         self.pools.kept.get(find, || make(self.gpu))
     }
 
-    /// Returns a cached value like [`Recorder::kept`], for values that take long to create. If pipelines are compiled in
-    /// the background, so is the value: until it is ready, returns `None`, and the frame is not drawn.
+    /// Returns a cached value like [`Recorder::kept`], for values that take long to create. If pipelines are compiled
+    /// in the background, so is the value: until it is ready, returns `None`, and the frame is not drawn.
     pub fn cached_in_background<T: Send + Sync + 'static>(
         &mut self,
         find: impl Fn(&T) -> bool,

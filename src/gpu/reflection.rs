@@ -1,7 +1,7 @@
 //! Reads from a shader module what it binds, so that layouts need not be written a second time in Rust.
 //!
-//! wgpu can derive layouts too, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need, and it
-//! does not report what a pass reads and writes.
+//! wgpu can derive layouts too, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need, and
+//! it does not report what a pass reads and writes.
 
 use wgpu::naga;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -137,7 +137,8 @@ fn access(ty: &wgpu::BindingType) -> (bool, bool) {
     }
 }
 
-/// Returns the binding type of a variable, or `None` if it is not supported. `filters` applies to textures and samplers.
+/// Returns the binding type of a variable, or `None` if it is not supported. `filters` applies to textures and
+/// samplers.
 fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, filters: bool) -> Option<wgpu::BindingType> {
     // With a minimum size, wgpu rejects a buffer that is too small when it is bound, not when the frame is submitted.
     let least = std::num::NonZeroU64::new(u64::from(module.types[variable.ty].inner.size(module.to_ctx())));

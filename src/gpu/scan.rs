@@ -1,5 +1,5 @@
-//! Exclusive prefix sum of integers in place (`shaders/gpu/scan.wgsl`), and passes that use it to write a list in a fixed
-//! order.
+//! Exclusive prefix sum of integers in place (`shaders/gpu/scan.wgsl`), and passes that use it to write a list in a
+//! fixed order.
 
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};

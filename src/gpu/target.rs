@@ -75,15 +75,16 @@ impl Target {
 pub struct Targets {
     /// Size of a whole picture, in pixels.
     size_px: [u32; 2],
-    /// Each target with the last frame that requested it, by name and size: alternating styles may need the same picture
-    /// in two sizes.
+    /// Each target with the last frame that requested it, by name and size: alternating styles may need the same
+    /// picture in two sizes.
     targets: FxHashMap<(&'static str, [u32; 2]), (Target, u64)>,
     frame: u64,
 }
 
 impl Targets {
-    /// Begins a frame with pictures of `size_px` pixels, and releases pictures that have not been requested for a while.
-    /// If the size differs from that of the previous frame, releases all pictures. Returns whether it is the same.
+    /// Begins a frame with pictures of `size_px` pixels, and releases pictures that have not been requested for a
+    /// while. If the size differs from that of the previous frame, releases all pictures. Returns whether it is the
+    /// same.
     ///
     /// # Errors
     /// [`GpuError::Limit`] if the pictures are larger than the device allows.

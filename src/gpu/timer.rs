@@ -1,8 +1,9 @@
 //! Measures the GPU time of each pass.
 //!
-//! On a GPU, wgpu-profiler writes timestamps around each pass, and they are read a few frames later without waiting. On a
-//! software driver timestamps do not time compute passes (Mesa's writes both when the next picture is rasterised). But
-//! the driver works on the CPU, so there each pass is submitted alone and timed by the CPU's clock until it is done.
+//! On a GPU, wgpu-profiler writes timestamps around each pass, and they are read a few frames later without waiting. On
+//! a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is rasterised).
+//! But the driver works on the CPU, so there each pass is submitted alone and timed by the CPU's clock until it is
+//! done.
 //!
 //! Why: `docs/decisions/timing.md`.
 
@@ -50,7 +51,8 @@ impl Timer {
         Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waiting: Vec::new(), waited: None })
     }
 
-    /// Returns the times of the oldest finished frame whose times have not been taken: [`FRAME`] first, then its passes.
+    /// Returns the times of the oldest finished frame whose times have not been taken: [`FRAME`] first, then its
+    /// passes.
     pub fn take(&mut self) -> Option<Vec<PassTime>> {
         if self.waits {
             return self.waited.take();

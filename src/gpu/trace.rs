@@ -1,5 +1,5 @@
-//! A trace of what the passes of a frame read and write. The list of passes in `src/frame_passes.md`, the memory traffic
-//! by pass, and the pictures that `--show` can draw come from it.
+//! A trace of what the passes of a frame read and write. The list of passes in `src/frame_passes.md`, the memory
+//! traffic by pass, and the pictures that `--show` can draw come from it.
 
 use super::bind::{Named, Resource};
 use super::reflection::Variable;

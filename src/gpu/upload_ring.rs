@@ -1,8 +1,8 @@
 //! A ring of staging buffers, through which layers of a texture array are uploaded to the GPU.
 //!
 //! `Queue::write_texture` allocates a staging buffer for every call, without a bound. Here a frame may upload what one
-//! buffer holds, and more if frames take long anyway, so that uploads take the same share of the time. While the GPU still
-//! reads all buffers, nothing is uploaded: the frame thread never waits.
+//! buffer holds, and more if frames take long anyway, so that uploads take the same share of the time. While the GPU
+//! still reads all buffers, nothing is uploaded: the frame thread never waits.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
