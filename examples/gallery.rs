@@ -1,9 +1,9 @@
-//! Draws the gallery: every preset near, wide and as a map, and the page that shows them.
+//! Draws the gallery: every preset in a near view, a wide view and as a map, and the page that shows them.
 //!
 //! `cargo run --release --example gallery -- FOLDER [PRESET...]` draws the views of `docs/gallery/places.toml`, whose
-//! worlds are in FOLDER, and writes `docs/gallery/*.png` and `docs/gallery/README.md`. It runs the `hachure` that
-//! `cargo build --release` built, with all presets or only the named ones. Pictures of few colours get a palette, which
-//! keeps them small.
+//! worlds are in FOLDER, in all presets or in the named ones, with the program that `cargo build --release` built. It
+//! writes `docs/gallery/*.png` and `docs/gallery/README.md`. Pictures with few colours get a palette, which keeps the
+//! files small.
 
 #[path = "shared/small_png.rs"]
 mod small_png;
@@ -27,9 +27,9 @@ struct Places {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Place {
-    /// Part of the picture's file name.
+    /// Last part of the names of the picture files.
     name: String,
-    /// Title in the gallery page.
+    /// Caption on the page.
     title: String,
     world: PathBuf,
     camera: Option<String>,
@@ -38,20 +38,17 @@ struct Place {
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
-    let folder = arguments
-        .next()
-        .map(PathBuf::from)
-        .context("usage: gallery FOLDER [PRESET...] (FOLDER contains the worlds)")?;
+    let folder = arguments.next().map(PathBuf::from).context("name the folder of the worlds")?;
     let named: Vec<String> = arguments.collect();
     if let Some(unknown) = named.iter().find(|name| style::preset_text(name).is_none()) {
-        bail!("{unknown}: unknown preset");
+        bail!("{unknown}: no such preset");
     }
     let gallery = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/gallery");
     let path = gallery.join("places.toml");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let places: Places = toml::from_str(&text).with_context(|| path.display().to_string())?;
     let program = std::env::current_exe()?.with_file_name("").join("../hachure");
-    ensure!(program.exists(), "{}: not found; run cargo build --release first", program.display());
+    ensure!(program.exists(), "there is no {}: cargo build --release makes it", program.display());
 
     let is_wanted = |name: &&str| named.is_empty() || named.iter().any(|wanted| wanted == name);
     for name in style::names().into_iter().filter(is_wanted) {
@@ -69,14 +66,14 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
     let view = match (&place.camera, &place.map) {
         (Some(camera), None) => format!("--camera={camera}"),
         (None, Some(map)) => format!("--map={map}"),
-        _ => bail!("{}: a place needs either a camera or a map", place.name),
+        _ => bail!("{}: a place has a camera or a map", place.name),
     };
     let mut command = Command::new(program);
     command.arg("render").arg(folder.join(&place.world)).args(["--style", style, "--size", size, &view]);
     let status = command.args(["--samples", "4", "-o"]).arg(picture).status()?;
-    ensure!(status.success(), "drawing {style} of {} failed", place.name);
+    ensure!(status.success(), "{style} of {} was not drawn", place.name);
     if place.map.is_some() {
-        // The gallery needs no georeferencing files.
+        // The page needs no georeference.
         for side in ["pgw", "prj"] {
             std::fs::remove_file(picture.with_extension(side))?;
         }
@@ -86,8 +83,8 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
 
 fn page(places: &Places) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Gallery\n\nEvery preset near, wide and as a map. `cargo run --release --example gallery -- FOLDER` redraws \
-         it from the SRTM tiles in FOLDER that [places.toml](places.toml) names.\n",
+        "# Gallery\n\nEvery preset: a near view, a wide view and a map. `cargo run --release --example gallery -- \
+         FOLDER` redraws the gallery from the SRTM tiles in FOLDER that [places.toml](places.toml) names.\n",
     );
     for name in style::names() {
         let style = Style::load(name)?;

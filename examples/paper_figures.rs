@@ -1,8 +1,8 @@
 //! Redraws figures of papers, on models and on land, and writes the page that shows them.
 //!
-//! `cargo run --release --example paper_figures -- LAND MODELS` draws what `docs/papers/figures.toml` lists, with DEMs
-//! in the folder LAND and OBJ files in the folder MODELS, and writes `docs/papers/*.png` and `docs/papers/README.md`.
-//! It runs the `hachure` that `cargo build --release` built. A model is placed on level ground.
+//! `cargo run --release --example paper_figures -- LAND MODELS` draws the pictures that `docs/papers/figures.toml`
+//! lists, from DEMs in the folder LAND and OBJ files in MODELS, with the program that `cargo build --release` built. It
+//! writes `docs/papers/*.png` and `docs/papers/README.md`. A model is placed on level ground.
 
 #[path = "shared/small_png.rs"]
 mod small_png;
@@ -23,12 +23,12 @@ struct Figures {
     figure: Vec<Figure>,
 }
 
-/// A figure: one or more pictures side by side.
+/// A figure: pictures side by side, with a title and a text.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Figure {
     title: String,
-    /// The paper, its figure, and what to look at.
+    /// The paper, the figure, and what it shows.
     about: String,
     picture: Vec<Picture>,
 }
@@ -36,15 +36,15 @@ struct Figure {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Picture {
-    /// Name of the picture's file, without extension.
+    /// File name of the picture, without extension.
     name: String,
-    /// A preset, or a style file in the folder of `figures.toml`.
+    /// A preset, or a style file in the folder of the list.
     style: String,
-    /// A DEM in the folder LAND.
+    /// A DEM in the folder of land.
     land: Option<PathBuf>,
-    /// An OBJ file in the folder MODELS.
+    /// An OBJ file in the folder of models.
     model: Option<PathBuf>,
-    /// Height of the model's origin above the ground.
+    /// Height of the model's origin above the ground, in metres.
     #[serde(default)]
     lift_m: f64,
     camera: Option<String>,
@@ -54,15 +54,13 @@ struct Picture {
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1).map(PathBuf::from);
     let folders = [(); 2].map(|()| arguments.next());
-    let [Some(land), Some(models)] = folders else {
-        bail!("usage: paper_figures LAND MODELS (the folders of DEMs and of OBJ files)")
-    };
+    let [Some(land), Some(models)] = folders else { bail!("name the folders of land and of models") };
     let page_folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/papers");
     let path = page_folder.join("figures.toml");
     let text = std::fs::read_to_string(&path).with_context(|| path.display().to_string())?;
     let figures: Figures = toml::from_str(&text).with_context(|| path.display().to_string())?;
     let program = std::env::current_exe()?.with_file_name("").join("../hachure");
-    ensure!(program.exists(), "{}: not found; run cargo build --release first", program.display());
+    ensure!(program.exists(), "there is no {}: cargo build --release makes it", program.display());
     let scratch = std::env::temp_dir().join("hachure paper figures");
     std::fs::create_dir_all(&scratch)?;
     for picture in figures.figure.iter().flat_map(|figure| &figure.picture) {
@@ -76,12 +74,12 @@ fn main() -> anyhow::Result<()> {
         .context("docs/papers/README.md")
 }
 
-/// Returns the DEM, or the path of a new scene with the model on level ground.
+/// Returns the DEM, or writes and returns a scene with a model on level ground.
 fn world(picture: &Picture, [land, models]: [&Path; 2], scratch: &Path) -> anyhow::Result<PathBuf> {
     let model = match (&picture.land, &picture.model) {
         (Some(file), None) => return Ok(land.join(file)),
         (None, Some(model)) => models.join(model).canonicalize().with_context(|| model.display().to_string())?,
-        _ => bail!("{}: a picture needs either land or a model", picture.name),
+        _ => bail!("{}: a picture has land or a model", picture.name),
     };
     const SIDE: usize = 65;
     let row = ["0"; SIDE].join(" ") + "\n";
@@ -108,7 +106,7 @@ fn draw(
     let view = match (&picture.camera, &picture.map) {
         (Some(camera), None) => format!("--camera={camera}"),
         (None, Some(map)) => format!("--map={map}"),
-        _ => bail!("{}: a picture needs either a camera or a map", picture.name),
+        _ => bail!("{}: a picture has a camera or a map", picture.name),
     };
     let mut command = Command::new(program);
     command.current_dir(page_folder).arg("render").arg(world);
@@ -116,7 +114,7 @@ fn draw(
     if picture.model.is_some() {
         command.arg("--trust-scene");
     }
-    ensure!(command.status()?.success(), "drawing {} failed", picture.name);
+    ensure!(command.status()?.success(), "{} was not drawn", picture.name);
     if picture.map.is_some() {
         for side in ["pgw", "prj"] {
             std::fs::remove_file(file.with_extension(side))?;
@@ -127,9 +125,9 @@ fn draw(
 
 fn page(figures: &Figures, page_folder: &Path) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Figures of papers\n\nMethods of papers, drawn by hachure on models and on land. `cargo run --release --example \
-         paper_figures -- LAND MODELS` redraws them from the DEMs and OBJ files that [figures.toml](figures.toml) \
-         names.\n",
+        "# Figures of papers\n\nMethods of published papers, drawn by hachure on models and on land. `cargo run \
+         --release --example paper_figures -- LAND MODELS` redraws them from the DEMs in LAND and the OBJ files in \
+         MODELS that [figures.toml](figures.toml) names.\n",
     );
     for figure in &figures.figure {
         writeln!(page, "\n## {}\n\n{}\n", figure.title, figure.about)?;

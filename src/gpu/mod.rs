@@ -1,4 +1,5 @@
-//! The device, shaders, targets, timers and readback. Knows nothing of terrain.
+//! The layer over wgpu: device, shaders, pipelines, passes, targets, buffers, timers and readback. It knows nothing of
+//! terrain.
 
 pub mod arena;
 pub mod bind;

@@ -1,4 +1,5 @@
-//! What a renderer keeps from one frame to the next: buffers, uniforms, bind groups. Pipelines belong to the device.
+//! The resources that a renderer reuses from one frame to the next: buffers, uniforms and bind groups. Pipelines
+//! and cached values belong to the device.
 
 use super::Gpu;
 use super::arena::Arena;
@@ -6,23 +7,21 @@ use super::bind::BindGroups;
 use super::buffer::Buffers;
 use super::pipelines::Compiles;
 
-/// What nobody has asked for in so many frames goes: some seconds of a window.
+/// A resource that has not been requested for this many frames is released. In a window, that is a few seconds.
 pub const KEEP_FRAMES: u64 = 240;
 
-/// The pools. All eyes and styles share them.
+/// The pools of a renderer, which all eyes and styles share.
 pub struct Pools {
     /// How the device's pipelines are compiled for this renderer.
     pub compiles: Compiles,
-    /// By name.
     pub buffers: Buffers,
-    /// Of the frame that is being recorded.
+    /// The uniforms of the frame that is being recorded.
     pub arena: Arena,
-    /// By what they bind.
     pub groups: BindGroups,
 }
 
 impl Pools {
-    /// Empty ones: what is asked for is made then.
+    /// Creates empty pools. A resource is created when it is first requested.
     pub fn new(gpu: &Gpu) -> Self {
         Self {
             compiles: Compiles::default(),
@@ -32,7 +31,7 @@ impl Pools {
         }
     }
 
-    /// Ends a frame, whose commands were submitted.
+    /// Ends a frame, after its commands have been submitted or dropped.
     pub fn end_frame(&mut self) {
         self.arena.begin_frame();
         self.buffers.end_frame();
