@@ -99,6 +99,8 @@ impl Groups<'_> {
 /// `shaders/shared/ordered.wgsl`.
 pub struct Ordered<'a> {
     pub shader: Compute,
+    /// The variant for the first stage, if it differs.
+    pub find: Option<Compute>,
     /// Number of stages, 2 or 3. The third is a single workgroup.
     pub stages: u32,
     /// Number of workgroups of the first two stages.
@@ -116,7 +118,7 @@ impl Ordered<'_> {
         let mut all = vec![("order", order.binding())];
         all.extend(resources.iter().cloned());
         for stage in 0..self.stages {
-            let shader = self.shader;
+            let shader = self.find.filter(|_| stage == 0).unwrap_or(self.shader);
             match self.groups {
                 Groups::Of([x, y]) => {
                     recorder.write(&order, &[stage, x * y]);

@@ -21,6 +21,11 @@ const SIZE_PX: [u32; 2] = [192, 108];
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
 
 fn rough() -> Option<World> {
+    World::new(grid_of(257, 257, 30.0, rough_height_m), 1.0)
+}
+
+/// The same land with triangles that are as fine for a small picture as for a large one.
+fn fine_rough() -> Option<World> {
     World::new(grid_of(257, 257, 30.0, rough_height_m), 0.25)
 }
 
