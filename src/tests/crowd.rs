@@ -107,7 +107,7 @@ fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [V
 #[test]
 fn every_preset_with_lines_has_a_cap() {
     let lacks = |style: &Style| cap_of(style).is_some_and(|cap| cap >= 1.0);
-    for name in hachure::style::names() {
+    for name in common::presets() {
         assert!(!lacks(&Style::load(name).unwrap()), "{name} has no limit on crowded lines");
     }
     // Planted error: presets without a limit.

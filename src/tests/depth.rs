@@ -15,13 +15,12 @@ const SPACING_M: f64 = 60.0;
 const SAMPLES: u32 = 1025;
 
 /// Returns how much darker than paper the nearest and the farthest third of the land are, by distance.
-fn darkness(world: &mut World, style: &Style, light: &Light) -> [f64; 2] {
+fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose("0,-22000,+1200,4,-7,50");
-    let mut renderer = Renderer::new(&world.gpu).unwrap();
-    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, light);
     let paper = f64::from(style.paper.color.linear()[1]);
     let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
-    let land: Vec<(f64, f64)> = places_m(&world.gpu, &renderer, pose.position_m)
+    let land: Vec<(f64, f64)> = places_m(&world.gpu, renderer, pose.position_m)
         .iter()
         .zip(picture)
         .filter_map(|(place, texel)| Some(((*place)?.distance(pose.position_m), 1.0 - texel[1] / paper)))
@@ -46,15 +45,16 @@ fn the_far_third_has_less_ink_than_the_near_one() {
     // Planted error: a world without haze.
     let clear = Light { haze_m: 1e9, ..light };
     let mut failed = Vec::new();
-    for name in style::names() {
+    for name in common::presets() {
         // Terraces of this land are as level as lakes, and their shores are not marks.
         let style = Style { water: None, ..Style::load(name).unwrap() };
         // Styles of lines alone draw hardly anything on near faces and more far away, so they are not tested.
         if style.hatching.is_none() && !style.has_land_lines() {
             continue;
         }
-        let [near, far] = darkness(&mut world, &style, &light);
-        let [clear_near, clear_far] = darkness(&mut world, &style, &clear);
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        let [near, far] = darkness(&mut world, &mut renderer, &style, &light);
+        let [clear_near, clear_far] = darkness(&mut world, &mut renderer, &style, &clear);
         let [part, clear_part] = [far / near, clear_far / clear_near];
         println!("{name:12} near {near:.3}, far {far:.3}: {part:.2}; without haze {clear_part:.2}");
         // The aim is 0.5. The rest is contours: this land has ridges one behind the other to its edge. Rows of hachures

@@ -344,7 +344,7 @@ fn colours_change_no_tone_and_nothing_else() {
     assert!(far > 0.02, "in plain, colours change luminance by only {far}");
 
     // Styles without local colours have nothing of them, even right after a style that has them.
-    for name in style::names() {
+    for name in common::presets() {
         let says_so = style::preset_text(name).unwrap().contains("local_color");
         assert_eq!(
             Style::load(name).unwrap().asks_for_local_colors(),

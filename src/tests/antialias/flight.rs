@@ -7,12 +7,15 @@ use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 
 use crate::tests::antialias::{SIZE_PX, VIEW, apart, picture, sharpness, supersampled};
-use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west};
+use crate::tests::common::{World, full};
 
-const FRAMES: u32 = 44;
+fn frames() -> u32 {
+    if full() { 44 } else { 28 }
+}
+
 /// Samples of each pixel in the reference picture that a frame should match.
-const SAMPLES: u32 = 32;
+const SAMPLES: u32 = 16;
 /// The first frames, which have too little history to be steady; they are not measured.
 const SETTLING: u32 = 12;
 /// A camera near the ground.
@@ -80,7 +83,7 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
         // half of their flicker; so this style has no cap.
         let style = crate::tests::common::all_lines(name);
         let [alone, together] =
-            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
+            [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, frames()));
         let number = |flown: &Flown, name: &str| flown.totals.metrics().unwrap()[name].unwrap();
         for metric in ["flicker", "flicker_ink", "e_warp", "line_coverage"] {
             println!("{name}: {metric} {:.6} → {:.6}", number(&alone, metric), number(&together, metric));

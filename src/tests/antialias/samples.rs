@@ -50,7 +50,7 @@ fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
 
 #[test]
 fn samples_are_a_larger_picture_made_small() {
-    let Some(mut world) = crate::tests::antialias::rough() else { return };
+    let Some(mut world) = crate::tests::antialias::fine_rough() else { return };
     let style = plain();
     let truth = shrunk(&shoot(&mut world, &style, SIZE_PX.map(|side| 6 * side), 1).picture, 6);
     let off = [1, 4, 16, 64].map(|samples| apart(&shoot(&mut world, &style, SIZE_PX, samples).picture, &truth));

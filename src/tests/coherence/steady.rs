@@ -8,7 +8,7 @@ use hachure::style::{self, Style};
 
 use crate::tests::coherence::sheet::turned;
 use crate::tests::coherence::{Flight, SIZE_PX, mountains, pose, strokes};
-use crate::tests::common::World;
+use crate::tests::common::{World, full};
 
 /// Largest fraction of the line that may flicker in a turn of 30 degrees per second.
 const MOST_FLICKER: f64 = 5e-4;
@@ -38,8 +38,9 @@ fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl F
 /// Returns the slow flight over procedural mountains, and one over a real mountain.
 fn flights() -> Vec<(&'static str, World, Vec<Pose>)> {
     let mut flights = Vec::new();
+    let frames = if full() { 40 } else { 24 };
     if let Some(world) = mountains() {
-        let poses = (0..=40).map(|frame| pose(&world, frame)).collect();
+        let poses = (0..=frames).map(|frame| pose(&world, frame)).collect();
         flights.push(("procedural", world, poses));
     }
     if let Some(world) = World::real("dem/geotiff/mt_rainier_90m.tif", 1.0) {
@@ -48,7 +49,7 @@ fn flights() -> Vec<(&'static str, World, Vec<Pose>)> {
             let moved = DVec3::new(0.3, 1.0, 0.0) * (1.3 * f64::from(frame));
             Pose { position_m: start.position_m + moved, ..start }
         };
-        let poses = (0..=40).map(at).collect();
+        let poses = (0..=frames).map(at).collect();
         flights.push(("Rainier", world, poses));
     }
     flights
@@ -75,7 +76,9 @@ fn lines_that_take_over_are_four_times_as_still() {
             metrics
         };
         let anew = fly("rebuilt", |own| (own.update_every, own.carry) = (1, false));
-        fly("thesis", |own| (own.update_every, own.carry) = (10, false));
+        if full() {
+            fly("thesis", |own| (own.update_every, own.carry) = (10, false));
+        }
         let each = fly("each frame", |own| own.update_every = 1);
         let ours = fly("default", |_| {});
         let ratio = |metrics: &Metrics, name: &str| metrics[name].unwrap() / anew[name].unwrap();
@@ -98,7 +101,7 @@ fn lines_that_take_over_are_four_times_as_still() {
 #[test]
 fn a_turn_brings_its_strokes_with_it() {
     let Some(mut world) = mountains() else { return };
-    let poses: Vec<Pose> = (0..=30).map(|frame| turned(&world, frame)).collect();
+    let poses: Vec<Pose> = (0..=if full() { 30 } else { 20 }).map(|frame| turned(&world, frame)).collect();
     let mut flickers = |change: &dyn Fn(usize, &mut DrawnFrame)| {
         let metrics = steadiness_of(&mut world, strokes(|_| {}), &poses, change);
         let [all, coverage] = ["flicker", "line_coverage"].map(|name| metrics[name].unwrap());

@@ -28,7 +28,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
-use hachure::style::Style;
+use hachure::style::{self, Style};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
@@ -76,6 +76,34 @@ pub fn own_gpu() -> Option<Gpu> {
             None
         }
     }
+}
+
+/// Returns whether the long tier of the tests is wanted (`./check --full`): large pictures, many cases, long flights.
+pub fn full() -> bool {
+    std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
+}
+
+/// Returns the presets that a test of all kinds of ink draws: in the long tier all of them, otherwise one for each kind
+/// of lines, strokes, marks, tones, water and sky.
+pub fn presets() -> Vec<&'static str> {
+    const EACH_KIND: [&str; 14] = [
+        "plain",
+        "ink",
+        "roystan",
+        "strokes",
+        "charcoal",
+        "hachures",
+        "crosshatch",
+        "stipple",
+        "engraving",
+        "wash",
+        "night",
+        "suggestive",
+        "tone-lines",
+        "relief",
+    ];
+    let is_wanted = |name: &&str| full() || EACH_KIND.contains(name);
+    style::names().into_iter().filter(is_wanted).collect()
 }
 
 /// Returns a folder for data that takes long to make and is reused between runs.

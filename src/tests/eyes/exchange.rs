@@ -19,7 +19,7 @@ fn pictures(world: &mut World, style: &Style, rig: &Rig) -> Vec<Vec<u8>> {
 fn exchanged_eyes_exchange_their_pictures() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let pose = world.pose("900,-900,+20,315,3,60");
-    for name in hachure::style::names() {
+    for name in crate::tests::common::presets() {
         let style = Style::load(name).unwrap();
         let [before, after] = [1.0, -1.0].map(|ipd_m| pictures(&mut world, &style, &rig(pose, ipd_m, SIZE_PX)));
         assert!(
@@ -35,7 +35,7 @@ fn exchanged_eyes_exchange_their_pictures() {
 fn eyes_at_one_place_are_one_eye() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let pose = world.pose("900,-900,+20,315,3,60");
-    for name in hachure::style::names() {
+    for name in crate::tests::common::presets() {
         let style = Style::load(name).unwrap();
         let mono = pictures(&mut world, &style, &Rig::mono(View::whole(pose, pose, SIZE_PX)));
         let pair = pictures(&mut world, &style, &rig(pose, 0.0, SIZE_PX));

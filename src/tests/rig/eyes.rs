@@ -37,7 +37,7 @@ fn alone(name: &str) -> Style {
 #[test]
 fn two_eyes_at_once_are_the_two_alone() {
     let Some(mut world) = hill() else { return };
-    for name in style::names() {
+    for name in crate::tests::common::presets() {
         let style = alone(name);
         let rigs = rigs(&world);
         // The frame is one submit, as on a GPU.
@@ -74,7 +74,7 @@ fn a_rig_is_prepared_for_the_pixels_of_all_its_eyes() {
 #[test]
 fn one_submit_draws_what_many_draw() {
     let Some(mut world) = hill() else { return };
-    for name in style::names() {
+    for name in crate::tests::common::presets() {
         let style = Style::load(name).unwrap();
         let drawn = [Submits::Timed, Submits::Whole].map(|submits| {
             let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -10,17 +10,17 @@ use crate::tests::rig::{START, draw_rig, hill_apart, view};
 fn a_steady_frame_makes_no_gpu_object() {
     let Some(mut world) = hill_apart() else { return };
     let pose = world.pose(START);
-    for name in style::names() {
+    for name in crate::tests::common::presets() {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Rig::mono(view(pose, pose));
         let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
         // The loop draws both kinds of frames of a style with strokes, and uses both of its lists of samples.
-        for _ in 0..4 * updates {
+        for _ in 0..2 * updates + 2 {
             draw_rig(&mut world, &mut renderer, &style, &rig);
         }
         let before = world.gpu.objects_made();
-        for _ in 0..4 * updates {
+        for _ in 0..2 * updates {
             draw_rig(&mut world, &mut renderer, &style, &rig);
         }
         assert_eq!(world.gpu.objects_made() - before, 0, "{name}");
@@ -37,7 +37,7 @@ fn a_steady_frame_makes_no_gpu_object() {
 fn recording_takes_milliseconds() {
     let Some(mut world) = hill_apart() else { return };
     let pose = world.pose(START);
-    for name in style::names() {
+    for name in crate::tests::common::presets() {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Rig::mono(view(pose, pose));
