@@ -1,4 +1,5 @@
-//! Worlds in memory: the same tiles, errors and pictures as those of the same heights in a file, and refusals.
+//! Worlds in memory have the same tiles, errors and pictures as the same heights in a file; impossible heights are
+//! refused in one line.
 
 use std::sync::Arc;
 
@@ -22,7 +23,7 @@ use super::common::{World, baked, gpu, grid_of, in_memory, rough_height_m};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
-/// The bits of the numbers of patches.
+/// Returns the bits of all numbers of patches.
 fn patch_bits(patches: &[PatchStatistics]) -> Vec<u32> {
     let bits = |patch: &PatchStatistics| {
         let numbers = [patch.min_m, patch.max_m, patch.mesh_error_m].map(f32::to_bits);
@@ -31,7 +32,7 @@ fn patch_bits(patches: &[PatchStatistics]) -> Vec<u32> {
     patches.iter().flat_map(bits).collect()
 }
 
-/// What differs between two tiles.
+/// Returns what differs between two tiles.
 fn tile_differences(a: &LoadedTile, b: &LoadedTile) -> Vec<&'static str> {
     let bits = |heights_m: &[f32]| heights_m.iter().map(|height| height.to_bits()).collect::<Vec<_>>();
     let errors = |tile: &LoadedTile| {
@@ -56,7 +57,7 @@ fn tile_differences(a: &LoadedTile, b: &LoadedTile) -> Vec<&'static str> {
     differences
 }
 
-/// Everything that differs between two stores, bit for bit: the part and the number of the level.
+/// Returns everything that differs between two stores, bit for bit: what it is, and its level.
 fn differences(a: &Arc<dyn TileStore>, b: &Arc<dyn TileStore>) -> Vec<(&'static str, u32)> {
     assert_eq!((a.levels(), a.is_measured()), (b.levels(), b.is_measured()));
     assert_eq!(a.georeference(), b.georeference());
@@ -84,8 +85,8 @@ fn stored(grid: &HeightGrid) -> Result<MemoryStore, PyramidError> {
     MemoryStore::new(grid.clone(), "heights in memory", &Silent)
 }
 
-/// Rough land with a large hole, in which a single sample is known: the surface of coarse levels there depends on
-/// fillings that only still coarser levels have.
+/// Returns rough land with a large hole, in which a single sample is known: the surface of a level there depends on
+/// fillings that only coarser levels have.
 fn land_with_a_hole() -> HeightGrid {
     let mut grid = grid_of(523, 401, 15.0, rough_height_m);
     for row in 60..360 {
@@ -100,7 +101,7 @@ fn land_with_a_hole() -> HeightGrid {
     grid
 }
 
-/// Grids of several shapes, each with a sample that is changed in the planted error.
+/// Returns grids of several shapes, each with the sample that the planted error changes.
 fn grids() -> Vec<(&'static str, HeightGrid, usize)> {
     vec![
         ("a smooth hill", Hill::square(321, 10.0).1, 160 * 321 + 100),
