@@ -14,13 +14,13 @@ pub enum PyramidError {
     /// The grid's fields contradict one another, or the grid is too small.
     #[error("{}: {cause}", named(path))]
     BadGrid {
-        /// The file that was to be baked.
+        /// The file that was to be baked, or the name of heights in memory.
         path: PathBuf,
         /// The problem with the grid.
         cause: String,
     },
     /// No sample has a height.
-    #[error("{}: every sample is no-data; there are no heights to bake", named(path))]
+    #[error("{}: every sample is no-data; there are no heights to draw", named(path))]
     NoHeights {
         /// The file that was to be baked.
         path: PathBuf,

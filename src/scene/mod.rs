@@ -94,6 +94,8 @@ pub enum World {
         /// Distance between samples in metres; values other than 10 stretch the land horizontally.
         spacing_m: f64,
     },
+    /// Heights in memory, which a caller of the library has given; a scene cannot open them.
+    Memory,
 }
 
 /// The direction of sunlight, a distant light.

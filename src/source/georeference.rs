@@ -102,6 +102,14 @@ impl GeoTags {
 }
 
 impl Georeference {
+    /// Returns the georeference of a grid of `width` × `height` samples in metres, `spacing_m` apart, whose first row
+    /// is in the north. Its centre is the origin, and it has no position on the earth.
+    pub fn local(width: u32, height: u32, spacing_m: f64) -> Self {
+        let [half_x_m, half_y_m] = [width, height].map(|count| 0.5 * f64::from(count.saturating_sub(1)) * spacing_m);
+        let crs_from_grid = [-half_x_m, spacing_m, 0.0, half_y_m, 0.0, -spacing_m];
+        Self { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
+    }
+
     /// Returns the georeference in which column and row are the coordinates x and y themselves (x first). Without a
     /// code these are longitudes and latitudes on WGS 84.
     ///

@@ -36,7 +36,7 @@ pub(super) fn check_count(path: &Path, [width, height]: [u32; 2]) -> Result<(), 
 ///
 /// # Errors
 /// Returns [`SourceError::Memory`] if the allocation fails.
-pub(super) fn room<T>(path: &Path, size: [u32; 2], count: u64) -> Result<Vec<T>, SourceError> {
+pub(crate) fn room<T>(path: &Path, size: [u32; 2], count: u64) -> Result<Vec<T>, SourceError> {
     let mut room = Vec::new();
     let reserved = usize::try_from(count).is_ok_and(|count| room.try_reserve_exact(count).is_ok());
     reserved.then_some(room).ok_or_else(|| lacking(path, size, count.saturating_mul(size_of::<T>() as u64)))

@@ -33,7 +33,7 @@ mod hgt;
 mod hillslope;
 mod inputs;
 mod masked;
-mod memory;
+pub(crate) mod memory;
 pub mod mosaic;
 mod picture;
 mod place;
@@ -44,7 +44,7 @@ mod raster;
 mod raw;
 pub mod reader;
 mod relief;
-mod samples;
+pub(crate) mod samples;
 mod side_file;
 mod statistics;
 mod terrain_rgb;
@@ -112,7 +112,7 @@ impl Progress for Silent {
 pub const VERSION: u32 = 2;
 
 /// Largest number of samples that are read into memory at once: 8 GiB of heights.
-const MAX_SAMPLES: u64 = 1 << 31;
+pub(crate) const MAX_SAMPLES: u64 = 1 << 31;
 
 /// Number of samples that are read between two progress reports.
 const SAMPLES_PER_REPORT: u64 = 1 << 22;

@@ -20,7 +20,7 @@ pub(super) enum SampleType {
 
 /// Largest possible height in metres: the highest relief in the solar system is under 30 km. A larger value is a
 /// no-data value that the file does not declare (-3.4e38, 1e20, -2147483648 …).
-pub(super) const MAX_HEIGHT_M: f64 = 1e6;
+pub(crate) const MAX_HEIGHT_M: f64 = 1e6;
 
 /// The meaning of the samples of one band.
 #[derive(Clone, Debug, PartialEq)]

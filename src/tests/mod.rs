@@ -44,6 +44,7 @@ mod line_pictures;
 mod load;
 mod lsa;
 mod measure;
+mod memory_world;
 mod meshes;
 mod mirror;
 mod mosaic;

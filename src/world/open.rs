@@ -11,7 +11,7 @@ use crate::file::message::named;
 use crate::forest::cover::{Cover, CoverError};
 use crate::gpu::Gpu;
 use crate::mesh::{MeshError, obj};
-use crate::pyramid::store::{ContinentStore, Exaggerated, MosaicStore};
+use crate::pyramid::store::{ContinentStore, Exaggerated, MemoryStore, MosaicStore};
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
@@ -21,7 +21,9 @@ use crate::scene::scene_file::SceneError;
 use crate::scene::sun_time::SunTimeError;
 use crate::scene::view::Pose;
 use crate::scene::{Light, Scene, World};
-use crate::source::{self, EarthPlace, Kind, OpenOptions, Progress, Silent};
+use crate::source::georeference::Georeference;
+use crate::source::samples::MAX_HEIGHT_M;
+use crate::source::{self, EarthPlace, HeightGrid, Kind, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
 use crate::world::given_water::{GivenWater, GivenWaterError};
@@ -29,6 +31,9 @@ use crate::world::{Surfaces, meshes, tree_models};
 
 /// A COG with at most this many samples is baked all the same: it takes two seconds, and then its errors are measured.
 const BAKED_SAMPLES: usize = 1 << 24;
+
+/// The name of heights that have no file, in messages.
+const HEIGHTS_IN_MEMORY: &str = "heights in memory";
 
 /// The reason why a world could not be opened. The message is one line that names the file; the causes follow as
 /// sources.
@@ -76,6 +81,15 @@ pub enum WorldError {
     /// The sun cannot be computed for the scene's date.
     #[error(transparent)]
     SunTime(#[from] SunTimeError),
+    /// The distance between samples is not a length.
+    #[error("{HEIGHTS_IN_MEMORY}: a spacing of {spacing_m} m is not possible; it must be a finite number above 0")]
+    Spacing {
+        /// The distance that was given, in metres.
+        spacing_m: f64,
+    },
+    /// The scene's heights are those that an earlier call gave.
+    #[error("{HEIGHTS_IN_MEMORY}: a scene does not hold them; open them by OpenWorld::from_heights")]
+    Given,
     /// A no-data value is given for heights that are not baked here.
     #[error("{}: --nodata works only for local DEM files; bake it with --nodata first", named(name))]
     NoData {
@@ -138,7 +152,7 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     match &scene.world {
         World::File(path) => source::add_inputs(path, &mut inputs),
         World::Files(paths) => paths.iter().for_each(|path| source::add_inputs(path, &mut inputs)),
-        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => {}
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Memory => {}
     }
     let rasters = scene.forest.iter().flat_map(|forest| forest.cover.files());
     rasters.for_each(|(_, path)| source::add_inputs(path, &mut inputs));
@@ -181,6 +195,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
         World::Continent { seed, size_samples, spacing_m } => {
             Arc::new(ContinentStore::open(*seed, *size_samples, *spacing_m, None, progress)?)
         }
+        World::Memory => return Err(WorldError::Given),
     };
     Ok(Exaggerated::over(store, scene.vertical_exaggeration))
 }
@@ -242,6 +257,48 @@ impl OpenWorld {
         let scene = scene_of(world, Reach::SceneFolder)?;
         let store = open_store(&scene, &Silent)?;
         Self::on_gpu(gpu, scene, store, options)
+    }
+
+    /// Opens heights in memory for drawing: an array that was computed, or read by other means. Nothing is written to
+    /// disk, and the errors of all tiles are measured.
+    ///
+    /// `heights_m` has `width` × `height` heights in metres, row by row: the first row is the northernmost, and each
+    /// runs from west to east. NaN is no-data, as is everything that is infinite or beyond ±1000 km. Samples are
+    /// `spacing_m` metres apart in both directions. The world's origin is the middle of the grid, and the world has no
+    /// position on the earth; [`OpenWorld::from_grid`] takes a georeference.
+    ///
+    /// Light and atmosphere are those of a bare DEM, and may be changed in [`OpenWorld::scene`]. The heights are moved,
+    /// not copied, and take 5⅓ bytes per sample.
+    ///
+    /// # Errors
+    /// [`WorldError::Spacing`]; [`WorldError::Pyramid`] if there are fewer than 2 × 2 or more than 2³¹ samples, if
+    /// their number is not `width` × `height`, if all are no-data, or if there is not enough memory; and
+    /// [`WorldError::Terrain`] if a side has more than 2²⁴ samples. The message is one line.
+    pub fn from_heights(
+        gpu: &Gpu,
+        heights_m: Vec<f32>,
+        [width, height]: [u32; 2],
+        spacing_m: f64,
+        options: TerrainOptions,
+    ) -> Result<Self, WorldError> {
+        if !(spacing_m.is_finite() && spacing_m > 0.0) {
+            return Err(WorldError::Spacing { spacing_m });
+        }
+        let georeference = Georeference::local(width, height, spacing_m);
+        Self::from_grid(gpu, HeightGrid { width, height, heights_m, georeference }, options)
+    }
+
+    /// Opens a grid in memory like [`OpenWorld::from_heights`], at the position on the earth that its georeference
+    /// gives. The rows are in the order of the georeference.
+    ///
+    /// # Errors
+    /// As for [`OpenWorld::from_heights`], and [`WorldError::Terrain`] or [`WorldError::Pyramid`] if the georeference
+    /// is invalid.
+    pub fn from_grid(gpu: &Gpu, mut grid: HeightGrid, options: TerrainOptions) -> Result<Self, WorldError> {
+        let is_height = |height_m: f32| f64::from(height_m).abs() <= MAX_HEIGHT_M;
+        grid.heights_m.iter_mut().filter(|height| !is_height(**height)).for_each(|height| *height = f32::NAN);
+        let store = MemoryStore::new(grid, HEIGHTS_IN_MEMORY, &Silent)?;
+        Self::on_gpu(gpu, Scene::of_world(World::Memory), Arc::new(store), options)
     }
 
     /// Prepares an open store of tiles for drawing.

@@ -158,6 +158,7 @@ impl SceneInfo {
             World::Continent { seed, size_samples, spacing_m } => {
                 (Some(format!("continent {seed}, {size_samples} × {size_samples} samples, {spacing_m} m apart")), None)
             }
+            World::Memory => (Some("heights in memory".to_owned()), None),
         };
         Ok(Self {
             dem,
@@ -185,7 +186,7 @@ fn check_files(file: &Path, scene: &Scene) -> anyhow::Result<()> {
     let heights = match &scene.world {
         World::File(path) => std::slice::from_ref(path),
         World::Files(paths) => paths.as_slice(),
-        World::Url(_) | World::Procedural { .. } | World::Continent { .. } => &[],
+        World::Url(_) | World::Procedural { .. } | World::Continent { .. } | World::Memory => &[],
     };
     let cover = scene.forest.iter().flat_map(|forest| forest.cover.files()).map(|(_, path)| path);
     let water = scene.water.files().map(|(_, path)| path);

@@ -33,6 +33,9 @@ pub struct Job<'a> {
     pub plan: Plan,
     /// The compression of heights.
     pub codec: Codec,
+    /// Whether tiles are encoded. Otherwise the parts have only statistics, and heights are taken to be stored as they
+    /// are; the codec is then lossless.
+    pub encodes: bool,
     /// The path of the pyramid, for messages.
     pub out: &'a Path,
     /// The identity of the bake: a hash of the heights, options and version.
@@ -103,6 +106,12 @@ impl Work<'_> {
         let mut stored: Vec<Option<Field>> = vec![ground.as_mut().and_then(|ground| ground.stored.take())];
         stored.truncate(made);
         for (i, level) in raw.iter().enumerate().skip(made) {
+            if !job.encodes {
+                let tiles = job.plan.own_tiles(round, self.chunk, round.base + i).samples();
+                encoded.resize(encoded.len() + tiles, Vec::new());
+                stored.push(None);
+                continue;
+            }
             let tiles = self.encode(i, level)?;
             stored.push(self.decode(i, level, &tiles)?);
             encoded.extend(tiles);

@@ -1,4 +1,5 @@
-//! Joining the parts of all rounds into one pyramid: the tiles in the order of a COG, and the sidecar.
+//! Joining the parts of all rounds into one pyramid: the tiles in the order of a COG, and the sidecar. A pyramid in
+//! memory takes only the statistics.
 
 use std::io::Write;
 use std::path::Path;
@@ -16,8 +17,9 @@ use crate::pyramid::format::pair;
 use crate::pyramid::format::record::{PAGE_BYTES, record_bytes};
 use crate::pyramid::format::sidecar::{LevelSummary, Sidecar, sidecar_path};
 use crate::pyramid::format::stored::StoredLevels;
+use crate::pyramid::surface::fill::HeightLevels;
 use crate::pyramid::surface::levels::{LevelSize, Region};
-use crate::pyramid::surface::statistics::TileStatistics;
+use crate::pyramid::surface::statistics::{PatchStatistics, TileStatistics};
 use crate::source::Progress;
 use crate::source::georeference::Georeference;
 
@@ -70,6 +72,61 @@ fn runs<'a>(job: &Job<'_>, done: &'a Done, level: usize, y: u32) -> impl Iterato
     })
 }
 
+/// Returns the round that made a level.
+fn made_by(done: &[Done], level: usize) -> &Done {
+    done.iter().find(|done| level <= done.round.top).expect("the last round makes the top")
+}
+
+/// Returns the lowest and highest height of level 0 in metres.
+pub fn range_m(job: &Job<'_>, done: &[Done]) -> Result<[f32; 2], PyramidError> {
+    let range_m = done[0].range_m();
+    if range_m[0].is_nan() {
+        return Err(PyramidError::NoHeights { path: job.out.to_owned() });
+    }
+    Ok(range_m)
+}
+
+/// Returns the number of no-data samples of level 0.
+pub fn void_samples(done: &[Done]) -> u64 {
+    done[0].parts.iter().map(|part| part.contents.void_samples).sum()
+}
+
+/// Returns the statistics of all tiles, by level, row-major. `levels` are the finished levels, as they are stored, and
+/// `min_m` is the lowest height of level 0.
+pub fn statistics(
+    job: &Job<'_>,
+    done: &[Done],
+    levels: &dyn HeightLevels,
+    min_m: f32,
+) -> Result<Vec<Vec<TileStatistics>>, PyramidError> {
+    let mut statistics = gather(job, done);
+    let deferred: Vec<Deferred> =
+        done.iter().flat_map(|done| &done.parts).flat_map(|part| part.contents.deferred.iter().copied()).collect();
+    if !deferred.is_empty() {
+        raise(&Served { levels, fallback_m: min_m }, job, &deferred, &mut statistics)?;
+    }
+    set_corners(&mut statistics, &job.plan.sizes);
+    Ok(statistics)
+}
+
+/// Returns the encoded pages of all tiles, by level, row-major: [`PAGE_BYTES`] for each tile.
+pub fn pages(job: &Job<'_>, done: &[Done]) -> Result<Vec<u8>, PyramidError> {
+    let mut pages = Vec::new();
+    for (level, size) in job.plan.sizes.iter().enumerate() {
+        for y in 0..size.tiles_y() {
+            for run in runs(job, made_by(done, level), level, y) {
+                pages.extend(run.part.pages(run.first, run.count)?);
+            }
+        }
+    }
+    Ok(pages)
+}
+
+/// Returns the patches of the strides above that of the coarsest level; see `TileStore::coarse_patches`.
+pub fn coarse_patches(done: &[Done]) -> &[Vec<PatchStatistics>] {
+    &done[done.len() - 1].parts[0].contents.coarse_patches
+}
+
 /// Writes the pyramid to temporary files in the folder of `target`, then renames both to the pyramid's path.
 pub fn join(
     job: &Job<'_>,
@@ -80,13 +137,7 @@ pub fn join(
     progress: &dyn Progress,
 ) -> Result<Joined, PyramidError> {
     let sizes = &job.plan.sizes;
-    let [min_m, max_m] = done[0].range_m();
-    if min_m.is_nan() {
-        return Err(PyramidError::NoHeights { path: job.out.to_owned() });
-    }
-    let made_by =
-        |level: usize| done.iter().find(|done| level <= done.round.top).expect("the last round makes the top");
-
+    let [min_m, max_m] = range_m(job, done)?;
     let mut tif = AtomicFile::create(target).map_err(PyramidError::io(target, "creating"))?;
     let mut writer = CogWriter::begin(tif.writer(), job.out, sizes, georeference, job.codec)?;
     let mut levels = vec![LevelSummary { bytes: 0, largest_error_m: 0.0 }; sizes.len()];
@@ -96,7 +147,7 @@ pub fn join(
         for y in 0..size.tiles_y() {
             job.go_on()?;
             progress.report("writing", written as f32 / tiles as f32);
-            for run in runs(job, made_by(level), level, y) {
+            for run in runs(job, made_by(done, level), level, y) {
                 for (i, bytes) in run.part.tiles(run.first, run.count)?.iter().enumerate() {
                     writer.put(level, y as usize * size.tiles_x() as usize + run.x as usize + i, bytes)?;
                     levels[level].bytes += bytes.len() as u64;
@@ -110,30 +161,22 @@ pub fn join(
 
     progress.report("statistics", 0.0);
     let stored = StoredLevels::open(tif.partial_path(), job.out, sizes.clone())?;
-    let mut statistics = gather(job, made_by);
-    let deferred: Vec<Deferred> =
-        done.iter().flat_map(|done| &done.parts).flat_map(|part| part.contents.deferred.iter().copied()).collect();
-    if !deferred.is_empty() {
-        let served = Served { levels: &stored, fallback_m: min_m };
-        raise(&served, job, &deferred, &mut statistics)?;
-    }
+    let statistics = statistics(job, done, &stored, min_m)?;
     drop(stored);
-    set_corners(&mut statistics, sizes);
     for (summary, tiles) in levels.iter_mut().zip(&statistics) {
         summary.largest_error_m = tiles.iter().map(|tile| tile.error_m).fold(0.0, f32::max);
     }
 
-    let last = &done[done.len() - 1].parts[0].contents;
     let mut sidecar = Sidecar {
         link: Link::to(tif.partial_path()).map_err(PyramidError::io(job.out, "reading back"))?,
         sizes: sizes.clone(),
         max_error_m,
         min_m,
         max_m,
-        void_samples: done[0].parts.iter().map(|part| part.contents.void_samples).sum(),
+        void_samples: void_samples(done),
         georeference: georeference.clone(),
         levels,
-        coarse_patches: last.coarse_patches.clone(),
+        coarse_patches: coarse_patches(done).to_vec(),
         header_bytes: 0,
     };
     let header = sidecar.header_to_bytes().map_err(PyramidError::encode(job.out))?;
@@ -146,7 +189,7 @@ pub fn join(
         for y in 0..size.tiles_y() {
             job.go_on()?;
             progress.report("statistics", number as f32 / tiles as f32);
-            for run in runs(job, made_by(level), level, y) {
+            for run in runs(job, made_by(done, level), level, y) {
                 let pages = run.part.pages(run.first, run.count)?;
                 for (i, page) in pages.chunks_exact(PAGE_BYTES).enumerate() {
                     let tile = &statistics[level][(y * size.tiles_x() + run.x) as usize + i];
@@ -166,12 +209,12 @@ pub fn join(
 }
 
 /// Collects the statistics of all tiles, by level, row-major.
-fn gather<'a>(job: &Job<'_>, made_by: impl Fn(usize) -> &'a Done) -> Vec<Vec<TileStatistics>> {
+fn gather(job: &Job<'_>, done: &[Done]) -> Vec<Vec<TileStatistics>> {
     let levels = job.plan.sizes.iter().enumerate();
     levels
         .map(|(level, size)| {
             let rows = 0..size.tiles_y();
-            rows.flat_map(|y| runs(job, made_by(level), level, y).collect::<Vec<_>>())
+            rows.flat_map(|y| runs(job, made_by(done, level), level, y).collect::<Vec<_>>())
                 .flat_map(|run| run.part.contents.tiles[run.first..run.first + run.count].iter())
                 .map(|tile| tile.statistics)
                 .collect()

@@ -1,4 +1,5 @@
-//! Baking: from heights to a pyramid on disk, in memory that does not grow with the number of heights.
+//! Baking: from heights to a pyramid on disk, in memory that does not grow with the number of heights. [`measure`] is
+//! the part of it that a pyramid in memory needs: the measured errors, without files and without encoded tiles.
 //!
 //! `plan` divides the work into rounds and chunks, `chunk` bakes one, `part` is its result, `folder` stores the parts
 //! of a long bake, `join` assembles the pyramid from them. The result does not depend on threads, on the order of
@@ -30,7 +31,10 @@ use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;
 use crate::pyramid::format::encode::Codec;
 use crate::pyramid::format::{pair, sidecar};
+use crate::pyramid::surface::fill::HeightLevels;
 use crate::pyramid::surface::levels::{LevelSize, level_sizes};
+use crate::pyramid::surface::statistics::{PatchStatistics, TileStatistics};
+use crate::source::georeference::Georeference;
 use crate::source::reader::GridReader;
 use crate::source::{HeightGrid, HeightReader, Progress};
 use chunk::Job;
@@ -159,6 +163,7 @@ pub fn bake_reader(
     let job = Job {
         plan,
         codec: if options.max_error_m > 0.0 { Codec::WithinMetres(options.max_error_m) } else { Codec::Lossless },
+        encodes: true,
         out,
         bake,
         stop: work.stop,
@@ -198,6 +203,50 @@ pub fn bake_reader(
     }))
 }
 
+/// The statistics of a pyramid whose heights stay in memory.
+pub(in crate::pyramid) struct Measured {
+    /// The statistics of the tiles of each level, finest first, row-major.
+    pub tiles: Vec<Vec<TileStatistics>>,
+    /// The encoded pages of the same tiles, one after the other.
+    pub pages: Vec<u8>,
+    /// The patches of the strides above that of the coarsest level; see `TileStore::coarse_patches`.
+    pub coarse_patches: Vec<Vec<PatchStatistics>>,
+    /// The lowest and highest height of level 0 in metres, as served.
+    pub range_m: [f32; 2],
+    /// Number of no-data samples of level 0.
+    pub void_samples: u64,
+}
+
+/// Measures the tiles and patches of `levels` exactly as [`bake_reader`] does for a lossless pyramid, but encodes no
+/// tile and writes no file. `reader` reads level 0, whose grid [`check_grid`] has checked, and `name` stands for the
+/// heights in messages.
+pub(in crate::pyramid) fn measure(
+    levels: &dyn HeightLevels,
+    reader: &dyn HeightReader,
+    name: &Path,
+    progress: &dyn Progress,
+) -> Result<Measured, PyramidError> {
+    let BakeWork { chunk_levels, stop, .. } = BakeWork::default();
+    let job = Job {
+        plan: Plan { sizes: levels.sizes().to_vec(), chunk_levels },
+        codec: Codec::Lossless,
+        encodes: false,
+        out: name,
+        bake: 0,
+        stop,
+        stage: &|_| (),
+    };
+    let (done, _) = rounds::bake_rounds(&job, reader, None, progress)?;
+    let range_m = join::range_m(&job, &done)?;
+    Ok(Measured {
+        tiles: join::statistics(&job, &done, levels, range_m[0])?,
+        pages: join::pages(&job, &done)?,
+        coarse_patches: join::coarse_patches(&done).to_vec(),
+        range_m,
+        void_samples: join::void_samples(&done),
+    })
+}
+
 /// Returns a text of everything that the bytes of the pyramid depend on.
 fn identity(reader: &dyn HeightReader, plan: &Plan, options: &BakeOptions) -> String {
     let [width, height] = reader.size();
@@ -212,16 +261,26 @@ fn identity(reader: &dyn HeightReader, plan: &Plan, options: &BakeOptions) -> St
 }
 
 fn check(reader: &dyn HeightReader, out: &Path, options: &BakeOptions) -> Result<(), PyramidError> {
-    let bad = |cause: String| Err(PyramidError::BadGrid { path: out.to_owned(), cause });
-    let [width, height] = reader.size();
+    check_grid(reader.size(), reader.georeference(), out)?;
+    if !(options.max_error_m.is_finite() && options.max_error_m >= 0.0) {
+        let cause = format!("the error bound {} m is not a finite number from 0 up", options.max_error_m);
+        return Err(PyramidError::BadGrid { path: out.to_owned(), cause });
+    }
+    Ok(())
+}
+
+/// Checks that a grid of this size and georeference has a surface; `name` stands for it in messages.
+pub(in crate::pyramid) fn check_grid(
+    [width, height]: [u32; 2],
+    georeference: &Georeference,
+    name: &Path,
+) -> Result<(), PyramidError> {
+    let bad = |cause: String| Err(PyramidError::BadGrid { path: name.to_owned(), cause });
     if width < 2 || height < 2 {
         return bad(format!("{width} × {height} samples do not make a surface; at least 2 × 2 are needed"));
     }
-    if reader.georeference().crs_from_grid.iter().any(|number| !number.is_finite()) {
+    if georeference.crs_from_grid.iter().any(|number| !number.is_finite()) {
         return bad("its georeference has numbers that are not finite".into());
-    }
-    if !(options.max_error_m.is_finite() && options.max_error_m >= 0.0) {
-        return bad(format!("the error bound {} m is not a finite number from 0 up", options.max_error_m));
     }
     Ok(())
 }

@@ -98,6 +98,23 @@ pub fn page_bytes(patches: &[Option<PatchStatistics>], range_m: [f32; 2]) -> Vec
     bytes
 }
 
+/// Decodes a page that [`page_bytes`] encoded with the same `range_m`; returns `None` if its length is wrong.
+pub(in crate::pyramid) fn parse_page(bytes: &[u8], range_m: [f32; 2]) -> Option<PatchPage> {
+    let mut bytes = Cursor { bytes };
+    let (lows, highs) = (bytes.take(PATCHES)?, bytes.take(PATCHES)?);
+    let (errors, codes) = (bytes.take(2 * PATCHES)?, bytes.take(PATCHES / 4)?);
+    let patch = |i: usize| {
+        let Some(voids) = Voids::from_code(codes[i / 4] >> (i % 4 * 2) & 3) else { return PatchPage::NOTHING };
+        let mesh_error_m = f16::from_le_bytes([errors[2 * i], errors[2 * i + 1]]).to_f32();
+        if voids == Voids::All {
+            return PatchStatistics { mesh_error_m, ..PatchPage::NOTHING };
+        }
+        let height_m = |step| step_m(step, range_m);
+        PatchStatistics { min_m: height_m(lows[i]), max_m: height_m(highs[i]), mesh_error_m, voids }
+    };
+    Some(PatchPage::new((0..PATCHES).map(patch).collect()))
+}
+
 /// Encodes the record of the tile with this number.
 pub fn record_bytes(number: u64, statistics: &TileStatistics, checksum: u32, page: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(RECORD_BYTES);
@@ -133,18 +150,7 @@ pub(crate) fn parse_record(number: u64, bytes: &[u8]) -> Option<Record> {
     body.take(3)?;
     let checksum = Some(body.u32()?).filter(|&sum| sum != 0);
     let statistics = TileStatistics { min_m, max_m, error_m, corner_errors_m, voids };
-    let (lows, highs) = (body.take(PATCHES)?, body.take(PATCHES)?);
-    let (errors, codes) = (body.take(2 * PATCHES)?, body.bytes);
-    let patch = |i: usize| {
-        let Some(voids) = Voids::from_code(codes[i / 4] >> (i % 4 * 2) & 3) else { return PatchPage::NOTHING };
-        let mesh_error_m = f16::from_le_bytes([errors[2 * i], errors[2 * i + 1]]).to_f32();
-        if voids == Voids::All {
-            return PatchStatistics { mesh_error_m, ..PatchPage::NOTHING };
-        }
-        let height_m = |step| step_m(step, [min_m, max_m]);
-        PatchStatistics { min_m: height_m(lows[i]), max_m: height_m(highs[i]), mesh_error_m, voids }
-    };
-    Some(Record { statistics, patches: PatchPage::new((0..PATCHES).map(patch).collect()), checksum })
+    Some(Record { statistics, patches: parse_page(body.bytes, [min_m, max_m])?, checksum })
 }
 
 #[cfg(test)]

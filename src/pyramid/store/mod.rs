@@ -1,5 +1,5 @@
-//! The sources of tiles: a baked pyramid, a local or remote COG, several DEMs as one, computed land, and the cache of
-//! pyramids that hachure bakes automatically.
+//! The sources of tiles: a baked pyramid, heights in memory, a local or remote COG, several DEMs as one, computed land,
+//! and the cache of pyramids that hachure bakes automatically.
 //!
 //! Rendering knows only [`TileStore`]. The modules are listed in order of dependency: each uses only those above it.
 //!
@@ -9,6 +9,7 @@ mod tile_store;
 mod ground;
 mod exaggerated;
 mod pyramid;
+mod memory_store;
 mod derive;
 mod measured;
 mod cog_levels;
@@ -30,6 +31,7 @@ pub use continent_store::ContinentStore;
 pub use derive::{coarse_patches, derive};
 pub use exaggerated::Exaggerated;
 pub use ground::Ground;
+pub use memory_store::MemoryStore;
 pub use mosaic_store::MosaicStore;
 pub use open_store::{open_local_cog, open_local_cog_with, open_remote, open_remote_with};
 pub use pyramid::Pyramid;

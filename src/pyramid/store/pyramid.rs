@@ -11,14 +11,15 @@ use crate::pyramid::format::pair::open_sidecar;
 use crate::pyramid::format::record::{self, RECORD_BYTES, Record};
 use crate::pyramid::format::sidecar::{LevelSummary, Sidecar, sidecar_path};
 use crate::pyramid::format::stored::StoredLevels;
-use crate::pyramid::surface::fill::{HeightLevels, read_filled};
+use crate::pyramid::surface::fill::HeightLevels;
 use crate::pyramid::surface::levels::LevelSize;
 use crate::pyramid::surface::loaded_tile::LoadedTile;
+use crate::pyramid::surface::served::serve;
 use crate::pyramid::surface::statistics::{
     PAGE_PATCHES, PatchPage, PatchStatistics, Statistics, TileStatistics, Voids, patch_counts, patch_levels, tile_index,
 };
 use crate::pyramid::surface::tile_height::{height_in_tile, tile_at};
-use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
+use crate::pyramid::tile::{Tile, TileAddress};
 use crate::source::georeference::Georeference;
 
 /// Number of level-0 tiles that are cached for ground queries.
@@ -182,19 +183,7 @@ impl Pyramid {
         if tile_index(self.levels(), address).is_none() {
             return Err(PyramidError::NoSuchTile { path: self.path.clone(), address });
         }
-        let level = address.level as usize;
-        let size = self.levels()[level];
-        let region = size.tile_region(address.x, address.y, TILE_BORDER);
-        let served = read_filled(&self.stored, level, region, self.sidecar.min_m)?;
-        let mut samples = Vec::with_capacity((TILE_STRIDE * TILE_STRIDE) as usize);
-        for row in 0..TILE_STRIDE {
-            let row = inside(address.y, row, size.height) - region.y;
-            let row = &served[(row * region.width) as usize..((row + 1) * region.width) as usize];
-            for column in 0..TILE_STRIDE {
-                samples.push(row[(inside(address.x, column, size.width) - region.x) as usize]);
-            }
-        }
-        Ok(Tile { samples })
+        serve(&self.stored, address, self.sidecar.min_m)
     }
 
     /// Reads a tile with its statistics, and verifies the checksum of its bytes.
@@ -286,10 +275,4 @@ impl TileStore for Pyramid {
             Ok(LoadedTile::new(self.read_tile(address)?, statistics, patches))
         }))
     }
-}
-
-/// Returns the sample of the level at offset `offset` of a tile's row or column, borders included, replicated beyond
-/// the level.
-fn inside(tile: u32, offset: u32, count: u32) -> u32 {
-    (tile * TILE_SAMPLES + offset).saturating_sub(TILE_BORDER).min(count - 1)
 }

@@ -1,4 +1,5 @@
-//! The interface of all sources of tiles: a baked pyramid, a local or remote COG, several DEMs as one, computed land.
+//! The interface of all sources of tiles: a baked pyramid, heights in memory, a local or remote COG, several DEMs as
+//! one, computed land.
 //!
 //! A tile is requested in two steps, because they wait for different things: [`TileStore::fetch`] waits for a disk or a
 //! network, and the function that it returns decodes and needs a processor. Each step has threads of its own

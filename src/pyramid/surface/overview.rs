@@ -52,18 +52,23 @@ pub fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Regio
 /// Averages a level into a region of the next coarser one. `field` contains at least [`cover_region`] of it; NaN is
 /// no-data, there and in the result.
 pub fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
+    let mut heights_m = vec![f32::NAN; region.samples()];
+    average_into(field, fine, coarse, region, &mut heights_m);
+    Field { region, heights_m }
+}
+
+/// Averages like [`next_level`] into `heights_m`, which holds the samples of `region`, row-major.
+pub fn average_into(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region, heights_m: &mut [f32]) {
     let covers = |first: u32, count: u32, fine: u32, coarse: u32| -> Vec<Cover> {
         (first..first + count).map(|c| Cover::new(c, fine, coarse)).collect()
     };
     let columns = covers(region.x, region.width, fine.width, coarse.width);
     let rows = covers(region.y, region.height, fine.height, coarse.height);
-    let mut heights_m = vec![f32::NAN; region.samples()];
     heights_m.par_chunks_mut(region.width as usize).zip(&rows).for_each(|(out, row)| {
         for (out, column) in out.iter_mut().zip(&columns) {
             *out = average(field, column, row);
         }
     });
-    Field { region, heights_m }
 }
 
 fn average(field: &Field, column: &Cover, row: &Cover) -> f32 {

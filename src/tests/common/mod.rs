@@ -17,12 +17,15 @@ pub mod stroke_lines;
 pub mod tones;
 
 use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use glam::DVec2;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
+use hachure::pyramid::store::MemoryStore;
 use hachure::pyramid::{self, BakeOptions, Pyramid, TileStore};
 use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
@@ -137,17 +140,18 @@ pub fn all_lines(name: &str) -> Style {
     style
 }
 
-/// A height grid and its terrain, with the temporary folder that holds its files.
+/// A height grid and its terrain.
 pub struct World {
     pub gpu: Gpu,
     pub grid: HeightGrid,
     pub mapping: WorldMapping,
     pub surfaces: Surfaces,
-    folder: tempfile::TempDir,
+    /// The temporary folder with the files of the store, if it has any. It is removed with the world.
+    folder: Option<tempfile::TempDir>,
 }
 
 impl World {
-    /// Bakes `grid` and opens it; `None` where there is no GPU.
+    /// Opens the world of `grid`, whose tiles are in memory; `None` where there is no GPU.
     pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = gpu()?;
         Self::on(gpu, grid, lod_error_px)
@@ -160,26 +164,32 @@ impl World {
     }
 
     fn on(gpu: Gpu, grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+        let store = in_memory(&grid);
+        Self::of_store_on(gpu, grid, None, store, lod_error_px)
+    }
+
+    /// Bakes `grid` to a file and opens that; `None` where there is no GPU.
+    pub fn of_file(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let (folder, pyramid) = baked(&grid);
-        Self::of_store_on(gpu, grid, folder, std::sync::Arc::new(pyramid), lod_error_px)
+        Self::of_store(grid, folder, Arc::new(pyramid), lod_error_px)
     }
 
     /// Opens the world of a store whose files are in `folder`; `grid` is the reference for comparisons.
     pub fn of_store(
         grid: HeightGrid,
         folder: tempfile::TempDir,
-        store: std::sync::Arc<dyn TileStore>,
+        store: Arc<dyn TileStore>,
         lod_error_px: f64,
     ) -> Option<Self> {
         let gpu = gpu()?;
-        Self::of_store_on(gpu, grid, folder, store, lod_error_px)
+        Self::of_store_on(gpu, grid, Some(folder), store, lod_error_px)
     }
 
     fn of_store_on(
         gpu: Gpu,
         grid: HeightGrid,
-        folder: tempfile::TempDir,
-        store: std::sync::Arc<dyn TileStore>,
+        folder: Option<tempfile::TempDir>,
+        store: Arc<dyn TileStore>,
         lod_error_px: f64,
     ) -> Option<Self> {
         let size = store.levels()[0];
@@ -219,6 +229,45 @@ pub fn pose_of(camera: &Camera) -> Pose {
         up: camera.up(),
         fov_rad: camera.fov_deg.to_radians(),
     }
+}
+
+/// Opens the tiles of a grid in memory. Tests with the same grid share its store: the most recently used stores are
+/// cached, up to [`CACHED_BYTES`].
+pub fn in_memory(grid: &HeightGrid) -> Arc<dyn TileStore> {
+    static STORES: Mutex<VecDeque<(u64, Arc<MemoryStore>)>> = Mutex::new(VecDeque::new());
+    let key = content_hash(grid);
+    let stores = || STORES.lock().unwrap_or_else(PoisonError::into_inner);
+    let found = {
+        let mut stores = stores();
+        let at = stores.iter().position(|(known, _)| *known == key);
+        at.and_then(|at| stores.remove(at)).map(|(_, store)| store)
+    };
+    // The lock is not held meanwhile, so two tests may make the same store; only one of these is cached.
+    let store = found.unwrap_or_else(|| Arc::new(MemoryStore::new(grid.clone(), "test", &Silent).unwrap()));
+    // A store that would take the place of many others is not cached.
+    if store.bytes() <= CACHED_BYTES / 4 {
+        let mut stores = stores();
+        stores.retain(|(known, _)| *known != key);
+        stores.push_front((key, Arc::clone(&store)));
+        let mut bytes = 0;
+        stores.retain(|(_, store)| {
+            bytes += store.bytes();
+            bytes <= CACHED_BYTES
+        });
+    }
+    store
+}
+
+/// The memory of cached stores: about 110 of 321 × 321 samples.
+const CACHED_BYTES: u64 = 64 << 20;
+
+/// Hashes everything that a store depends on.
+fn content_hash(grid: &HeightGrid) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    (grid.width, grid.height).hash(&mut hasher);
+    format!("{:?}", grid.georeference).hash(&mut hasher);
+    bytemuck::cast_slice::<f32, u8>(&grid.heights_m).hash(&mut hasher);
+    hasher.finish()
 }
 
 /// Bakes a grid into a pyramid in a temporary folder.

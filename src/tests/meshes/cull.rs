@@ -8,7 +8,6 @@ use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 use hachure::mesh::levels::coarser;
 use hachure::mesh::placed::Placed;
-use hachure::pyramid::TileStore;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::surface::meshes::INSTANCES;
@@ -18,7 +17,7 @@ use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
 
 use crate::tests::common::draw::{NOON, draw, still};
-use crate::tests::common::{baked, grid_of, random};
+use crate::tests::common::{grid_of, in_memory, random};
 use crate::tests::meshes::shapes::{cube, mesh, sheet, sphere, stance};
 
 const SIZE_PX: [u32; 2] = [128, 72];
@@ -70,8 +69,7 @@ fn the_gpu_sees_the_meshes_that_its_twin_sees() {
     let Some(gpu) = crate::tests::common::gpu() else { return };
     let style = Style::load("pen").unwrap();
     let placed = town();
-    let (_folder, store) = baked(&grid_of(65, 65, 1000.0, |x_m, _| 0.01 * x_m));
-    let store: Arc<dyn TileStore> = Arc::new(store);
+    let store = in_memory(&grid_of(65, 65, 1000.0, |x_m, _| 0.01 * x_m));
     for inverse_radius in [0.0, 1.0 / 6_371_008.8, 1.0 / 200_000.0] {
         let options = TerrainOptions { inverse_radius, ..TerrainOptions::default() };
         let mut surfaces = Surfaces::from(Terrain::new(&gpu, Arc::clone(&store), options).unwrap());

@@ -173,12 +173,11 @@ fn parts_of_a_large_picture_join() {
 #[test]
 fn a_mesh_bends_with_the_land_and_stands_on_it() {
     let (hill, grid) = Hill::far(60_000.0, 100.0);
-    let (_, store) = crate::tests::common::baked(&grid);
     let Some(gpu) = crate::tests::common::gpu() else {
         return;
     };
     let options = hachure::tiles::terrain::TerrainOptions { inverse_radius: 1.0 / 6_371_008.8, ..Default::default() };
-    let terrain = hachure::tiles::Terrain::new(&gpu, Arc::new(store), options).unwrap();
+    let terrain = hachure::tiles::Terrain::new(&gpu, crate::tests::common::in_memory(&grid), options).unwrap();
     let mut surfaces = hachure::world::Surfaces::from(terrain);
     // A mast of 400 m on the hill, 55 km away, seen from 300 m above the plain.
     let foot_m = DVec3::new(-60_000.0, 0.0, hill.height_m(-60_000.0, 0.0));
