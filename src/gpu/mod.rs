@@ -5,6 +5,7 @@ pub mod bind;
 pub mod buffer;
 mod build;
 pub mod device;
+pub(crate) mod full_screen;
 pub mod async_readback;
 pub mod pipelines;
 pub mod pools;
