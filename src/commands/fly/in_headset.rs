@@ -4,7 +4,6 @@ use super::FlyArgs;
 use crate::commands::misuse::Misuse;
 use crate::commands::{arguments, progress};
 use crate::headset::{self, HeadsetOptions, HeadsetWorld, Runtime};
-use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::world::{self, OpenWorld};
@@ -21,14 +20,13 @@ pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     }
     // Report errors before the world is baked.
     arguments::style(&args.style)?;
-    arguments::check_world(args.world.as_deref())?;
+    args.world.check()?;
     let runtime = Runtime::connect()?;
-    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.water.over(args.light.over(args.heights.over(scene)));
+    let scene = args.world.scene()?;
     let store = world::open_store(&scene, &progress::Bar::default())?;
     let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
     let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-    let (start, light) = (args.camera, args.light);
+    let (start, light) = (args.camera, args.world.light);
     let open = move |gpu: &crate::gpu::Gpu| {
         let options =
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
