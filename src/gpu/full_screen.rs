@@ -34,15 +34,8 @@ impl FullScreen {
         resources: &[Named],
         (view, format): (&wgpu::TextureView, wgpu::TextureFormat),
     ) {
-        let draw = Key::Draw(Draw {
-            name,
-            definitions: &[],
-            fragment,
-            colors: [replaced(format), None, None, None, None],
-            depth: None,
-            writes_depth: false,
-            topology: wgpu::PrimitiveTopology::TriangleList,
-        });
+        let draw =
+            Key::Draw(Draw { fragment, colors: [replaced(format), None, None, None, None], ..Draw::triangles(name) });
         let Pools { compiles, groups, .. } = &mut self.pools;
         let ready = gpu.pipelines().ready(gpu, groups, &draw, resources, compiles);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
