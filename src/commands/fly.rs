@@ -4,6 +4,8 @@
 mod in_headset;
 #[cfg(feature = "window")]
 mod in_window;
+#[cfg(any(feature = "window", all(feature = "headset", any(target_os = "linux", target_os = "windows"))))]
+mod opened;
 
 use clap::Args;
 
