@@ -1,10 +1,14 @@
-//! Lists the shaders, and writes their structs and constants as Rust, so that each is defined once: in WGSL.
+//! Lists the shaders, and translates their structs and constants to Rust, so that each is defined once, in WGSL.
 //!
-//! `src/gpu/shader.rs` includes the list; `src/gpu/wgsl.rs` the structs and constants. A struct becomes a `repr(C)` one whose fields lie where WGSL has them
-//! (WGSL, "Memory layout"); a test holds every one against naga's layout. Only structs that buffers hold are written, and
-//! only constants that are numbers.
+//! `src/gpu/shader.rs` includes the list, and `src/gpu/wgsl.rs` the structs and constants. Each struct becomes a
+//! `repr(C)` struct with the same field offsets as in WGSL (specification, "Memory Layout"); a test compares all of
+//! them with naga's layout. Only structs that buffers contain are translated, and only constants that are numeric
+//! literals.
 
-#![allow(clippy::disallowed_methods, reason = "cargo makes the folder anew when a build is stopped")]
+#![allow(
+    clippy::disallowed_methods,
+    reason = "half-written files do no harm: Cargo runs this script again if a build was interrupted"
+)]
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -14,10 +18,13 @@ use std::{env, fs, io};
 /// A type that Rust and WGSL share.
 #[derive(Clone)]
 struct Shared {
+    /// The type in Rust.
     rust: String,
+    /// Alignment in WGSL, in bytes.
     align: usize,
+    /// Size in WGSL, in bytes.
     size: usize,
-    /// It can be compared and hashed bit by bit.
+    /// Whether it consists of integers only, and so can implement `Eq` and `Hash`.
     is_whole: bool,
 }
 
@@ -27,10 +34,11 @@ impl Shared {
     }
 }
 
-/// A folder of shaders, or a shader.
+/// The Rust module of a shader, of a folder of shaders, or of both.
 #[derive(Default)]
 struct Room {
     rooms: BTreeMap<String, Room>,
+    /// The generated code of the shader; empty for a mere folder.
     text: String,
 }
 
@@ -51,7 +59,8 @@ fn main() -> io::Result<()> {
             continue;
         }
         let room = parts.iter().fold(&mut root, |room, part| room.rooms.entry(part.clone()).or_default());
-        writeln!(room.text, "//! Of `shaders/{}.wgsl`.\n{text}", parts.join("/")).map_err(io::Error::other)?;
+        writeln!(room.text, "//! Structs and constants of `shaders/{}.wgsl`.\n{text}", parts.join("/"))
+            .map_err(io::Error::other)?;
         for name in structs {
             let of = format!("{}::{name}", parts.join("::"));
             writeln!(names, "    describe::<{of}>(\"{name}\", {of}::FIELDS),").map_err(io::Error::other)?;
@@ -59,13 +68,17 @@ fn main() -> io::Result<()> {
     }
     let mut out = String::new();
     write_room(&root, &mut out);
-    out += &format!("/// Every struct above.\npub fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n");
-    let folder = PathBuf::from(env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("cargo names no folder"))?);
+    out += &format!(
+        "/// Lists every struct above.\npub fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n"
+    );
+    let folder = PathBuf::from(
+        env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("the variable OUT_DIR is not set; Cargo sets it"))?,
+    );
     fs::write(folder.join("wgsl.rs"), out)?;
     fs::write(folder.join("shaders.rs"), tables(&files, &sources)?)
 }
 
-/// The tables of shaders: what others import, in the order in which they import each other, and what is a pass.
+/// Writes the tables of shaders: the modules that others import, each after those that it imports, and the passes.
 fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
     let (shared, passes): (Vec<_>, Vec<_>) =
         files.iter().zip(sources).partition(|(file, _)| file.starts_with("shaders/shared"));
@@ -78,7 +91,7 @@ fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
         if ready.is_empty() {
             let names: Vec<_> = rest.iter().map(|(file, _)| file.display().to_string()).collect();
             return Err(io::Error::other(format!(
-                "shaders import each other, or what is not there: {}",
+                "these shaders import each other, or a module that does not exist: {}",
                 names.join(", ")
             )));
         }
@@ -91,10 +104,10 @@ fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
     let tables: [(&str, &str, Vec<&PathBuf>); 2] = [
         (
             "pub(super) const MODULES",
-            "What other shaders import, in the order in which they import each other.",
+            "The modules that shaders import. Each is listed after the modules that it imports itself.",
             modules,
         ),
-        ("pub const SHADERS", "The shaders that become pipelines: one for each pass.", passes.collect()),
+        ("pub const SHADERS", "The shaders that become pipelines, one for each pass.", passes.collect()),
     ];
     for (table, help, files) in tables {
         writeln!(out, "/// {help}\n{table}: &[(&str, &str)] = &[").map_err(io::Error::other)?;
@@ -113,16 +126,17 @@ fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
     Ok(out)
 }
 
-/// The import paths that a shader names.
+/// Returns the import paths of the modules that a shader imports.
 fn imports(source: &str) -> impl Iterator<Item = String> {
     let module = |line: &str| {
         let path = line.strip_prefix("#import ")?.trim();
-        // `hachure::view::View` or `hachure::view::{View, place_at}`.
+        // The path may be `hachure::view::View` or `hachure::view::{View, place_at}`; the module is `hachure::view`.
         Some(path.split("::").take(2).collect::<Vec<_>>().join("::"))
     };
     source.lines().filter_map(module).collect::<Vec<_>>().into_iter()
 }
 
+/// Appends all `.wgsl` files in a folder and its subfolders.
 fn list(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     for entry in fs::read_dir(folder)? {
         let path = entry?.path();
@@ -135,7 +149,7 @@ fn list(folder: &Path, files: &mut Vec<PathBuf>) -> io::Result<()> {
     Ok(())
 }
 
-/// The names of structs that buffers hold, and of those that lie in them.
+/// Returns the names of the structs that buffers contain, directly or in another struct.
 fn bound(sources: &[String]) -> BTreeSet<String> {
     let names = |text: &str| -> Vec<String> {
         let words = text.split(|c: char| !c.is_alphanumeric());
@@ -165,14 +179,14 @@ fn write_room(room: &Room, out: &mut String) {
     for (name, inner) in &room.rooms {
         *out += &format!("pub mod {name} {{\n");
         if inner.text.is_empty() {
-            *out += &format!("//! Shaders of `{name}/`.\n");
+            *out += &format!("//! Shaders in `{name}/`.\n");
         }
         write_room(inner, out);
         *out += "}\n";
     }
 }
 
-/// The Rust of a shader, and the names of its structs.
+/// Translates a shader to Rust, and returns the names of the structs in it.
 fn shader(source: &str, bound: &BTreeSet<String>) -> (String, Vec<String>) {
     let mut known = BTreeMap::new();
     let (mut out, mut names) = (String::new(), Vec::new());
@@ -200,11 +214,11 @@ fn shader(source: &str, bound: &BTreeSet<String>) -> (String, Vec<String>) {
 }
 
 fn docs(help: &[String], indent: &str) -> String {
-    // As they are: brackets are not links.
+    // An attribute, because brackets in it are not links.
     help.iter().map(|line| format!("{indent}#[doc = {line:?}]\n")).collect()
 }
 
-/// `NAME: u32 = 5u;` where the value is a number.
+/// Translates a constant such as `NAME: u32 = 5u;` if its value is a numeric literal.
 fn constant(text: &str) -> Option<String> {
     let (name, rest) = text.split_once(": ")?;
     let (kind, value) = rest.split_once(" = ")?;
@@ -222,6 +236,7 @@ fn constant(text: &str) -> Option<String> {
     is_number.then(|| format!("pub const {name}: {kind} = {digits};"))
 }
 
+/// Translates a struct, with padding where Rust needs it. Returns `None` if it has a field of an unsupported type.
 fn structure(name: &str, help: &[String], body: &[&str], known: &BTreeMap<String, Shared>) -> Option<(String, Shared)> {
     let (mut fields, mut names) = (String::new(), String::new());
     let (mut offset, mut align, mut is_whole, mut pads) = (0, 4, true, 0);
@@ -257,13 +272,15 @@ fn offset_of(offset: usize, align: usize) -> usize {
     offset.next_multiple_of(align)
 }
 
+/// Adds a padding field of `bytes` bytes, if any.
 fn pad(fields: &mut String, pads: &mut u32, bytes: usize) {
     if bytes > 0 {
-        *fields += &format!("    #[doc = \"Nothing.\"]\n    pub pad_{pads}: [u32; {}],\n", bytes / 4);
+        *fields += &format!("    #[doc = \"Padding.\"]\n    pub pad_{pads}: [u32; {}],\n", bytes / 4);
         *pads += 1;
     }
 }
 
+/// Returns the Rust type for a type of WGSL, or `None` if it is not supported.
 fn shared(kind: &str, known: &BTreeMap<String, Shared>) -> Option<Shared> {
     let scalar = |name: &str| matches!(name, "u32" | "i32" | "f32").then(|| name.to_owned());
     if let Some(name) = scalar(kind) {

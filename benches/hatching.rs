@@ -1,7 +1,7 @@
-//! What hatching costs, against the toon pass of the same picture and against fewer directions: ratios within one run.
-//! `cargo bench --bench hatching` prints them; at most 2.5 for one direction against toon, and 2.0 for three against one,
-//! is what hatching is meant to keep to on a software driver.
-#![allow(clippy::unwrap_used, reason = "a measurement fails by it")]
+//! Measures what hatching costs, relative to the toon pass of the same picture and to fewer directions: ratios within
+//! one run. `cargo bench --bench hatching` prints them. The target on a software driver is at most 2.5 for one
+//! direction against toon, and 2.0 for three directions against one.
+#![allow(clippy::unwrap_used, reason = "a measurement may panic")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;
@@ -14,7 +14,8 @@ use hachure::style::Style;
 use common::World;
 use common::hill::Hill;
 
-/// Pictures of each style: other work on the machine only ever adds to a time, so more make the least truer.
+/// Pictures of each style. Other work on the machine can only add to a time, so the minimum of more pictures is closer
+/// to the truth.
 const ROUNDS: usize = 20;
 
 fn style(layers: &str) -> Style {
@@ -29,7 +30,8 @@ fn layer(direction: &str) -> String {
     format!("[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\n")
 }
 
-/// The least milliseconds of the toon pass and of the passes of hatching for each style, in turns.
+/// Returns the shortest times of the toon pass and of the hatching passes for each style, in milliseconds. The styles
+/// take turns.
 fn times_ms(world: &mut World, styles: &[Style]) -> Vec<(f64, f64)> {
     let pose = world.pose("-500,-700,420,35,-22,50");
     let light = Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), haze_m: 1e6, haze_srgb: None, focus: None };

@@ -1,5 +1,5 @@
-//! How long a tile takes that nobody has baked: evaluated, and its statistics derived.
-#![allow(missing_docs, reason = "criterion makes the functions")]
+//! Measures how long a tile of computed land takes that is not cached: evaluating it, and deriving its statistics.
+#![allow(missing_docs, reason = "criterion generates the functions")]
 
 use std::sync::Arc;
 

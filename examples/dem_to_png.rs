@@ -1,4 +1,4 @@
-//! A height file becomes a drawing, with the library alone:
+//! Draws a height file, using the library alone:
 //!
 //! ```text
 //! cargo run --release --example dem_to_png -- mountain.tif mountain.png

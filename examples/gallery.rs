@@ -1,9 +1,9 @@
-//! Draws the gallery: every preset near, wide and as a map, and the page that shows them.
+//! Draws the gallery: every preset in a near view, a wide view and as a map, and the page that shows them.
 //!
-//! `cargo run --release --example gallery -- FOLDER [PRESET...]` draws the places of `docs/gallery/places.toml`, whose
-//! worlds lie in FOLDER, with the `hachure` that `cargo build --release` made, in all presets or in those that are named,
-//! and writes `docs/gallery/*.png` and `docs/gallery/README.md`. Pictures of few colours have a palette, which keeps them
-//! small.
+//! `cargo run --release --example gallery -- FOLDER [PRESET...]` draws the views of `docs/gallery/places.toml`, whose
+//! worlds are in FOLDER, in all presets or in the named ones, with the program that `cargo build --release` built. It
+//! writes `docs/gallery/*.png` and `docs/gallery/README.md`. Pictures with few colours get a palette, which keeps the
+//! files small.
 
 #[path = "shared/small_png.rs"]
 mod small_png;
@@ -27,9 +27,9 @@ struct Places {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Place {
-    /// Of the picture's file.
+    /// Last part of the names of the picture files.
     name: String,
-    /// What the page says of it.
+    /// Caption on the page.
     title: String,
     world: PathBuf,
     camera: Option<String>,
@@ -73,7 +73,7 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
     let status = command.args(["--samples", "4", "-o"]).arg(picture).status()?;
     ensure!(status.success(), "{style} of {} was not drawn", place.name);
     if place.map.is_some() {
-        // The page says where it lies.
+        // The page needs no georeference.
         for side in ["pgw", "prj"] {
             std::fs::remove_file(picture.with_extension(side))?;
         }
@@ -83,8 +83,8 @@ fn draw(program: &Path, folder: &Path, place: &Place, style: &str, size: &str, p
 
 fn page(places: &Places) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Gallery\n\nEvery preset near, wide and as a map. `cargo run --release --example gallery -- FOLDER` draws it \
-         anew from the SRTM tiles in FOLDER that [places.toml](places.toml) names.\n",
+        "# Gallery\n\nEvery preset: a near view, a wide view and a map. `cargo run --release --example gallery -- \
+         FOLDER` redraws the gallery from the SRTM tiles in FOLDER that [places.toml](places.toml) names.\n",
     );
     for name in style::names() {
         let style = Style::load(name)?;

@@ -1,8 +1,8 @@
 //! Redraws figures of papers, on models and on land, and writes the page that shows them.
 //!
-//! `cargo run --release --example paper_figures -- LAND MODELS` draws what `docs/papers/figures.toml` lists, with DEMs in
-//! the folder LAND and OBJ files in MODELS and the `hachure` that `cargo build --release` made, and writes
-//! `docs/papers/*.png` and `docs/papers/README.md`. A model stands on level ground.
+//! `cargo run --release --example paper_figures -- LAND MODELS` draws the pictures that `docs/papers/figures.toml`
+//! lists, from DEMs in the folder LAND and OBJ files in MODELS, with the program that `cargo build --release` built. It
+//! writes `docs/papers/*.png` and `docs/papers/README.md`. A model is placed on level ground.
 
 #[path = "shared/small_png.rs"]
 mod small_png;
@@ -23,12 +23,12 @@ struct Figures {
     figure: Vec<Figure>,
 }
 
-/// Pictures side by side.
+/// A figure: pictures side by side, with a title and a text.
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Figure {
     title: String,
-    /// The paper, its figure, and what to look at.
+    /// The paper, the figure, and what it shows.
     about: String,
     picture: Vec<Picture>,
 }
@@ -36,15 +36,15 @@ struct Figure {
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Picture {
-    /// Of its file.
+    /// File name of the picture, without extension.
     name: String,
-    /// A preset, or a file beside the list.
+    /// A preset, or a style file in the folder of the list.
     style: String,
     /// A DEM in the folder of land.
     land: Option<PathBuf>,
     /// An OBJ file in the folder of models.
     model: Option<PathBuf>,
-    /// How high its origin stands above the ground.
+    /// Height of the model's origin above the ground, in metres.
     #[serde(default)]
     lift_m: f64,
     camera: Option<String>,
@@ -74,7 +74,7 @@ fn main() -> anyhow::Result<()> {
         .context("docs/papers/README.md")
 }
 
-/// The DEM, or a scene of a model on level ground.
+/// Returns the DEM, or writes and returns a scene with a model on level ground.
 fn world(picture: &Picture, [land, models]: [&Path; 2], scratch: &Path) -> anyhow::Result<PathBuf> {
     let model = match (&picture.land, &picture.model) {
         (Some(file), None) => return Ok(land.join(file)),
@@ -125,9 +125,9 @@ fn draw(
 
 fn page(figures: &Figures, page_folder: &Path) -> anyhow::Result<String> {
     let mut page = String::from(
-        "# Figures of papers\n\nMethods of papers, drawn by hachure on models and on land. `cargo run --release --example \
-         paper_figures -- LAND MODELS` redraws them from the DEMs and OBJ files that [figures.toml](figures.toml) \
-         names.\n",
+        "# Figures of papers\n\nMethods of published papers, drawn by hachure on models and on land. `cargo run \
+         --release --example paper_figures -- LAND MODELS` redraws them from the DEMs in LAND and the OBJ files in \
+         MODELS that [figures.toml](figures.toml) names.\n",
     );
     for figure in &figures.figure {
         writeln!(page, "\n## {}\n\n{}\n", figure.title, figure.about)?;

@@ -1,11 +1,11 @@
-//! Draws the procedural world as shaded relief, to judge it by eye:
+//! Draws the procedural world as shaded relief, for judging it by eye:
 //!
 //! ```text
 //! cargo run --release --example procedural_shade -- out.png [seed] [sun azimuth °] [size] [spacing m] [crop]
 //! ```
 //!
-//! With `crop`, only the middle `crop` samples per side, enlarged so that they fill about 1,000 pixels.
-//! A second picture, `out.profile.png`, shows rows of profiles behind one another, seen from the south.
+//! With `crop`, it draws only the middle `crop` samples per side, enlarged to about 1,000 pixels. A second picture,
+//! `out.profile.png`, shows rows of profiles behind one another, seen from the south.
 
 use hachure::file::atomic;
 use hachure::source::procedural;
@@ -58,7 +58,7 @@ fn tell_statistics(grid: &HeightGrid, spacing_m: f32) {
     );
 }
 
-/// Lambert's shade with the sun at 40° and a little light from above.
+/// Lambertian shading with the sun at 40° and a little light from above.
 fn shade(grid: &HeightGrid, spacing_m: f32, azimuth: f64, crop: usize, zoom: usize) -> Vec<u8> {
     let width = grid.width as usize;
     let start = (width - crop) / 2;
@@ -79,7 +79,7 @@ fn shade(grid: &HeightGrid, spacing_m: f32, azimuth: f64, crop: usize, zoom: usi
     pixels
 }
 
-/// Perspective from above the southern edge: profiles from near to far, each hiding those behind it.
+/// Draws a perspective from above the southern edge: profiles from near to far, each hiding those behind it.
 fn profiles(grid: &HeightGrid, spacing_m: f32) -> (usize, usize, Vec<u8>) {
     let (width, height) = (1600, 700);
     let size = grid.width as usize;

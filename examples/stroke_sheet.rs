@@ -1,7 +1,9 @@
-//! A sheet of stroke textures as they take ink: for each of them strokes of 2, 4, 8, 16 and 32 px, from light pressure
-//! on the left to full on the right; the last column swells and ends. Drawn by the rule's twin in Rust, without a GPU.
+//! Draws a page of stroke textures as they take ink: for each texture, strokes 2, 4, 8, 16 and 32 px wide, from light
+//! pressure on the left to full pressure on the right; the last column swells and ends. It uses the CPU twin of the ink
+//! rule, so it needs no GPU.
 //!
-//! `cargo run --release --example stroke_sheet -- sheet.png [RECIPE …]`: names of textures, or files (`.toml`).
+//! `cargo run --release --example stroke_sheet -- sheet.png [RECIPE …]`: a recipe is the name of a texture or a file
+//! (`.toml`).
 
 use std::path::Path;
 
@@ -13,10 +15,10 @@ const WIDTHS_PX: [f32; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];
 const PRESSURES: [f32; 5] = [0.2, 0.4, 0.6, 0.8, 1.0];
 const COLUMN_PX: f32 = 200.0;
 const SHEET_PX: usize = 1280;
-/// Between strokes.
+/// Gap between strokes.
 const GAP_PX: f32 = 14.0;
 
-/// Pigment and threshold between texels; the tile repeats.
+/// Returns pigment and threshold at `uv`, interpolated between texels; the texture repeats.
 fn sample(level: &Level, uv: [f32; 2]) -> [f32; 2] {
     let [width, height] = level.size_px;
     let at = [uv[0] * width as f32 - 0.5, uv[1] * height as f32 - 0.5];
@@ -31,7 +33,7 @@ fn sample(level: &Level, uv: [f32; 2]) -> [f32; 2] {
     mix(mix(texel(0, 0), texel(1, 0), part[0]), mix(texel(0, 1), texel(1, 1), part[0]), part[1])
 }
 
-/// Ink at a place of a stroke: pressure by columns, the last of which swells and ends.
+/// Returns the ink at a point of a stroke. Pressure depends on the column; the last column swells and ends.
 fn ink(brush: &Brush, level: &Level, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> f32 {
     let column = (along_px / COLUMN_PX) as usize;
     let within_px = along_px - column as f32 * COLUMN_PX;
@@ -49,7 +51,7 @@ fn ink(brush: &Brush, level: &Level, along_px: f32, across_px: f32, half_width_p
     end * covered * brush.ink(texel, pressure, across_px.abs(), half_width_px)
 }
 
-/// Ink on paper, mixed in linear light as the program does, in sRGB.
+/// Returns the sRGB colour of ink on paper, mixed in linear light as the program does.
 fn on_paper(ink: f32) -> [u8; 3] {
     [(0.965, 0.007), (0.92, 0.006), (0.82, 0.005)].map(|(paper, black): (f32, f32)| {
         let linear = paper + (black - paper) * ink;
@@ -60,7 +62,7 @@ fn on_paper(ink: f32) -> [u8; 3] {
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);
-    let out = arguments.next().context("where to? stroke_sheet OUT.png [RECIPE …]")?;
+    let out = arguments.next().context("usage: stroke_sheet OUT.png [RECIPE …]")?;
     let mut recipes: Vec<String> = arguments.collect();
     if recipes.is_empty() {
         recipes = texture::names().into_iter().map(str::to_owned).collect();

@@ -1,15 +1,15 @@
 //! hachure draws real terrain of any size in real time as ink, pencil, wash or print.
 //!
-//! The modules are listed in the order in which data flows. A module uses only modules that stand above it.
+//! The modules are listed in the order in which data flows. A module uses only modules above it.
 //!
 //! ```text
 //! source ─▶ pyramid ─▶ tiles ─▶ surface ─▶ lines, tones ─▶ composite ─▶ picture, window, headset
 //! ```
 //!
-//! `ARCHITECTURE.md` is the map: it follows one frame and one tile through the modules. `docs/decisions` has one page
-//! for each decision, with its reasons.
+//! `ARCHITECTURE.md` follows one frame and one tile through the modules. `docs/decisions` has one page for each design
+//! decision, with its reasons.
 
-#![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
+#![warn(clippy::print_stdout, clippy::print_stderr, reason = "these macros panic on a closed pipe: use file::standard")]
 
 pub mod file;
 pub mod gpu;

@@ -1,6 +1,6 @@
-//! Work is bounded by the picture: relief of any kind, and any allowed error, give a picture with a bounded number of
-//! triangles, which says how fine it is. Marks for no data that nobody declares are told.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! The picture bounds the work: with any relief and any allowed error, a picture has a bounded number of triangles and
+//! reports its error. Undeclared no-data values give a warning.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;
@@ -27,10 +27,10 @@ use hachure::tiles::select::select_within;
 use hachure::tiles::selection::Viewpoint;
 
 const SIZE_PX: [u32; 2] = [64, 36];
-/// Many times what any of the pictures here takes.
+/// Many times the duration of any picture here.
 const LONG: Duration = Duration::from_secs(20);
 
-/// A hill of `side` × `side` samples, 1 m apart.
+/// Returns a hill of `side` × `side` samples, 1 m apart.
 fn hill(side: u32) -> HeightGrid {
     grid_of(side, side, 1.0, move |x_m, y_m| hill_m(f64::from(side), x_m, y_m))
 }
@@ -39,13 +39,13 @@ fn hill_m(side_m: f64, x_m: f64, y_m: f64) -> f64 {
     0.4 * side_m * (-(x_m * x_m + y_m * y_m) / (0.08 * side_m * side_m)).exp() + 0.02 * side_m * (x_m * 0.3).sin()
 }
 
-/// Heights by column and row, 1 m apart.
+/// Returns heights given by column and row, 1 m apart.
 fn by_sample(side: u32, height_m: impl Fn(i64, i64) -> f64) -> HeightGrid {
     let half = 0.5 * f64::from(side - 1);
     grid_of(side, side, 1.0, move |x_m, y_m| height_m((x_m + half).round() as i64, (half - y_m).round() as i64))
 }
 
-/// From the southern edge, a little above the ground, to the north.
+/// Returns a camera near the southern edge, a little above the ground, that looks north.
 fn from_the_edge(side: u32) -> String {
     format!("1,{},+{},3,-4,60", -0.4 * f64::from(side), 0.05 * f64::from(side))
 }
@@ -55,7 +55,7 @@ fn budget(grid: &HeightGrid, error_px: f64) -> u64 {
     most_patches(pixels, f64::from(grid.width) * f64::from(grid.height), error_px, 512 << 20) as u64
 }
 
-/// A picture; none without a GPU.
+/// Draws a picture; `None` without a GPU.
 fn draw(grid: HeightGrid, camera: &str, error_px: f64) -> Option<(World, Shot, Duration)> {
     let start = Instant::now();
     let mut world = World::new(grid, error_px)?;
@@ -86,10 +86,13 @@ fn every_relief_gives_a_picture_within_the_budget() {
         let Some((_, shot, took)) = draw(grid, &camera, 1.0) else { return };
         let report = &shot.report;
         println!("{name}: {} patches, {:.2} px, {took:.2?}", report.patches, report.error_px);
-        assert!(report.patches <= most, "{name}: {} patches, and the budget is {most}", report.patches);
-        assert!(took < LONG, "{name}: {took:?}");
-        assert!(shot.picture.iter().flatten().all(|value| value.is_finite()), "{name}: the picture is no number");
-        assert_eq!(report.over_budget > 0, report.error_px > 1.0, "{name}");
+        assert!(report.patches <= most, "{name}: {} patches, more than the budget of {most}", report.patches);
+        assert!(took < LONG, "{name}: took {took:?}");
+        assert!(
+            shot.picture.iter().flatten().all(|value| value.is_finite()),
+            "{name}: the picture has values that are not finite"
+        );
+        assert_eq!(report.over_budget > 0, report.error_px > 1.0, "{name}: over_budget does not match error_px");
     }
 }
 
@@ -114,11 +117,11 @@ fn an_error_that_takes_too_much_is_told_and_kept() {
     assert_eq!(report.over_budget, 1);
     assert!(report.patches <= most && report.patches > most / 2, "{} of {most} patches", report.patches);
     assert!(report.error_px > 1e-6 && report.error_px < 0.1, "{} px", report.error_px);
-    // Position follows the surface itself, so the measured error is smaller than the mesh's.
+    // The positions are on the surface itself, so the measured error is smaller than that of the mesh.
     let drawn = renderer.as_ref().unwrap();
     let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap().unwrap();
-    assert!(measured < report.error_px.max(0.01), "{measured} px, told {} px", report.error_px);
-    // A picture stands for itself: what was drawn before changes nothing.
+    assert!(measured < report.error_px.max(0.01), "measured {measured} px, reported {} px", report.error_px);
+    // A picture does not depend on what was drawn before.
     let other = world.pose("9,30,+20,180,-20,40");
     shoot(&mut world, &mut renderer, other, [96, 54]);
     let again = shoot(&mut world, &mut renderer, pose, SIZE_PX);
@@ -138,8 +141,8 @@ fn toward_steep_land_the_surface_gets_coarser_step_by_step() {
         let prepared = world.surfaces.terrain.prepare(&world.gpu, &terrain_view(&view));
         let error_px = prepared.detail.error_px;
         let change = before.replace(error_px).map_or(1.0, |before: f64| (error_px / before).max(before / error_px));
-        // The camera comes nearer by a 25th of its way.
-        assert!(change < 1.2, "step {step}: {change} times");
+        // The camera approaches by 4 % of its distance per step.
+        assert!(change < 1.2, "step {step}: the error changes by a factor of {change}");
         over += u32::from(prepared.detail.is_over_budget);
     }
     assert!((5..60).contains(&over), "{over} steps were over the budget");
@@ -154,21 +157,25 @@ fn parts_of_a_picture_have_one_error() {
     let shot = draw();
     assert!(shot.report.parts > 4 && shot.report.over_budget == 1, "{:?}", shot.report);
     assert!(draw().picture == shot.picture);
-    // A part that sees little would do with less, and has the error of all parts.
+    // A part that sees little could have a smaller error, but has the error of all parts.
     let part = Part { origin_px: [60, 40], size_px: [8, 8] };
     let view = View::of_part(pose, pose, [128, 72], part);
     let alone_px = world.surfaces.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
-    assert!(alone_px < 0.9 * shot.report.error_px, "{alone_px} of {} px", shot.report.error_px);
+    assert!(
+        alone_px < 0.9 * shot.report.error_px,
+        "alone the part has {alone_px} px, the picture {} px",
+        shot.report.error_px
+    );
     world.surfaces.terrain.hold_error_px(shot.report.error_px);
     let held_px = world.surfaces.terrain.detail_of(&world.gpu, &terrain_view(&view)).error_px;
-    assert!((held_px / shot.report.error_px - 1.0).abs() < 1e-9, "{held_px}");
+    assert!((held_px / shot.report.error_px - 1.0).abs() < 1e-9, "the part has {held_px} px");
 }
 
 fn view_of(pose: Pose) -> View {
     View::whole(pose, pose, SIZE_PX)
 }
 
-/// The planted error: the same choice without a budget takes more.
+/// Tests the planted error: the same selection without a budget takes more patches.
 #[test]
 fn without_a_budget_steep_land_takes_more() {
     let grid = by_sample(60, |i, j| if (i + j) % 2 == 0 { 8000.0 } else { -8000.0 });
@@ -192,14 +199,14 @@ fn without_a_budget_steep_land_takes_more() {
     let most = 200;
     assert!(select_within(&patches, &grid_projection, anchor, &viewpoint, most).is_none());
     let all = select(&patches, &grid_projection, anchor, &viewpoint).leaves.len();
-    assert!(all > 4 * most, "{all}");
-    // A larger error has room, and what has room is chosen as if there were no budget.
+    assert!(all > 4 * most, "{all} patches without a budget, expected more than four times {most}");
+    // A larger error fits into the budget, and then the budget does not change the selection.
     viewpoint.error_px = 1e4;
     let within = select_within(&patches, &grid_projection, anchor, &viewpoint, most).unwrap();
     assert_eq!(within.leaves, select(&patches, &grid_projection, anchor, &viewpoint).leaves);
 }
 
-/// A plain in an ASCII grid with 9 marks.
+/// Writes a plain as an ASCII grid with 9 no-data samples.
 fn write_marked(path: &Path) {
     let mut text = "ncols 30\nnrows 30\nxllcorner 0\nyllcorner 0\ncellsize 10\n".to_owned();
     for i in 0..900 {
@@ -218,7 +225,11 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
     let voids =
         |reader: &dyn HeightReader| reader.read(window).unwrap().iter().filter(|height| height.is_nan()).count();
     assert_eq!((voids(&*open(None)), voids(&*open(Some(-9999.0))), voids(&*open(Some(5.0)))), (0, 9, 0));
-    assert_ne!(open(None).identity(), open(Some(-9999.0)).identity(), "another pyramid");
+    assert_ne!(
+        open(None).identity(),
+        open(Some(-9999.0)).identity(),
+        "nodata does not change the identity of the pyramid"
+    );
 
     let hachure = |arguments: &[&str]| {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
@@ -240,7 +251,7 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
     assert!(status == Some(0) && out.contains("\"void_samples\": 9"), "{out}{told}");
     assert_eq!(hachure(&["info", name, "--nodata", "nothing"]).0, Some(2));
 
-    // A scene says it as well, and nothing else may.
+    // A scene of files may set nodata; other scenes may not.
     let scene = folder.path().join("scene.toml");
     std::fs::write(&scene, "[world]\ndem = \"marked.asc\"\nnodata = -9999\n").unwrap();
     assert_eq!(hachure::scene::Scene::read(&scene).unwrap().heights.no_data, Some(-9999.0));

@@ -1,8 +1,8 @@
-//! Damaged caches: the program makes anew what is damaged, says so in a line, and the picture is the same to the bit.
+//! Damaged caches: the program rebuilds what is damaged, prints one line, and draws the same picture, bit for bit.
 //!
-//! A dozen by default; `HACHURE_DAMAGED_CACHES=100` damages a hundred.
-#![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! Damages 12 caches by default; `HACHURE_DAMAGED_CACHES=100` damages 100.
+#![allow(clippy::disallowed_methods, reason = "the test writes damaged files")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use std::fs;
 use std::io::{Seek, SeekFrom, Write};
@@ -24,7 +24,7 @@ const UTM: &str = concat!(
     r#"PARAMETER["false_easting",500000],PARAMETER["false_northing",0],UNIT["metre",1]]"#
 );
 
-/// SplitMix64.
+/// Advances a SplitMix64 generator and returns its next number.
 fn next(state: &mut u64) -> u64 {
     *state = state.wrapping_add(0x9E37_79B9_7F4A_7C15);
     let mut z = *state;
@@ -43,7 +43,7 @@ fn has_gpu() -> bool {
     opened.is_ok()
 }
 
-/// A DEM of text, which has to be baked.
+/// Writes a DEM as an ASCII grid, which must be baked.
 fn dem(folder: &Path, name: &str, height_m: f64) -> PathBuf {
     let mut text = "ncols 500\nnrows 300\nxllcorner 500000\nyllcorner 5000000\ncellsize 10\n".to_owned();
     let mut chance = 5;
@@ -82,7 +82,7 @@ fn render(folder: &Path, cache: &Path, world: &Path) -> (Output, Option<Vec<u8>>
     (output, fs::read(out).ok())
 }
 
-/// The .tif and the .tiles of the entry whose name begins so.
+/// Returns the .tif and .tiles files of the cache entry whose name begins with `name`.
 fn entry(cache: &Path, name: &str) -> [PathBuf; 2] {
     let found = fs::read_dir(cache).unwrap().flatten().map(|entry| entry.path()).find(|path| {
         let file = path.file_name().unwrap().to_string_lossy().into_owned();
@@ -92,7 +92,7 @@ fn entry(cache: &Path, name: &str) -> [PathBuf; 2] {
     [tif.clone(), pyramid::format::sidecar_path(&tif)]
 }
 
-/// Damages one of the files, or both, in one of several ways; says how.
+/// Damages one of the files, or both, in one of several ways; describes the damage.
 fn damage(files: &[PathBuf; 2], others: &[PathBuf; 2], chance: &mut u64) -> String {
     let which = next(chance) % 3;
     let chosen: Vec<usize> = (0..2).filter(|&i| which == 2 || which as usize == i).collect();
@@ -142,8 +142,8 @@ fn damaged_caches_heal() {
     let (_, wrong) = render(folder.path(), &cache, &other);
     let (output, truth) = render(folder.path(), &cache, &world);
     assert!(output.status.success() && output.stderr.is_empty(), "{output:?}");
-    // Planted: of another DEM, which lies as this does, the picture is another.
-    assert!(wrong.is_some() && wrong != truth, "the picture shows no difference");
+    // Planted error: the picture of another DEM of the same extent.
+    assert!(wrong.is_some() && wrong != truth, "the pictures of two DEMs are equal");
     let (files, others) = (entry(&cache, "world."), entry(&cache, "other."));
     let whole = files.clone().map(|file| fs::read(file).unwrap());
     let (mut chance, mut warned) = (2026, 0);
@@ -154,18 +154,22 @@ fn damaged_caches_heal() {
         println!("{number}: {how}{}", said.trim_end());
         assert!(output.status.success(), "{how}{said}");
         assert!(said.lines().count() <= 1 && (said.is_empty() || said.contains("rebuilding")), "{how}{said}");
-        assert!(picture == truth, "{how}another picture; {said}");
+        assert!(picture == truth, "{how}the picture differs; {said}");
         warned += said.lines().count();
-        // What was found is mended. What was not (between tiles, or of tiles out of view) may stay until it is.
+        // Damage that was found is repaired. Other damage (between tiles, or in tiles out of view) may remain until it
+        // is found.
         if !said.is_empty() {
-            assert!(files.iter().zip(&whole).all(|(file, whole)| fs::read(file).unwrap() == *whole), "{how}");
+            assert!(
+                files.iter().zip(&whole).all(|(file, whole)| fs::read(file).unwrap() == *whole),
+                "{how}the rebuilt cache differs"
+            );
         }
         for (file, whole) in files.iter().zip(&whole) {
             fs::write(file, whole).unwrap();
         }
     }
-    println!("{count} damaged caches, {warned} times rebuilt with a warning");
-    assert!(warned > count / 3, "{warned} of {count}");
+    println!("{count} damaged caches, {warned} rebuilt with a warning");
+    assert!(warned > count / 3, "only {warned} of {count} damaged caches gave a warning");
 }
 
 #[test]
@@ -179,7 +183,7 @@ fn two_processes_heal_at_once() {
     let (_, truth) = render(folder.path(), &cache, &world);
     let files = entry(&cache, "world.");
     let whole = files.clone().map(|file| fs::read(file).unwrap());
-    // Found when it is opened; and only at a tile.
+    // Damage that is found when the file is opened, and damage that is found only when a tile is read.
     for at in [70, 100_000] {
         let mut bytes = whole[0].clone();
         bytes[at..at + 3000].fill(0);
@@ -212,7 +216,7 @@ fn an_unwritable_cache_says_so() {
     if !has_gpu() {
         return;
     }
-    // A COG is read as it is then.
+    // With an unwritable cache, a COG is read directly.
     let cog = folder.path().join("cog.tif");
     let grid = hachure::source::open(&world, &Silent).unwrap();
     pyramid::bake(&grid, &cog, &Default::default(), &Silent).unwrap();
@@ -240,7 +244,7 @@ fn a_store_heals_while_it_is_read() {
     };
     let at = |level, x, y| TileAddress { level, x, y };
     let places = [at(0, 0, 0), at(0, 1, 0), at(0, 0, 1), at(0, 1, 1), at(1, 0, 0)];
-    // By bits: what is known of patches beyond the grid is no number.
+    // Compared by bits, because samples of patches beyond the grid are NaN.
     let bits = |samples: &[f32]| samples.iter().map(|sample| sample.to_bits()).collect::<Vec<_>>();
     let all = |store: &Arc<dyn TileStore>| places.map(|at| bits(&store.clone().load(at).unwrap().tile.samples));
     let truth = all(&open());
@@ -248,12 +252,12 @@ fn a_store_heals_while_it_is_read() {
     let (lengths, mut times) = ([&tif, &tiles].map(|file| fs::metadata(file).unwrap().len()), 1);
     for (file, offset) in [(&tif, 100_000), (&tiles, lengths[1] - 200), (&tiles, lengths[1] - 2000)] {
         let store = open();
-        // In place, under the open store: what a disk does.
+        // The file is overwritten in place while the store has it open, as by a disk error.
         let mut opened = fs::File::options().write(true).open(file).unwrap();
         opened.seek(SeekFrom::Start(offset)).unwrap();
         opened.write_all(&[0xa5; 150]).unwrap();
         drop(opened);
-        // Somebody who does not want the tile any more does not wait for it; the others get what is right.
+        // A cancelled fetch does not wait for the repair; other fetches return the right tile.
         let cancel = Cancel::default();
         cancel.cancel();
         for place in places {
@@ -262,18 +266,18 @@ fn a_store_heals_while_it_is_read() {
         }
         assert!(all(&store) == truth);
         times += 1;
-        assert_eq!(grown.load(Ordering::Relaxed), times, "rebuilt once");
+        assert_eq!(grown.load(Ordering::Relaxed), times, "the cache must be rebuilt exactly once");
         assert!(all(&open()) == truth);
         assert_eq!(grown.load(Ordering::Relaxed), times);
     }
-    // The same name for something else: two entries that were exchanged.
+    // An entry with the content of another one, under its own name.
     let other = dem(folder.path(), "other.asc", 600.0);
     let grow = move |_: &dyn Progress| hachure::source::open(&other, &Silent).unwrap();
     drop(open_or_grow_store("other key", "other", grow, Some(&cache), &Silent).unwrap());
     let others = entry(&cache, "other.");
     fs::copy(&others[0], &tif).unwrap();
     fs::copy(&others[1], &tiles).unwrap();
-    assert!(all(&open()) == truth, "checksums hold, and the heights are of another DEM");
+    assert!(all(&open()) == truth, "an entry of another DEM with valid checksums was accepted");
 }
 
 #[test]

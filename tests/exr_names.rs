@@ -1,6 +1,6 @@
-//! `render --aov-names standard`: channels of an EXR as compositors know them, over a slope that the test knows.
+//! `render --aov-names standard`: channels of an EXR under the names that compositors use, on a slope of known shape.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test, in helpers too")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;
@@ -9,7 +9,7 @@ use std::path::Path;
 
 use exr::prelude::{FlatSamples, MetaData, ReadChannels, ReadLayers};
 
-/// How the land rises: by so much in a metre to the east and to the north.
+/// Slope of the land: the rise in metres per metre to the east and to the north.
 const RISE: [f64; 2] = [0.2, 0.1];
 const SIDE: usize = 96;
 const SPACING_M: f64 = 30.0;
@@ -17,7 +17,7 @@ const MIDDLE_M: f64 = 900.0;
 const SIZE: [usize; 2] = [96, 54];
 const RENDER: &str = "slope.asc --size 96x54 --camera=50,-700,1150,10,-14,50 --aov depth,position,normal,surface";
 
-/// A folder with a plane in it. The world's metres count from its middle.
+/// Creates a folder with a DEM of a plane. The origin of the world is its centre.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let middle = 0.5 * (SIDE as f64 - 1.0);
@@ -34,7 +34,7 @@ fn place() -> tempfile::TempDir {
     folder
 }
 
-/// The floats of an EXR by their names, read by the crate `exr` alone.
+/// Reads the float channels of an EXR by name, with the crate `exr` alone.
 fn floats(path: &Path) -> impl Fn(&str) -> Vec<f32> + use<> {
     let image = exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
     let image = image.first_valid_layer().all_attributes().from_file(path).unwrap();
@@ -43,7 +43,7 @@ fn floats(path: &Path) -> impl Fn(&str) -> Vec<f32> + use<> {
         let channel = list.iter().find(|channel| channel.name.to_string() == name).expect(name);
         match &channel.sample_data {
             FlatSamples::F32(values) => values.clone(),
-            _ => panic!("{name} is no float"),
+            _ => panic!("{name} is not a float channel"),
         }
     }
 }
@@ -71,20 +71,27 @@ fn standard_names_have_the_values_of_the_others() {
     {
         assert_eq!(bits(&own(own_name)), bits(&standard(name)), "{name}");
     }
-    assert_ne!(bits(&own("normal.X")), bits(&standard("N.Y")), "planted: axes exchanged");
-    // Positions count from the camera, and P from the middle of the world.
+    assert_ne!(bits(&own("normal.X")), bits(&standard("N.Y")), "planted error, axes exchanged");
+    // Channels `position` are relative to the camera, channels P to the world's origin.
     let depth = standard("Z");
     let seen: Vec<usize> = (0..depth.len()).filter(|i| depth[*i].is_finite()).collect();
-    assert!(seen.len() > depth.len() / 2 && seen.len() < depth.len(), "land and sky: {}", seen.len());
+    assert!(
+        seen.len() > depth.len() / 2 && seen.len() < depth.len(),
+        "the picture must have land and sky; pixels of land: {}",
+        seen.len()
+    );
     for (axis, camera_m) in [("X", 50.0), ("Y", -700.0), ("Z", 1150.0)] {
         let (from_camera, place) = (own(&format!("position.{axis}")), standard(&format!("P.{axis}")));
-        assert!(seen.iter().all(|i| (place[*i] - from_camera[*i] - camera_m).abs() < 1e-3), "P.{axis}");
-        assert!((0..depth.len()).all(|i| depth[i].is_finite() || place[i] == 0.0), "P.{axis}: sky is 0");
+        assert!(
+            seen.iter().all(|i| (place[*i] - from_camera[*i] - camera_m).abs() < 1e-3),
+            "P.{axis} differs from position plus camera"
+        );
+        assert!((0..depth.len()).all(|i| depth[i].is_finite() || place[i] == 0.0), "P.{axis} must be 0 in the sky");
     }
 }
 
-/// The most by which places leave the slope, in metres; the most by which normals do; and, by the matrix of the file, the
-/// most by which places leave their pixels, and depths the distance along the axis in metres.
+/// Returns four largest errors: of positions from the slope in metres; of normals; of positions, projected with the
+/// file's matrix, from their pixels; of depths from the distance along the view axis in metres.
 fn farthest_off(path: &Path, [x, y, z]: [&[f32]; 3], [nx, ny, nz]: [&[f32]; 3], depth: &[f32]) -> [f64; 4] {
     let header = MetaData::read_from_file(path, false).unwrap().headers.remove(0);
     let (camera, ndc) = (header.own_attributes.world_to_camera, header.own_attributes.world_to_normalized_device);
@@ -93,12 +100,12 @@ fn farthest_off(path: &Path, [x, y, z]: [&[f32]; 3], [nx, ny, nz]: [&[f32]; 3], 
     let mut off = [0.0_f64; 4];
     for i in (0..depth.len()).filter(|i| depth[*i].is_finite()) {
         let at = [x[i], y[i], z[i]].map(f64::from);
-        // Spans at the border of the heights have a neighbour less, and another slope.
+        // Cells at the border of the heights have one neighbour less, and another slope.
         let inner_m = (0.5 * SIDE as f64 - 3.0) * SPACING_M;
         if at[0].abs().max(at[1].abs()) > inner_m {
             continue;
         }
-        // A row vector times a matrix that stands row by row.
+        // Multiplies a row vector by a matrix that is stored row by row.
         let times = |matrix: [f32; 16]| -> [f64; 4] {
             let row = [at[0], at[1], at[2], 1.0];
             std::array::from_fn(|to| (0..4).map(|k| row[k] * f64::from(matrix[4 * k + to])).sum())
@@ -130,12 +137,12 @@ fn places_and_normals_are_those_of_the_slope() {
     let [x, y, z, nx, ny, nz, depth] = ["P.X", "P.Y", "P.Z", "N.X", "N.Y", "N.Z", "Z"].map(of);
     let off = farthest_off(&path, [&x, &y, &z], [&nx, &ny, &nz], &depth);
     println!(
-        "places {:.4} m off the slope, normals {:.5}; {:.4} px and {:.4} m off their rays",
+        "errors of positions {:.4} m, of normals {:.5}, of projections {:.4} px, of depths {:.4} m",
         off[0], off[1], off[2], off[3]
     );
     let holds = |off: [f64; 4]| off[0] < 0.05 && off[1] < 0.002 && off[2] < 0.02 && off[3] < 0.02;
-    assert!(holds(off), "{off:?}");
-    // Planted: places that count from the camera, axes exchanged, and a distance to the eye instead of along its axis.
+    assert!(holds(off), "errors of positions, normals, projections, depths: {off:?}");
+    // Planted errors: positions relative to the camera, exchanged axes, and distances to the eye in place of depths.
     let from_camera: Vec<f32> = z.iter().map(|z| z - 1150.0).collect();
     assert!(!holds(farthest_off(&path, [&x, &y, &from_camera], [&nx, &ny, &nz], &depth)));
     assert!(!holds(farthest_off(&path, [&x, &z, &y], [&nx, &ny, &nz], &depth)));

@@ -1,6 +1,6 @@
-//! Flights over a bad network: every tile that comes is right, and the cache on disk holds nothing wrong.
-#![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! Flights over a bad network: every tile that arrives is right, and the cache on disk contains no wrong bytes.
+#![allow(clippy::disallowed_methods, reason = "the test writes damaged files")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 #[path = "../src/tests/common/faulty_server.rs"]
 mod faulty_server;
@@ -20,15 +20,15 @@ use flight::{Flight, System};
 use hachure::pyramid::{self, PyramidError, TileStore};
 use hachure::remote::{self, RemoteError, RemoteFile, Settings, never};
 
-/// 2 % of each of five faults.
+/// Returns a rate of 2 % for each of the five faults.
 fn bad() -> Faults {
     Faults { rates: Rates::all(0.02), hang: Duration::from_millis(700) }
 }
 
-/// Six tiles of nine: enough are decoded again and again, and time is left.
+/// Room for six of nine decoded tiles: many tiles are decoded repeatedly, and the test remains fast.
 const DECODED_BYTES: usize = 6 << 18;
 
-/// As in flight, in a hurry.
+/// Settings as in flight, with short timeouts.
 fn hasty(cache: Option<&Path>) -> Settings {
     Settings {
         cache: cache.map(Path::to_owned),
@@ -41,7 +41,7 @@ fn hasty(cache: Option<&Path>) -> Settings {
     }
 }
 
-/// Opening may fail on a bad network; then one tries again.
+/// Opens a remote file, with several attempts, since opening may fail on a bad network.
 fn opened(url: &str, settings: &Settings) -> Arc<dyn TileStore> {
     for _ in 0..20 {
         match pyramid::store::open_remote_with(url, settings.clone(), DECODED_BYTES) {
@@ -58,7 +58,7 @@ fn an_hour_of_requests() {
     let server = Server::start(20_260_101);
     let world = world::World::make(folder.path());
     world.serve(&server);
-    // Threads and connections that stay for the whole program are there before it is counted.
+    // Threads and connections that live as long as the program are created before the count.
     drop(opened(&server.url("deflate.tif"), &hasty(None)));
     let before = System::now();
     let start = Instant::now();
@@ -73,7 +73,7 @@ fn an_hour_of_requests() {
         ("baked/voids.tif", 2, true, 1500),
     ] {
         let cache = folder.path().join("cache");
-        // The cache holds less than the file: it is written, trimmed and read all the time.
+        // The cache is smaller than the file, so it is written, trimmed and read continuously.
         let settings = Settings { tries, cache_bytes: 300_000, ..hasty(cached.then_some(cache.as_path())) };
         let store = opened(&server.url(name), &settings);
         let truth = match name.strip_prefix("baked/") {
@@ -88,7 +88,7 @@ fn an_hour_of_requests() {
         retried += outcome.retried;
         assert_eq!(outcome.panicked, 0);
         assert!(outcome.right > outcome.requested() / 2);
-        // After its retries hardly a tile is missing: its parent stands in.
+        // After retries hardly any tile is missing, in which case its parent would be drawn.
         assert!(outcome.failed * 50 < outcome.requested(), "{outcome:?}");
     }
     println!("{}", server.told());
@@ -97,7 +97,7 @@ fn an_hour_of_requests() {
     assert_eq!(wrong, 0);
     assert!(retried > 0, "no tile came at a second try");
     for share in [&server.counts().dropped, &server.counts().truncated, &server.counts().flipped] {
-        assert!(share.load(Ordering::Relaxed) > 20, "the server is too good");
+        assert!(share.load(Ordering::Relaxed) > 20, "the server made too few faults");
     }
 
     drop(server);
@@ -117,11 +117,11 @@ fn the_cache_on_disk_is_right_in_the_end() {
     world.serve(&server);
     for name in ["deflate.tif", "lerc.tif", "voids.tif"] {
         let truth = world.truth(name);
-        // So many bytes are changed that some wait in the cache in parts of blocks that no tile has asked for yet.
+        // So many bytes are changed that some remain in the cache, in parts of blocks that no tile has used yet.
         server.set_faults(Faults { rates: Rates { flip: 0.3, ..Rates::default() }, ..Faults::default() });
         let mut invalidated = 0;
         for seed in 1..7 {
-            // It holds half of the file, so that much of it is asked for again.
+            // The cache holds half of the file, so that much of it is requested again.
             let settings = Settings { cache_bytes: 500_000, ..hasty(Some(&cache)) };
             let open = || pyramid::store::open_remote_with(&server.url(name), settings.clone(), 1 << 20);
             let Some(store) = (0..20).find_map(|_| open().ok()) else { panic!("{name} cannot be opened") };
@@ -155,7 +155,7 @@ fn planted_wrong_bytes_are_found() {
     let cache = folder.path().join("cache");
     let flight = Flight { requests: 200, threads: 2, seed: 3, tries: 3 };
 
-    // Uncompressed bytes have no checksum: what is changed on the way is drawn, and this test sees it.
+    // Uncompressed bytes have no checksum: changes on the way reach the samples, and this test must find them.
     let store = opened(&url, &hasty(None));
     server.set_faults(Faults { rates: Rates { flip: 0.1, ..Rates::default() }, ..Faults::default() });
     let outcome = flight.fly(&store, &truth);
@@ -163,7 +163,7 @@ fn planted_wrong_bytes_are_found() {
     assert!(outcome.wrong > 0);
     server.set_faults(Faults::default());
 
-    // What is changed on the disk is found by the cache's own checksum, unless nobody looks.
+    // Changes on disk are found by the cache's own checksum, unless verification is off.
     for (verify, is_wrong) in [(true, false), (false, true)] {
         drop(opened(&url, &hasty(Some(&cache))));
         let fill = opened(&url, &hasty(Some(&cache)));
@@ -204,7 +204,7 @@ fn a_reader_that_is_killed_leaves_a_right_cache() {
             .spawn()
             .unwrap();
         std::thread::sleep(Duration::from_millis(60 + next(&mut chance) % 120));
-        // SIGKILL.
+        // Sends SIGKILL.
         reader.kill().unwrap();
         reader.wait().unwrap();
         let found = world.compare("deflate.tif", &cache);
@@ -212,10 +212,10 @@ fn a_reader_that_is_killed_leaves_a_right_cache() {
         blocks += found.blocks;
     }
     println!("12 readers killed; {blocks} blocks verified");
-    assert!(blocks > 0, "none was killed while it wrote");
+    assert!(blocks > 0, "no reader was killed while it wrote");
 }
 
-/// No test: the process that is killed.
+/// Reads until it is killed; not a test of its own.
 #[test]
 #[ignore = "is run by another test"]
 fn reads_until_killed() {
@@ -278,7 +278,7 @@ fn what_is_wrong_is_said_in_one_line() {
     assert!(refused.contains("after 2 tries") && !refused.contains("hush"), "{refused}");
     server.set_faults(Faults::default());
 
-    // Another file under the same name.
+    // Another file at the same address.
     let url = server.url("deflate.tif");
     let file = RemoteFile::open(&url, hasty(None)).unwrap();
     let mut other = world.bytes("deflate.tif");
@@ -287,14 +287,14 @@ fn what_is_wrong_is_said_in_one_line() {
     let changed = file.read(file.size() - 10, 10, &never);
     assert!(matches!(changed, Err(RemoteError::Changed { .. })), "{changed:?}");
 
-    // Nobody there.
+    // The server is gone.
     let url = server.url("deflate.tif");
     drop(server);
     let gone = pyramid::store::open_remote_with(&url, quick, 1 << 20).err().unwrap();
     assert!(matches!(gone, PyramidError::Remote(RemoteError::Failed { tries: 2, .. })), "{gone}");
 }
 
-/// GDAL's own COGs, where it is installed: blocks of 512, integers, no-data, scale and offset, all codecs.
+/// Tests COGs made by GDAL, where it is installed: blocks of 512, integers, no-data, scale and offset, all codecs.
 #[test]
 fn gdals_cogs_are_flown_over() {
     let folder = tempfile::tempdir().unwrap();
@@ -314,7 +314,7 @@ fn gdals_cogs_are_flown_over() {
     .enumerate()
     {
         let out = folder.path().join(format!("gdal{number}.tif"));
-        // Larger, and with voids where NaN can be written, so that GDAL makes overviews.
+        // Larger, so that GDAL makes overviews, and with no-data where NaN can be written.
         let made = Command::new("gdal_translate")
             .args(["-q", "-of", "COG", "-outsize", "1501", "1203", "-r", "nearest", "-co", "RESAMPLING=AVERAGE"])
             .args(options.split(' '))
@@ -322,7 +322,7 @@ fn gdals_cogs_are_flown_over() {
             .output()
             .unwrap();
         if !made.status.success() {
-            println!("skipped: this GDAL does not know {options}: {}", String::from_utf8_lossy(&made.stderr));
+            println!("skipped: this GDAL does not support {options}: {}", String::from_utf8_lossy(&made.stderr));
             continue;
         }
         let grid = hachure::source::open(&out, &hachure::source::Silent).unwrap();
@@ -337,16 +337,16 @@ fn gdals_cogs_are_flown_over() {
             let (mut worst, mut differs) = (0.0_f32, 0);
             for (a, b) in ours.tile.samples.iter().zip(&theirs.tile.samples) {
                 let voids = [a, b].map(|sample| sample.to_bits() & 1 == 1);
-                // Deep in a void the filling ends at a level that GDAL averages otherwise, or at another constant.
+                // Deep in no-data, filling ends at a level that GDAL averages differently, or at another constant.
                 if voids == [false; 2] {
                     worst = worst.max((a - b).abs());
                 }
                 differs += u32::from(voids[0] != voids[1]);
             }
-            // GDAL's averages of integers are integers, and where a single sample of four is valid it has a height.
+            // GDAL's averages of integers are integers, and one valid sample of four is enough for a height.
             let bound_m = if address.level == 0 { 0.0 } else { 25.0 };
-            assert!(worst <= bound_m, "{options} {address:?}: {worst} m");
-            assert!(differs == 0 || address.level > 0, "{options} {address:?}: {differs} voids");
+            assert!(worst <= bound_m, "{options} {address:?}: heights differ by {worst} m");
+            assert!(differs == 0 || address.level > 0, "{options} {address:?}: {differs} samples differ in no-data");
         }
     }
 }
@@ -356,7 +356,7 @@ fn levels_that_are_missing_are_averaged() {
     let folder = tempfile::tempdir().unwrap();
     let world = world::World::make(folder.path());
     let truth = world.truth("deflate.tif");
-    // Only level 1 of 0, 1, 2 is stored; the file is small enough to be flown over without any, too.
+    // Only level 1 of the levels 0, 1, 2 is stored; bare.tif has none, which is allowed for a small file.
     for name in ["step.tif", "bare.tif"] {
         let store = pyramid::store::open_local_cog(&folder.path().join(name)).unwrap().unwrap();
         assert!(!store.is_measured());

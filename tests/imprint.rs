@@ -1,6 +1,6 @@
-//! What pictures say of how they were drawn, and `render --like`, which draws them again.
+//! Tests imprints, which record in a picture how it was drawn, and `render --like`, which draws a picture again.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;
@@ -16,7 +16,7 @@ use hachure::file::png::{Picture, PngPixels, PngWriter, read_rgba8, write_rgba8}
 use hachure::file::video::VideoWriter;
 use hachure::picture::imprint::Imprint;
 
-/// A folder with a hill in it, `hill.asc`, which the program draws at once.
+/// A folder with a DEM of a hill, `hill.asc`, which the program draws quickly.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -55,7 +55,7 @@ impl Place {
         program::draw(self.0.path(), arguments);
     }
 
-    /// The picture in a file that is drawn by these arguments.
+    /// Returns the picture that these arguments draw.
     fn drawn(&self, arguments: &str) -> Picture {
         self.draw(&format!("{arguments} -o drawn.png"));
         self.read("drawn.png")
@@ -65,7 +65,7 @@ impl Place {
         read_rgba8(&self.path(name)).unwrap()
     }
 
-    /// The one line with which the program refuses.
+    /// Returns the one line of error with which the program fails.
     fn refused(&self, arguments: &str) -> String {
         let output = self.run(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -77,7 +77,7 @@ impl Place {
         imprint::read(&self.path(name)).unwrap()
     }
 
-    /// A picture of a pixel that says this of itself.
+    /// Writes a picture of one pixel with this imprint.
     fn say(&self, name: &str, text: &str) {
         let notes = Notes { imprint: Some(text), ..Notes::default() };
         let mut writer = PngWriter::create_noted(&self.path(name), 1, 1, PngPixels::Rgba8, &notes).unwrap();
@@ -91,7 +91,7 @@ const VIEW: &str = "hill.asc --size 128x72 --camera=0,-1600,+300,4,-9,50";
 #[test]
 fn pictures_are_drawn_again() {
     let place = Place::new();
-    // A style of one's own, with marks of one's own; both change after the picture was drawn.
+    // A custom style with custom marks; both change after the picture was drawn.
     let preset = hachure::style::preset_text("pencil").unwrap();
     let at = preset.find("marks = \"").unwrap() + 9;
     let end = at + preset[at..].find('"').unwrap();
@@ -103,11 +103,11 @@ fn pictures_are_drawn_again() {
         place.write("marks.toml", &marks.replace("dash", "stipple"));
         let again = place.drawn("--like before.png");
         assert!(again == place.read("before.png"), "{arguments}");
-        // And what was drawn again says the same.
+        // The new picture has the same imprint.
         assert_eq!(place.text("drawn.png"), place.text("before.png"));
         place.write("marks.toml", marks);
     }
-    // Planted: other words are another picture.
+    // Planted: another imprint gives another picture.
     place.draw(&format!("{VIEW} --style mine.toml --sun 100,20 -o before.png"));
     let (before, text) = (place.read("before.png"), place.text("before.png"));
     for (word, other) in [
@@ -120,7 +120,7 @@ fn pictures_are_drawn_again() {
         assert!(place.drawn("--like planted.png") != before, "{other}");
     }
     place.say("planted.png", &text);
-    assert!(place.drawn("--like planted.png") == before, "the text alone makes the picture");
+    assert!(place.drawn("--like planted.png") == before, "the imprint alone must determine the picture");
 }
 
 #[test]
@@ -133,13 +133,13 @@ fn every_format_says_it() {
         assert_eq!(place.text(name), text, "{name}");
         assert!(place.drawn(&format!("--like {name}")) == before, "{name}");
     }
-    // An editor breaks lines and moves attributes.
+    // An editor may break lines and move attributes.
     let svg = fs::read_to_string(place.path("a.svg")).unwrap();
     let edited = svg.replace("<metadata id=\"hachure\">", "<metadata\n   inkscape:x='1'\n   id=\"hachure\">");
     assert_ne!(edited, svg);
     place.write("edited.svg", &edited);
     assert_eq!(place.text("edited.svg"), text);
-    // No path that nobody typed, and no secret of an address.
+    // The imprint has no path that was not given by the user, and no secrets of an address.
     let folder = place.0.path().to_string_lossy().into_owned();
     assert!(!text.contains(&folder) && text.contains("world = \"hill.asc\""), "{text}");
     let address = Imprint::parse("a.png", &text).unwrap();
@@ -162,7 +162,7 @@ fn arguments_come_before_the_picture() {
             "hill.asc --camera=300,-1500,+500,0,-20,50 --size 128x72 --sun 100,20".into(),
         ),
         ("flat.asc", format!("flat.asc {camera} --size 128x72 --sun 100,20")),
-        // More dots to an inch are more pixels of the same print.
+        // A higher resolution gives more pixels of the same print.
         (
             "--dpi 192 --style strokes",
             format!("hill.asc {camera} --size 256x144 --dpi 192 --sun 100,20 --style strokes"),
@@ -176,7 +176,7 @@ fn arguments_come_before_the_picture() {
             continue;
         }
         assert!(like == direct, "{arguments}");
-        assert!(like != place.read("a.png"), "{arguments}: it changes the picture");
+        assert!(like != place.read("a.png"), "{arguments}: the arguments must change the picture");
     }
 }
 
@@ -238,10 +238,11 @@ fn paper_and_dots_make_pixels() {
     }
     let bytes = fs::read(place.path("drawn.png")).unwrap();
     let at = bytes.windows(4).position(|window| window == b"pHYs").unwrap() + 4;
-    // 300 dots to an inch are 11811 to a metre; the last byte is the unit.
+    // 300 dots per inch are 11811 per metre; the last byte is the unit.
     assert_eq!(&bytes[at..at + 9], &[0, 0, 0x2e, 0x23, 0, 0, 0x2e, 0x23, 1]);
 
-    // The widest stroke is as wide on paper at any number of dots; of as many pixels it would be a third.
+    // The widest stroke has the same width on paper at any resolution; with a constant number of pixels it would be a
+    // third as wide.
     let widest = |dpi: u32| {
         place.draw(&format!("{camera} --style strokes --paper 120x80 --margin 5 --dpi {dpi} -o a.svg"));
         let text = fs::read_to_string(place.path("a.svg")).unwrap();
@@ -252,7 +253,7 @@ fn paper_and_dots_make_pixels() {
     };
     let (screen, print) = (widest(96), widest(288));
     assert!((0.9..1.1).contains(&(print / screen)), "{screen} mm, {print} mm");
-    // Without paper the picture's own size is in millimetres.
+    // Without paper, the picture's own size is given in millimetres.
     place.draw(&format!("{camera} --style strokes --size 254x127 --dpi 254 -o a.svg"));
     let text = fs::read_to_string(place.path("a.svg")).unwrap();
     assert!(text.contains("width=\"25.4mm\" height=\"12.7mm\""), "{}", &text[..400]);
@@ -278,7 +279,7 @@ fn an_exr_has_its_camera() {
     let found = MetaData::read_from_file(place.path("a.exr"), false).unwrap();
     let own = &found.headers[0].own_attributes;
     assert_eq!(own.horizontal_density, Some(200.0));
-    // A row vector times a matrix that stands row by row.
+    // Multiplies a row vector by a matrix in row-major order.
     let times = |point: [f64; 3], matrix: [f32; 16]| -> [f64; 4] {
         let row = [point[0], point[1], point[2], 1.0];
         std::array::from_fn(|i| (0..4).map(|k| row[k] * f64::from(matrix[4 * k + i])).sum())
@@ -292,21 +293,21 @@ fn an_exr_has_its_camera() {
     let near = |a: [f64; 4], b: [f64; 4]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 0.01);
     assert!(near(times(at(500.0, 20.0), camera), [20.0, 0.0, -500.0, 1.0]), "{:?}", times(at(500.0, 20.0), camera));
     assert!(!near(times(at(500.0, 20.0), camera), [-20.0, 0.0, -500.0, 1.0]));
-    // The right side of the picture.
+    // A point at the right edge of the picture.
     let side_m = 500.0 * 25f64.to_radians().tan() * 128.0 / 72.0;
     let [x, y, z, w] = times(at(500.0, side_m), ndc);
     assert!(near([x / w, y / w, z / w, w], [1.0, 0.0, 0.0, 500.0]), "{:?}", [x, y, z, w]);
     assert!(near(times(eye, camera), [0.0, 0.0, 0.0, 1.0]));
 }
 
-/// A film's imprint is handed to ffmpeg as a tag, of which ffmpeg is told to keep it.
+/// Tests that a film's imprint is passed to ffmpeg as a tag, with an option that keeps it.
 #[cfg(unix)]
 #[test]
 fn a_film_says_it_through_ffmpeg() {
     let place = Place::new();
     let fake = place.path("ffmpeg");
     let script = "#!/bin/sh\nprintf '%s|' \"$@\" >\"$(dirname \"$0\")/arguments\"\ncat >/dev/null\n";
-    // Another process writes it, as in `tests/files.rs`.
+    // Another process writes the script, as in `src/tests/files.rs`.
     let write = "printf '%s' \"$1\" >\"$0\" && chmod 755 \"$0\"";
     assert!(Command::new("sh").arg("-c").arg(write).arg(&fake).arg(script).status().unwrap().success());
     let arguments = |notes: &Notes<'_>| {

@@ -1,6 +1,7 @@
-//! `render --map`: places of a map are where its world file, its GeoTIFF and its GeoJSON say, however high they are.
+//! Tests `render --map`: points of a map are where its world file, its GeoTIFF and its GeoJSON place them, whatever
+//! their height.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;
@@ -14,10 +15,10 @@ use hachure::file::png::{Picture, read_rgba8};
 use hachure::source;
 use serde_json::Value;
 
-/// Columns and rows of the pillars' land, and the metres between them.
+/// Columns and rows of the land with pillars, and the metres between samples.
 const SAMPLES: [usize; 2] = [200, 150];
 const SPACING_M: f64 = 10.0;
-/// Of the first sample's outer corner in the south-west.
+/// South-western outer corner of the land, in metres.
 const CORNER_M: [f64; 2] = [500_000.0, 4_000_000.0];
 /// Column, row, and height above the land in metres.
 const PILLARS: [(usize, usize, f64); 5] =
@@ -26,13 +27,13 @@ const PILLARS: [(usize, usize, f64); 5] =
 const WGS84: &str = r#"GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433],AUTHORITY["EPSG","4326"]]"#;
 const UTM: &str = r#"PROJCS["WGS 84 / UTM zone 10N",GEOGCS["WGS 84",DATUM["WGS_1984",SPHEROID["WGS 84",6378137,298.257223563]],PRIMEM["Greenwich",0],UNIT["degree",0.0174532925199433]],PROJECTION["Transverse_Mercator"],UNIT["metre",1],AUTHORITY["EPSG","32610"]]"#;
 
-/// Degrees of the geographic land: west, south, and its spacing; it has as many columns and rows.
+/// Western and southern border of the geographic land, and its spacing, in degrees, and its columns and rows.
 const WEST: f64 = 6.0;
 const SOUTH: f64 = 60.0;
 const STEP: f64 = 0.04;
 const DEGREES: [usize; 2] = [101, 51];
 
-/// A folder with land in it.
+/// A folder with DEMs.
 struct Place(tempfile::TempDir);
 
 impl Place {
@@ -66,7 +67,7 @@ impl Place {
         }
     }
 
-    /// Level land with pillars of five by five samples.
+    /// Returns a folder with level land and pillars of five by five samples.
     fn pillars() -> Self {
         let place = Self::new();
         let head = format!("xllcorner {}\nyllcorner {}\ncellsize {SPACING_M}", CORNER_M[0], CORNER_M[1]);
@@ -77,7 +78,7 @@ impl Place {
         place
     }
 
-    /// A slope of four by two degrees.
+    /// Returns a folder with a slope of four by two degrees.
     fn degrees() -> Self {
         let place = Self::new();
         let head = format!("xllcenter {WEST}\nyllcenter {SOUTH}\ncellsize {STEP}");
@@ -93,7 +94,7 @@ impl Place {
         program::draw(self.0.path(), arguments);
     }
 
-    /// The last line with which the program refuses.
+    /// Returns the last line of the error with which the program fails.
     fn refused(&self, arguments: &str) -> String {
         let output = self.run(arguments);
         let said = String::from_utf8(output.stderr).unwrap();
@@ -105,7 +106,7 @@ impl Place {
         read_rgba8(&self.path(name)).unwrap()
     }
 
-    /// The six numbers of a world file.
+    /// Returns the six numbers of a world file.
     fn world_file(&self, name: &str) -> [f64; 6] {
         let text = fs::read_to_string(self.path(name)).unwrap();
         let numbers: Vec<f64> = text.lines().map(|line| line.parse().unwrap()).collect();
@@ -119,18 +120,19 @@ impl Place {
     }
 }
 
-/// Where a sample of the pillars' land lies.
+/// Returns the position of a sample of the land with pillars, in metres.
 fn sample_m(column: usize, row: usize) -> [f64; 2] {
     let east_m = CORNER_M[0] + (column as f64 + 0.5) * SPACING_M;
     [east_m, CORNER_M[1] + ((SAMPLES[1] - row) as f64 - 0.5) * SPACING_M]
 }
 
-/// Where a place lies on a picture by its world file, (0, 0) being the upper left corner.
+/// Returns the pixel position of a point by a world file; (0, 0) is the upper left corner.
 fn px_of([dx, _, _, dy, x0, y0]: [f64; 6], [x, y]: [f64; 2]) -> [f64; 2] {
     [(x - x0) / dx + 0.5, (y - y0) / dy + 0.5]
 }
 
-/// How far the middles of the pillars on a picture are from where the world file has them, at most, in pixels.
+/// Returns the largest distance between the middle of a pillar in a picture and its position by the world file, in
+/// pixels.
 fn farthest_px(picture: &Picture, world_file: [f64; 6]) -> f64 {
     let (width, height) = (picture.width as usize, picture.height as usize);
     let tone = |x: usize, y: usize| f64::from(picture.rgba[4 * (y * width + x) + 1]);
@@ -162,18 +164,18 @@ fn places_are_where_the_world_file_says_whatever_their_height() {
     let found_px = farthest_px(&picture, world_file);
     println!("a whole world: {found_px:.3} px");
     assert!(found_px < 0.5, "{found_px}");
-    // A world file that means corners and not centres of pixels is caught.
+    // Planted: a world file that refers to corners instead of centres of pixels.
     let [dx, r, s, dy, x0, y0] = world_file;
     let of_corner = farthest_px(&picture, [dx, r, s, dy, x0 + 0.5 * dx, y0 + 0.5 * dy]);
     assert!(of_corner > 0.5, "{of_corner}");
-    // So is a camera that is not far up: relief moves what it sees.
+    // Planted: a camera that is not far up, so that relief displaces what it sees.
     let fov_deg = 2.0 * (0.5 * 300.0 * dx / 20_000.0).atan().to_degrees();
     fs::write(place.path("near.toml"), "[world]\ndem = \"pillars.asc\"\n[haze]\ndistance_m = 1e9\n").unwrap();
     let near = format!("near.toml --camera 0,0,20500,0,-90,{fov_deg} --style plain --sun 0,90 --size 400x300");
     place.draw(&format!("{near} -o near.png"));
     let near_px = farthest_px(&place.read("near.png"), world_file);
     assert!(near_px > 1.0, "{near_px}");
-    // Around a place, the width is that which was asked for.
+    // A map around a point has the requested width.
     place.draw("pillars.asc --map=100,-50,1800 --style plain --sun 0,90 --size 600x450 -o part.png");
     let part = place.world_file("part.pgw");
     let found_px = farthest_px(&place.read("part.png"), part);
@@ -188,7 +190,8 @@ fn a_geotiff_has_the_place_of_the_world_file() {
     let options = "pillars.asc --map --style plain --size 400x300 --dpi 96";
     place.draw(&format!("{options} -o map.png"));
     place.draw(&format!("{options} -o map.tif"));
-    // hachure takes no picture for heights: as a band of numbers, its place is read as that of any DEM.
+    // hachure does not accept a picture as heights, so the file is changed to a band of numbers, whose georeference is
+    // read like that of any DEM.
     let mut bytes = fs::read(place.path("map.tif")).unwrap();
     let photometric = [0x06, 0x01, 3, 0, 1, 0, 0, 0, 2, 0];
     let at = bytes.windows(photometric.len()).position(|window| window == photometric).unwrap();
@@ -202,19 +205,19 @@ fn a_geotiff_has_the_place_of_the_world_file() {
     let far = |wanted: [f64; 6]| wanted.iter().zip(&of_tags).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
     let wanted = [dx, column_y, row_x, dy, x0, y0];
     assert!(far(wanted) < 1e-6, "{wanted:?}, {of_tags:?}");
-    assert!(far([dx, column_y, row_x, dy, x0 + 0.5 * dx, y0]) > 1.0, "half a pixel is told apart");
+    assert!(far([dx, column_y, row_x, dy, x0 + 0.5 * dx, y0]) > 1.0, "half a pixel off was not detected");
     assert_eq!(georeference.epsg(), Some(32610));
-    // The same picture.
+    // The TIFF has the same pixels as the PNG.
     let tiff = tiff_reader::TiffFile::from_bytes(fs::read(place.path("map.tif")).unwrap()).unwrap();
     let of_tiff: Vec<u8> = tiff.read_image::<u8>(0).unwrap().iter().copied().collect();
     let rgb = |rgba: &[u8]| rgba.chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect::<Vec<u8>>();
     let mut of_png = rgb(&place.read("map.png").rgba);
-    assert!(of_tiff == of_png, "other pixels");
+    assert!(of_tiff == of_png, "the TIFF has other pixels");
     of_png[7] ^= 1;
     assert!(of_tiff != of_png);
 }
 
-/// The points of borders.
+/// Returns the points of border lines.
 fn border_points(features: &[Value]) -> Vec<[f64; 2]> {
     let borders = features.iter().filter(|feature| feature["properties"]["kind"] == "border");
     let number = |value: &Value| value.as_f64().unwrap();
@@ -222,7 +225,7 @@ fn border_points(features: &[Value]) -> Vec<[f64; 2]> {
     points.map(|point| [number(&point[0]), number(&point[1])]).collect()
 }
 
-/// How far points are from the sides of a rectangle, at most, in units of `unit`.
+/// Returns the largest distance between points and the sides of a rectangle, in units of `unit`.
 fn off_sides(points: &[[f64; 2]], [low, high]: [[f64; 2]; 2], unit: [f64; 2]) -> f64 {
     let off = |point: &[f64; 2]| {
         let sides = [0, 1].map(|i| (point[i] - low[i]).abs().min((point[i] - high[i]).abs()) / unit[i]);
@@ -244,7 +247,7 @@ fn lines_lie_on_the_land_that_they_follow() {
     println!("{} points of borders, {found_px:.3} px from the sides", points.len());
     assert!(points.len() >= 8 && found_px < 0.75, "{found_px}");
     let moved: Vec<_> = points.iter().map(|[x, y]| [x + pixel_m, y + pixel_m]).collect();
-    assert!(off_sides(&moved, sides, [pixel_m; 2]) > 0.75, "a pixel is told apart");
+    assert!(off_sides(&moved, sides, [pixel_m; 2]) > 0.75, "a pixel off was not detected");
     let border = features.iter().find(|feature| feature["properties"]["kind"] == "border").unwrap();
     let properties = &border["properties"];
     assert_eq!((properties["layer"].as_str(), properties["pen"].is_null()), (Some("borders"), true));
@@ -258,17 +261,17 @@ fn lines_over_degrees_have_longitudes_and_latitudes() {
     let place = Place::degrees();
     place.draw("degrees.asc --map --style strokes --size 800x600 -o map.geojson");
     let (all, features) = place.features("map.geojson");
-    assert!(all["crs"].is_null(), "longitudes and latitudes of WGS 84 are the default");
+    assert!(all["crs"].is_null(), "there must be no crs: WGS 84 is the default");
     let points = border_points(&features);
     let (east, north) = (WEST + STEP * (DEGREES[0] - 1) as f64, SOUTH + STEP * (DEGREES[1] - 1) as f64);
-    // The map has some 300 m to a pixel; a degree of latitude has 111 km, and one of longitude half of that.
+    // The map has about 300 m per pixel; a degree of latitude is 111 km, and one of longitude half of that.
     place.draw("degrees.asc --map --style plain --size 800x600 -o map.png");
     let pixel_m = place.world_file("map.pgw")[0];
     let unit = [pixel_m / 111_320.0 / north.to_radians().cos(), pixel_m / 111_320.0];
     let found_px = off_sides(&points, [[WEST, SOUTH], [east, north]], unit);
     println!("{} points of borders, {found_px:.3} px from the sides, of {pixel_m:.0} m", points.len());
     assert!(points.len() >= 8 && found_px < 0.75, "{found_px}");
-    // Parallels are bent on the map: a map that took them for straight lines would be off by some pixels.
+    // Parallels are curved on the map, so treating them as straight lines would be off by some pixels.
     let middle = 0.5 * (WEST + east);
     let bend = |[x, y]: &[f64; 2]| {
         let way = (x - middle).to_radians();
@@ -312,7 +315,7 @@ fn what_a_map_cannot_be_is_told_in_a_line() {
 fn all_files_of_a_map_appear_or_none_and_no_input_is_lost() {
     let place = Place::pillars();
     let before = fs::read_to_string(place.path("pillars.prj")).unwrap();
-    // The picture would be another file, but its reference system the land's own.
+    // The picture would be a new file, but its .prj would replace that of the land.
     let said = place.refused("pillars.asc --map --size 64x48 -o pillars.png");
     assert!(said.contains("pillars.prj"), "{said}");
     assert_eq!(fs::read_to_string(place.path("pillars.prj")).unwrap(), before);
@@ -337,7 +340,7 @@ fn a_map_is_drawn_again() {
     place.draw("--like map.png -o again.png");
     assert_eq!(place.read("map.png"), place.read("again.png"));
     assert_eq!(place.world_file("map.pgw"), place.world_file("again.pgw"));
-    // A camera comes before the map of the picture, and draws something else.
+    // A camera overrides the map of the picture, and draws something else.
     place.draw("--like map.png --camera 0,0,+900,0,-60,50 -o other.png");
     assert!(place.read("map.png") != place.read("other.png") && !place.path("other.pgw").exists());
 }
@@ -352,5 +355,5 @@ fn neither_air_nor_the_earths_curvature_are_on_a_map() {
         place.draw(&format!("{world} --camera 0,0,3000,0,-90,50 --style plain --size 96x72 -o near_{name}"));
     }
     assert_eq!(place.read("clear.png"), place.read("bent.png"));
-    assert!(place.read("near_clear.png") != place.read("near_bent.png"), "a camera sees them");
+    assert!(place.read("near_clear.png") != place.read("near_bent.png"), "a camera must see haze and curvature");
 }

@@ -1,10 +1,11 @@
-//! Every preset draws the same on a second Vulkan driver: SwiftShader, which shares no code with Mesa. Its description
-//! is where `HACHURE_SECOND_DRIVER` says, or where `.ci/setup test` puts it.
+//! Tests that every preset draws the same on a second Vulkan driver: SwiftShader, which shares no code with Mesa.
+//! `HACHURE_SECOND_DRIVER` is the path of its description; by default it is where `.ci/setup test` puts it.
 //!
 //! Two drivers round differently, and a line that is chained from another pixel on is another line. So the bounds are
-//! on the share of pixels that differ clearly, by the kind of drawing: above what was measured, and below what a
+//! on the share of pixels that differ clearly, by the kind of drawing: above what was measured, and below that of a
+//! drawing that is moved by three pixels.
 //! drawing that is moved by three pixels has.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../src/tests/common/mod.rs"]
 mod common;
@@ -25,18 +26,19 @@ use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::open::OpenWorld;
 
 const SIZE_PX: [u32; 2] = [128, 72];
-/// Where a program of a driver leaves its pictures.
+/// Folder into which the drawing process writes its pictures.
 const FOLDER: &str = "HACHURE_TEST_PICTURES";
-/// Beyond this a pixel is another one, of 255.
+/// A pixel is an outlier if a channel differs by more than this, of 255.
 const CHANNEL_DIFFERENCE: u8 = 48;
 
-/// The share of pixels that may differ. Measured: 0.0026 at most without strokes and marks, 0.01 with those of a pen.
-/// Of broad strokes one link that is chosen otherwise moves a whole brush: those have bounds of their own.
+/// Returns the share of pixels that may differ. Measured: at most 0.0026 without strokes and marks, 0.01 with those of
+/// a pen. With broad strokes, a single link that is chosen differently moves a whole brush stroke, so these styles have
+/// their own bounds.
 fn outlier_share(name: &str, style: &Style) -> f64 {
     match name {
         "dry-ink" => 0.05,
         "charcoal" | "brush" => 0.03,
-        // Crowded lines are thinned to pale ones, of which few pixels are clear.
+        // Crowded lines are thinned out to pale ones, few of whose pixels are clear.
         "pencil-lines" => 0.0125,
         "pencil" => 0.05,
         "wash" => 0.03,
@@ -51,11 +53,11 @@ fn second_driver() -> Option<PathBuf> {
     if path.is_file() {
         return Some(path);
     }
-    println!("skipped: there is no second Vulkan driver at {}", path.display());
+    println!("skipped: no second Vulkan driver at {}", path.display());
     None
 }
 
-/// What is drawn: worlds, each in some styles.
+/// Returns the worlds to draw, each with its styles.
 fn drawings() -> [(&'static str, Vec<&'static str>); 2] {
     [("hut", style::names()), ("forest", vec!["ink", "pencil"])]
 }
@@ -64,8 +66,8 @@ fn path(folder: &Path, world: &str, style: &str) -> PathBuf {
     folder.join(format!("{world}-{style}.png"))
 }
 
-/// Draws all pictures on the driver of the environment. It is run as a program by the test below, since a process has one
-/// driver; all presets in one process, since SwiftShader keeps no pipelines from one to the next.
+/// Draws all pictures on the driver that the environment selects. The test below runs it as a process, since a process
+/// has one driver. One process draws all presets, since SwiftShader does not cache pipelines between processes.
 #[test]
 #[ignore = "a part of the test below"]
 fn draws_on_the_driver_of_the_environment() {
@@ -89,14 +91,14 @@ fn draws_on_the_driver_of_the_environment() {
     }
 }
 
-/// Starts that program, on the driver of the environment or on another one.
+/// Starts the drawing process, on the default driver or on another one.
 fn start(folder: &Path, driver: Option<&Path>) -> Child {
     let mut command = Command::new(std::env::current_exe().unwrap());
     command
         .args(["--ignored", "--exact", "draws_on_the_driver_of_the_environment"])
         .env(FOLDER, folder)
         .env("HACHURE_CACHE", Path::new(env!("CARGO_TARGET_TMPDIR")).join("second-driver"))
-        // Else Mesa speaks in between.
+        // Without this folder, Mesa prints a warning.
         .env("XDG_RUNTIME_DIR", folder);
     if let Some(driver) = driver {
         command.env("VK_DRIVER_FILES", driver).env("VK_ICD_FILENAMES", driver);
@@ -104,7 +106,7 @@ fn start(folder: &Path, driver: Option<&Path>) -> Child {
     command.spawn().unwrap()
 }
 
-/// The same, moved to the right by three pixels: what a wrong projection would draw.
+/// Returns the picture moved to the right by three pixels, as a wrong projection would draw it.
 fn moved(picture: &Picture) -> Picture {
     let bytes = 4 * picture.width as usize;
     let mut rgba = picture.rgba.clone();
@@ -118,11 +120,11 @@ fn moved(picture: &Picture) -> Picture {
 fn every_preset_draws_the_same_on_a_second_driver() {
     let Some(second) = second_driver() else { return };
     if Gpu::open(&AdapterWish::Best).is_err() {
-        println!("skipped: there is no first Vulkan driver");
+        println!("skipped: no first Vulkan driver");
         return;
     }
     let folders = [(); 2].map(|()| tempfile::tempdir().unwrap());
-    // The land is grown once.
+    // The land is generated once and cached.
     let cache = Path::new(env!("CARGO_TARGET_TMPDIR")).join("second-driver");
     for (world, _) in drawings() {
         let grown = Command::new(env!("CARGO_BIN_EXE_hachure"))
@@ -140,7 +142,7 @@ fn every_preset_draws_the_same_on_a_second_driver() {
     for (world, names) in drawings() {
         for name in names {
             let style = Style::load(name).unwrap();
-            // Trees are many edges: where one lies on a pixel's middle, drivers may take either side.
+            // Trees have many edges; where an edge crosses the centre of a pixel, drivers may decide differently.
             let outlier_share = outlier_share(name, &style) * if world == "forest" { 3.0 } else { 1.0 };
             let tolerance = Tolerance { channel_difference: CHANNEL_DIFFERENCE, outlier_share };
             let [first, second] =
@@ -156,8 +158,11 @@ fn every_preset_draws_the_same_on_a_second_driver() {
     }
     for (name, comparison, planted) in &found {
         assert!(comparison.passes(), "{name}: {comparison}");
-        assert!(!planted.passes(), "{name}: a picture that is moved by three pixels passes: {planted}");
+        assert!(!planted.passes(), "{name}: a planted shift by three pixels was not detected: {planted}");
     }
-    // And these are two drivers: not one of them twice.
-    assert!(found.iter().any(|(_, comparison, _)| comparison.worst_difference > 0), "both drivers are one");
+    // The two drivers must differ, or the same one was used twice.
+    assert!(
+        found.iter().any(|(_, comparison, _)| comparison.worst_difference > 0),
+        "both processes used the same driver"
+    );
 }

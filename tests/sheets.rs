@@ -1,6 +1,6 @@
-//! `render --sheets`: laid over each other, the sheets are the poster.
+//! Tests `render --sheets`: the sheets, laid over each other, are the poster.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;
@@ -15,7 +15,7 @@ use kurbo::{BezPath, ParamCurve, ParamCurveArclen};
 
 const MM_PER_INCH: f64 = 25.4;
 
-/// `hill.asc`.
+/// Writes the DEM `hill.asc`.
 fn write_hill(folder: &Path) {
     let mut text = "ncols 96\nnrows 96\nxllcorner 0\nyllcorner 0\ncellsize 30\n".to_owned();
     for row in 0..96 {
@@ -29,7 +29,7 @@ fn write_hill(folder: &Path) {
     hachure::file::atomic::write(&folder.join("hill.asc"), text.as_bytes()).unwrap();
 }
 
-/// Where windows begin, on one axis of a poster: by the words of `--help` alone.
+/// Windows of sheets along one axis of a poster, computed from what `--help` says.
 struct Axis {
     inset: usize,
     window: usize,
@@ -40,7 +40,7 @@ struct Axis {
 impl Axis {
     fn new(paper_mm: f64, poster: usize, dpi: f64, overlap_mm: f64, margin_mm: f64) -> Self {
         let px = |mm: f64| (mm / MM_PER_INCH * dpi).round() as usize;
-        // Six millimetres for marks.
+        // Six millimetres are for crop marks.
         let inset = px(margin_mm + 6.0);
         let window = px(paper_mm) - 2 * inset;
         Self { inset, window, step: window - px(overlap_mm), poster }
@@ -60,7 +60,7 @@ fn pixel(picture: &Picture, x: usize, y: usize) -> [u8; 3] {
     [picture.rgba[at], picture.rgba[at + 1], picture.rgba[at + 2]]
 }
 
-/// Pixels of sheets that are not those of the poster, and how often a pixel of the poster was met.
+/// Counts pixels of sheets that differ from those of the poster, and how often each pixel of the poster appears.
 fn unlike(poster: &Picture, folder: &Path, [across, down]: [&Axis; 2], shift: usize) -> (usize, Vec<u8>) {
     let mut met = vec![0_u8; poster.width as usize * poster.height as usize];
     let mut wrong = 0;
@@ -95,15 +95,15 @@ fn sheets_are_the_poster_pixel_for_pixel() {
     assert_eq!([across.count(), down.count()], [3, 3]);
     let (wrong, met) = unlike(&poster, folder.path(), [&across, &down], 0);
     assert_eq!(wrong, 0);
-    assert!(met.iter().all(|times| *times > 0) && met.contains(&4), "all of it, and corners four times");
-    // Planted: sheets that lie a pixel too far to the right.
+    assert!(met.iter().all(|times| *times > 0) && met.contains(&4), "every pixel must appear, and corners four times");
+    // Planted: sheets that are a pixel too far to the right.
     assert!(unlike(&poster, folder.path(), [&across, &down], 1).0 > met.len() / 50);
-    // A sheet is as large as its paper, and says what the poster says.
+    // A sheet is as large as its paper, and has the imprint of the poster.
     let sheet = read_rgba8(&folder.path().join("poster-B2.png")).unwrap();
     assert_eq!([sheet.width, sheet.height], [350, 248]);
     let text = |name: &str| imprint::read(&folder.path().join(name)).unwrap();
     assert_eq!(text("poster-B2.png"), text("poster.png"));
-    // Marks stand in the strip between what a printer reaches and the window, and nowhere else.
+    // Crop marks are in the strip between the printable area's border and the window, and nowhere else.
     let dark = |x: usize, y: usize| pixel(&sheet, x, y)[0] < 200;
     let strip = 14..across.inset;
     assert!((0..350).any(|x| strip.clone().any(|y| dark(x, y))));
@@ -129,21 +129,22 @@ fn bands_of_any_height_make_the_same_sheets() {
         let mut writer = SheetWriter::new(sheets, &path, Notes::default());
         poster.rgba.chunks(band * width * 4).for_each(|rows| writer.write_rows(rows).unwrap());
         let ended = writer.end().unwrap();
-        assert!(!sheet_path(&path, Place { column: 0, row: 0 }).exists(), "names come last");
+        assert!(!sheet_path(&path, Place { column: 0, row: 0 }).exists(), "files must get their names last");
         ended.commit().unwrap();
         assert_eq!(unlike(&poster, folder.path(), [&across, &down], 0).0, 0, "bands of {band} rows");
         std::fs::read_dir(folder.path())
             .unwrap()
             .for_each(|entry| std::fs::remove_file(entry.unwrap().path()).unwrap());
     }
-    // Planted: a row that is missing is an error, and leaves nothing.
+    // A missing row is an error, and no file remains.
     let mut writer = SheetWriter::new(sheets, &path, Notes::default());
     writer.write_rows(&poster.rgba[width * 4..]).unwrap();
     assert!(writer.end().is_err_and(|error| error.to_string().contains("rows are missing")));
     assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
 }
 
-/// Points along the paths of an SVG, a tenth of a millimetre apart, without those of crop marks; and its size.
+/// Returns points along the paths of an SVG, a tenth of a millimetre apart, without those of crop marks, and its size
+/// in millimetres.
 fn points(path: &Path) -> (Vec<kurbo::Point>, [f64; 2]) {
     let text = std::fs::read_to_string(path).unwrap();
     let value = |text: &str, key: &str| -> f64 {
@@ -163,7 +164,7 @@ fn points(path: &Path) -> (Vec<kurbo::Point>, [f64; 2]) {
     (points, size)
 }
 
-/// The share of points that are farther than 0.06 mm from all of others.
+/// Returns the share of points that are farther than 0.08 mm from all of the others.
 fn alone(points: &[kurbo::Point], others: &[kurbo::Point]) -> f64 {
     let cell = |point: &kurbo::Point| [(point.x / 0.1).floor() as i64, (point.y / 0.1).floor() as i64];
     let mut cells = std::collections::HashMap::<[i64; 2], Vec<kurbo::Point>>::new();
@@ -183,7 +184,7 @@ fn the_paths_of_sheets_are_those_of_the_poster() {
     program::draw(folder.path(), "hill.asc --style strokes --paper 300x200 --dpi 60 --margin 5 --sheets a6 -o p.svg");
     let (poster, size) = points(&folder.path().join("p.svg"));
     assert!(size == [300.0, 200.0] && poster.len() > 3000, "{size:?}, {} points", poster.len());
-    // Windows of A6 lying, and steps, in millimetres.
+    // Windows of A6 in landscape orientation, and steps, in millimetres.
     let (window, step) = ([124.0, 81.0], [114.0, 71.0]);
     let mut all = Vec::new();
     for (row, column) in (0..3).flat_map(|row| (0..3).map(move |column| (row, column))) {
@@ -200,8 +201,8 @@ fn the_paths_of_sheets_are_those_of_the_poster() {
     let unlike = |all: &[kurbo::Point]| alone(&poster, all).max(alone(all, &poster));
     println!("{} points of the poster, {} of sheets, {:.4} alone", poster.len(), all.len(), unlike(&all));
     assert!(unlike(&all) < 0.002, "{}", unlike(&all));
-    assert!(all.len() > poster.len(), "overlaps are there twice");
-    // Planted: sheets that lie a pixel, 0.4 mm, too far down; and a sheet that is missing.
+    assert!(all.len() > poster.len(), "overlaps must be there twice");
+    // Planted: sheets that are a pixel, 0.4 mm, too far down; and a missing sheet.
     let moved: Vec<kurbo::Point> = all.iter().map(|point| *point + (0.0, 0.4)).collect();
     assert!(unlike(&moved) > 0.3, "{}", unlike(&moved));
     let one_less: Vec<kurbo::Point> = all.iter().copied().filter(|point| point.x < 114.0 || point.y > 71.0).collect();
@@ -228,7 +229,7 @@ fn what_cannot_be_cut_is_told() {
         assert!(said.contains(words), "{arguments}: {said}");
         assert!(!folder.path().join("a.png").exists());
     }
-    // A sheet that cannot have its name: the poster has none either, and nothing is left over.
+    // If one sheet cannot be named, the poster is not named either, and nothing remains.
     std::fs::create_dir_all(folder.path().join("p-A1.png/full")).unwrap();
     let output = program::run(folder.path(), "hill.asc --size 64x36 --dpi 20 --sheets a6 -o p.png");
     let said = String::from_utf8(output.stderr).unwrap();
@@ -238,7 +239,7 @@ fn what_cannot_be_cut_is_told() {
     let mut names: Vec<String> = names.map(|name| name.into_string().unwrap()).collect();
     names.sort();
     assert_eq!(names, ["cache", "hill.asc", "p-A1.png"]);
-    // A sheet that is an input.
+    // A sheet that would replace an input.
     std::fs::rename(folder.path().join("hill.asc"), folder.path().join("q-A1.png")).unwrap();
     let output = program::run(folder.path(), "q-A1.png --size 64x36 --dpi 20 --sheets a6 -o q.png");
     assert!(String::from_utf8(output.stderr).unwrap().contains("is the input"));

@@ -1,6 +1,6 @@
-//! `render --title`: the block below a picture, in pixels and in paths.
+//! Tests `render --title`: the title block below a picture, in pixels and in paths.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../src/tests/common/program.rs"]
 mod program;
@@ -11,7 +11,7 @@ use hachure::file::imprint;
 use hachure::file::png::{Picture, read_rgba8};
 use kurbo::{BezPath, ParamCurve, ParamCurveArclen};
 
-/// `hill.asc`: 96 × 96 samples of 30 m.
+/// Returns a folder with `hill.asc`: 96 × 96 samples of 30 m.
 fn place() -> tempfile::TempDir {
     let folder = tempfile::tempdir().unwrap();
     let mut text = "ncols 96\nnrows 96\nxllcorner 0\nyllcorner 0\ncellsize 30\n".to_owned();
@@ -27,7 +27,7 @@ fn place() -> tempfile::TempDir {
     folder
 }
 
-/// Draws with arguments behind which a title stands, which may have blanks.
+/// Draws with arguments and a title, which may contain blanks. Returns the standard error.
 fn draw(folder: &Path, arguments: &str, title: &str) -> String {
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_hachure"))
         .arg("render")
@@ -52,14 +52,14 @@ fn red(picture: &Picture, x: usize, y: usize) -> u8 {
     picture.rgba[4 * (y * picture.width as usize + x)]
 }
 
-/// The foot of a picture without a margin, at 96 dots to an inch.
+/// Height of the title block of a picture without a margin, at 96 dots per inch, in pixels.
 const FOOT: usize = 64;
 
 #[test]
 fn a_map_with_a_title_is_the_map_above_it() {
     let folder = place();
     let folder = folder.path();
-    // The paper of `wash` is no white, and its grain must go on in the foot.
+    // The paper of `wash` is not white, and its grain must continue in the title block.
     for style in ["ink", "wash"] {
         program::draw(folder, &format!("hill.asc --map --size 400x300 --style {style} -o map.png"));
         draw(folder, &format!("hill.asc --map --size 400x364 --style {style} -o titled.png"), "Hill");
@@ -70,7 +70,7 @@ fn a_map_with_a_title_is_the_map_above_it() {
         };
         let (own, other) = (world("map.pgw"), world("titled.pgw"));
         assert!(own.iter().zip(&other).all(|(a, b)| (a - b).abs() < 1e-6), "{style}: {own:?} {other:?}");
-        // Normals fall otherwise from another height of the eye, so a few pixels may differ.
+        // The eye is at another height, which changes normals slightly, so a few pixels may differ.
         let unlike = |shift: usize| {
             let pixels = (0..300).flat_map(|y| (0..396).map(move |x| (x, y)));
             pixels.filter(|(x, y)| red(&map, *x, *y).abs_diff(red(&titled, x + shift, *y)) > 24).count()
@@ -95,13 +95,13 @@ fn a_title_is_drawn_again_by_like() {
     draw(folder, "--like a.png -o c.png", "Hügel – 2");
     let (a, c) = (read(folder, "a.png"), read(folder, "c.png"));
     let unlike = (0..320 * 240).filter(|i| a.rgba[4 * i..4 * i + 4] != c.rgba[4 * i..4 * i + 4]).count();
-    assert!(unlike > 5 && unlike < 200, "planted: another digit, {unlike} px");
-    // Without a title the text has the version that older readers know.
+    assert!(unlike > 5 && unlike < 200, "planted: another digit must change a few pixels, not {unlike}");
+    // Without a title the imprint has the version that older programs can read.
     program::draw(folder, "hill.asc --size 64x36 -o d.png");
     assert!(imprint::read(&folder.join("d.png")).unwrap().starts_with("version = 1\n"));
 }
 
-/// Points along the paths of a layer of an SVG, in its unit.
+/// Returns points along the paths of a layer of an SVG, in its unit.
 fn layer_points(path: &Path, id: &str) -> Vec<kurbo::Point> {
     let text = std::fs::read_to_string(path).unwrap();
     let mut points = Vec::new();
@@ -139,8 +139,8 @@ fn paths_are_where_the_pixels_are() {
         };
         println!("pens {pens:?}: {:.4} of the letters' paths on bare paper, moved by 2 px {:.4}", bare(0.0), bare(2.0));
         assert!(bare(0.0) < 0.03, "{}", bare(0.0));
-        assert!(bare(2.0) > 0.15, "planted: moved by two pixels, {}", bare(2.0));
-        // No line of the map runs into the foot.
+        assert!(bare(2.0) > 0.15, "planted letters moved by two pixels were not detected: {}", bare(2.0));
+        // No line of the map extends into the title block.
         for id in ["border", "contour", "heights"] {
             let lowest = layer_points(&folder.join("a.svg"), id).iter().map(|at| at.y).fold(0.0, f64::max);
             assert!(lowest <= (364 - FOOT) as f64 + 1.0, "{id}: {lowest}");

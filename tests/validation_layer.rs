@@ -1,16 +1,16 @@
-//! The program draws under the validation layer of Khronos, synchronisation included, and the layer has nothing to say.
+//! Tests that the program draws without messages of the Khronos validation layer, synchronisation included.
 //!
-//! Presets with strokes, hatching, watercolour, shadows and models: every kind of pass. The layer writes into a file,
-//! also that it is there and what it looks for, so that a silent layer is not taken for a content one.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Presets with strokes, hatching, watercolour, shadows and models cover every kind of pass. The layer writes to a
+//! file, including that it is active and what it checks, so that a missing layer is not taken for a silent one.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::path::Path;
 use std::process::Command;
 
 use hachure::file::atomic;
 
-/// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, colour that runs; and trees with
-/// lines, and with strokes and marks.
+/// One of each kind: lines and models, chained strokes, marks, fractal marks, shadows, running colour; trees with
+/// lines, and trees with strokes and marks.
 const DRAWN: [(&str, &str); 7] = [
     ("hut", "ink"),
     ("hut", "pen"),
@@ -21,19 +21,20 @@ const DRAWN: [(&str, &str); 7] = [
     ("forest", "crosshatch"),
 ];
 
-/// What the layer says of all programs, by the beginning of its name, with the reason why it is none of our business.
+/// Messages of the layer that concern all programs, by the beginning of their name, with the reason to ignore them.
 const OTHERS: [(&str, &str); 2] = [
     ("UNASSIGNED-khronos-validation-createinstance-status-message", "the layer says that it is there"),
     ("UNASSIGNED-cache-file-error", "the layer's own cache of shaders is not there yet"),
 ];
 
-/// What is said of checks that `enables` turns on, message by message, and the layer's word on itself.
+/// Messages of the checks that `enables` turns on, and the layer's status about itself.
 struct Told {
     messages: Vec<String>,
     status: String,
 }
 
-/// Draws two frames, so that strokes take over from the first, under the layer. None where there is no layer.
+/// Draws two frames under the layer, so that strokes are carried over from the first. Returns `None` if the layer is
+/// not installed.
 fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<Told> {
     let log = folder.join("layer.log");
     let _ = std::fs::remove_file(&log);
@@ -61,7 +62,7 @@ fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<T
     assert!(output.status.success(), "{preset}: {}", String::from_utf8_lossy(&output.stderr));
     assert!(folder.join("frame00.png").exists() && folder.join("frame01.png").exists());
     let text = std::fs::read_to_string(&log).ok()?;
-    // A message begins with its name and its kind, and goes on until the next one.
+    // A message begins with its name and its kind, and continues until the next one.
     let mut all: Vec<String> = Vec::new();
     for line in text.lines() {
         let begins = [" / SPEC): msgNum", " / PERF): msgNum", " / GENERAL): msgNum"].iter().any(|it| line.contains(it));
@@ -78,23 +79,23 @@ fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<T
 #[test]
 fn the_validation_layer_has_nothing_to_say() {
     if hachure::gpu::Gpu::open(&hachure::gpu::device::AdapterWish::Best).is_err() {
-        println!("skipped: there is no Vulkan driver");
+        println!("skipped: no Vulkan driver");
         return;
     }
     let folder = tempfile::tempdir().unwrap();
     let synchronisation = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT";
     for drawn in DRAWN {
         let Some(told) = told(folder.path(), drawn, synchronisation) else {
-            println!("skipped: there is no validation layer of Khronos (vulkan-validationlayers)");
+            println!("skipped: the Khronos validation layer is not installed (vulkan-validationlayers)");
             return;
         };
         let looks = told.status.contains("Current Enables: VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION");
-        assert!(looks, "the layer does not look at synchronisation: {}", told.status);
+        assert!(looks, "the layer does not check synchronisation: {}", told.status);
         assert!(told.messages.is_empty(), "{drawn:?}: {}", told.messages.join("\n"));
     }
-    // The planted error: with its advice turned on the layer has something to say of the same frames, of small
-    // allocations for example, and it arrives here.
+    // Control: with best-practice advice turned on, the layer has messages about the same frames, for example about
+    // small allocations, and they arrive here.
     let advice = told(folder.path(), DRAWN[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
     println!("{} pieces of advice", advice.messages.len());
-    assert!(!advice.messages.is_empty(), "nothing was heard of the layer");
+    assert!(!advice.messages.is_empty(), "no message of the layer arrived");
 }

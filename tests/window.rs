@@ -1,7 +1,7 @@
-//! The window, on a display that is only memory: it opens, hears keys, writes pictures, and ends well.
+//! Tests the window on a virtual display: it opens, reacts to keys, writes pictures, and ends well.
 
 #![cfg(target_os = "linux")]
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
@@ -13,10 +13,10 @@ use hachure::file::png::{Picture, read_rgba8};
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 
-/// A loaded machine without a GPU takes its time.
+/// A loaded machine without a GPU is slow.
 const PATIENCE: Duration = Duration::from_secs(180);
 
-/// A process that ends with the test.
+/// A process that is killed when the test ends.
 struct Running(Child);
 
 impl Drop for Running {
@@ -43,7 +43,7 @@ impl Display {
         let output = server.stdout.take().unwrap();
         let server = Running(server);
         let mut number = String::new();
-        // The number of the display it found free, once it serves.
+        // Xvfb prints the number of its display when it is ready.
         BufReader::new(output).read_line(&mut number).ok()?;
         (!number.trim().is_empty()).then(|| Self { name: format!(":{}", number.trim()), _server: server })
     }
@@ -58,7 +58,7 @@ impl Display {
     }
 }
 
-/// Says why a test cannot run; where everything has to be there, that is a failure.
+/// Prints why a test cannot run; if everything is required, that is a failure.
 fn skip(why: &str) {
     assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "cannot run: {why}");
     eprintln!("skipped: {why}");
@@ -80,7 +80,7 @@ fn until<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A cone with furrows.
+/// Writes a DEM of a cone with furrows.
 fn write_dem(path: &Path) {
     let height_m = |(row, column): (usize, usize)| {
         let (x, y) = (column as f32 - 70.0, row as f32 - 60.0);
@@ -100,7 +100,7 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
     folder.read_dir().unwrap().map(|entry| entry.unwrap().path()).filter(is_picture).collect()
 }
 
-/// Presses F12 and reads what it wrote.
+/// Presses F12 and reads the picture that this writes.
 fn take_picture(display: &Display, folder: &Path) -> Picture {
     let before = pictures(folder);
     display.key(&["key", "F12"]);
@@ -108,7 +108,7 @@ fn take_picture(display: &Display, folder: &Path) -> Picture {
     read_rgba8(&path).unwrap()
 }
 
-/// A picture of which all tiles have come: two that follow each other are the same.
+/// Returns a picture after all tiles have arrived, when two successive pictures are the same.
 fn settled(display: &Display, folder: &Path) -> Picture {
     let mut last = take_picture(display, folder);
     until("rest", || {
@@ -140,7 +140,7 @@ fn without_a_display_one_line_says_so() {
     }
 }
 
-/// Whether there is what the window needs; if not, it says why.
+/// Returns whether everything that the window needs is installed, and prints what is missing.
 fn can_run() -> bool {
     if let Some(missing) = ["Xvfb", "xdotool"].into_iter().find(|program| !is_installed(program)) {
         skip(&format!("{missing} is not installed"));
@@ -149,7 +149,7 @@ fn can_run() -> bool {
     Gpu::open(&AdapterWish::Best).inspect_err(|error| skip(&error.to_string())).is_ok()
 }
 
-/// Opens a window over a small world in `folder`. Standard error is in the file `stderr` there.
+/// Opens a window with a small world in `folder`. Standard error goes to the file `stderr` there.
 fn open(display: &Display, folder: &Path, environment: &[(&str, &Path)]) -> (Running, String) {
     write_dem(&folder.join("cone.tif"));
     let errors = folder.join("stderr");
@@ -177,7 +177,7 @@ fn a_shader_changes_while_it_flies() {
     let composite = shaders.join("composite/composite.wgsl");
     let text = include_str!("../shaders/composite/composite.wgsl");
     std::fs::write(&composite, text).unwrap();
-    let display = Display::open().expect("Xvfb starts");
+    let display = Display::open().expect("Xvfb must start");
     let (mut program, _) = open(&display, folder, &[("HACHURE_SHADERS", &shaders)]);
     let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
     let start = settled(&display, folder);
@@ -189,10 +189,10 @@ fn a_shader_changes_while_it_flies() {
         let sum: u64 = picture.rgba.chunks_exact(4).flat_map(|texel| &texel[..3]).map(|byte| u64::from(*byte)).sum();
         sum as f64 / (picture.rgba.len() / 4 * 3) as f64
     };
-    // Paper is bright.
+    // Paper is bright, so the inverted picture is dark.
     let is_dark = |picture: &Picture| brightness(picture) < brightness(&start) - 30.0;
     let other = until("the change", || Some(take_picture(&display, folder)).filter(is_dark));
-    // What does not hold is told in one line, and changes nothing.
+    // An invalid shader is reported in one line, and changes nothing.
     std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
     let line = until("the message", || told().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
     let place = text.lines().position(|line| line.contains("composite.paper;")).unwrap() + 1;
@@ -211,7 +211,7 @@ fn flies_and_takes_pictures() {
     }
     let folder = tempfile::tempdir().unwrap();
     let folder = folder.path();
-    let display = Display::open().expect("Xvfb starts");
+    let display = Display::open().expect("Xvfb must start");
     let (mut program, window) = open(&display, folder, &[]);
     let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
 
@@ -221,13 +221,13 @@ fn flies_and_takes_pictures() {
     let others = start.rgba.chunks_exact(4).filter(|pixel| *pixel != first).count();
     assert!(others > 320 * 200 / 10, "the picture is nearly uniform: {others} pixels are not {first:?}");
 
-    // Another style is another picture, and the one before is the one before.
+    // Another style gives another picture, and going back gives the first one.
     display.key(&["key", "Tab"]);
     assert!(take_picture(&display, folder) != start, "Tab changed nothing");
     display.key(&["key", "shift+Tab"]);
     assert!(take_picture(&display, folder) == start, "Shift+Tab did not come back");
 
-    // So is another place.
+    // Another place gives another picture, too.
     display.key(&["keydown", "w"]);
     std::thread::sleep(Duration::from_millis(500));
     display.key(&["keyup", "w"]);
@@ -235,7 +235,7 @@ fn flies_and_takes_pictures() {
     display.key(&["key", "r"]);
     assert!(take_picture(&display, folder) == start, "R did not go back");
 
-    // A smaller window is a smaller picture.
+    // A smaller window gives a smaller picture.
     display.key(&["windowsize", &window, "200", "120"]);
     let size = until("the resize", || {
         let picture = take_picture(&display, folder);

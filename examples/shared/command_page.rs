@@ -48,19 +48,19 @@ fn section(text: &mut String, defined: &Command, built: &Command, level: &str) {
     }
 }
 
-/// The visible commands of a program: each as it is defined, and as it is built.
+/// Returns the visible commands of a program: each as it is defined, and as it is built.
 fn commands<'a>(defined: &'a Command, built: &'a Command) -> Vec<(&'a Command, &'a Command)> {
     let visible = defined.get_subcommands().filter(|command| !command.is_hide_set());
     visible.filter_map(|command| Some((command, built.find_subcommand(command.get_name())?))).collect()
 }
 
-/// The visible arguments that a command defines itself, as they are built.
+/// Returns the visible arguments that a command defines itself, as they are built.
 fn own<'a>(defined: &Command, built: &'a Command) -> Vec<&'a Arg> {
     let is_own = |argument: &Arg| defined.get_arguments().any(|own| own.get_id() == argument.get_id());
     built.get_arguments().filter(|argument| !argument.is_hide_set() && is_own(argument)).collect()
 }
 
-/// The words by which a command is called: `hachure styles show`.
+/// Returns the words by which a command is called, for example `hachure styles show`.
 fn title(built: &Command) -> &str {
     built.get_bin_name().unwrap_or(built.get_name())
 }
@@ -104,7 +104,7 @@ fn heading(argument: &Arg) -> &str {
     argument.get_help_heading().unwrap_or(if argument.is_positional() { "Arguments" } else { "Options" })
 }
 
-/// As it is typed: `-o, --output <OUTPUT>`.
+/// Returns the argument as it is typed: `-o, --output <OUTPUT>`.
 fn name(argument: &Arg) -> String {
     match (argument.get_short(), argument.get_long()) {
         (Some(short), Some(_)) => format!("-{short}, {argument}"),
@@ -112,7 +112,7 @@ fn name(argument: &Arg) -> String {
     }
 }
 
-/// The help with the possible values, and the default. A help may end with its default: `[default: 10]`.
+/// Returns the help with the possible values, and the default. A help may end with its default: `[default: 10]`.
 fn help_and_default(argument: &Arg) -> (String, String) {
     let help = argument.get_long_help().or(argument.get_help()).map(ToString::to_string).unwrap_or_default();
     let help = help.trim_end_matches('.');
@@ -152,7 +152,7 @@ fn possible_values(argument: &Arg) -> String {
     shown
 }
 
-/// One line of Markdown, safe in a table.
+/// Returns the text as one line of Markdown that is safe in a table.
 fn prose(text: &str) -> String {
     let line = text.split_whitespace().collect::<Vec<_>>().join(" ");
     line.replace('|', "\\|").replace('<', "&lt;")

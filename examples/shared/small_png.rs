@@ -1,4 +1,4 @@
-//! Pictures that are small enough for a repository.
+//! Makes pictures small enough for a repository.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -8,18 +8,22 @@ use std::path::Path;
 use anyhow::{Context, ensure};
 use hachure::file::atomic::AtomicFile;
 
-/// Larger pictures have no place in a repository.
+/// A larger picture is an error.
 const MOST_BYTES: u64 = 400_000;
 
-/// Fewer bits for a channel would show as bands.
+/// Fewer bits per channel would show as bands.
 const LEAST_BITS: u32 = 6;
 
-/// Writes a picture anew without its opacity, and with a palette if its colours are 256 at most in some bits.
+/// Rewrites a picture without its alpha channel, and with a palette if rounding to some number of bits leaves at most
+/// 256 colours.
 pub fn shrink(path: &Path) -> anyhow::Result<()> {
     let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
-    let mut bytes = vec![0; reader.output_buffer_size().context("a picture without end")?];
+    let mut bytes = vec![0; reader.output_buffer_size().context("the picture is too large")?];
     let info = reader.next_frame(&mut bytes)?;
-    ensure!(info.color_type == png::ColorType::Rgba && info.bit_depth == png::BitDepth::Eight, "not RGBA in 8 bits");
+    ensure!(
+        info.color_type == png::ColorType::Rgba && info.bit_depth == png::BitDepth::Eight,
+        "the picture is not 8-bit RGBA"
+    );
     let pixels: Vec<[u8; 3]> = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     let rounded =
         (LEAST_BITS..=8).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
@@ -48,11 +52,11 @@ pub fn shrink(path: &Path) -> anyhow::Result<()> {
     writer.finish()?;
     file.commit()?;
     let bytes = std::fs::metadata(path)?.len();
-    ensure!(bytes <= MOST_BYTES, "has {bytes} bytes");
+    ensure!(bytes <= MOST_BYTES, "{bytes} bytes are more than a picture may have");
     Ok(())
 }
 
-/// To `bits` bits, with black and white as they are.
+/// Rounds to `bits` bits; black and white stay as they are.
 fn rounded(value: u8, bits: u32) -> u8 {
     let most = (1_u32 << bits) - 1;
     let step = (u32::from(value) * most + 127) / 255;

@@ -62,7 +62,7 @@ impl Renderer {
 
     /// Whether something is being made beside: when it is there, the picture may be another one.
     pub fn is_building(&self, gpu: &Gpu) -> bool {
-        gpu.pipelines().is_building() || self.pools.kept.is_making()
+        gpu.pipelines().is_building() || gpu.cache().is_making()
     }
 
     /// Takes what was made beside; waits for nothing.
@@ -70,7 +70,7 @@ impl Renderer {
         // Another renderer of the device may take over what was compiled for this one.
         self.switch.was_building |= self.is_building(gpu);
         gpu.pipelines().take_built();
-        self.pools.kept.take_made();
+        gpu.cache().take_made();
         if self.switch.was_building && !self.is_building(gpu) {
             self.switch.was_building = false;
             // What was drawn before is another picture.

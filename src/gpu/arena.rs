@@ -1,43 +1,43 @@
-//! Uniforms of a frame: each use gets a fresh slice.
+//! The uniforms of a frame. Every use gets a slice of its own.
 //!
-//! `Queue::write_buffer` takes effect before all that is submitted after it, so a uniform that is written twice while a
-//! frame is recorded holds the second numbers for both uses. Slices of an arena are written once. They are bound with a
-//! dynamic offset, so a slice that moves from frame to frame needs no new bind group.
+//! `Queue::write_buffer` takes effect before everything that is submitted after it. A uniform buffer that is written
+//! twice while a frame is recorded would therefore hold the second value for both uses. A slice of the arena is written
+//! only once per frame. Slices are bound with a dynamic offset, so a slice that moves between frames needs no new bind
+//! group.
 
 use super::Gpu;
 use super::bind::Resource;
 use super::buffer::Buffer;
 
-/// Bytes of a chunk: some 200 uniforms.
+/// Size of a chunk in bytes, enough for about 200 uniforms.
 const CHUNK_BYTES: u64 = 64 << 10;
 
-/// The arena.
+/// A bump allocator for the uniforms of a frame, in chunks of 64 KiB.
 pub struct Arena {
     alignment: u64,
     chunks: Vec<Chunk>,
-    /// The chunk that is being filled.
+    /// Index of the chunk that is being filled.
     current: usize,
 }
 
 struct Chunk {
     buffer: wgpu::Buffer,
     content: Vec<u8>,
-    /// Bytes of `content` that the GPU has been told.
+    /// How many bytes of `content` have been uploaded.
     told: usize,
 }
 
 impl Arena {
-    /// An empty one.
     pub fn new(gpu: &Gpu) -> Self {
         let limits = gpu.device.limits();
         let alignment = u64::from(limits.min_uniform_buffer_offset_alignment.max(16));
         Self { alignment, chunks: Vec::new(), current: 0 }
     }
 
-    /// A slice with `value`, as long as the frame lasts.
+    /// Returns a slice that holds `values` until the end of the frame. They must fit into one chunk.
     pub fn push<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, values: &[T]) -> Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(values);
-        debug_assert!(bytes.len() as u64 <= CHUNK_BYTES, "{name} is no uniform");
+        debug_assert!(bytes.len() as u64 <= CHUNK_BYTES, "{name} is larger than a chunk");
         let fits = |chunk: &Chunk| {
             (chunk.content.len() as u64).next_multiple_of(self.alignment) + bytes.len() as u64 <= CHUNK_BYTES
         };
@@ -54,12 +54,12 @@ impl Arena {
         Buffer { name, raw: chunk.buffer.clone(), offset: 0, size: None }.slice(offset, bytes.len() as u64)
     }
 
-    /// As [`Arena::push`], for bindings.
+    /// Returns a slice that holds `value` until the end of the frame, as a resource to bind.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, value: &T) -> Resource {
         Resource::Buffer(self.push(gpu, name, std::slice::from_ref(value)))
     }
 
-    /// Tells the GPU what was pushed since the last time: before each submit.
+    /// Uploads what has been pushed since the last call. Must be called before each submit.
     pub fn flush(&mut self, gpu: &Gpu) {
         for chunk in &mut self.chunks {
             if chunk.told < chunk.content.len() {
@@ -69,7 +69,7 @@ impl Arena {
         }
     }
 
-    /// Begins a frame: all slices may be used again. What was submitted has the old numbers.
+    /// Begins a frame: all slices are free again. Submitted passes still see the old values.
     pub fn begin_frame(&mut self) {
         for chunk in &mut self.chunks {
             chunk.content.clear();

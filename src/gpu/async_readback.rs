@@ -1,45 +1,47 @@
-//! A few numbers from the GPU while frames go on: nobody waits, they come some frames later. Where one can wait, there
-//! is [`readback`](super::readback).
+//! Reads a few numbers back from the GPU without waiting: they arrive some frames later. Code that may wait uses
+//! [`readback`](super::readback).
 
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 use super::Gpu;
 
-/// So many questions are open at most; more are not asked.
+/// Largest number of requests in flight; further requests are dropped.
 const MOST_OPEN: usize = 8;
 
 type Mapped = Result<(), wgpu::BufferAsyncError>;
 
-/// Questions to the GPU, and the answers that have come.
+/// A queue of asynchronous readbacks.
 pub struct AsyncReadback {
+    /// Unmapped staging buffers.
     spare: Vec<wgpu::Buffer>,
-    /// The oldest first.
+    /// Requests in flight, oldest first.
     open: VecDeque<(wgpu::Buffer, Receiver<Mapped>)>,
     bytes: u64,
 }
 
 impl AsyncReadback {
-    /// For answers of so many bytes, a multiple of 4.
+    /// Creates a queue for answers of `bytes` bytes, which must be a multiple of 4.
     pub fn new(bytes: u64) -> Self {
         Self { spare: Vec::new(), open: VecDeque::new(), bytes }
     }
 
-    /// Asks for the first bytes of some buffers, as they are after what was submitted so far. Together they are an
-    /// answer.
+    /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
+    /// one answer.
     pub fn ask(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
         if self.open.len() == MOST_OPEN {
             return;
         }
         let buffer = self.spare.pop().unwrap_or_else(|| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("later"),
+                label: Some("async readback"),
                 size: self.bytes,
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
                 mapped_at_creation: false,
             })
         });
-        let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("later") });
+        let mut encoder =
+            gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor { label: Some("async readback") });
         let mut at = 0;
         for (part, bytes) in parts {
             encoder.copy_buffer_to_buffer(part, 0, &buffer, at, *bytes);
@@ -48,13 +50,13 @@ impl AsyncReadback {
         gpu.queue.submit([encoder.finish()]);
         let (sender, receiver) = channel();
         buffer.map_async(wgpu::MapMode::Read, .., move |mapped| {
-            // Nobody listens any more when the questions were forgotten.
+            // The receiver is gone if the request was dropped.
             let _ = sender.send(mapped);
         });
         self.open.push_back((buffer, receiver));
     }
 
-    /// The oldest answer that has come and was not taken. They come while the device is polled.
+    /// Returns the oldest answer that has arrived and has not been taken. Answers arrive while the device is polled.
     pub fn take(&mut self) -> Option<Vec<u8>> {
         let mapped = match self.open.front()?.1.try_recv() {
             Err(TryRecvError::Empty) => return None,
@@ -63,7 +65,7 @@ impl AsyncReadback {
         };
         let (buffer, _) = self.open.pop_front()?;
         if !mapped {
-            // The device is lost, and says so to whoever draws.
+            // The device is lost; whatever draws next reports that.
             return None;
         }
         let bytes = buffer.get_mapped_range(..).ok().map(|bytes| bytes.to_vec());
@@ -72,7 +74,7 @@ impl AsyncReadback {
         bytes
     }
 
-    /// Drops all questions.
+    /// Drops all requests in flight.
     pub fn forget(&mut self) {
         self.open.clear();
     }

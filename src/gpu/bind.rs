@@ -1,4 +1,4 @@
-//! What shaders' variables are bound to, and bind groups that are kept while their resources are the same.
+//! The resources that shader variables are bound to, and a cache of bind groups.
 
 use std::num::NonZeroU64;
 
@@ -11,20 +11,19 @@ use super::reflection::Variable;
 use super::shader::ShaderError;
 use super::target::Target;
 
-/// What a variable is bound to.
+/// A resource that a shader variable can be bound to.
 #[derive(Clone, Debug)]
 pub enum Resource {
-    /// A part of a buffer.
+    /// A buffer or a part of it.
     Buffer(Buffer),
-    /// A picture that frames share.
+    /// A render or storage target of an eye.
     Target(Target),
-    /// Any other texture, by its name in a trace.
+    /// Any other texture, with its name in a trace.
     Texture(&'static str, wgpu::TextureView),
-    /// A sampler.
     Sampler(wgpu::Sampler),
 }
 
-/// A resource and the name of the shader variable that it is bound to.
+/// The name of a shader variable, and the resource that is bound to it.
 pub type Named = (&'static str, Resource);
 
 impl From<&Target> for Resource {
@@ -33,16 +32,16 @@ impl From<&Target> for Resource {
     }
 }
 
-/// A bind group and the offsets of its uniforms, in the order of their bindings.
+/// A bind group with the dynamic offsets of its uniforms.
 #[derive(Clone, Debug)]
 pub struct Bound {
-    /// For group 0.
+    /// Bind group 0.
     pub group: wgpu::BindGroup,
-    /// One for each uniform.
+    /// The dynamic offsets in bytes, one per uniform in the order of their bindings.
     pub offsets: Vec<u32>,
 }
 
-/// A resource as it lies in a bind group: two that are equal need no other group.
+/// A resource as it appears in a bind group, without dynamic offsets. Groups with equal entries are interchangeable.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Entry {
     Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),
@@ -62,22 +61,23 @@ impl Entry {
     }
 }
 
-/// The layout, by its place in the list of pipelines, and what is bound.
+/// The number of a layout, which is that of its pipeline's build, and the resource at each binding.
 type Key = (u64, Vec<(u32, Entry)>);
 
-/// Bind groups by what they bind.
+/// A cache of bind groups, by the resources that they bind.
 #[derive(Default)]
 pub struct BindGroups {
+    /// Each group with the frame that last used it.
     groups: FxHashMap<Key, (wgpu::BindGroup, u64)>,
     frame: u64,
 }
 
 impl BindGroups {
-    /// Binds named resources to the variables of group 0; what the entry points do not use is passed over. `number` is
-    /// unique to `layout`.
+    /// Binds named resources to the variables of group 0. Resources that the entry points do not use are ignored.
+    /// `number` identifies `layout`.
     ///
     /// # Errors
-    /// [`ShaderError`] when a variable has no resource: a mistake that the first run of a pass shows.
+    /// [`ShaderError`] if a variable has no resource. This is a bug, which the first run of the pass reveals.
     pub fn bind(
         &mut self,
         gpu: &Gpu,
@@ -124,16 +124,16 @@ impl BindGroups {
         Ok(Bound { group, offsets })
     }
 
-    /// Drops all: what they bind is held by nobody else any more.
+    /// Drops all bind groups, and with them the last references to resources that have been replaced.
     pub fn clear(&mut self) {
         self.groups.clear();
     }
 
-    /// Drops what was not bound in the last frames.
+    /// Drops the bind groups that the last [`KEEP_FRAMES`] frames did not use.
     pub fn end_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
-        // There are hundreds: looking at all of them is not every frame's work.
+        // There are hundreds of groups, too many to check all of them in every frame.
         if frame.is_multiple_of(KEEP_FRAMES / 4) {
             self.groups.retain(|_, (_, used_in)| *used_in + KEEP_FRAMES > frame);
         }

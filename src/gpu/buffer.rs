@@ -1,9 +1,9 @@
-//! Buffers: those that grow with what is written, and those that frames share by name.
+//! Buffers on the GPU: a pool of buffers by name, and buffers that grow with their content.
 //!
-//! A pass owns no buffer. It asks the recorder for one by its [`BufferKind`]; the same kind is the same buffer until it
-//! has to grow, and it goes when nobody has asked for a while ([`Buffers::end_frame`]). What the CPU writes for a pass
-//! ([`Buffers::upload`]) gets a fresh buffer for each use within a frame, since a write takes effect before anything
-//! that the frame has recorded.
+//! A pass owns no buffer. It requests one from the recorder by its [`BufferKind`]. The same kind returns the same
+//! buffer until the buffer has to grow, and a buffer that has not been requested for a while is released
+//! ([`Buffers::end_frame`]). Data that the CPU writes for a pass ([`Buffers::upload`]) gets a separate buffer for each
+//! use within a frame, because a write takes effect before everything that the frame has recorded.
 
 use std::num::NonZeroU64;
 
@@ -13,77 +13,79 @@ use super::Gpu;
 use super::bind::Resource;
 use super::pools::KEEP_FRAMES;
 
-/// A part of a buffer on the GPU.
+/// A buffer on the GPU, or a part of one.
 #[derive(Clone, Debug)]
 pub struct Buffer {
-    /// What a trace calls it.
+    /// Name in a trace.
     pub name: &'static str,
-    /// All of it.
+    /// The whole buffer.
     pub raw: wgpu::Buffer,
-    /// First byte.
+    /// Where the part begins, in bytes.
     pub offset: u64,
-    /// Bytes; none is all from the offset on.
+    /// Size of the part in bytes; `None` means up to the end of the buffer.
     pub size: Option<NonZeroU64>,
 }
 
 impl Buffer {
-    /// Makes one of `bytes` that the GPU writes and that can be read back.
+    /// Creates a buffer of `bytes` bytes that can be copied to and from, and so read back.
     pub fn new(gpu: &Gpu, kind: &BufferKind, bytes: u64) -> Self {
         let usage = kind.usage | wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::COPY_SRC;
         Self { name: kind.name, raw: create(gpu, kind.name, usage, bytes.max(16)), offset: 0, size: None }
     }
 
-    /// Makes one that holds `content`.
+    /// Creates a buffer that holds `content`.
     pub fn with<T: bytemuck::NoUninit>(gpu: &Gpu, kind: &BufferKind, content: &[T]) -> Self {
         let buffer = Self::new(gpu, kind, size_of_val(content) as u64);
         gpu.queue.write_buffer(&buffer.raw, 0, bytemuck::cast_slice(content));
         buffer
     }
 
-    /// `size` bytes from `offset` on.
+    /// Returns the part of `size` bytes that begins at byte `offset`.
     #[must_use]
     pub fn slice(&self, offset: u64, size: u64) -> Self {
         Self { offset: self.offset + offset, size: NonZeroU64::new(size), ..self.clone() }
     }
 
-    /// As a resource of a shader.
+    /// Returns the buffer as a resource to bind.
     pub fn binding(&self) -> Resource {
         Resource::Buffer(self.clone())
     }
 }
 
-/// A buffer that passes ask for by name.
+/// The description of a buffer that passes request by name.
 #[derive(Debug)]
 pub struct BufferKind {
-    /// Unique among the kinds.
+    /// Unique name, which is also the label and the name in a trace.
     pub name: &'static str,
-    /// It gains `COPY_SRC` and `COPY_DST`.
+    /// Usages besides `COPY_SRC` and `COPY_DST`, which every buffer has.
     pub usage: wgpu::BufferUsages,
 }
 
 impl BufferKind {
-    /// A storage buffer.
+    /// Describes a storage buffer.
     pub const fn storage(name: &'static str) -> Self {
         Self { name, usage: wgpu::BufferUsages::STORAGE }
     }
 
-    /// A storage buffer that dispatches or draws take their numbers from.
+    /// Describes a storage buffer that can hold the arguments of indirect dispatches and draws.
     pub const fn indirect(name: &'static str) -> Self {
         Self { name, usage: wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::INDIRECT) }
     }
 }
 
-/// The buffers of a kind.
+/// The buffers of one kind.
 #[derive(Default)]
 struct Shelf {
     scratch: Option<Buffer>,
-    /// One for each use in a frame.
+    /// One buffer for each upload of a frame.
     uploads: Vec<Buffer>,
+    /// How many of `uploads` the current frame has used.
     uploads_used: usize,
+    /// The last frame that requested the kind.
     used_in: u64,
 }
 
-/// Buffers by name.
+/// A pool of buffers, by name.
 #[derive(Default)]
 pub struct Buffers {
     shelves: FxHashMap<&'static str, Shelf>,
@@ -92,7 +94,7 @@ pub struct Buffers {
 }
 
 impl Buffers {
-    /// The buffer of a kind, of at least `bytes`. What it holds is lost when it has to grow.
+    /// Returns the buffer of a kind, with at least `bytes` bytes. Its content is lost when it has to grow.
     pub fn scratch(&mut self, gpu: &Gpu, kind: &BufferKind, bytes: u64) -> Buffer {
         let shelf = self.shelf(kind);
         match &shelf.scratch {
@@ -106,17 +108,18 @@ impl Buffers {
         }
     }
 
-    /// Whether a buffer had to grow since the last time: bind groups still hold the smaller one.
+    /// Returns whether a buffer has been replaced by a larger one since the last call. Cached bind groups still hold
+    /// the smaller one then.
     pub fn take_replaced(&mut self) -> bool {
         std::mem::take(&mut self.has_replaced)
     }
 
-    /// What was last asked for of a kind, for measurements.
+    /// Returns the buffer that was last requested of a kind, for measurements.
     pub fn get(&self, kind: &BufferKind) -> Option<Buffer> {
         self.shelves.get(kind.name)?.scratch.clone()
     }
 
-    /// A buffer with `content`, which no other use in this frame changes.
+    /// Returns a buffer that holds `content`, which no other upload of this frame overwrites.
     pub fn upload<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, kind: &BufferKind, content: &[T]) -> Buffer {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         let shelf = self.shelf(kind);
@@ -136,7 +139,7 @@ impl Buffers {
         buffer
     }
 
-    /// Drops what was not asked for in the last frames.
+    /// Drops the buffers that the last [`KEEP_FRAMES`] frames did not request.
     pub fn end_frame(&mut self) {
         self.frame += 1;
         let frame = self.frame;
@@ -153,8 +156,8 @@ impl Buffers {
     }
 }
 
-/// A buffer that is replaced by a larger one when its content outgrows it, for what belongs to a world or a window and
-/// not to a frame.
+/// A buffer that is replaced by a larger one when its content outgrows it. It is for data that belongs to a world or a
+/// window rather than to a frame.
 pub struct GrowingBuffer {
     label: &'static str,
     usage: wgpu::BufferUsages,
@@ -162,13 +165,14 @@ pub struct GrowingBuffer {
 }
 
 impl GrowingBuffer {
-    /// An empty one; `usage` gains `COPY_DST`.
+    /// Creates an empty buffer of 256 bytes with `usage` and `COPY_DST`.
     pub fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages) -> Self {
         let usage = usage | wgpu::BufferUsages::COPY_DST;
         Self { label, usage, buffer: create(gpu, label, usage, 256) }
     }
 
-    /// Replaces the content. An empty slice leaves the old bytes: nothing reads past a count of zero.
+    /// Replaces the content. An empty slice leaves the old bytes in place; shaders do not read them, because their
+    /// count is zero.
     pub fn write<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         if bytes.len() as u64 > self.buffer.size() {
@@ -177,12 +181,12 @@ impl GrowingBuffer {
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
     }
 
-    /// The buffer as it is now.
+    /// Returns the buffer; the next [`write`](Self::write) may replace it.
     pub fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
     }
 
-    /// The whole buffer as a resource.
+    /// Returns the whole buffer as a resource to bind.
     pub fn binding(&self) -> Resource {
         Resource::Buffer(Buffer { name: self.label, raw: self.buffer.clone(), offset: 0, size: None })
     }

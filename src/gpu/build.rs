@@ -1,25 +1,23 @@
-//! How a pipeline is built, on any thread: from the text of a shader to what wgpu runs.
+//! Builds a pipeline, on any thread: from the name of a shader to a pipeline of wgpu.
 
 use super::pipelines::{Compute, Draw};
 use super::reflection::Variable;
 use super::shader::{Shader, ShaderError};
 use super::texts::Texts;
 
-/// What a pipeline is made of.
+/// The description of a pipeline, by which it is cached.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "there are some two hundred, and a box would be one more object for each"
+    reason = "there are about two hundred keys, and boxes would be two hundred more allocations"
 )]
 pub enum Key {
-    /// A compute shader.
     Compute(Compute),
-    /// Shaders and what they draw on.
     Draw(Draw),
 }
 
 impl Key {
-    /// Of the shader.
+    /// Returns the name of the shader.
     pub fn name(&self) -> &'static str {
         match self {
             Self::Compute(key) => key.name,
@@ -28,31 +26,29 @@ impl Key {
     }
 }
 
-/// What wgpu runs.
+/// A pipeline of wgpu.
 #[derive(Clone, Debug)]
 pub enum Raw {
-    /// Dispatches.
     Compute(wgpu::ComputePipeline),
-    /// Draws.
     Draw(wgpu::RenderPipeline),
 }
 
-/// A pipeline with its layout.
+/// A compiled pipeline with its layout.
 pub struct Pipeline {
-    /// What runs.
+    /// The pipeline as wgpu has it.
     pub raw: Raw,
-    /// Unique to the layout.
+    /// Number of the build, which identifies the layout.
     pub number: u64,
-    /// Of group 0.
+    /// Layout of bind group 0, the only one.
     pub layout: wgpu::BindGroupLayout,
-    /// What it binds.
+    /// The variables of bind group 0, sorted by binding.
     pub variables: Vec<Variable>,
 }
 
-/// Builds a pipeline. It waits for the driver's compiler.
+/// Builds a pipeline, and waits for the driver's compiler.
 ///
 /// # Errors
-/// [`ShaderError`] when the text does not hold, or wgpu does not take it.
+/// [`ShaderError`] if the shader does not compile, or if wgpu rejects the pipeline.
 pub fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
     in_scope(device, key.name(), || match key {
         Key::Compute(key) => compute(device, texts, *key, number),
@@ -60,10 +56,10 @@ pub fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Re
     })
 }
 
-/// Does something of which wgpu may say that it is wrong; that is then an error of the shader `name`.
+/// Calls `make` in an error scope, and turns a validation error of wgpu into an error of the shader `name`.
 ///
 /// # Errors
-/// Those of `make`, and wgpu's.
+/// The error of `make`, or wgpu's validation error.
 pub fn in_scope<T>(
     device: &wgpu::Device,
     name: &str,
@@ -77,7 +73,7 @@ pub fn in_scope<T>(
     }
 }
 
-/// The layout of group 0 and of a pipeline that has no other.
+/// Creates the layout of bind group 0, and the layout of a pipeline that has no other group.
 fn layouts(device: &wgpu::Device, name: &str, variables: &[Variable]) -> (wgpu::BindGroupLayout, wgpu::PipelineLayout) {
     let entries: Vec<_> = variables.iter().map(|variable| variable.entry).collect();
     let group =

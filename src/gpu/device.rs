@@ -1,81 +1,84 @@
-//! The GPU: adapter, device, queue, and what the device can do.
+//! Opens a GPU: adapter, device and queue.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
+use super::cache::Cache;
 use super::pipelines::Pipelines;
 use super::shader::ShaderError;
 use crate::file::message::quoted;
 
-/// Why there is no GPU to work with, or why it stopped.
+/// An error of the GPU or of its driver.
 #[derive(Debug, thiserror::Error)]
 pub enum GpuError {
-    /// No adapter answers to the wish.
+    /// No adapter matches the request.
     #[error(
-        "no Vulkan, Metal or DirectX 12 adapter answers to {wish}; there is: {found}{}",
+        "no Vulkan, Metal or DirectX 12 adapter matches {wish}; available: {found}{}",
         if found == "none" { " (Mesa's software driver is enough: mesa-vulkan-drivers on Debian)" } else { "" }
     )]
     NoAdapter {
-        /// What was asked for.
+        /// The request as words for the message, for example `--adapter software`.
         wish: String,
-        /// What is there.
+        /// The names of all adapters, or `none`.
         found: String,
     },
-    /// The adapter would not give a device.
-    #[error("the adapter {adapter} gives no device: {source}")]
+    /// The adapter opens no device.
+    #[error("cannot open the GPU {adapter}: {source}")]
     NoDevice {
-        /// Its name.
+        /// Name of the adapter.
         adapter: String,
-        /// Why.
         #[source]
         source: wgpu::RequestDeviceError,
     },
-    /// A target larger than the device can hold.
-    #[error("{what} wants {wanted} but this GPU holds at most {limit}")]
+    /// A picture or buffer is larger than the device allows.
+    #[error("{what} would be {wanted}, but this GPU allows at most {limit}")]
     Limit {
-        /// What is too large.
+        /// The size that is too large, with its unit.
         what: &'static str,
-        /// How large.
+        /// Its value.
         wanted: u64,
-        /// What the device holds.
+        /// The largest value that the device allows.
         limit: u64,
     },
-    /// Reading back failed.
+    /// Reading a picture or buffer back failed.
     #[error("reading from the GPU failed: {0}")]
     Readback(String),
-    /// wgpu found a mistake of ours, or the driver gave up.
+    /// wgpu reported a validation error, lack of memory, or a lost device.
     #[error("the GPU reported: {0}")]
     Device(String),
-    /// A shader that is being worked on does not hold.
+    /// A shader does not compile, for example one that is being edited.
     #[error(transparent)]
     Shader(#[from] ShaderError),
 }
 
-/// An open device with its pipelines, which all renderers of the device share. Clones are the same device.
+/// An open device with its pipelines, which all renderers of the device share. A clone refers to the same device.
 #[derive(Clone)]
 pub struct Gpu {
-    /// For surfaces.
+    /// Creates window surfaces.
     pub instance: wgpu::Instance,
-    /// For surfaces' capabilities.
+    /// Reports names, limits, and what surfaces support.
     pub adapter: wgpu::Adapter,
-    /// Makes things.
+    /// Creates buffers, textures and pipelines.
     pub device: wgpu::Device,
-    /// Runs things.
+    /// Submits work.
     pub queue: wgpu::Queue,
+    /// The errors that wgpu has reported since the last [`check`](Self::check).
     errors: Arc<Mutex<Vec<String>>>,
+    /// See [`objects_made`](Self::objects_made).
     objects: Arc<AtomicU64>,
     pipelines: Arc<Pipelines>,
+    cache: Arc<Cache>,
 }
 
-/// How to choose an adapter.
+/// A request for an adapter, as `--adapter` makes it.
 #[derive(Clone, Debug, Default)]
 pub enum AdapterWish {
-    /// The fastest.
+    /// The adapter with the highest performance.
     #[default]
     Best,
     /// A software driver.
     Software,
-    /// One whose name contains these words, in any case.
+    /// The first adapter whose name contains this text, in any case.
     Name(String),
 }
 
@@ -100,11 +103,11 @@ impl Gpu {
         Self::open_with(wgpu::Instance::new(instance_descriptor()), wish, None)
     }
 
-    /// Opens a device with no more than `limits` and no features, which complies strictly with WebGPU: what every
-    /// WebGPU device has, for [`wgpu::Limits::default`].
+    /// Opens a device with exactly `limits`, without features and in strict compliance with WebGPU. With
+    /// [`wgpu::Limits::default`], work that succeeds on it succeeds on every WebGPU device.
     ///
     /// # Errors
-    /// As [`Gpu::open`]; [`GpuError::NoDevice`] also where the adapter has less.
+    /// Those of [`Gpu::open`]; [`GpuError::NoDevice`] also if the adapter has lower limits.
     pub fn open_within(wish: &AdapterWish, limits: wgpu::Limits) -> Result<Self, GpuError> {
         let mut descriptor = instance_descriptor();
         descriptor.flags |= wgpu::InstanceFlags::STRICT_WEBGPU_COMPLIANCE;
@@ -116,7 +119,7 @@ impl Gpu {
     /// Opens a device that can present to `surface`.
     ///
     /// # Errors
-    /// As [`Gpu::open`].
+    /// Those of [`Gpu::open`].
     pub fn open_with(
         instance: wgpu::Instance,
         wish: &AdapterWish,
@@ -144,7 +147,7 @@ impl Gpu {
         Ok(Self::of_device(instance, adapter, device, queue))
     }
 
-    /// A device that somebody else opened: a headset's runtime.
+    /// Wraps a device that was opened elsewhere, such as by the runtime of a headset.
     pub fn of_device(
         instance: wgpu::Instance,
         adapter: wgpu::Adapter,
@@ -154,13 +157,22 @@ impl Gpu {
         let errors = Arc::new(Mutex::new(Vec::new()));
         let sink = Arc::clone(&errors);
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-            // `check` hands the first of them on, in one line.
+            // `check` returns the first of them, in one line.
             tracing::debug!("{error}");
             if let Ok(mut list) = sink.lock() {
                 list.push(error.to_string());
             }
         }));
-        Self { instance, adapter, device, queue, errors, objects: Arc::default(), pipelines: Arc::default() }
+        Self {
+            instance,
+            adapter,
+            device,
+            queue,
+            errors,
+            objects: Arc::default(),
+            pipelines: Arc::default(),
+            cache: Arc::default(),
+        }
     }
 
     /// Returns the pipelines of the device.
@@ -168,16 +180,27 @@ impl Gpu {
         &self.pipelines
     }
 
-    /// The adapter's name, driver and its version: what a report states.
+    /// Returns the values that renderers of the device share.
+    pub fn cache(&self) -> &Cache {
+        &self.cache
+    }
+
+    /// Returns the same device with pipelines and a cache of its own: what a job in the background holds, since the
+    /// pipelines and the cache own the threads on which such jobs run.
+    pub(super) fn for_background(&self) -> Self {
+        Self { pipelines: Arc::default(), cache: Arc::default(), ..self.clone() }
+    }
+
+    /// Returns the name of the adapter, its backend, and its driver with the version, for reports.
     pub fn description(&self) -> String {
         let info = self.adapter.get_info();
         format!("{} ({:?}, {} {})", info.name, info.backend, info.driver, info.driver_info)
     }
 
-    /// The errors that wgpu reported since the last call: validation, out of memory.
+    /// Checks whether wgpu has reported an error since the last call: validation, or out of memory.
     ///
     /// # Errors
-    /// [`GpuError::Device`] with the first of them.
+    /// [`GpuError::Device`] with the first error.
     pub fn check(&self) -> Result<(), GpuError> {
         match self.errors.lock() {
             Ok(mut list) if !list.is_empty() => {
@@ -189,31 +212,32 @@ impl Gpu {
         }
     }
 
-    /// Bytes of all buffers and textures on the device, as they were allocated.
+    /// Returns the memory of all buffers and textures on the device, in bytes as allocated.
     pub fn memory_bytes(&self) -> u64 {
         let counters = self.device.get_internal_counters().hal;
         [counters.buffer_memory, counters.texture_memory].iter().map(|bytes| bytes.read().max(0) as u64).sum()
     }
 
-    /// Counts a buffer, texture, bind group or pipeline that a frame had to make.
+    /// Counts a buffer, texture, bind group or pipeline that a frame had to create.
     pub(crate) fn count_object(&self) {
         self.objects.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// How many buffers, textures, bind groups and pipelines frames have made so far: a steady frame makes none.
+    /// Returns how many buffers, textures, bind groups and pipelines frames have created so far. A frame that needs the
+    /// same as the one before creates none.
     pub fn objects_made(&self) -> u64 {
         self.objects.load(Ordering::Relaxed)
     }
 
     /// Waits until all submitted work is done.
     pub fn wait(&self) {
-        // A lost device shows itself through `check`; there is nothing else to do about it here.
+        // `check` reports a lost device; nothing else can be done about it here.
         let _ = self.device.poll(wgpu::PollType::wait_indefinitely());
     }
 }
 
-/// Vulkan, Metal and DirectX 12, unless the environment says otherwise: OpenGL lacks what the passes need, and its
-/// libraries write to the terminal where there is no display.
+/// Returns the description of an instance with Vulkan, Metal and DirectX 12, unless `WGPU_BACKEND` names others. OpenGL
+/// lacks features that the passes need, and its libraries write to the terminal if there is no display.
 pub fn instance_descriptor() -> wgpu::InstanceDescriptor {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     if std::env::var_os("WGPU_BACKEND").is_none() {
@@ -251,7 +275,7 @@ fn choose_adapter(
         })
         .ok_or_else(|| GpuError::NoAdapter {
             wish: match wish {
-                AdapterWish::Best => "the program".to_owned(),
+                AdapterWish::Best => "--adapter best".to_owned(),
                 AdapterWish::Software => "--adapter software".to_owned(),
                 AdapterWish::Name(name) => format!("--adapter {}", quoted(name)),
             },

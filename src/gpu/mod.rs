@@ -1,9 +1,11 @@
-//! The device, shaders, targets, timers and readback. Knows nothing of terrain.
+//! The layer over wgpu: device, shaders, pipelines, passes, targets, buffers, timers and readback. It knows nothing of
+//! terrain.
 
 pub mod arena;
 pub mod bind;
 pub mod buffer;
 mod build;
+pub mod cache;
 pub mod device;
 pub(crate) mod full_screen;
 pub mod async_readback;

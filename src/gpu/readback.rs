@@ -1,4 +1,5 @@
-//! Pictures and buffers from the GPU to memory: for files and measurements, never inside an interactive frame.
+//! Reads pictures and buffers back from the GPU, and waits for them. It is meant for files and measurements, never for
+//! interactive frames.
 
 use super::target::Target;
 use super::{Gpu, GpuError};
@@ -6,20 +7,20 @@ use super::{Gpu, GpuError};
 /// Reads a window of `target` (origin and size in pixels) as rows without padding, in the target's own texel format.
 ///
 /// # Errors
-/// [`GpuError::Readback`] when the device is lost or out of memory.
+/// [`GpuError::Readback`] if the device is lost or out of memory.
 pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) -> Result<Vec<u8>, GpuError> {
     read_layer(gpu, &target.texture, 0, origin_px, size_px)
 }
 
-/// The part of a texture's texels that is read.
+/// Returns the aspect of a texture that is read: depth if it has depth, otherwise all.
 pub fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
     if texture.format().is_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
 }
 
-/// As [`read`], of a layer of any texture's first mip level.
+/// Reads a window of one layer of a texture, from its first mip level. The result is like that of [`read`].
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_layer(
     gpu: &Gpu,
     texture: &wgpu::Texture,
@@ -65,10 +66,10 @@ pub fn read_layer(
     Ok(rows)
 }
 
-/// Reads the first `count` numbers or structs of a buffer.
+/// Reads the first `count` elements of type `T` of a buffer.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_buffer<T: bytemuck::Pod>(gpu: &Gpu, source: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
     if count == 0 {
         return Ok(Vec::new());
@@ -88,11 +89,11 @@ pub fn read_buffer<T: bytemuck::Pod>(gpu: &Gpu, source: &wgpu::Buffer, count: us
     Ok(bytemuck::pod_collect_to_vec(&bytes))
 }
 
-/// Waits for a buffer's content.
+/// Maps a buffer for reading, and waits until it is mapped.
 fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
     let (sender, receiver) = std::sync::mpsc::channel();
     buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-        // The receiver waits below; it is gone only if this thread is.
+        // The receiver waits below, so sending can fail only if that thread has ended.
         let _ = sender.send(result);
     });
     gpu.wait();
@@ -102,10 +103,10 @@ fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
         .map_err(|error| GpuError::Readback(error.to_string()))
 }
 
-/// As [`read`], with the texels' bytes taken as numbers.
+/// Reads a window of `target` like [`read`], and returns the bytes as elements of type `T`.
 ///
 /// # Errors
-/// As [`read`].
+/// Those of [`read`].
 pub fn read_as<T: bytemuck::Pod>(
     gpu: &Gpu,
     target: &Target,

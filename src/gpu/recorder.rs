@@ -1,13 +1,14 @@
-//! Records a frame: passes, with what they bind, their times and their trace.
+//! Records the passes of a frame, with their bindings, times and trace.
 //!
-//! Everything that varies is handed in. A pass is a function of a [`Recorder`] and its inputs; it owns nothing, so the same
-//! pass can be recorded for many eyes and styles in one submit.
+//! A pass is a function of a [`Recorder`] and its inputs, and owns nothing, so the same pass can be recorded for many
+//! eyes and styles in one submit.
 //!
-//! A frame is one submit, or several where a pass requests it ([`Recorder::submit_so_far`]). Where pass times are wanted,
-//! a software driver gets each pass as a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). All submits
-//! happen when the whole frame is recorded; a frame that lacks a pipeline submits nothing.
+//! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). To measure pass times on a
+//! software driver, each pass is a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is
+//! submitted before the whole frame is recorded; a frame that lacks a pipeline is not submitted at all.
 //!
-//! A prewarming run ([`Recorder::prewarm`]) records nothing: it asks for what a frame would need.
+//! A prewarming run ([`Recorder::prewarm`]) records nothing. It only requests the pipelines and cached values that a
+//! frame would need.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -21,24 +22,25 @@ use super::target::Target;
 use super::timer::Timer;
 use super::trace::{PassTrace, Traced, uses};
 
-/// Side of a workgroup of a picture pass, in pixels; the shaders say `@workgroup_size(8, 8)`.
+/// Side of a workgroup of a picture pass, in pixels. The shaders have `@workgroup_size(8, 8)`.
 pub const WORKGROUP_PX: u32 = 8;
 
-/// More than any place in a buffer that a pass counts from its end.
+/// Size in bytes of the buffer that stands in for every other in a prewarming run. It exceeds every offset that a pass
+/// subtracts from the size of a buffer.
 const BLANK_BYTES: u64 = 1 << 12;
 
 /// How the passes of a frame are submitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submits {
-    /// All passes in one submit, on every driver. A GPU measures them all the same; a software driver measures none.
+    /// One submit for all passes, on every driver. A GPU still measures each pass; a software driver measures none.
     #[default]
     Whole,
-    /// On a GPU all passes in one submit; on a software driver each pass by itself, so that it can be timed: two submits
-    /// and two waits more for each pass.
+    /// One submit for all passes on a GPU. On a software driver each pass is submitted alone so that it can be timed,
+    /// at the cost of two more submits and two waits per pass.
     Timed,
 }
 
-/// A frame that is being recorded.
+/// Records a frame.
 pub struct Recorder<'a> {
     gpu: &'a Gpu,
     pools: &'a mut Pools,
@@ -46,23 +48,25 @@ pub struct Recorder<'a> {
     encoder: wgpu::CommandEncoder,
     submits: Submits,
     trace: Option<Vec<PassTrace>>,
-    /// What is submitted by itself, before the rest; timed under a name, or not.
+    /// The earlier submits of the frame, each with the name under which it is timed, if any.
     recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
-    /// What a prewarming run hands out for every buffer.
+    /// The buffer that a prewarming run returns for every request. `None` in a frame that is drawn.
     blank: Option<wgpu::Buffer>,
+    /// Whether everything that the passes requested so far was available.
     is_complete: bool,
 }
 
-/// A render pipeline that is ready to draw with, and what it reads; nothing while it is not there, and then nothing is
-/// drawn with it.
+/// A render pipeline with its bindings. It is empty while the pipeline is being compiled; then nothing is drawn with
+/// it.
 #[derive(Clone, Debug)]
 pub struct Drawing {
     ready: Option<(wgpu::RenderPipeline, Bound)>,
+    /// What it reads and what it writes, if the frame is traced.
     uses: Option<(Vec<Traced>, Vec<Traced>)>,
 }
 
 impl Drawing {
-    /// Makes it the one that draws.
+    /// Sets the pipeline and its bind group in a render pass.
     pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some((pipeline, bound)) = &self.ready {
             pass.set_pipeline(pipeline);
@@ -71,30 +75,29 @@ impl Drawing {
     }
 }
 
-/// What begins with zeros.
+/// Which attachments of a render pass are cleared to zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Clears {
-    /// Nothing.
     Nothing,
-    /// Colours; depth is as it was.
+    /// The colours but not the depth.
     Colors,
-    /// Colours and depth.
+    /// The colours and the depth.
     All,
 }
 
-/// What a render pass draws on.
+/// The targets that a render pass draws on.
 #[derive(Clone, Copy, Debug)]
 pub struct Attachments<'a> {
-    /// Pictures of one size, in the order of the shader's outputs.
+    /// The colour targets, all of one size, in the order of the shader's outputs.
     pub colors: &'a [&'a Target],
-    /// Of the same size; nearer is greater.
+    /// The depth target, of the same size. Depth is reversed: a greater value is nearer.
     pub depth: Option<&'a Target>,
-    /// What of them begins with zeros, rather than with what is there.
+    /// Which of them are cleared first.
     pub clears: Clears,
 }
 
 impl<'a> Recorder<'a> {
-    /// Begins a frame.
+    /// Begins a frame. With `traces`, [`submit`](Self::submit) returns a trace of its passes.
     pub fn new(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer, submits: Submits, traces: bool) -> Self {
         Self {
             gpu,
@@ -109,29 +112,29 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Begins a frame that is never drawn: its passes ask for their pipelines and for what takes long to make, and
-    /// nothing is recorded, bound or written.
+    /// Begins a prewarming run: passes request their pipelines and cached values, and nothing is recorded, bound or
+    /// written.
     pub fn prewarm(gpu: &'a Gpu, pools: &'a mut Pools, timer: &'a mut Timer) -> Self {
-        let blank = Buffer::new(gpu, &BufferKind::storage("rehearsal"), BLANK_BYTES).raw;
+        let blank = Buffer::new(gpu, &BufferKind::storage("prewarm"), BLANK_BYTES).raw;
         Self { blank: Some(blank), ..Self::new(gpu, pools, timer, Submits::Whole, false) }
     }
 
-    /// Whether nothing is drawn. A pass that has nothing to do in a frame asks for its pipelines all the same then.
+    /// Returns whether this is a prewarming run. A pass then requests its pipelines even if this frame gives it nothing
+    /// to do.
     pub fn prewarms(&self) -> bool {
         self.blank.is_some()
     }
 
-    /// Whether all that the passes so far asked for was there.
+    /// Returns whether everything that the passes requested so far was available.
     pub fn is_complete(&self) -> bool {
         self.is_complete
     }
 
-    /// The device.
     pub fn gpu(&self) -> &'a Gpu {
         self.gpu
     }
 
-    /// A uniform with `value`, for as many passes of this frame as want it.
+    /// Returns a uniform with `value`, which any number of passes of this frame may bind.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Resource {
         match self.blank(name, size_of::<T>() as u64) {
             Some(blank) => Resource::Buffer(blank),
@@ -139,8 +142,8 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// The buffer of a kind, which only the GPU writes: of at least `bytes`. Passes and eyes that use it follow each
-    /// other.
+    /// Returns the buffer of a kind that only the GPU writes, with at least `bytes` bytes. All passes and eyes share
+    /// it, one after the other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
         if let Some(blank) = self.blank(kind.name, bytes) {
             return blank;
@@ -152,7 +155,7 @@ impl<'a> Recorder<'a> {
         buffer
     }
 
-    /// A buffer with `content`, for as many passes of this frame as want it.
+    /// Returns a buffer with `content`, which any number of passes of this frame may bind.
     pub fn upload<T: bytemuck::NoUninit>(&mut self, kind: &BufferKind, content: &[T]) -> Buffer {
         match self.blank(kind.name, size_of_val(content) as u64) {
             Some(blank) => blank,
@@ -160,12 +163,13 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// Returns the stand-in for a buffer if this is a prewarming run.
     fn blank(&self, name: &'static str, bytes: u64) -> Option<Buffer> {
         let raw = self.blank.clone()?;
         Some(Buffer { name, raw, offset: 0, size: std::num::NonZeroU64::new(bytes) })
     }
 
-    /// Writes the first bytes of a buffer between the passes recorded so far and those to come.
+    /// Writes the first bytes of a buffer, between the passes recorded so far and those that follow.
     pub fn write<T: bytemuck::NoUninit>(&mut self, buffer: &Buffer, content: &[T]) {
         if self.prewarms() {
             return;
@@ -175,14 +179,15 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
     }
 
-    /// Makes all of a buffer 0 between the passes recorded so far and those to come.
+    /// Clears a buffer to 0, between the passes recorded so far and those that follow.
     pub fn clear(&mut self, buffer: &Buffer) {
         if !self.prewarms() {
             self.encoder.clear_buffer(&buffer.raw, buffer.offset, buffer.size.map(std::num::NonZeroU64::get));
         }
     }
 
-    /// Copies bytes between the passes recorded so far and those to come: from a place in a buffer to one in another.
+    /// Copies bytes from one buffer to another, between the passes recorded so far and those that follow. Each buffer
+    /// comes with an offset in bytes.
     pub fn copy(&mut self, from: (&Buffer, u64), to: (&Buffer, u64), bytes: u64) {
         if self.prewarms() {
             return;
@@ -191,32 +196,31 @@ impl<'a> Recorder<'a> {
         self.encoder.copy_buffer_to_buffer(&from.0.raw, at(from), &to.0.raw, at(to), bytes);
     }
 
-    /// What `find` knows among the values of a type that frames keep, or a new one; it goes when nobody has asked for a
-    /// while.
+    /// Returns the cached value that `find` accepts; without one, creates it with `make` and caches it. A value that
+    /// has not been requested for a while is released.
     ///
     /// # Errors
     /// Those of `make`.
-    pub fn kept<T: Send + Sync + 'static, E>(
+    pub fn cached<T: Send + Sync + 'static, E>(
         &mut self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> Result<T, E>,
     ) -> Result<Arc<T>, E> {
-        self.pools.kept.get(find, || make(self.gpu))
+        self.gpu.cache().get(find, || make(self.gpu))
     }
 
-    /// As [`Recorder::kept`], for what takes long to make. Where pipelines are built beside the frame, so is this, and until
-    /// then there is none and the frame is not drawn.
+    /// Returns a cached value like [`Recorder::cached`], for values that take long to create. If pipelines are compiled
+    /// in the background, so is the value: until it is ready, returns `None`, and the frame is not drawn.
     pub fn cached_in_background<T: Send + Sync + 'static>(
         &mut self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce(&Gpu) -> T + Send + 'static,
     ) -> Option<Arc<T>> {
-        let Pools { kept, compiles, .. } = &mut *self.pools;
-        let found = match compiles.builds {
-            Builds::AtOnce => kept.get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
+        let found = match self.pools.compiles.builds {
+            Builds::AtOnce => self.gpu.cache().get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
             Builds::InBackground => {
-                let gpu = self.gpu.clone();
-                kept.ask(find, move || make(&gpu))
+                let gpu = self.gpu.for_background();
+                self.gpu.cache().request(find, move || make(&gpu))
             }
         };
         self.is_complete &= found.is_some();
@@ -228,13 +232,13 @@ impl<'a> Recorder<'a> {
         self.groups(shader, size_px.map(|side| side.div_ceil(WORKGROUP_PX)), resources);
     }
 
-    /// Runs a number of workgroups in x and y.
+    /// Runs a shader with the given numbers of workgroups in x and y.
     pub fn groups(&mut self, shader: impl Into<Compute>, groups: [u32; 2], resources: &[Named]) {
         self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups(groups[0], groups[1], 1));
     }
 
-    /// Runs as many workgroups as three numbers in `arguments` say, from byte `offset` on; the buffer is not one of the
-    /// resources.
+    /// Runs a shader with as many workgroups in x, y and z as the three numbers at byte `offset` of `arguments` say.
+    /// `arguments` must not be among the resources.
     pub fn indirect(&mut self, shader: impl Into<Compute>, arguments: &Buffer, offset: u64, resources: &[Named]) {
         let offset = arguments.offset + offset;
         self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups_indirect(&arguments.raw, offset));
@@ -270,7 +274,7 @@ impl<'a> Recorder<'a> {
         self.end(name, query);
     }
 
-    /// Makes a render pipeline ready for [`Recorder::render`].
+    /// Prepares a render pipeline with its bindings for [`Recorder::render`].
     pub fn drawing(&mut self, key: &Draw, resources: &[Named]) -> Drawing {
         let Pools { compiles, groups, .. } = &mut *self.pools;
         let (key, pipelines) = (Key::Draw(key.clone()), self.gpu.pipelines());
@@ -288,7 +292,7 @@ impl<'a> Recorder<'a> {
         Drawing { ready: Some((pipeline, bound)), uses }
     }
 
-    /// Records a render pass, if its drawings are ready.
+    /// Records a render pass, unless one of its drawings is not ready.
     pub fn render(
         &mut self,
         name: &'static str,
@@ -346,15 +350,16 @@ impl<'a> Recorder<'a> {
         self.end(name, query);
     }
 
-    /// What was recorded so far is a submit, and what follows is the next: what would keep the GPU busy for long comes
-    /// in several.
+    /// Ends a submit here and begins the next. Long work is split in this way, so that no single submit keeps the GPU
+    /// busy for too long.
     pub fn submit_so_far(&mut self) {
         if !self.prewarms() {
             self.cut(None);
         }
     }
 
-    /// Submits the frame, if it is complete. Its passes, if they were traced.
+    /// Submits the frame if it is complete. Returns its passes if they were traced; the list is empty if nothing was
+    /// submitted.
     pub fn submit(mut self) -> Option<Vec<PassTrace>> {
         if self.prewarms() {
             return None;
@@ -362,6 +367,7 @@ impl<'a> Recorder<'a> {
         if !self.is_complete {
             self.timer.forget(self.gpu);
             self.pools.end_frame();
+            self.gpu.cache().end_frame();
             return self.trace.map(|_| Vec::new());
         }
         self.timer.resolve(&mut self.encoder);
@@ -375,6 +381,7 @@ impl<'a> Recorder<'a> {
         self.gpu.queue.submit([self.encoder.finish()]);
         self.timer.end_frame();
         self.pools.end_frame();
+        self.gpu.cache().end_frame();
         self.trace
     }
 
@@ -386,7 +393,7 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Ends a submit, which is timed under a name, or not.
+    /// Ends a submit, which is timed under `name`, if any.
     fn cut(&mut self, name: Option<&'static str>) {
         let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
         self.recorded.push((name, recorded));

@@ -1,7 +1,7 @@
-//! What a shader binds, read from its module: layouts are not written twice.
+//! Reads from a shader module what it binds, so that layouts need not be written a second time in Rust.
 //!
-//! wgpu would derive a layout as well, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena)
-//! need, and it does not say what a pass reads and writes.
+//! wgpu can derive layouts too, but never with dynamic offsets, which uniforms of an [`Arena`](super::arena) need, and
+//! it does not report what a pass reads and writes.
 
 use wgpu::naga;
 use wgpu::naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -11,34 +11,35 @@ use super::shader::ShaderError;
 /// A resource variable of a shader.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Variable {
-    /// As the text has it.
+    /// Name in the WGSL source.
     pub name: String,
-    /// As it stands in a layout.
+    /// Entry in the layout of bind group 0.
     pub entry: wgpu::BindGroupLayoutEntry,
-    /// Whether the shader changes what is bound.
+    /// Whether the shader may write to the resource.
     pub is_written: bool,
-    /// Whether what was there before can be read.
+    /// Whether the shader may read the resource's earlier content.
     pub is_read: bool,
 }
 
 impl Variable {
-    /// Whether it is bound with a dynamic offset.
+    /// Returns whether the variable is a uniform, which is bound with a dynamic offset.
     pub fn is_uniform(&self) -> bool {
         matches!(self.entry.ty, wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Uniform, .. })
     }
 }
 
-/// The variables of each entry point.
+/// The resource variables of each entry point of a shader.
 pub struct Reflection {
+    /// Name of the shader, for errors.
     name: String,
     entry_points: Vec<(String, Vec<Variable>)>,
 }
 
 impl Reflection {
-    /// Reads a module.
+    /// Validates a module and reads its variables.
     ///
     /// # Errors
-    /// [`ShaderError`] when it does not validate, or binds what no layout of ours has.
+    /// [`ShaderError`] if the module is invalid, or if a variable has a type that is not supported here.
     pub fn new(name: &str, module: &naga::Module) -> Result<Self, ShaderError> {
         let error = |cause: String| ShaderError::of_lines(name, &cause);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
@@ -50,8 +51,8 @@ impl Reflection {
             let mut variables = Vec::new();
             for (handle, variable) in module.global_variables.iter() {
                 let (Some(binding), false) = (&variable.binding, function[handle].is_empty()) else { continue };
-                // Of a texture: whether it is read through a sampler. Of a sampler: whether all that it reads can be
-                // filtered.
+                // For a texture: whether it is read through a sampler. For a sampler: whether every texture that it
+                // reads can be filtered.
                 let mut pairs = function.sampling_set.iter();
                 let filters = match module.types[variable.ty].inner {
                     naga::TypeInner::Sampler { .. } => {
@@ -59,8 +60,9 @@ impl Reflection {
                     }
                     _ => pairs.any(|pair| pair.image == handle),
                 };
-                let ty = binding_type(module, variable, filters)
-                    .ok_or_else(|| error(format!("{:?} has a type that no layout has", variable.name)))?;
+                let ty = binding_type(module, variable, filters).ok_or_else(|| {
+                    error(format!("the variable {:?} has a type that hachure cannot bind", variable.name))
+                })?;
                 // naga_oil decorates the names of imported variables: `nameX_naga_oil_mod_X…X`.
                 let decorated = variable.name.as_deref().unwrap_or_default();
                 let (is_read, is_written) = access(&ty);
@@ -81,10 +83,10 @@ impl Reflection {
         Ok(Self { name: name.to_owned(), entry_points })
     }
 
-    /// The variables of some entry points together, sorted by binding.
+    /// Returns the variables that any of the entry points uses, sorted by binding.
     ///
     /// # Errors
-    /// [`ShaderError`] when the shader lacks one of them.
+    /// [`ShaderError`] if the shader lacks one of the entry points.
     pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         let mut all: Vec<Variable> = Vec::new();
         for wanted in entry_points {
@@ -95,7 +97,7 @@ impl Reflection {
                 match all.iter_mut().find(|known| known.name == variable.name) {
                     Some(known) => {
                         known.entry.visibility |= variable.entry.visibility;
-                        // A texture that is sampled in one of the stages has to be filterable in both.
+                        // A texture that is sampled in one stage has to be filterable in both.
                         if is_filterable(&variable.entry.ty) {
                             known.entry.ty = variable.entry.ty;
                         }
@@ -122,7 +124,7 @@ fn visibility(stage: naga::ShaderStage) -> wgpu::ShaderStages {
     }
 }
 
-/// (reads, writes).
+/// Returns whether a shader may read and whether it may write such a binding.
 fn access(ty: &wgpu::BindingType) -> (bool, bool) {
     match ty {
         wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. } => (true, true),
@@ -135,8 +137,10 @@ fn access(ty: &wgpu::BindingType) -> (bool, bool) {
     }
 }
 
+/// Returns the binding type of a variable, or `None` if it is not supported. `filters` applies to textures and
+/// samplers.
 fn binding_type(module: &naga::Module, variable: &naga::GlobalVariable, filters: bool) -> Option<wgpu::BindingType> {
-    // With a least size, what is too small is refused when it is bound, and not when the frame is submitted.
+    // With a minimum size, wgpu rejects a buffer that is too small when it is bound, not when the frame is submitted.
     let least = std::num::NonZeroU64::new(u64::from(module.types[variable.ty].inner.size(module.to_ctx())));
     let buffer = |ty, has_dynamic_offset| wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: least };
     match variable.space {
@@ -200,7 +204,7 @@ fn is_float(module: &naga::Module, image: naga::Handle<naga::GlobalVariable>) ->
     )
 }
 
-/// Those that WebGPU has for storage without features.
+/// Returns a storage format that WebGPU supports without optional features.
 fn storage_format(format: naga::StorageFormat) -> Option<wgpu::TextureFormat> {
     use naga::StorageFormat as Naga;
     use wgpu::TextureFormat as Wgpu;

@@ -1,4 +1,5 @@
-//! Exclusive prefix sum of whole numbers, in place. See `shaders/gpu/scan.wgsl`.
+//! Exclusive prefix sum of integers in place (`shaders/gpu/scan.wgsl`), and passes that use it to write a list in a
+//! fixed order.
 
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -6,32 +7,33 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::gpu::scan_begin::ScanSource;
 
-/// The most values of a scan: one workgroup has the sums of all blocks.
+/// Largest number of values in a scan, because a single workgroup scans the sums of all blocks.
 pub const MAX_VALUES: u32 = 1 << 21;
 
+/// Values in a block.
 const BLOCK: u64 = 2048;
 
-/// How many values there are.
+/// The number of values, one u32.
 const SIZE: BufferKind = BufferKind::storage("scan size");
-/// Workgroups for them.
+/// The number of workgroups that scan the values, in x, y and z.
 const ARGUMENTS: BufferKind = BufferKind::indirect("scan arguments");
-/// Of blocks.
+/// The sums of the blocks, u32.
 const SUMS: BufferKind = BufferKind::storage("scan sums");
 
-/// What is summed.
+/// The inputs of a scan.
 pub struct Inputs<'a> {
-    /// Numbers that the GPU wrote.
+    /// A buffer of u32 that contains the number of values.
     pub numbers: &'a Buffer,
-    /// Which of them says how many values there are.
+    /// Index in `numbers` of the number of values.
     pub index: u32,
-    /// At most so many, and [`MAX_VALUES`].
+    /// Largest number of values; a greater number is clamped to it and to [`MAX_VALUES`].
     pub capacity: u32,
-    /// In and out.
+    /// The values, u32, which are replaced by their sums.
     pub values: &'a Buffer,
 }
 
-/// Replaces each value by the sum of those before it, modulo 2³². The value after the last becomes the sum of all if
-/// the buffer has room for it.
+/// Replaces each value by the sum of the values before it, modulo 2³². The element after the last value becomes the
+/// total, if the buffer has room for it.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
     let size = recorder.buffer(&SIZE, 4);
@@ -61,26 +63,26 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
 
 /// `Order` in `shaders/shared/ordered.wgsl`.
 const ORDER: BufferKind = BufferKind::storage("order");
-/// Where its list begins: the largest alignment of offsets.
+/// Offset in bytes of its list `starts`, which is the largest alignment that a storage binding may need.
 const ORDER_HEAD_BYTES: u64 = 256;
 
-/// How many workgroups an ordered pass has.
+/// The number of workgroups of an ordered pass.
 #[derive(Clone, Copy)]
 pub enum Groups<'a> {
-    /// In x and y.
+    /// Workgroups in x and y.
     Of([u32; 2]),
-    /// As the GPU counted them.
+    /// A number that the GPU has computed.
     Counted {
-        /// From `offset` on: workgroups in x, y and z, and their number.
+        /// At `offset`, four u32: workgroups in x, y and z, and their product.
         arguments: &'a Buffer,
-        /// In bytes.
+        /// Offset in `arguments`, in bytes.
         offset: u64,
-        /// Not more; a last row of 65,535 may be filled up.
+        /// Largest number of workgroups, before the last row of 65,535 is filled up.
         most: u32,
     },
 }
 
-/// Workgroups in a row of counted ones.
+/// Workgroups in a row of a counted dispatch.
 const ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
 impl Groups<'_> {
@@ -93,20 +95,22 @@ impl Groups<'_> {
     }
 }
 
-/// A pass that writes a list in order, whichever workgroup is quicker: see `shaders/shared/ordered.wgsl`.
+/// A pass that writes a list in an order that does not depend on which workgroup is quicker: see
+/// `shaders/shared/ordered.wgsl`.
 pub struct Ordered<'a> {
-    /// Its shader.
     pub shader: Compute,
-    /// Two, or three: the third is a single workgroup.
+    /// The variant for the first stage, if it differs.
+    pub find: Option<Compute>,
+    /// Number of stages, 2 or 3. The third is a single workgroup.
     pub stages: u32,
-    /// Its workgroups.
+    /// Number of workgroups of the first two stages.
     pub groups: Groups<'a>,
-    /// Numbers that each workgroup may keep.
+    /// How many u32 each workgroup may store between stages.
     pub kept: u64,
 }
 
 impl Ordered<'_> {
-    /// Runs all stages.
+    /// Runs all stages with `resources` and the `order` list, and the prefix sum after the first stage.
     pub fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
         let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
         let order = recorder.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
@@ -114,7 +118,7 @@ impl Ordered<'_> {
         let mut all = vec![("order", order.binding())];
         all.extend(resources.iter().cloned());
         for stage in 0..self.stages {
-            let shader = self.shader;
+            let shader = self.find.filter(|_| stage == 0).unwrap_or(self.shader);
             match self.groups {
                 Groups::Of([x, y]) => {
                     recorder.write(&order, &[stage, x * y]);
@@ -131,7 +135,7 @@ impl Ordered<'_> {
                 }
             }
             if stage == 0 {
-                // The number of groups is the second of the head.
+                // The number of workgroups is the second number of the list's head.
                 run(recorder, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });
             }
         }

@@ -1,8 +1,8 @@
-//! Shaders: WGSL files with imports (naga_oil).
+//! Composes shaders from WGSL files with imports (naga_oil).
 //!
-//! Every shader of the folder `shaders` is embedded, so that the program is one file. `build.rs` lists them: what lies in
-//! `shaders/shared` is imported by others, and what lies elsewhere is a pass. A test parses and validates each without a
-//! GPU.
+//! Every shader of the folder `shaders` is embedded, so that the program is one file. `build.rs` lists them: files in
+//! `shaders/shared` are modules that others import, and every other file is a pass. A test parses and validates each
+//! file without a GPU.
 //!
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
@@ -18,7 +18,7 @@ use super::texts::Texts;
 // `MODULES` and `SHADERS`: every file of the folder `shaders`.
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
-/// Shaders with a variant that definitions turn on (`#ifdef`).
+/// Variants of shaders, each with the symbols that it defines for `#ifdef`.
 pub const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["ANTIALIASED"]),
     ("lines/lsa", &["EIGHT"]),
@@ -57,25 +57,25 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("tones/water", &["MIRROR"]),
 ];
 
-/// A mistake in a shader's text, with its place.
+/// An error in the text of a shader, with its position.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("{name}.wgsl{}: {cause}", place.map(|[line, column]| format!(":{line}:{column}")).unwrap_or_default())]
 pub struct ShaderError {
-    /// Which one.
+    /// Name of the shader or module, a path in `shaders` without extension.
     pub name: String,
-    /// Line and column, if they are known.
+    /// Line and column from 1, if they are known.
     pub place: Option<[u32; 2]>,
-    /// What naga or the driver says, in one line.
+    /// The message of naga or of the driver, in one line.
     pub cause: String,
 }
 
 impl ShaderError {
-    /// Of a whole shader.
+    /// Creates an error without a position.
     pub fn new(name: &str, cause: &str) -> Self {
         Self { name: name.to_owned(), place: None, cause: cause.split_whitespace().collect::<Vec<_>>().join(" ") }
     }
 
-    /// From the lines that naga and naga_oil write: `error: cause`, `┌─ name:line:column`, the text, and `= notes`.
+    /// Parses the lines that naga and naga_oil write: `error: cause`, `┌─ name:line:column`, the text, and `= notes`.
     pub(super) fn of_lines(name: &str, lines: &str) -> Self {
         let mut error = Self::new(name, "");
         let mut causes: Vec<&str> = Vec::new();
@@ -101,35 +101,36 @@ impl ShaderError {
 /// Composes a shader of [`SHADERS`] with its imports.
 ///
 /// # Errors
-/// [`ShaderError`] when the text does not parse or validate, or is not in the table.
+/// [`ShaderError`] if the text does not compose, or if the shader is not in the table.
 pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
     compose_variant(name, &[])
 }
 
-/// As [`compose`], with definitions turned on.
+/// Composes a shader like [`compose`], with `definitions` for `#ifdef`.
 ///
 /// # Errors
-/// As [`compose`].
+/// Those of [`compose`].
 pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     compose_of(&Texts::of_environment(), name, definitions)
 }
 
-/// As [`compose_variant`], of other texts.
+/// Composes a shader like [`compose_variant`], from the given texts.
 ///
 /// # Errors
-/// As [`compose`].
+/// Those of [`compose`].
 pub fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let (_, embedded) = SHADERS
         .iter()
         .find(|(known, _)| *known == name)
-        .ok_or_else(|| ShaderError::new(name, "not in the table of shaders"))?;
+        .ok_or_else(|| ShaderError::new(name, "hachure has no shader of this name"))?;
     compose_defined(texts, name, &texts.text(name, embedded), definitions)
 }
 
-/// Composes a shader that is in no table, with the imports that the others have: to run a shared function by itself.
+/// Composes a shader from `source`, which may import the same modules as other shaders. It serves to run a shared
+/// function by itself. `name` appears in errors.
 ///
 /// # Errors
-/// [`ShaderError`] when `source` does not parse or validate; `name` is for errors.
+/// [`ShaderError`] if `source` does not compose.
 pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
     compose_defined(&Texts::of_environment(), name, source, &[])
 }
@@ -151,16 +152,16 @@ fn compose_defined(texts: &Texts, name: &str, source: &str, definitions: &[&str]
     }
 }
 
-/// Composers that know all modules, as embedded. To read the modules takes longer than most shaders take, so each is used
-/// again; there are as many as threads that compose at once.
+/// Composers that have parsed all embedded modules. Parsing the modules takes longer than composing most shaders, so
+/// composers are reused. There are as many as threads that compose at the same time.
 static COMPOSERS: Mutex<Vec<Composer>> = Mutex::new(Vec::new());
 
 fn composers() -> MutexGuard<'static, Vec<Composer>> {
-    // A panic elsewhere leaves whole composers.
+    // A panic while the lock is held cannot leave a composer half changed.
     COMPOSERS.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// One that knows all modules.
+/// Returns a composer that has parsed all modules.
 fn composer(texts: &Texts) -> Result<Composer, ShaderError> {
     let known = if texts.are_files() { None } else { composers().pop() };
     if let Some(composer) = known {
@@ -177,18 +178,17 @@ fn composer(texts: &Texts) -> Result<Composer, ShaderError> {
     Ok(composer)
 }
 
-/// A composed shader.
+/// A compiled shader.
 pub struct Shader {
-    /// For pipelines.
     pub module: wgpu::ShaderModule,
     reflection: Reflection,
 }
 
 impl Shader {
-    /// Composes and compiles the variant of `name` with `definitions` turned on.
+    /// Composes and compiles the variant of `name` with `definitions`.
     ///
     /// # Errors
-    /// [`ShaderError`] when the text is wrong; what wgpu says of it goes to the open error scope.
+    /// [`ShaderError`] if the text does not compose. Errors of wgpu go to the open error scope.
     pub fn new(device: &wgpu::Device, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
         let module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
@@ -199,10 +199,10 @@ impl Shader {
         Ok(Self { module, reflection })
     }
 
-    /// What a pipeline of these entry points binds, by binding.
+    /// Returns the variables that a pipeline of these entry points binds, sorted by binding.
     ///
     /// # Errors
-    /// [`ShaderError`] when the shader lacks one of them.
+    /// [`ShaderError`] if the shader lacks one of the entry points.
     pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         self.reflection.variables(entry_points)
     }
@@ -219,12 +219,12 @@ mod tests {
         let error = compose_text("some/pass", text).map(|_| ()).unwrap_err();
         assert!(error.to_string().starts_with("some/pass.wgsl:4:12: "), "{error}");
         assert!(error.cause.contains("viw") && !error.to_string().contains('\n'), "{error}");
-        // Validation, too.
+        // An error of validation.
         let text = "fn f() -> f32 {\n    return 1u;\n}\n";
         let error = compose_text("some/pass", text).map(|_| ()).unwrap_err();
         assert!(error.to_string().starts_with("some/pass.wgsl:"), "{error}");
         assert!(!error.cause.is_empty() && !error.to_string().contains('\n'), "{error}");
-        // What has no such lines is taken as it is.
+        // A message without such lines is kept whole.
         assert_eq!(ShaderError::of_lines("a", "x:\n  y").to_string(), "a.wgsl: x: y");
     }
 }

@@ -1,49 +1,47 @@
-//! Pictures on the GPU that passes write and read, and the sets of them that belong to an eye.
+//! Pictures on the GPU that passes write and read, and the pools of them that belong to an eye.
 //!
-//! A pass asks for a picture by its [`TargetKind`]. It is made at the first call, stays the same while somebody asks,
-//! and goes when nobody has for a while.
+//! A pass requests a picture by its [`TargetKind`]. The first request creates it, later requests return the same one,
+//! and a picture that has not been requested for a while is released.
 
 use rustc_hash::FxHashMap;
 
 use super::pools::KEEP_FRAMES;
 use super::{Gpu, GpuError};
 
-/// A 2D picture of one mip level.
+/// A 2D picture with one mip level.
 #[derive(Clone, Debug)]
 pub struct Target {
-    /// What a trace calls it.
+    /// Name in a trace.
     pub name: &'static str,
-    /// For copies.
     pub texture: wgpu::Texture,
-    /// For bindings.
+    /// View of the whole texture.
     pub view: wgpu::TextureView,
 }
 
-/// A picture that passes ask for by name.
+/// The description of a picture that passes request by name.
 #[derive(Debug)]
 pub struct TargetKind {
-    /// Unique among the kinds.
+    /// Unique name, which is also the label and the name in a trace.
     pub name: &'static str,
-    /// Of a texel.
     pub format: wgpu::TextureFormat,
-    /// It gains `TEXTURE_BINDING` and `COPY_SRC`.
+    /// Usages besides `TEXTURE_BINDING` and `COPY_SRC`, which every target has.
     pub usage: wgpu::TextureUsages,
 }
 
 impl TargetKind {
-    /// A picture that compute passes write.
+    /// Describes a picture that compute passes write.
     pub const fn storage(name: &'static str, format: wgpu::TextureFormat) -> Self {
         Self { name, format, usage: wgpu::TextureUsages::STORAGE_BINDING }
     }
 
-    /// A picture that is rendered to.
+    /// Describes a picture that render passes draw on.
     pub const fn attachment(name: &'static str, format: wgpu::TextureFormat) -> Self {
         Self { name, format, usage: wgpu::TextureUsages::RENDER_ATTACHMENT }
     }
 }
 
 impl Target {
-    /// Makes one; its texels are 0.
+    /// Creates a target whose texels are 0.
     pub fn new(gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Self {
         gpu.count_object();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
@@ -60,36 +58,44 @@ impl Target {
         Self { name: kind.name, texture, view }
     }
 
-    /// Width and height.
+    /// Returns width and height, in pixels.
     pub fn size_px(&self) -> [u32; 2] {
         [self.texture.width(), self.texture.height()]
     }
 
-    /// Bytes on the GPU.
+    /// Returns the size on the GPU, in bytes.
     pub fn bytes(&self) -> u64 {
         let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(4));
         u64::from(self.texture.width()) * u64::from(self.texture.height()) * texel
     }
 }
 
-/// The pictures of an eye, by name.
+/// A pool with the pictures of an eye.
 #[derive(Default)]
 pub struct Targets {
+    /// Size of a whole picture, in pixels.
     size_px: [u32; 2],
-    /// By name and size: styles that take turns may want the same picture in two sizes.
+    /// Each target with the last frame that requested it, by name and size: alternating styles may need the same
+    /// picture in two sizes.
     targets: FxHashMap<(&'static str, [u32; 2]), (Target, u64)>,
     frame: u64,
 }
 
 impl Targets {
-    /// Begins a frame of pictures of `size_px`; those of another size go. Whether they are as large as before.
+    /// Begins a frame with pictures of `size_px` pixels, and releases pictures that have not been requested for a
+    /// while. If the size differs from that of the previous frame, releases all pictures. Returns whether it is the
+    /// same.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when they are larger than the device can hold.
+    /// [`GpuError::Limit`] if the pictures are larger than the device allows.
     pub fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<bool, GpuError> {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         if let Some(side) = size_px.into_iter().find(|side| *side > limit) {
-            return Err(GpuError::Limit { what: "a picture", wanted: side.into(), limit: limit.into() });
+            return Err(GpuError::Limit {
+                what: "the side of a picture in pixels",
+                wanted: side.into(),
+                limit: limit.into(),
+            });
         }
         let size_px = size_px.map(|side| side.max(1));
         let stays = self.size_px == size_px;
@@ -103,12 +109,12 @@ impl Targets {
         Ok(stays)
     }
 
-    /// The picture of a kind, as large as all.
+    /// Returns the picture of a kind, in the size of a whole picture.
     pub fn whole(&mut self, gpu: &Gpu, kind: &TargetKind) -> Target {
         self.sized(gpu, kind, self.size_px)
     }
 
-    /// The picture of a kind, of another size.
+    /// Returns the picture of a kind in the given size, in pixels.
     pub fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
         let make = || (Target::new(gpu, kind, size_px), 0);
         let (target, used_in) = self.targets.entry((kind.name, size_px)).or_insert_with(make);
@@ -116,18 +122,18 @@ impl Targets {
         target.clone()
     }
 
-    /// The picture of a kind, if the last frame had it.
+    /// Returns the picture of a kind, if the latest frame requested it.
     pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
         let mut used = self.targets.values().filter(|(_, used_in)| *used_in == self.frame);
         used.find(|(target, _)| target.name == kind.name).map(|(target, _)| target)
     }
 
-    /// Width and height of a whole picture.
+    /// Returns width and height of a whole picture, in pixels.
     pub fn size_px(&self) -> [u32; 2] {
         self.size_px
     }
 
-    /// Bytes on the GPU.
+    /// Returns the total size on the GPU, in bytes.
     pub fn bytes(&self) -> u64 {
         self.targets.values().map(|(target, _)| target.bytes()).sum()
     }

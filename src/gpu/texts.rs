@@ -1,4 +1,4 @@
-//! The texts of shaders: those in the program, or those of a folder that is being worked on, which may change.
+//! The texts of shaders: embedded in the program, or read from a folder whose files may be edited while it runs.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -9,29 +9,30 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::shader::{MODULES, SHADERS};
 
-/// The folder of `HACHURE_SHADERS`, if there is one.
+/// The source of the texts of shaders.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Texts {
+    /// The folder to read from; `None` means embedded texts.
     folder: Option<Arc<Path>>,
 }
 
 impl Texts {
-    /// Of the folder that `HACHURE_SHADERS` names, or embedded.
+    /// Reads shaders from the folder that the variable `HACHURE_SHADERS` names; without it, they are embedded.
     pub fn of_environment() -> Self {
         Self::of(std::env::var_os("HACHURE_SHADERS").map(PathBuf::from))
     }
 
-    /// Of a folder; what it lacks is embedded, and so is all without a folder.
+    /// Reads shaders from `folder`. Those that it lacks are embedded, and without a folder all are.
     pub fn of(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.map(Arc::from) }
     }
 
-    /// Whether they may change.
+    /// Returns whether the texts are files, which may change.
     pub fn are_files(&self) -> bool {
         self.folder.is_some()
     }
 
-    /// The text of a shader.
+    /// Returns the text of the shader `name`; `embedded` is used if the folder lacks it.
     pub fn text(&self, name: &str, embedded: &'static str) -> Cow<'static, str> {
         let read = self.path(name).and_then(|path| std::fs::read_to_string(path).ok());
         read.map_or(Cow::Borrowed(embedded), Cow::Owned)
@@ -42,24 +43,24 @@ impl Texts {
     }
 }
 
-/// When a file was written and how long it is; none where there is none.
+/// Modification time and length of a file; `None` if there is no file.
 type Stamp = Option<(SystemTime, u64)>;
 
-/// Looks for texts that have changed since it last looked.
+/// Finds texts that have changed since the last check.
 #[derive(Debug, Default)]
 pub struct Watch {
     stamps: FxHashMap<&'static str, Stamp>,
 }
 
 impl Watch {
-    /// From now on.
+    /// Starts watching; only later changes count.
     pub fn new(texts: &Texts) -> Self {
         let mut watch = Self::default();
         watch.changed(texts);
         watch
     }
 
-    /// The shaders whose files have changed, modules among them.
+    /// Returns the names of the shaders and modules whose files have changed since the last call.
     pub fn changed(&mut self, texts: &Texts) -> FxHashSet<&'static str> {
         let stamp = |name: &str| {
             let about = std::fs::metadata(texts.path(name)?).ok()?;
@@ -78,7 +79,7 @@ impl Watch {
     }
 }
 
-/// The shaders that are made of one of `changed`: themselves, or what they import.
+/// Returns the names of `changed` and of all shaders and modules that import one of them, directly or indirectly.
 pub fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'static str> {
     let read = |(name, embedded): &(&'static str, &'static str)| {
         let (path, imports, _) = naga_oil::compose::get_preprocessor_data(&texts.text(name, embedded));
@@ -91,7 +92,7 @@ pub fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'
         let paths: Vec<&str> =
             all.iter().filter(|(name, ..)| made_of.contains(name)).map(|(_, path, _)| path.as_str()).collect();
         for (name, _, imports) in &all {
-            // An import names a module, or something in it.
+            // An import names a module or an item in it.
             let names = |path: &&str| {
                 let rest = |import: &str| {
                     import.strip_prefix(*path).is_some_and(|rest| rest.is_empty() || rest.starts_with("::"))
@@ -119,11 +120,11 @@ mod tests {
     #[test]
     fn a_module_is_in_all_that_imports_it() {
         let view = importers("shared/view");
-        // By itself, and through another module.
+        // Directly, and through another module.
         for name in ["shared/view", "lines/lsa", "composite/composite", "shared/hatch", "tones/hatching"] {
             assert!(view.contains(name), "{name}");
         }
-        // Planted: what does not import it, among it a module whose name begins as another one's does.
+        // Planted: shaders that do not import it; and a module whose name begins with the name of another.
         assert!(!view.contains("lines/strokes/chain_clear") && !view.contains("composite/present"));
         assert!(!importers("shared/strokes").contains("shared/stroke_samples"));
         assert_eq!(importers("lines/lsa"), FxHashSet::from_iter(["lines/lsa"]));

@@ -1,8 +1,9 @@
-//! GPU time by pass, each under its own name.
+//! Measures the GPU time of each pass.
 //!
-//! On a GPU the clock is the GPU's: timestamps around each pass, through wgpu-profiler, read a few frames later without
-//! waiting. On a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is
-//! rasterised), but the driver's work is the CPU's: there each pass is submitted by itself and timed until it is done.
+//! On a GPU, wgpu-profiler writes timestamps around each pass, and they are read a few frames later without waiting. On
+//! a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is rasterised).
+//! But the driver works on the CPU, so there each pass is submitted alone and timed by the CPU's clock until it is
+//! done.
 //!
 //! Why: `docs/decisions/timing.md`.
 
@@ -13,33 +14,36 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerQuery, GpuProfilerSettings, GpuTimer
 use super::recorder::Submits;
 use super::{Gpu, GpuError};
 
-/// The name of the whole frame among the times of its passes.
+/// The name under which the time of the whole frame is listed among its passes.
 pub const FRAME: &str = "frame";
 
-/// The time that one pass took.
+/// The GPU time of one pass in a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PassTime {
-    /// The pass, by the name of its shader; [`FRAME`] for all of them.
+    /// Name of the pass, which is that of its shader, or [`FRAME`].
     pub name: String,
-    /// Begin to end.
+    /// Time from begin to end in milliseconds, summed over all runs of the pass in the frame.
     pub gpu_ms: f64,
 }
 
-/// Times the passes of frames.
+/// Measures the passes of frames.
 pub struct Timer {
     profiler: GpuProfiler,
+    /// Nanoseconds per tick of the GPU's clock.
     period_ns: f32,
+    /// Whether the driver is a software driver, whose passes are timed by waiting for them.
     waits: bool,
-    /// Of the frame that is being recorded.
+    /// Times of the frame that is being submitted, on a software driver.
     waiting: Vec<PassTime>,
+    /// Times of the last finished frame, on a software driver.
     waited: Option<Vec<PassTime>>,
 }
 
 impl Timer {
-    /// A timer; on a device without timestamps it measures nothing, and says so with an empty list.
+    /// Creates a timer. On a device without timestamp queries its lists of times are empty.
     ///
     /// # Errors
-    /// [`GpuError::Device`] when the queries cannot be made.
+    /// [`GpuError::Device`] if the queries cannot be created.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
@@ -47,7 +51,8 @@ impl Timer {
         Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waiting: Vec::new(), waited: None })
     }
 
-    /// The times of the oldest finished frame that has not been asked for: [`FRAME`] first, then its passes.
+    /// Returns the times of the oldest finished frame whose times have not been taken: [`FRAME`] first, then its
+    /// passes.
     pub fn take(&mut self) -> Option<Vec<PassTime>> {
         if self.waits {
             return self.waited.take();
@@ -64,24 +69,24 @@ impl Timer {
         Some(passes)
     }
 
-    /// Whether each pass is submitted by itself and waited for.
+    /// Returns whether each pass is submitted alone and waited for.
     pub(super) fn waits(&self, submits: Submits) -> bool {
         self.waits && submits == Submits::Timed
     }
 
-    /// Begins a pass, where the clock is the GPU's.
+    /// Begins the timestamp query of a pass. Returns `None` on a software driver.
     pub(super) fn begin(&self, name: &'static str, encoder: &mut wgpu::CommandEncoder) -> Option<GpuProfilerQuery> {
         (!self.waits).then(|| self.profiler.begin_pass_query(name, encoder))
     }
 
-    /// Ends what [`Timer::begin`] began.
+    /// Ends a query of [`Timer::begin`].
     pub(super) fn end(&self, encoder: &mut wgpu::CommandEncoder, query: GpuProfilerQuery) {
         self.profiler.end_query(encoder, query);
     }
 
-    /// Submits a pass by itself and waits for it.
+    /// Submits a pass alone, waits for it, and adds its time.
     pub(super) fn time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandEncoder) {
-        // Uploads that wait in the queue are not the pass's work.
+        // Finishes pending uploads first, so that they do not count as time of the pass.
         gpu.queue.submit([]);
         gpu.wait();
         let start = Instant::now();
@@ -90,8 +95,8 @@ impl Timer {
         add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }
 
-    /// Drops the frame that is being recorded: it is not submitted. What was submitted before and not asked for goes
-    /// too.
+    /// Drops the times of the frame that is being recorded, because it is not submitted. Times of earlier frames that
+    /// have not been taken are lost too.
     pub(super) fn forget(&mut self, gpu: &Gpu) {
         self.waiting.clear();
         if !self.waits {
@@ -102,14 +107,14 @@ impl Timer {
         }
     }
 
-    /// Before the frame's last submit.
+    /// Records the reading of the timestamps. Must be called before the frame's last submit.
     pub(super) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if !self.waits {
             self.profiler.resolve_queries(encoder);
         }
     }
 
-    /// After it.
+    /// Ends the frame. Must be called after its last submit.
     pub(super) fn end_frame(&mut self) {
         if self.waits {
             let mut times = std::mem::take(&mut self.waiting);
@@ -119,13 +124,13 @@ impl Timer {
             }
             self.waited = Some(times);
         } else if let Err(error) = self.profiler.end_frame() {
-            // Fails only when a query is still open, and each is ended where it is begun.
+            // This fails only if a query is still open, and the recorder ends every query that it begins.
             tracing::warn!("GPU timer: {error}");
         }
     }
 }
 
-/// A pass that runs in several batches has one time.
+/// Adds a time to the list. The runs of a pass in one frame are summed.
 fn add(times: &mut Vec<PassTime>, time: PassTime) {
     match times.iter_mut().find(|known| known.name == time.name) {
         Some(known) => known.gpu_ms += time.gpu_ms,
@@ -133,6 +138,7 @@ fn add(times: &mut Vec<PassTime>, time: PassTime) {
     }
 }
 
+/// Appends start and end in seconds and the time of each measured pass.
 fn collect(results: &[GpuTimerQueryResult], times: &mut Vec<(f64, f64, PassTime)>) {
     for result in results {
         if let Some(range) = &result.time {

@@ -1,46 +1,46 @@
-//! What the passes of a frame read and wrote: the list of passes, the memory by pass and the pictures that can be shown
-//! all come from it.
+//! A trace of what the passes of a frame read and write. The list of passes in `src/frame_passes.md`, the memory
+//! traffic by pass, and the pictures that `--show` can draw come from it.
 
 use super::bind::{Named, Resource};
 use super::reflection::Variable;
 use super::target::Target;
 
-/// A pass as it was recorded.
+/// One recorded run of a pass.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PassTrace {
-    /// Of its shader.
+    /// Name of the pass, which is that of its shader.
     pub name: &'static str,
-    /// In which submit of the frame it was recorded, from 0.
+    /// Index of its submit in the frame, from 0.
     pub submit: u32,
-    /// What it reads, in the order of its bindings.
+    /// Resources that it reads, in the order of its bindings.
     pub reads: Vec<Traced>,
-    /// What it writes.
+    /// Resources that it writes.
     pub writes: Vec<Traced>,
 }
 
-/// A resource of a pass.
+/// A picture, buffer or uniform that a pass reads or writes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Traced {
-    /// Of the picture, the buffer or the uniform.
+    /// Name of the picture, buffer or uniform.
     pub name: &'static str,
-    /// Of a picture; none of a buffer.
+    /// The texture of a picture; `None` for a buffer.
     pub texture: Option<wgpu::Texture>,
-    /// What it takes on the GPU.
+    /// Size on the GPU, in bytes.
     pub bytes: u64,
 }
 
-/// Bytes of the pictures and buffers that the passes of a name read, and of those that they write: each whole and once,
-/// whatever part of it they touch.
+/// Sizes of the pictures and buffers that a pass reads and writes in a frame, in bytes. Each resource counts once and
+/// whole, whatever part of it the pass accesses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PassBytes {
-    /// Of what it reads.
+    /// Total size of the resources that it reads.
     pub read: u64,
-    /// Of what it writes.
+    /// Total size of the resources that it writes.
     pub written: u64,
 }
 
 impl PassBytes {
-    /// Of the passes of that name in a frame.
+    /// Sums over all runs of the pass `name` in a frame.
     pub fn of(trace: &[PassTrace], name: &str) -> Self {
         let bytes = |uses: fn(&PassTrace) -> &[Traced]| {
             let mut known: Vec<&Traced> = Vec::new();
@@ -60,13 +60,13 @@ impl Traced {
         Self { name: target.name, texture: Some(target.texture.clone()), bytes: target.bytes() }
     }
 
-    /// Of a picture's texels; none of a buffer.
+    /// Returns the texel format of a picture; `None` for a buffer.
     pub fn format(&self) -> Option<wgpu::TextureFormat> {
         self.texture.as_ref().map(wgpu::Texture::format)
     }
 }
 
-/// What a pass reads and what it writes.
+/// Returns the resources that a pass reads and those that it writes.
 pub(super) fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>, Vec<Traced>) {
     let (mut reads, mut writes) = (Vec::new(), Vec::new());
     for variable in variables {

@@ -1,25 +1,27 @@
-//! A ring of staging memory: layers of a texture array go to the GPU through a few mapped buffers of fixed size.
+//! A ring of staging buffers, through which layers of a texture array are uploaded to the GPU.
 //!
-//! `Queue::write_texture` makes a staging buffer for every call and has no bound. Here a frame may send what one
-//! buffer holds, or several when frames are long anyway: the same part of the time goes into sending. When the GPU
-//! still reads all of them, nothing is sent: the frame thread never waits.
+//! `Queue::write_texture` allocates a staging buffer for every call, without a bound. Here a frame may upload what one
+//! buffer holds, and more if frames take long anyway, so that uploads take the same share of the time. While the GPU
+//! still reads all buffers, nothing is uploaded: the frame thread never waits.
 
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use super::Gpu;
 
-/// Bytes of a buffer: what a short frame may send.
+/// Size of a buffer in bytes, which is what a short frame may upload.
 const BUFFER_BYTES: u64 = 8 << 20;
-/// One is being filled while the GPU reads others.
+/// Largest number of buffers: one is filled while the GPU reads others.
 const BUFFERS: usize = 4;
-/// For each so many seconds that a frame takes, it may send a buffer: filling one takes some 3 ms.
+/// A frame may upload one buffer for every 0.03 s that it takes; filling a buffer takes about 3 ms.
 const BUFFER_S: f64 = 0.03;
 
-/// The ring.
+/// A ring of up to four staging buffers of 8 MiB.
 pub struct UploadRing {
+    /// How many buffers exist.
     made: usize,
-    /// Mapped, to be written.
+    /// Mapped buffers, ready to be written.
     ready: Vec<wgpu::Buffer>,
+    /// Receives the buffers that the GPU has read and that are mapped again.
     back: Receiver<wgpu::Buffer>,
     give_back: Sender<wgpu::Buffer>,
 }
@@ -32,12 +34,12 @@ impl Default for UploadRing {
 }
 
 impl UploadRing {
-    /// Bytes of staging memory.
+    /// Returns the size of all staging buffers, in bytes.
     pub fn bytes(&self) -> u64 {
         self.made as u64 * BUFFER_BYTES
     }
 
-    /// Whether a buffer is free to be written.
+    /// Returns whether a buffer can be written, after creating one if there are fewer than four.
     pub fn is_ready(&mut self, gpu: &Gpu) -> bool {
         self.ready.extend(self.back.try_iter());
         if self.ready.is_empty() && self.made < BUFFERS {
@@ -52,8 +54,9 @@ impl UploadRing {
         !self.ready.is_empty()
     }
 
-    /// Sends square layers of `side` × `side` texels of four bytes to `texture`, as many as a frame of `frame_s`
-    /// seconds may; each with the index of its layer. How many were sent: none while the GPU still reads all buffers.
+    /// Uploads square layers of `side` × `side` texels of four bytes to `texture`, each with the index of its layer: as
+    /// many as a frame of `frame_s` seconds may upload. Returns how many were uploaded, which is 0 while the GPU still
+    /// reads all buffers.
     pub fn send(
         &mut self,
         gpu: &Gpu,
@@ -73,7 +76,7 @@ impl UploadRing {
         sent
     }
 
-    /// Sends what one buffer holds.
+    /// Uploads as many layers as one buffer holds, and returns how many.
     fn send_buffer(&mut self, gpu: &Gpu, texture: &wgpu::Texture, side: u32, layers: &[(u32, &[f32])]) -> usize {
         if layers.is_empty() || !self.is_ready(gpu) {
             return 0;
@@ -115,7 +118,8 @@ impl UploadRing {
         let give_back = self.give_back.clone();
         let again = buffer.clone();
         buffer.map_async(wgpu::MapMode::Write, .., move |mapped| {
-            // Neither matters at the end: the ring is gone, or the device.
+            // Sending fails only if the ring has been dropped, and mapping only if the device is lost: the buffer is no
+            // longer needed.
             if mapped.is_ok() {
                 let _ = give_back.send(again);
             }

@@ -1,20 +1,22 @@
-//! The structs and constants of the shaders, as `build.rs` takes them from `shaders/`: each has one definition, and
-//! that is the one in WGSL.
+//! The structs and constants of the shaders, which `build.rs` generates from `shaders/`: each is defined once, in WGSL.
 //!
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
-#![allow(missing_docs, reason = "what needs words has them in the shader")]
-#![allow(clippy::module_inception, reason = "a folder of shaders may have a shader of its name")]
-#![allow(clippy::approx_constant, reason = "the shader has no name for it")]
+#![allow(missing_docs, reason = "fields and constants are documented in the shaders where they need it")]
+#![allow(clippy::module_inception, reason = "a folder of shaders may contain a shader of the same name")]
+#![allow(
+    clippy::approx_constant,
+    reason = "the constants are copied from shaders, which have no named constants for π"
+)]
 
-/// A struct as Rust lays it out.
+/// The layout of a shared struct in Rust, which a test compares with that of WGSL.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct SharedStruct {
-    /// In WGSL.
+    /// Name in WGSL and in Rust.
     pub name: &'static str,
-    /// Bytes.
+    /// Size in bytes.
     pub size: usize,
-    /// In order, with their offsets; the names are those of WGSL as well.
+    /// Name and offset in bytes of each field, in order.
     pub fields: Vec<(&'static str, usize)>,
 }
 

@@ -1,4 +1,5 @@
-//! Threads that do a frame's slow work beside it: pipelines, textures, tables. What is done is taken when a frame asks.
+//! Threads for the slow work of a renderer, such as compiling pipelines and computing textures. Frames collect the
+//! results without waiting.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -6,22 +7,22 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-/// As many threads at most.
 const MOST_THREADS: usize = 4;
 
 type Job<T> = Box<dyn FnOnce() -> T + Send>;
 
-/// The threads, and the jobs that are not taken back yet. Ends with the jobs that have begun; the others are dropped.
+/// A pool of threads with a queue of jobs. Dropping it waits for the jobs that have begun, and drops the others.
 pub struct Workers<T> {
     jobs: Option<Sender<Job<T>>>,
     done: Receiver<Option<T>>,
     threads: Vec<JoinHandle<()>>,
     is_over: Arc<AtomicBool>,
+    /// How many jobs have been queued whose results have not been taken.
     open: usize,
 }
 
 impl<T: Send + 'static> Default for Workers<T> {
-    /// Half as many threads as there are cores.
+    /// Starts half as many threads as the CPU has cores, at least one and at most four.
     fn default() -> Self {
         let (jobs, waiting) = channel::<Job<T>>();
         let (sender, done) = channel();
@@ -31,21 +32,21 @@ impl<T: Send + 'static> Default for Workers<T> {
             let (waiting, sender, is_over) = (Arc::clone(&waiting), sender.clone(), Arc::clone(&is_over));
             std::thread::Builder::new().name("frame worker".to_owned()).spawn(move || work(&waiting, &sender, &is_over))
         };
-        // Where the system gives no thread, the jobs stay open; a system like that has other worries.
+        // If the system starts no thread at all, jobs stay in the queue; such a system has greater problems.
         let threads = (0..(cores / 2).clamp(1, MOST_THREADS)).filter_map(|number| start(number).ok()).collect();
         Self { jobs: Some(jobs), done, threads, is_over, open: 0 }
     }
 }
 
 impl<T: Send + 'static> Workers<T> {
-    /// Does something on one of the threads.
+    /// Queues a job, which runs on one of the threads.
     pub fn start(&mut self, job: impl FnOnce() -> T + Send + 'static) {
         if let Some(jobs) = &self.jobs {
             self.open += usize::from(jobs.send(Box::new(job)).is_ok());
         }
     }
 
-    /// What was done and is not taken yet; waits for nothing. A job that panicked has no result.
+    /// Takes a result, if there is one; does not wait. A job that panicked has no result.
     pub fn take(&mut self) -> Option<T> {
         while let Ok(done) = self.done.try_recv() {
             self.open -= 1;
@@ -56,7 +57,7 @@ impl<T: Send + 'static> Workers<T> {
         None
     }
 
-    /// How many jobs have no result that was taken.
+    /// Returns how many jobs are queued, are running, or have a result that has not been taken.
     pub fn open(&self) -> usize {
         self.open
     }
@@ -67,21 +68,21 @@ impl<T> Drop for Workers<T> {
         self.is_over.store(true, Ordering::Relaxed);
         self.jobs = None;
         for thread in self.threads.drain(..) {
-            // A driver must not be compiling while the process ends. Panics of jobs were caught.
+            // A driver must not be compiling while the process ends. Joining does not fail: panics of jobs are caught.
             let _ = thread.join();
         }
     }
 }
 
 fn work<T>(waiting: &Mutex<Receiver<Job<T>>>, done: &Sender<Option<T>>, is_over: &AtomicBool) {
-    // The priority is that of drawing: a job holds locks of the device now and then, and who waits for a thread of a
-    // low priority waits for all others.
+    // These threads have the priority of the frame thread. A job sometimes holds a lock of the device, and a frame that
+    // waits for a low-priority thread would wait for all other threads too.
     loop {
         let Ok(Ok(job)) = waiting.lock().map(|waiting| waiting.recv()) else { return };
         if is_over.load(Ordering::Relaxed) {
             return;
         }
-        // A shader that is being worked on may be too much for its parser: that is no reason to stop.
+        // The parser may panic on a shader that is being edited; the program goes on.
         let result = catch_unwind(AssertUnwindSafe(job)).ok();
         if done.send(result).is_err() {
             return;

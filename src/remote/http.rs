@@ -201,7 +201,7 @@ impl Client {
                 return match seconds {
                     Some(seconds @ 1..) => {
                         let told = format!("{told} and requests a pause of {seconds} s");
-                        NoAnswer::AsyncReadback(told, Duration::from_secs(seconds.into()))
+                        NoAnswer::AfterPause(told, Duration::from_secs(seconds.into()))
                     }
                     _ => NoAnswer::Again(told),
                 };

@@ -42,7 +42,7 @@ pub fn persistently<T>(
             }
             Err(NoAnswer::Never(error)) => return Err(error),
             Err(NoAnswer::Again(cause)) => (cause, None),
-            Err(NoAnswer::AsyncReadback(cause, asked)) => (cause, Some(asked)),
+            Err(NoAnswer::AfterPause(cause, asked)) => (cause, Some(asked)),
         };
         failed(&cause);
         if patience.left().is_zero() {
@@ -123,7 +123,7 @@ mod tests {
         );
 
         let mut asked = vec![Duration::from_secs(3600), Duration::from_millis(80)];
-        let mut later = || asked.pop().map_or(Ok(()), |pause| Err(NoAnswer::AsyncReadback("busy".into(), pause)));
+        let mut later = || asked.pop().map_or(Ok(()), |pause| Err(NoAnswer::AfterPause("busy".into(), pause)));
         let start = Instant::now();
         let failed = persistently("it", &settings, &long(), &never, &mut later, |_| {}).unwrap_err();
         assert!(start.elapsed() >= Duration::from_millis(80), "the pause that it asked for");

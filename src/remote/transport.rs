@@ -32,7 +32,7 @@ pub enum NoAnswer {
     /// Another try may succeed.
     Again(String),
     /// Another try may succeed after the pause that the server requests.
-    AsyncReadback(String, Duration),
+    AfterPause(String, Duration),
     /// No further try will succeed.
     Never(RemoteError),
 }

@@ -18,7 +18,7 @@
 //! # place = "46.55,7.98"            # latitude and longitude for date; default: the DEM's location
 //!
 //! [haze]
-//! distance_m = 20000                # where haze has taken 63 %; default: from the extent
+//! distance_m = 20000                # where haze has taken 63 %; default: 0.45 of the extent's diagonal, at most 30 km
 //! color = "#dfe6ea"                 # default: the style's paper
 //!
 //! [focus]                           # where contrast is strongest; default: the style's

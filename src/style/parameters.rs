@@ -2,7 +2,7 @@
 //!
 //! A section of a style file is a struct that the macro `parameters!` generates from a list. A line of the list defines
 //! a parameter, and everything else is generated from it: the field and its doc comment, parsing, the range check,
-//! writing, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
+//! writing, scaling for paper, the row of `hachure styles show NAME --all`, and the row of `docs/style-parameters.md`.
 //!
 //! ```text
 //! /// One sentence of help, which is also the doc comment.
@@ -26,6 +26,7 @@ mod text;
 
 use serde::de::DeserializeOwned;
 
+pub(crate) use definition::unit;
 pub use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
 pub use range::Range;
@@ -127,6 +128,20 @@ macro_rules! parameters {
                 )+
                 $($whole(self, key)?;)?
                 Ok(())
+            }
+
+            fn scale_lengths(&mut self, factor: f32, _: Option<&str>, _: &$crate::style::parameters::Range) {
+                $(
+                    $crate::style::parameters::Setting::scale_lengths(
+                        &mut self.$field,
+                        factor,
+                        $crate::style::parameters::unit(
+                            &[$($unit)?],
+                            $crate::style::parameters::first(&[$($key,)? stringify!($field)]),
+                        ),
+                        &$crate::style::parameters::first(&[$($range,)? $crate::style::parameters::Range::Any]),
+                    );
+                )+
             }
 
             $(

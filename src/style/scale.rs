@@ -1,10 +1,12 @@
 //! Styles for paper: pixel lengths in a style are meant for a screen of 96 dots per inch, and a print has more.
 //!
-//! Lengths are multiplied by a factor and clamped to their ranges. Hatching marks are scaled by the size of their
+//! Lengths are the parameters with the unit `px`. They are multiplied by a factor and clamped to their ranges, as their
+//! definitions give them. Hatching marks are scaled by the size of their
 //! layer, so that the same tonal art maps serve screens and prints. Pixel lengths inside shaders are not scaled: the
 //! width of lines that are detected in images of the surface, the grain of the paper, and the noises of watercolour and
 //! of hand-drawn wobble (`docs/limits.md`).
 
+use super::parameters::{Range, Setting};
 use super::{Style, texture};
 
 /// Dots per inch for which pixel lengths in styles are meant, as in CSS.
@@ -19,79 +21,13 @@ impl Style {
             return style;
         }
         let factor = factor as f32;
-        let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
-        if let Some(lines) = &mut style.lines {
-            scale(&mut lines.crowd_px, 8.0, 512.0);
+        style.scale_lengths(factor, None, &Range::Any);
+        if let Some(texture) = style.strokes.as_mut().and_then(|strokes| strokes.texture.as_mut()) {
+            *texture = texture.scaled(factor);
         }
-        scale(&mut style.curvature.width_px, 0.5, 32.0);
-        scale(&mut style.curvature.feature_px, 1.0, 256.0);
-        scale(&mut style.curvature.warp_px, 0.0, 16.0);
-        scale(&mut style.curvature.warp_length_px, 4.0, 1000.0);
-        if let Some(relief) = &mut style.relief {
-            scale(&mut relief.alpha_px, -1000.0, 1000.0);
-            scale(&mut relief.scale_px, 0.0, 12.0);
-            scale(&mut relief.finest_px, 1.0, 64.0);
+        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
+            layer.size = (layer.size * factor).clamp(0.25, 8.0);
         }
-        if let Some(lines) = &mut style.tone_lines {
-            scale(&mut lines.width_px, 1.0, 16.0);
-            scale(&mut lines.shortest_px, 0.0, 256.0);
-        }
-        if let Some(strokes) = &mut style.strokes {
-            scale(&mut strokes.width_px, 0.5, 64.0);
-            scale(&mut strokes.taper_px, 0.0, 1000.0);
-            scale(&mut strokes.wobble_px, 0.0, 16.0);
-            scale(&mut strokes.shortest_px, 0.0, 1000.0);
-            scale(&mut strokes.join_px, 1.0, 16.0);
-            scale(&mut strokes.merge_px, 0.0, 8.0);
-            scale(&mut strokes.crowd_px, 8.0, 512.0);
-            for feature_px in [&mut strokes.suggestive_px, &mut strokes.ridge_px].into_iter().flatten() {
-                scale(feature_px, 1.0, 256.0);
-            }
-            if let Some(texture) = &mut strokes.texture {
-                *texture = texture.scaled(factor);
-            }
-        }
-        if let Some(hatching) = &mut style.hatching {
-            scale(&mut hatching.form_px, 1.0, 256.0);
-            for layer in &mut hatching.layers {
-                scale(&mut layer.size, 0.25, 8.0);
-            }
-        }
-        if let Some(rows) = &mut style.rows {
-            scale(&mut rows.spacing_px, 2.0, 64.0);
-        }
-        if let Some(cuts) = &mut style.cuts {
-            scale(&mut cuts.form_px, 1.0, 256.0);
-            for layer in &mut cuts.layers {
-                scale(&mut layer.spacing_px, 2.0, 64.0);
-            }
-        }
-        if let Some(water) = &mut style.water {
-            scale(&mut water.shore_px, 0.0, 16.0);
-            scale(&mut water.line_px, 0.1, 8.0);
-            scale(&mut water.spacing_px, 2.0, 32.0);
-        }
-        scale(&mut style.rims.width_px, 0.0, 8.0);
-        scale(&mut style.rims.dash_px, 1.0, 64.0);
-        scale(&mut style.rims.gap_px, 0.0, 64.0);
-        if let Some(lines) = &mut style.height_lines {
-            scale(&mut lines.line_px, 0.1, 8.0);
-            scale(&mut lines.index_px, 0.1, 8.0);
-            scale(&mut lines.form_px, 1.0, 256.0);
-        }
-        if let Some(watercolor) = &mut style.watercolor {
-            scale(&mut watercolor.edge_px, 1.0, 16.0);
-            scale(&mut watercolor.warp_px, 0.0, 32.0);
-        }
-        let sky = &mut style.sky;
-        scale(&mut sky.rules_px, 0.0, 8.0);
-        scale(&mut sky.spacing_px, 2.0, 64.0);
-        scale(&mut sky.outline_px, 0.0, 16.0);
-        scale(&mut sky.star_px, 0.5, 16.0);
-        scale(&mut style.light.form_px, 0.0, 256.0);
-        scale(&mut style.paper.margin_px, 0.0, 1000.0);
-        scale(&mut style.paper.border_px, 0.0, 64.0);
-        scale(&mut style.paper.foot_px, 0.0, 4000.0);
         style
     }
 
@@ -113,19 +49,10 @@ impl texture::Recipe {
     /// tile has room for at least as many marks.
     fn scaled(&self, factor: f32) -> Self {
         let mut recipe = self.clone();
-        let scale = |length: &mut f32, least: f32, most: f32| *length = (*length * factor).clamp(least, most);
+        recipe.scale_lengths(factor, None, &Range::Any);
         let grown = |side: u32, most: u32| ((side as f32 * factor).ceil() as u32).next_power_of_two().clamp(side, most);
         recipe.tile.along_px = grown(recipe.tile.along_px, 2048);
         recipe.tile.across_px = grown(recipe.tile.across_px, 512);
-        scale(&mut recipe.touch.nominal_width_px, 1.0, 64.0);
-        scale(&mut recipe.touch.border_px, 0.0, 32.0);
-        scale(&mut recipe.pigment.along_px, 1.0, 256.0);
-        scale(&mut recipe.pigment.across_px, 1.0, 64.0);
-        for marks in &mut recipe.marks {
-            scale(&mut marks.along_px, 1.0, 256.0);
-            scale(&mut marks.across_px, 1.0, 64.0);
-            scale(&mut marks.wander_px, 0.0, 16.0);
-        }
         recipe
     }
 }
@@ -135,6 +62,7 @@ mod tests {
     #![allow(clippy::unwrap_used, reason = "a test fails by it")]
 
     use super::*;
+    use crate::style::parameters::{Parameter, find, parameters_of};
 
     #[test]
     fn lengths_of_every_preset_stay_within_their_ranges() {
@@ -155,6 +83,35 @@ mod tests {
         let widths = [&pen, &print].map(|style| style.strokes.as_ref().unwrap().width_px);
         assert_eq!(widths[1], 3.125 * widths[0]);
         assert_ne!(print.watercolor, pen.watercolor);
+    }
+
+    #[test]
+    fn every_length_is_scaled_as_its_definition_says() {
+        let style = Style::load("crosshatch").unwrap();
+        let number = |style: &Style, key: &str| {
+            let text: toml_edit::DocumentMut = style.text().parse().unwrap();
+            find(text.as_item(), key).and_then(|item| item.as_float())
+        };
+        let wrong = |scaled: &Style| -> Vec<String> {
+            let text: toml_edit::DocumentMut = style.text().parse().unwrap();
+            let parameters = parameters_of(&Style::kind(), Some(text.as_item()));
+            let lengths = parameters.into_iter().filter(|parameter| parameter.definition.unit == Some("px"));
+            let is_wrong = |parameter: &Parameter| {
+                let [low, high] = parameter.definition.range.ends().map(|end| f64::from(end.unwrap()));
+                let before = number(&style, &parameter.key)?;
+                let after = number(scaled, &parameter.key)?;
+                Some((after - (2.0 * before).clamp(low, high)).abs() > 1e-4 * after)
+            };
+            lengths.filter(|parameter| is_wrong(parameter) == Some(true)).map(|parameter| parameter.key).collect()
+        };
+        let scaled = style.scaled(2.0);
+        assert_eq!(wrong(&scaled), [""; 0]);
+        // Planted errors: a length that stays, as `light.crests_px` once did, and one in a list.
+        let mut planted = scaled.clone();
+        planted.light.crests_px = style.light.crests_px;
+        assert_eq!(wrong(&planted), ["light.crests_px"]);
+        // The largest total length of strokes is not a length on the picture.
+        assert_eq!(Style::load("pen").unwrap().scaled(2.0).strokes.unwrap().budget_px, 400_000.0);
     }
 
     #[test]

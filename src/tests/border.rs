@@ -1,6 +1,6 @@
-//! A margin of bare paper and a line around the picture: where they are asked to be, over everything that is drawn,
-//! the same in parts, in frames that are samples of one picture, and in drawings of lines.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! The margin of bare paper and the line around the picture: they are where the style places them, over everything that
+//! is drawn, and the same in pictures in parts, in frames with temporal anti-aliasing, and in drawings of lines.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -27,7 +27,7 @@ fn paper() -> Paper {
     Paper { color, grain: 0.0, margin_px, border_px, border, foot_px }
 }
 
-/// How far a pixel is from the nearest edge of the sheet without its foot.
+/// Returns how far a pixel is from the nearest edge of the page without its foot, in pixels.
 fn from_edge(pixel: usize) -> usize {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let (x, y) = (pixel % width, pixel / width);
@@ -42,7 +42,7 @@ fn picture(world: &mut World, style: &Style, antialias: Antialias) -> Vec<[f64; 
     halves(&world.gpu, renderer.target(&PICTURE).unwrap())
 }
 
-/// The pixels that are not what the border asks for.
+/// Returns the number of pixels that differ from what the border requires.
 fn wrong(drawn: &[[f64; 4]], bare: &[[f64; 4]], paper: &Paper) -> usize {
     let [sheet, line] = [paper.color, paper.border].map(|color| color.linear().map(f64::from));
     let is_wrong = |pixel: &usize| {
@@ -51,7 +51,7 @@ fn wrong(drawn: &[[f64; 4]], bare: &[[f64; 4]], paper: &Paper) -> usize {
             edge if edge < MARGIN_PX + BORDER_PX => line,
             _ => [bare[*pixel][0], bare[*pixel][1], bare[*pixel][2]],
         };
-        // Half floats round by this.
+        // The tolerance is the rounding of half floats.
         (0..3).any(|i| (drawn[*pixel][i] - wanted[i]).abs() > 1e-3)
     };
     (0..drawn.len()).filter(is_wrong).count()
@@ -66,18 +66,25 @@ fn the_border_lies_where_it_is_asked_to() {
             let mut bare = style.clone();
             (bare.paper.margin_px, bare.paper.border_px, bare.paper.foot_px) = (0.0, 0.0, 0.0);
             let [drawn, without] = [&style, &bare].map(|style| picture(&mut world, style, antialias));
-            assert_eq!(wrong(&drawn, &without, &style.paper), 0, "{name}");
-            // Planted: no border, and one that lies a pixel farther in.
-            assert!(wrong(&without, &without, &style.paper) > 1000, "{name}");
+            assert_eq!(
+                wrong(&drawn, &without, &style.paper),
+                0,
+                "{name}: pixels that the border should have set differently"
+            );
+            // Planted errors: no border, and a border one pixel farther in.
+            assert!(wrong(&without, &without, &style.paper) > 1000, "{name}: a missing border is not found");
             let mut farther = style.clone();
             farther.paper.margin_px += 1.0;
             let farther = picture(&mut world, &farther, antialias);
-            assert!(wrong(&farther, &without, &style.paper) > 300, "{name}");
-            // Planted: a foot that is a pixel too high.
+            assert!(
+                wrong(&farther, &without, &style.paper) > 300,
+                "{name}: a border one pixel farther in is not found"
+            );
+            // Planted error: a foot that is one pixel too high.
             let mut higher = style.clone();
             higher.paper.foot_px += 1.0;
             let higher = picture(&mut world, &higher, antialias);
-            assert!(wrong(&higher, &without, &style.paper) > 100, "{name}");
+            assert!(wrong(&higher, &without, &style.paper) > 100, "{name}: a foot one pixel too high is not found");
         }
     }
 }
@@ -96,7 +103,7 @@ fn parts_have_one_border() {
         edge.iter().filter(|at| parts.picture[(**at + shift) % whole.picture.len()] != whole.picture[**at]).count()
     };
     assert_eq!(differs(0), 0);
-    // Planted: a row farther down.
+    // Planted error: the picture shifted by a row.
     assert!(differs(SIZE_PX[0] as usize) > 100);
 }
 
@@ -117,7 +124,7 @@ fn lines_of_a_drawing_end_at_the_border() {
         };
         places.filter(|at| is_out(&at.px)).count()
     };
-    assert!(outside(&drawing) > 10, "planted: as they were");
+    assert!(outside(&drawing) > 10, "planted error: lines without the border's clipping");
     bordered(&mut drawing, &style.paper, SIZE_PX);
     assert_eq!(outside(&drawing), 0);
     assert!(drawing.len() >= 2 && drawing.last().is_some_and(|group| group.id == "border"));

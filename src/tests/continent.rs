@@ -1,5 +1,6 @@
-//! The procedural continent: its levels against one another, its cuts against the whole, its paths above the ground.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! The procedural continent: its levels agree with one another, its cut-outs with the whole, and its paths stay above
+//! the ground.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use std::path::Path;
 use std::sync::{Arc, OnceLock};
@@ -13,13 +14,13 @@ use hachure::scene::{Scene, World};
 use hachure::source::continent::{BASE_SAMPLES, Continent, Exemplar, SIZE_SAMPLES};
 use hachure::source::{Silent, Window, procedural};
 
-/// The continent as it ships; kept between runs.
+/// Opens the continent as it ships, with its cache kept between runs.
 fn store(size: u32) -> ContinentStore {
     let cache = crate::tests::common::between_runs("continent");
     ContinentStore::open(1, size, 10.0, Some(&cache), &Silent).unwrap()
 }
 
-/// A land that is quickly made: a range across the middle.
+/// Returns land that is quick to generate: a mountain range across the middle.
 fn land() -> &'static Continent {
     static LAND: OnceLock<Continent> = OnceLock::new();
     LAND.get_or_init(|| {
@@ -43,7 +44,8 @@ fn rms(values: impl Iterator<Item = f32>) -> f64 {
     (sum / f64::max(count, 1.0)).sqrt()
 }
 
-/// How far a level is from the averages of the finer one, `shift` samples beside, as a part of its own small relief.
+/// Returns how far a level is from the averages of the finer one, relative to the level's own small relief. The level
+/// is shifted by `shift` samples.
 fn unlike(land: &Continent, level: u32, x: u32, y: u32, shift: u32) -> f64 {
     let side = 200;
     let fine = land.heights_m(level - 1, Window { x: 2 * x, y: 2 * y, width: 2 * side, height: 2 * side });
@@ -65,9 +67,12 @@ fn a_level_is_near_the_average_of_the_finer_one() {
         let far = (SIZE_SAMPLES >> level) - 210;
         for (x, y) in [(middle, middle), (middle - 90, middle + 40), (far, far)] {
             let (here, planted) = (unlike(land(), level, x, y, 0), unlike(land(), level, x, y, 1));
-            println!("level {level} at {x} {y}: {here:.4} of a step; beside {planted:.3}");
-            assert!(here < 0.08, "level {level} at {x} {y}: {here}");
-            assert!(planted > 0.3, "a level one sample beside must not pass: {planted}");
+            println!("level {level} at {x} {y}: {here:.4} of a step; shifted by a sample {planted:.3}");
+            assert!(
+                here < 0.08,
+                "level {level} at {x} {y}: differs from the average of the finer level by {here} of a step"
+            );
+            assert!(planted > 0.3, "a level shifted by one sample must differ by more than 0.3: {planted}");
         }
     }
 }
@@ -80,12 +85,16 @@ fn a_place_has_one_height_from_every_window() {
         let part = land().heights_m(0, Window { x: x + 101, y: y + 37, width: 57, height: 91 });
         for (i, height) in part.iter().enumerate() {
             let (column, row) = (i % 57 + 101, i / 57 + 37);
-            assert_eq!(height.to_bits(), whole[row * 300 + column].to_bits(), "{column} {row}");
+            assert_eq!(
+                height.to_bits(),
+                whole[row * 300 + column].to_bits(),
+                "the height at column {column}, row {row} depends on the window"
+            );
         }
-        // Exact far away too: neighbours differ, and little.
+        // Precision holds far from the origin too: neighbours differ, and only a little.
         let steps: Vec<f32> = whole.windows(2).map(|pair| (pair[0] - pair[1]).abs()).collect();
         let still = steps.iter().filter(|&&step| step == 0.0).count();
-        assert!(still < steps.len() / 50, "{still} of {} neighbours are level", steps.len());
+        assert!(still < steps.len() / 50, "{still} of {} neighbours have equal heights", steps.len());
     }
 }
 
@@ -102,7 +111,11 @@ fn a_cut_is_the_same_land() {
     }
     let [x0, step, _, y0, _, _] = whole.georeference().crs_from_grid;
     assert_eq!((x0, step, y0), (-1_638_395.0, 10.0, 1_638_395.0));
-    assert_eq!(store(1000).levels()[0].width, 1000, "no more samples than asked for where levels allow it");
+    assert_eq!(
+        store(1000).levels()[0].width,
+        1000,
+        "the continent is larger than requested, though its levels allow the size"
+    );
 }
 
 #[test]
@@ -129,8 +142,8 @@ fn tiles_are_quick_and_fit_their_neighbours() {
     }
     let beyond = TileAddress { level: 0, x: store.levels()[0].tiles_x(), y: 0 };
     assert!(!store.has_tile(beyond) && store.clone().load(beyond).is_err());
-    // A shared machine may be ten times as slow as it is.
-    assert!(slowest < 300.0, "{slowest} ms");
+    // The bound leaves a factor of ten for a busy machine.
+    assert!(slowest < 300.0, "the slowest tile took {slowest} ms");
 }
 
 #[test]
@@ -152,10 +165,13 @@ fn estimates_hold_against_a_bake() {
                 safe += i32::from(estimate.mesh_error_m >= measured.mesh_error_m);
             }
             let ratio = estimate.statistics.error_m / measured.statistics.error_m;
-            assert!((0.9..8.0).contains(&ratio), "{address:?}: {ratio}");
+            assert!(
+                (0.9..8.0).contains(&ratio),
+                "{address:?}: the estimate is {ratio} times the measured error, expected 0.9 to 8"
+            );
         }
     }
-    assert!(safe * 100 >= count * 95, "{safe} of {count} patches");
+    assert!(safe * 100 >= count * 95, "only {safe} of {count} patches have an estimate that is not too small");
 }
 
 #[test]
@@ -168,7 +184,8 @@ fn coarse_tiles_know_of_the_relief_that_they_do_not_show() {
     let loaded = Arc::clone(&store).load(address).unwrap();
     let mut worst_m = 0.0_f64;
     for i in 0..24 {
-        // Ridges and valleys of places some 40 km apart; a patch of 60 samples each, since a summit is not hit at once.
+        // Ridges and valleys around points 40 km apart; each point has 8 × 8 samples, because a single one would miss
+        // summits.
         let (x, y) = (middle + 4000.0 * f64::from(i % 5 - 2), middle + 4000.0 * f64::from(i / 5 - 2));
         for k in 0..64 {
             let (column, row) = (x + 60.0 * f64::from(k % 8), y + 60.0 * f64::from(k / 8));
@@ -180,7 +197,7 @@ fn coarse_tiles_know_of_the_relief_that_they_do_not_show() {
     let error_m = f64::from(loaded.statistics.error_m);
     println!("lost {worst_m:.0} m, bound {error_m:.0} m, estimate from the samples {estimate_m:.0} m");
     assert!(worst_m <= error_m && worst_m > 150.0);
-    // What was missing before: the samples alone do not tell.
+    // Planted error: an estimate from the samples alone is too small.
     assert!(estimate_m < worst_m);
 }
 
@@ -206,8 +223,8 @@ fn the_valley_flight_stays_above_the_ground_and_inside() {
         }
         last = Some(at);
     }
-    println!("at least {lowest:.0} m above the ground");
-    assert!(lowest > 60.0, "{lowest}");
+    println!("the lowest point is {lowest:.0} m above the ground");
+    assert!(lowest > 60.0, "the flight comes within {lowest} m of the ground");
 }
 
 #[test]
@@ -219,7 +236,10 @@ fn the_teleport_jumps_every_five_seconds() {
         let (before, after) = (path.sample(time_s - 1e-6), path.sample(time_s));
         let jumped_m = before.position_m.distance(after.position_m);
         assert!((4e5..1.6e6).contains(&jumped_m), "{jumped_m}");
-        assert!(before.position_m.distance(path.sample(time_s - 0.1).position_m) < 500.0, "no swing before a jump");
+        assert!(
+            before.position_m.distance(path.sample(time_s - 0.1).position_m) < 500.0,
+            "the camera swings before a jump"
+        );
         assert!(after.position_m.abs().max_element() < 1.6e6);
     }
 }

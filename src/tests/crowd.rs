@@ -1,5 +1,5 @@
-//! Crowded lines and strokes are thinned out to what the style allows, and do not flicker by it.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Crowded lines and strokes are thinned out to the style's limit, without flickering more.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -19,14 +19,14 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [320, 192];
 const CELL_PX: usize = 32;
-/// Ranges behind each other, to the horizon.
+/// A camera that sees mountain ranges one behind the other, to the horizon.
 const RANGES: &str = "0,-22000,+1200,4,-7,50";
 
 fn world() -> Option<World> {
     World::new(grid_of(1025, 1025, 60.0, rough_height_m), 0.0)
 }
 
-/// A picture of one channel, of 16 or 32 bits.
+/// Reads a picture of one channel of 16 or 32 bits.
 fn inks(world: &World, target: &Target) -> Vec<f64> {
     let bytes = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     if target.texture.format() == wgpu::TextureFormat::R16Float {
@@ -36,7 +36,7 @@ fn inks(world: &World, target: &Target) -> Vec<f64> {
     }
 }
 
-/// The mean ink of each cell.
+/// Returns the mean ink of each cell.
 fn cells(inks: &[f64]) -> Vec<f64> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let mut means = Vec::new();
@@ -49,7 +49,7 @@ fn cells(inks: &[f64]) -> Vec<f64> {
     means
 }
 
-/// A preset with a cap of its lines and its strokes.
+/// Loads a preset with `crowd` as the limit of its lines and strokes.
 fn capped(name: &str, crowd: f32) -> Style {
     let mut style = Style { water: None, ..Style::load(name).unwrap() };
     style.lines.iter_mut().for_each(|lines| lines.crowd = crowd);
@@ -57,13 +57,13 @@ fn capped(name: &str, crowd: f32) -> Style {
     style
 }
 
-/// The cap that a preset asks for; 1 is none.
+/// Returns the limit of a style's strokes or lines; 1 is no limit.
 fn cap_of(style: &Style) -> Option<f32> {
     let strokes = style.strokes.as_ref().map(|strokes| strokes.crowd);
     strokes.or(style.lines.as_ref().map(|lines| lines.crowd))
 }
 
-/// The lines, or the strokes, of a view; `crowd` is the cap of both.
+/// Returns the lines, or the strokes, of a view; `crowd` is the limit of both.
 fn drawn(world: &mut World, renderer: &mut Renderer, name: &str, crowd: f32, ahead_m: f64) -> Vec<f64> {
     let style = capped(name, crowd);
     let mut pose = world.pose(RANGES);
@@ -82,18 +82,18 @@ fn no_cell_holds_more_ink_than_the_cap() {
             let mut renderer = Renderer::new(&world.gpu).unwrap();
             let means = cells(&drawn(&mut world, &mut renderer, name, crowd, 0.0));
             let most = means.iter().copied().fold(0.0, f64::max);
-            println!("{name} with {crowd}: {most:.3} at most, {:.4} in the mean", means.iter().sum::<f64>() / 60.0);
+            println!("{name} with {crowd}: most ink of a cell {most:.3}, mean {:.4}", means.iter().sum::<f64>() / 60.0);
             (means.iter().filter(|mean| **mean > 1.25 * f64::from(cap)).count(), means.iter().sum::<f64>())
         };
         let (capped, ink) = over(cap);
-        assert_eq!(capped, 0, "{name}");
-        assert!(ink > 0.2, "{name} has lines left");
-        // Planted: no cap.
-        assert!(over(1.0).0 > 2, "{name} is not crowded");
+        assert_eq!(capped, 0, "{name}: cells with more ink than the limit allows");
+        assert!(ink > 0.2, "{name}: hardly any lines are left");
+        // Planted error: no limit.
+        assert!(over(1.0).0 > 2, "{name} without a limit is not crowded");
     }
 }
 
-/// The lines, or the strokes, that each of two eyes draws.
+/// Returns the lines, or the strokes, that each of two eyes draws.
 fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [Vec<f64>; 2] {
     let rig = Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -108,9 +108,9 @@ fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [V
 fn every_preset_with_lines_has_a_cap() {
     let lacks = |style: &Style| cap_of(style).is_some_and(|cap| cap >= 1.0);
     for name in hachure::style::names() {
-        assert!(!lacks(&Style::load(name).unwrap()), "{name}");
+        assert!(!lacks(&Style::load(name).unwrap()), "{name} has no limit on crowded lines");
     }
-    // Planted: one without.
+    // Planted error: presets without a limit.
     assert!(lacks(&common::all_lines("ink")) && lacks(&common::all_lines("wash")));
 }
 
@@ -127,16 +127,16 @@ fn no_cell_of_either_eye_holds_more_ink_than_the_cap() {
                     let means = cells(&inks);
                     let most = means.iter().copied().fold(0.0, f64::max);
                     let all: f64 = means.iter().sum();
-                    println!("{name} with {crowd}, {ipd_m:.2} m: {most:.3} at most, {:.4} in the mean", all / 60.0);
+                    println!("{name} with {crowd}, {ipd_m:.2} m: most ink of a cell {most:.3}, mean {:.4}", all / 60.0);
                     (means.iter().filter(|mean| **mean > 1.25 * f64::from(cap)).count(), all)
                 })
             };
             for (capped, ink) in over(cap) {
-                assert_eq!(capped, 0, "{name}, eyes {ipd_m:.2} m apart");
-                assert!(ink > 0.2, "{name} has lines left");
+                assert_eq!(capped, 0, "{name}, eyes {ipd_m:.2} m apart: cells with more ink than the limit allows");
+                assert!(ink > 0.2, "{name}: hardly any lines are left");
             }
-            // Planted: no cap.
-            assert!(over(1.0).iter().all(|(capped, _)| *capped > 1), "{name} is not crowded");
+            // Planted error: no limit.
+            assert!(over(1.0).iter().all(|(capped, _)| *capped > 1), "{name} without a limit is not crowded");
         }
     }
 }
@@ -155,9 +155,12 @@ fn thinned_lines_flicker_no_more_than_all_of_them() {
         [changed, changed / ink]
     };
     let [all, thinned, unsteady] = [[1.0; 2], [0.09; 2], [0.09, 0.06]].map(&mut flicker);
-    println!("ink that changes, and as a part of all: {all:.4?}, thinned {thinned:.4?}, unsteady {unsteady:.4?}");
-    // Half as much flickers. Of what is left a little more does than of all: what comes and goes are its soft ends.
-    assert!(thinned[0] <= 0.5 * all[0] && thinned[1] <= 1.4 * all[1], "{thinned:?} {all:?}");
-    // Planted: a cap that changes from frame to frame.
-    assert!(unsteady[0] > 0.5 * all[0] || unsteady[1] > 1.4 * all[1], "{unsteady:?} {all:?}");
+    println!(
+        "ink that changes, absolute and as a fraction of all: all lines {all:.4?}, thinned {thinned:.4?}, unsteady {unsteady:.4?}"
+    );
+    // Half as much ink flickers. The fraction of the remaining ink is a little larger than without a limit, because
+    // what appears and disappears are the soft ends of lines.
+    assert!(thinned[0] <= 0.5 * all[0] && thinned[1] <= 1.4 * all[1], "thinned {thinned:?}, all lines {all:?}");
+    // Planted error: a limit that changes from frame to frame.
+    assert!(unsteady[0] > 0.5 * all[0] || unsteady[1] > 1.4 * all[1], "unsteady {unsteady:?}, all lines {all:?}");
 }

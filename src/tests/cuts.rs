@@ -1,5 +1,6 @@
-//! Cut lines: they lie where planes cut the land, at even distances, are as dark as they should be, and belong to the land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Cut lines: they follow the cuts of planes through the land, at even distances, have the requested tone, and stick to
+//! the land.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -15,20 +16,20 @@ use hachure::vector::trace::{InkPicture, lines};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const SPACING_PX: f64 = 6.0;
-/// As a map, with a pixel of 31 m.
+/// A view as a map, with a pixel of 31 m.
 const HEIGHT_M: f64 = 11_000.0;
 const MAP: &str = "0,0,11000,0,-90,45";
 const WINDOW_PX: usize = 64;
 
-/// Smooth land, as its form has it too; slopes of 3 to 17 degrees.
+/// Returns the height of smooth land with slopes of 3 to 17 degrees, which its form shows too.
 fn height_m(x_m: f64, y_m: f64) -> f64 {
     1000.0 + 0.16 * x_m + 0.09 * y_m + 250.0 * (x_m / 3900.0).sin() + 220.0 * (y_m / 3500.0 + x_m / 6000.0).cos()
 }
 
-/// Families of planes by how far they lean, and to where; from which darkness on.
+/// A family of planes: their tilt and the azimuth of the tilt, in degrees; the darkness from which it is drawn.
 type Family = (f64, f64, f64);
 
-/// Lines of an even tone.
+/// Returns a style of cut lines with an even tone.
 fn style(families: &[Family], darkness: f64) -> Style {
     let tone = 1.0 - darkness;
     let layers: String = families
@@ -44,7 +45,7 @@ fn style(families: &[Family], darkness: f64) -> Style {
     Style::parse("cuts", &text).unwrap()
 }
 
-/// The inks of three families on a map.
+/// Returns the ink of three families on a map.
 fn inks(world: &mut World, style: &Style, camera: &str) -> [Vec<f32>; 3] {
     let view = still(world.pose(camera), SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
@@ -62,7 +63,7 @@ fn picture(ink: &[f32]) -> InkPicture {
     InkPicture { size_px: SIZE_PX, ink: ink.to_vec() }
 }
 
-/// East and north of a pixel of the map from `eye_m`, by fixed-point iteration on the land's height.
+/// Returns east and north of a pixel of the map seen from `eye_m`, by fixed-point iteration on the land's height.
 fn place_m(px: [f32; 2], eye_m: DVec3) -> DVec2 {
     let focal_px = f64::from(SIZE_PX[1]) * 0.5 / (22.5_f64).to_radians().tan();
     let ray = DVec2::new(f64::from(px[0]) - 240.0, 135.0 - f64::from(px[1])) / focal_px;
@@ -80,7 +81,7 @@ fn gradient(at: DVec2) -> DVec2 {
     DVec2::new(east, north) / (2.0 * d)
 }
 
-/// How fast a family's height above its planes changes by east and north.
+/// Returns the gradient, east and north, of the height above a family's planes.
 fn rise(family: Family, at: DVec2) -> DVec2 {
     let (sin_tilt, cos_tilt) = family.0.to_radians().sin_cos();
     let to = DVec2::new(family.1.to_radians().sin(), family.1.to_radians().cos());
@@ -91,11 +92,12 @@ fn is_inside(px: [f32; 2]) -> bool {
     px[0] > 12.0 && px[1] > 12.0 && px[0] < SIZE_PX[0] as f32 - 12.0 && px[1] < SIZE_PX[1] as f32 - 12.0
 }
 
-/// Angles between lines, turned by `turn_rad`, and where planes cut the land: median and 90th percentile in degrees.
+/// Returns the angles between lines, turned by `turn_rad`, and the cuts of planes through the land: median and 90th
+/// percentile, in degrees.
 fn strayed_deg(lines: &[Polyline], family: Family, turn_rad: f64) -> [f64; 2] {
     let mut angles: Vec<f64> = Vec::new();
     for line in lines {
-        // Over some pixels: paths are traced from pixels.
+        // Measured over several pixels, because paths are traced from pixels.
         for pair in line.points.windows(9).filter(|points| points.iter().all(|point| is_inside(point.px))) {
             let eye_m = DVec3::Z * HEIGHT_M;
             let (a, b) = (place_m(pair[0].px, eye_m), place_m(pair[8].px, eye_m));
@@ -117,14 +119,17 @@ fn lines_lie_where_planes_cut_the_land() {
         let [ink, ..] = inks(&mut world, &style(&[family], 0.4), MAP);
         let lines = lines(&picture(&ink));
         let [median, most] = strayed_deg(&lines, family, 0.0);
-        println!("{family:?}: {} lines stray by {median:.2} degrees, 90 % by less than {most:.2}", lines.len());
-        assert!(median < 1.0 && most < 4.0, "{family:?}");
-        // Planted: lines that are turned.
-        assert!(strayed_deg(&lines, family, 0.06)[0] > 1.0, "{family:?}");
+        println!("{family:?}: {} lines, median error {median:.2} degrees, 90 % less than {most:.2}", lines.len());
+        assert!(
+            median < 1.0 && most < 4.0,
+            "{family:?}: angles to the cuts, median {median}, 90th percentile {most} degrees"
+        );
+        // Planted error: lines that are turned.
+        assert!(strayed_deg(&lines, family, 0.06)[0] > 1.0, "{family:?}: turned lines pass");
     }
 }
 
-/// Gaps along the rise from a line's middles to the next line, by the spacing of whole lines; of lines that have grown.
+/// Returns the gaps from points of a line to the next line, in pixels, for lines that have reached their full width.
 fn gaps_px(lines: &[Polyline], darkness: f64) -> Vec<f64> {
     let grown = |half_width_px: f32| f64::from(2.0 * half_width_px) > 0.5 * darkness * SPACING_PX;
     let points = |line: &Polyline| -> Vec<(DVec2, bool)> {
@@ -171,17 +176,20 @@ fn lines_stand_at_even_distances() {
         let traced = lines(&picture(&ink));
         let gaps = gaps_px(&traced, 0.3);
         let (mean, varies) = spread(&gaps);
-        println!("{family:?}: {} gaps of {mean:.2} px, which vary by {varies:.3}", gaps.len());
-        // 0.25 is what is wanted; upright planes change over from one power of two to the next all over this map.
-        assert!(varies < 0.28 && (0.75..1.35).contains(&(mean / SPACING_PX)), "{family:?}");
-        // Planted: every fifth line is not there.
+        println!("{family:?}: {} gaps, mean {mean:.2} px, coefficient of variation {varies:.3}", gaps.len());
+        // The aim is 0.25. Vertical planes change from one power of two to the next everywhere on this map.
+        assert!(
+            varies < 0.28 && (0.75..1.35).contains(&(mean / SPACING_PX)),
+            "{family:?}: gaps of {mean} px with coefficient of variation {varies}"
+        );
+        // Planted error: every fifth line is missing.
         let kept = traced.iter().enumerate().filter(|(number, _)| number % 5 > 0);
         let fewer: Vec<Polyline> = kept.map(|(_, line)| line.clone()).collect();
-        assert!(spread(&gaps_px(&fewer, 0.3)).1 > 1.1 * varies, "{family:?}");
+        assert!(spread(&gaps_px(&fewer, 0.3)).1 > 1.1 * varies, "{family:?}: missing lines are not found");
     }
 }
 
-/// What windows lack of a darkness: the worst one.
+/// Returns the largest difference from the requested darkness over windows of the picture.
 fn worst(inks: &[Vec<f32>; 3], asked: f64) -> f64 {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let ink = |at: usize| 1.0 - inks.iter().map(|ink| 1.0 - f64::from(ink[at])).product::<f64>();
@@ -203,11 +211,11 @@ fn lines_are_as_dark_as_they_should_be() {
     for families in [&FAMILIES[..1], &FAMILIES[2..], crossed] {
         for asked in [0.15, 0.3, 0.5, 0.7] {
             let missed = worst(&inks(&mut world, &style(families, asked), MAP), asked);
-            println!("{families:?}, {asked}: windows miss it by {missed:.4} at most");
-            assert!(missed < 0.03, "{families:?} {asked}");
+            println!("{families:?}, {asked}: largest difference of a window {missed:.4}");
+            assert!(missed < 0.03, "{families:?}: a window differs from the darkness {asked} by {missed}");
         }
     }
-    // Planted: another tone.
+    // Planted error: another tone.
     assert!(worst(&inks(&mut world, &style(crossed, 0.34), MAP), 0.3) > 0.03);
 }
 
@@ -218,7 +226,7 @@ fn lines_belong_to_the_land() {
     let family = FAMILIES[1];
     let [here, ..] = inks(&mut world, &style(&[family], 0.4), MAP);
     let [there, ..] = inks(&mut world, &style(&[family], 0.4), "130,-90,11000,0,-90,45");
-    // What lies in both pictures, in the pixels of the other one, moved by `by_m` on the land.
+    // Compares points that are in both pictures, in the pixels of the other one, moved by `by_m` on the land.
     let off = |by_m: f64| {
         let focal_px = 135.0 / (22.5_f64).to_radians().tan();
         let mut off: Vec<f64> = Vec::new();
@@ -241,13 +249,8 @@ fn lines_belong_to_the_land() {
         }
         off.iter().sum::<f64>() / off.len() as f64
     };
-    println!(
-        "inks differ by {:.3} in the mean; by {:.3} moved by half a pixel, {:.3} by two",
-        off(0.0),
-        off(15.0),
-        off(62.0)
-    );
+    println!("mean difference of ink {:.3}; {:.3} moved by half a pixel, {:.3} by two", off(0.0), off(15.0), off(62.0));
     assert!(off(0.0) < 0.06);
-    // Planted.
+    // Planted errors: lines that are moved on the land.
     assert!(off(15.0) > 1.3 * off(0.0) && off(62.0) > 2.5 * off(0.0));
 }

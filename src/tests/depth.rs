@@ -1,5 +1,5 @@
-//! Near, middle and far: distance takes ink, in every preset.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Distance reduces ink, in every preset with tone.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -14,7 +14,7 @@ const SIZE_PX: [u32; 2] = [480, 270];
 const SPACING_M: f64 = 60.0;
 const SAMPLES: u32 = 1025;
 
-/// How much darker than paper the nearest and the farthest third of the land are, by distance.
+/// Returns how much darker than paper the nearest and the farthest third of the land are, by distance.
 fn darkness(world: &mut World, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose("0,-22000,+1200,4,-7,50");
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -43,13 +43,13 @@ fn the_far_third_has_less_ink_than_the_near_one() {
     let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, rough_height_m), 0.0) else { return };
     let extent_m = [f64::from(SAMPLES - 1) * SPACING_M; 2];
     let light = Scene::default().light(extent_m);
-    // Planted: a world without air.
+    // Planted error: a world without haze.
     let clear = Light { haze_m: 1e9, ..light };
     let mut failed = Vec::new();
     for name in style::names() {
-        // Terraces of this land are as level as lakes are, and shores are no marks.
+        // Terraces of this land are as level as lakes, and their shores are not marks.
         let style = Style { water: None, ..Style::load(name).unwrap() };
-        // Styles of lines alone draw hardly anything on near faces, and more far away: they are not judged.
+        // Styles of lines alone draw hardly anything on near faces and more far away, so they are not tested.
         if style.hatching.is_none() && !style.has_land_lines() {
             continue;
         }
@@ -57,10 +57,9 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         let [clear_near, clear_far] = darkness(&mut world, &style, &clear);
         let [part, clear_part] = [far / near, clear_far / clear_near];
         println!("{name:12} near {near:.3}, far {far:.3}: {part:.2}; without haze {clear_part:.2}");
-        // Half is what is wanted, and what is left above it is contours: this land has ridges behind each other to its
-        // edge.
-        // Rows of hachures have more: of land that is folded in every sample they draw more far away than near. Rock
-        // drawing is for steep land, of which this picture has hardly any near.
+        // The aim is 0.5. The rest is contours: this land has ridges one behind the other to its edge. Rows of hachures
+        // have more: on land that is folded at every sample, they draw more far away than near. Rock drawing is for
+        // steep land, of which this picture has hardly any near the camera.
         let most = match name {
             "rock" => 2.0,
             _ if style.rows.is_some() => 0.85,
@@ -70,10 +69,10 @@ fn the_far_third_has_less_ink_than_the_near_one() {
             failed.push(name);
         }
     }
-    assert!(failed.is_empty(), "{failed:?}");
+    assert!(failed.is_empty(), "presets in which haze does not reduce the ink of the far third enough: {failed:?}");
 }
 
-/// A large world has as much air between near and far as a small one.
+/// The distance of haze grows with the extent of the world, up to a limit, so that large worlds have haze too.
 #[test]
 fn air_is_clear_for_thirty_kilometres_at_most() {
     let haze = Haze::default();

@@ -1,6 +1,6 @@
-//! Numbers at their extremes: far from the origin, on a bent earth, from under the ground to 1000 km above it, from
-//! 1 mm to 10 km between samples, lenses of 1° to 150°, pictures of one pixel.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Extreme numbers: far from the origin, on a curved earth, from below the ground to 1000 km above it, from 1 mm to 10
+//! km between samples, fields of view of 1° to 150°, pictures of one pixel.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -15,14 +15,15 @@ use hachure::style::{Style, preset_text};
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 
-/// Every number is one, and every channel agrees with the others about what is sky.
+/// Checks that every number is finite and that all channels agree about what is sky; returns the number of ground
+/// pixels.
 fn is_sound(shot: &Shot) -> Result<usize, String> {
     let mut ground = 0;
     for pixel in 0..shot.depth_m.len() {
         let (depth_m, normal) = (shot.depth_m[pixel], shot.normal[pixel]);
         let bad = |what: &str| Err(format!("pixel {:?}: {what}", shot.place(pixel)));
         if !shot.picture[pixel].iter().all(|value| value.is_finite()) || !shot.error[pixel].is_finite() {
-            return bad("the picture is no number");
+            return bad("the picture or the line error is not finite");
         }
         if shot.is_sky(pixel) {
             continue;
@@ -38,7 +39,8 @@ fn is_sound(shot: &Shot) -> Result<usize, String> {
     Ok(ground)
 }
 
-/// Sky where the ray comes out under the land, inside its extent: it must have met the land. For cameras above it.
+/// Counts sky pixels whose ray passes below the land inside its extent, so that it must have hit the land. For cameras
+/// above the land.
 fn holes(world: &World, shot: &Shot) -> usize {
     let [east_m, north_m] = world.surfaces.terrain.extent_m();
     let camera_m = shot.view.pose.position_m;
@@ -46,14 +48,14 @@ fn holes(world: &World, shot: &Shot) -> usize {
         let ray = shot.ray(pixel);
         let along_m = (f64::from(world.surfaces.terrain.range_m()[0]) - camera_m.z) / ray.z;
         let under = camera_m + ray * along_m;
-        // Land smaller than a pixel may fall between the pixels' centres.
+        // Land smaller than a pixel may be missed between the centres of pixels.
         let pixel_m = along_m / shot.focal_px();
         ray.z < 0.0 && under.x.abs() + pixel_m < 0.499 * east_m && under.y.abs() + pixel_m < 0.499 * north_m
     };
     (0..shot.depth_m.len()).filter(|&pixel| shot.is_sky(pixel) && goes_under(pixel)).count()
 }
 
-/// Land from −11,000 to 9,000 m with cliffs of one sample, by place in samples.
+/// Returns land from −11,000 to 9,000 m with cliffs of one sample, as a function of the position in samples.
 fn wild_m(spacing_m: f64) -> impl Fn(f64, f64) -> f64 {
     move |x_m, y_m| {
         let (i, j) = ((x_m / spacing_m).floor(), (y_m / spacing_m).floor());
@@ -80,20 +82,20 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
                         Ok(ground) => seen += usize::from(ground > 0),
                         Err(error) => panic!("{spacing_m} m, {view}, {size_px:?}: {error}"),
                     }
-                    // From below one looks through the ground.
+                    // From below the ground, the camera sees through it.
                     if !z.contains('-') {
-                        assert_eq!(holes(&world, &shot), 0, "{spacing_m} m, {view}, {size_px:?}");
+                        assert_eq!(holes(&world, &shot), 0, "{spacing_m} m, {view}, {size_px:?}: holes in the land");
                     }
                 }
             }
         }
     }
-    println!("{seen} pictures of ground");
-    assert!(seen > 60, "{seen}");
+    println!("{seen} pictures show ground");
+    assert!(seen > 60, "only {seen} pictures show ground");
 }
 
-/// The same land every 400 samples, so that a place 1e7 m east of another has the same surroundings; all levels halve
-/// evenly.
+/// Returns land that repeats every 400 samples, so that positions 1e7 m apart have the same surroundings, and whose
+/// levels all halve evenly.
 fn periodic() -> HeightGrid {
     let spacing_m = 5000.0;
     grid_of(4096, 512, spacing_m, move |x_m, y_m| {
@@ -110,7 +112,7 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
     let mut renderer = None;
     let mut worst_px = 0.0_f64;
     let mut planted_px = 0.0_f64;
-    // A slow path: steps of a hundredth of a pixel would show jitter.
+    // A slow path whose steps of a hundredth of a pixel would reveal jitter.
     for step in 0..12 {
         let (x_m, y_m, yaw) =
             (137.25 * f64::from(step), 80_000.0 + 93.5 * f64::from(step), 5.0 + 0.01 * f64::from(step));
@@ -131,8 +133,8 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
         worst_px = worst_px.max(apart_px(&near, &far));
         planted_px = planted_px.max(apart_px(&near, &beside));
     }
-    println!("1e7 m from the origin: {worst_px:.4} px apart; 300 m beside: {planted_px:.2} px");
-    assert!(worst_px < 0.1, "{worst_px}");
+    println!("1e7 m from the origin: {worst_px:.4} px apart; with a step of 300 m: {planted_px:.2} px");
+    assert!(worst_px < 0.1, "the picture moves by {worst_px} px");
     assert!(planted_px > 0.1, "a step of 300 m must show");
 }
 
@@ -156,10 +158,15 @@ fn the_earth_bends_away() {
             checked += usize::from(distance_m > 90e3);
             last = last.max(distance_m);
         }
-        // From 1500 m the horizon lies at √(2 R h); the last 17 km before it are one pixel.
+        // From 1500 m the horizon is at √(2 R h); the last 17 km before it are one pixel.
         let horizon_m = (2.0 * 1500.0 / Earth { refraction }.inverse_radius()).sqrt();
-        println!("refraction {refraction}: {checked} pixels beyond 90 km, horizon at {last:.0} m of {horizon_m:.0} m");
-        assert!(checked > 500 && (last / horizon_m - 1.0).abs() < 0.13, "{checked}, {last}, {horizon_m}");
+        println!(
+            "refraction {refraction}: {checked} pixels beyond 90 km, horizon at {last:.0} m, expected {horizon_m:.0} m"
+        );
+        assert!(
+            checked > 500 && (last / horizon_m - 1.0).abs() < 0.13,
+            "{checked} pixels beyond 90 km; horizon at {last} m, expected {horizon_m} m"
+        );
     }
 }
 
@@ -192,20 +199,21 @@ fn relief_on_a_bent_earth_keeps_its_error() {
         };
         let p999_px = errors(0.0);
         println!("{view}: {p999_px:.3} px");
-        assert!(p999_px <= 1.0, "{view}: {p999_px}");
+        assert!(p999_px <= 1.0, "{view}: 99.9 % of the pixels should be off by at most 1 px, found {p999_px}");
         assert!(errors(3.0 * 60_000.0 / shot.focal_px()) > 1.0, "a raised surface must fail");
-        // Normals are those of the bent surface: near the camera, those of the flat one.
+        // Normals are those of the curved surface; near the camera they equal those of the flat one.
         is_sound(&shot).unwrap();
     }
 }
 
-/// Land that lies as high far away as near by has the same tint, however far it sinks below the plain of the camera.
+/// Distant land has the same tint as near land of the same elevation, however far it is below the camera's horizontal
+/// plane.
 #[test]
 fn tints_follow_the_height_above_the_sea() {
-    // A plateau with a pit behind the camera, so that tints go from 200 m below it to its own height.
+    // A plateau with a pit behind the camera, so that tints range from 200 m below the plateau to its own height.
     let height_m = |x: f64, y: f64| if x < -6500.0 && y < -6500.0 { -200.0 } else { 0.0 };
     let Some(mut world) = World::new(grid_of(701, 701, 20.0, height_m), 1.0) else { return };
-    // A hundredth of the earth: at 5 km the land lies 196 m lower.
+    // An earth a hundredth of the real size: at 5 km the land is 196 m lower.
     let options = TerrainOptions { inverse_radius: 1.0 / 63_710.0, ..TerrainOptions::default() };
     world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     let lines = "\n[lines]\ndetector = \"lsa\"\nepsilon = \"footprint\"\nramp = [0.25, 0.5]\ndensity = 2.0\nink = \"#14120f\"\nfaintest = 0.12\nreach = 1.4\n";
@@ -223,6 +231,6 @@ fn tints_follow_the_height_above_the_sea() {
         reds.iter().sum::<f64>() / reds.len() as f64
     };
     let (near, far) = (mean(0.0, 3200.0), mean(4500.0, 5600.0));
-    println!("red of the snow: {near:.3} near by, {far:.3} far away");
-    assert!(near > 0.6 && far > 0.8 * near, "{near} {far}");
+    println!("red channel of the highest tint: {near:.3} near, {far:.3} far away");
+    assert!(near > 0.6 && far > 0.8 * near, "red channel near {near}, far {far}");
 }

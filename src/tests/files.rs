@@ -1,6 +1,6 @@
-//! Output files: what is written is read back, whole or not at all, and what is wrong is named.
+//! Output files: they can be read back, they are written whole or not at all, and errors name the file and the cause.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test, in helpers too")]
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use hachure::file::pattern::{FramePattern, OutputKind, PictureFormat};
 use hachure::file::png::{PngPixels, PngWriter, read_rgba8, write_rgba8};
 use hachure::file::video::VideoWriter;
 
-/// Numbers without order, the same in every run.
+/// Returns pseudorandom numbers, the same in every run.
 fn noise(seed: u32) -> impl Iterator<Item = u32> {
     let mut state = seed.wrapping_mul(2_654_435_769) | 1;
     std::iter::repeat_with(move || {
@@ -39,7 +39,7 @@ fn png_bands_are_read_back() {
     for band in rgba.chunks(37 * 4 * 5) {
         writer.write_rows(band).unwrap();
     }
-    assert!(!path.exists(), "nothing stands under the name before the picture is whole");
+    assert!(!path.exists(), "the file exists before the picture is complete");
     writer.finish().unwrap();
     let picture = read_rgba8(&path).unwrap();
     assert_eq!((picture.width, picture.height), (37, 23));
@@ -68,7 +68,7 @@ fn png_given_up_leaves_the_old_file() {
     let mut writer = PngWriter::create(&path, 4, 4).unwrap();
     writer.write_rows(&[0; 16]).unwrap();
     assert!(writer.write_rows(&[0; 15]).is_err());
-    assert!(writer.write_rows(&[0; 64]).is_err(), "more rows than the picture has");
+    assert!(writer.write_rows(&[0; 64]).is_err(), "more rows than the picture has were accepted");
     let error = writer.finish().unwrap_err().to_string();
     assert!(error.contains("a.png: 3 rows are missing"), "{error}");
     assert_eq!(read_rgba8(&path).unwrap().rgba, [9; 4]);
@@ -79,7 +79,7 @@ fn png_given_up_leaves_the_old_file() {
     assert!(matches!(error, FileError::Read { .. }) && error.to_string().contains("b.png"));
 }
 
-/// 50 × 37: more than two blocks of rows, the last one cut.
+/// Returns channels of 50 × 37 pixels: more than two blocks of rows, the last one incomplete.
 fn channels() -> Vec<Channel> {
     let count = 50 * 37;
     let mut depth: Vec<f32> = (0..count).map(|index| index as f32 * 0.37).collect();
@@ -238,7 +238,7 @@ fn film_has_its_frames() {
     let said = String::from_utf8_lossy(&probe.stdout).into_owned();
     let expected = ["width=64", "height=48", "nb_read_frames=12", "r_frame_rate=24/1", "yuv420p", "bt709"];
     assert!(expected.iter().all(|line| said.contains(line)), "{said}");
-    // The moov atom stands before the data: the film plays while it loads.
+    // The moov atom is before the data, so that the film plays while it loads.
     let bytes = std::fs::read(&path).unwrap();
     let at = |tag: &[u8]| bytes.windows(4).position(|window| window == tag).unwrap();
     assert!(at(b"moov") < at(b"mdat"));
@@ -258,13 +258,13 @@ fn film_without_ffmpeg_says_so() {
 fn film_reports_what_ffmpeg_said() {
     let folder = tempfile::tempdir().unwrap();
     let fake = folder.path().join("ffmpeg");
-    // Another process writes it: what this one has open for writing, a process that another test starts may hold for a
-    // moment, and a script that somebody writes cannot be started.
+    // Another process writes the script. A file that this process opens for writing could be inherited for a moment by
+    // a process that another test starts, and a script open for writing cannot be executed.
     let script = "printf '#!/bin/sh\necho no codec >&2\necho sorry >&2\nexit 3\n' >\"$0\" && chmod 755 \"$0\"";
     assert!(Command::new("sh").arg("-c").arg(script).arg(&fake).status().unwrap().success());
     let path = folder.path().join("a.mp4");
     let mut film = VideoWriter::create_with(fake.as_os_str(), &path, 256, 256, 24.0).unwrap();
-    // The pipe may take the first frames before the process is gone.
+    // The pipe may accept the first frames before the process has ended.
     let error = (0..100).find_map(|_| film.write_frame(&[0; 256 * 256 * 4]).err()).unwrap().to_string();
     assert!(error.contains("no codec sorry") && error.contains("exit status: 3"), "{error}");
     drop(film);
@@ -281,19 +281,19 @@ fn film_given_up_leaves_nothing() {
     let mut film = VideoWriter::create(&path, 64, 64, 30.0).unwrap();
     film.write_frame(&[0; 64 * 64 * 4]).unwrap();
     drop(film);
-    assert!(VideoWriter::create(&path, 64, 64, 30.0).unwrap().finish().is_err(), "a film without frames");
+    assert!(VideoWriter::create(&path, 64, 64, 30.0).unwrap().finish().is_err(), "a film without frames was accepted");
     assert!(VideoWriter::create(&path, 64, 64, f64::NAN).is_err());
     assert_eq!(names_in(folder.path()), [""; 0]);
 }
 
-/// Asks the OpenEXR library itself, through Python, what stands in a file.
+/// Reads a file with the OpenEXR library itself, through Python.
 #[test]
 fn exr_is_read_by_another_program() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.exr");
     let attributes = [("camera".to_owned(), "0,0,+5,0,0,60".to_owned())];
     write_exr(&path, 50, 37, &channels(), &attributes).unwrap();
-    // Prints name, type and the wrapping sum of the bits of every channel.
+    // The script prints name, type and the weighted sum of the bits of every channel.
     let script = "
 import sys, numpy, OpenEXR
 part = OpenEXR.File(sys.argv[1], separate_channels=True).parts[0]

@@ -1,6 +1,6 @@
-//! A focus has the contrast of the picture without it, and away from it contrast falls as asked: in tones, lines, marks and
-//! washes, about a place, a distance or a part of the sheet.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Inside a focus the picture keeps its contrast, and away from it contrast falls as specified: in tones, lines, marks
+//! and washes, around a position, a distance or a point of the picture.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -25,7 +25,7 @@ fn world() -> Option<World> {
     World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0)
 }
 
-/// Light without haze, so that only the focus takes contrast.
+/// Returns light without haze, so that only the focus reduces contrast.
 fn light(focus: Option<Focus>) -> Light {
     Light { haze_m: 1e9, focus, ..north_west() }
 }
@@ -34,13 +34,13 @@ fn about_place(place_m: DVec2, strength: f64) -> Focus {
     SceneFocus { place_m, height_m: None, radius_m: RADIUS_M, strength }.focus()
 }
 
-/// One grey without paper's grain: what is drawn is contrast alone.
+/// Returns a style of one dark grey without paper grain, whose ink is the remaining contrast.
 fn grey() -> Style {
     let text = "name = \"grey\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\nlightest = 0\n";
     Style::parse("grey", text).unwrap()
 }
 
-/// A picture: how much darker than paper it is, and where the land of each pixel is from the eye.
+/// A picture: the darkness of each pixel relative to paper, and the world position of the land in it.
 struct Drawn {
     pose: Pose,
     ink: Vec<f64>,
@@ -57,7 +57,7 @@ fn drawn(world: &mut World, style: &Style, focus: Option<Focus>) -> Drawn {
     Drawn { pose, ink, places_m: places_m(&world.gpu, &renderer, pose.position_m) }
 }
 
-/// How far what is left of a grey is from what the rule says, at most.
+/// Returns the largest difference between the drawn contrast and that of `rule`.
 fn farthest(world: &mut World, focus: Focus, rule: Focus) -> f64 {
     let (style, pose) = (grey(), world.pose(CAMERA));
     let drawn = drawn(world, &style, Some(focus));
@@ -82,21 +82,22 @@ fn contrast_is_what_the_rule_says_at_each_pixel() {
     let high = SceneFocus { place_m: PLACE_M, height_m: Some(900.0), radius_m: 800.0, strength: STRENGTH }.focus();
     for focus in [about_place(PLACE_M, STRENGTH), distance, sheet, high] {
         let error = farthest(&mut world, focus, focus);
-        println!("{:?}: what is left of a grey is right to {error:.4}", focus.about);
-        assert!(error < 0.003, "{error}");
-        // Planted: another extent, and another strength.
+        println!("{:?}: largest error of the contrast {error:.4}", focus.about);
+        assert!(error < 0.003, "largest error of the contrast {error}, expected less than 0.003");
+        // Planted errors: another extent, and another strength.
         assert!(farthest(&mut world, focus, Focus { extent: 1.1 * focus.extent, ..focus }) > 0.02);
         assert!(farthest(&mut world, focus, Focus { strength: 0.7, ..focus }) > 0.02);
     }
 }
 
-/// The share of pixels of the focus that differ from the picture without it, and what is left of ink far away.
+/// Returns the fraction of pixels in the focus that differ from the picture without it, and the fraction of ink that
+/// remains far away.
 fn judged(without: &Drawn, with: &Drawn, place_m: DVec2) -> [f64; 2] {
     let (mut differ, mut inside, mut ink) = (0_usize, 0_usize, [0.0; 2]);
     for (i, at_m) in without.places_m.iter().enumerate() {
         let Some(at_m) = at_m else { continue };
         let off_m = at_m.truncate().distance(place_m);
-        // What runs in a wash, and cells in which ink is balanced, reach over the rim.
+        // Washes that run, and cells in which ink is balanced, reach over the rim.
         if off_m < 0.5 * RADIUS_M {
             inside += 1;
             differ += usize::from((without.ink[i] - with.ink[i]).abs() > 0.02);
@@ -114,20 +115,23 @@ fn judged(without: &Drawn, with: &Drawn, place_m: DVec2) -> [f64; 2] {
 fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_beside() {
     let Some(mut world) = world() else { return };
     for name in ["ink", "strokes", "crosshatch", "hachures", "stipple", "wash", "cartoon"] {
-        // Terraces of this land are as level as lakes are.
+        // Terraces of this land are as level as lakes.
         let style = Style { water: None, ..Style::load(name).unwrap() };
         let without = drawn(&mut world, &style, None);
         let with = drawn(&mut world, &style, Some(about_place(PLACE_M, STRENGTH)));
         let [differ, left] = judged(&without, &with, PLACE_M);
-        println!("{name:11} {:.2} % of the focus differ; {left:.2} of the ink is left far away", 100.0 * differ);
-        // Lines that are a pixel wide lose more than others; marks are fewer, and balanced by what the land can carry.
+        println!("{name:11} {:.2} % of the focus differs; {left:.2} of the ink remains far away", 100.0 * differ);
+        // Lines one pixel wide lose more than others; marks are fewer, and balanced to the ink that the land can hold.
         let is_held = |[differ, left]: [f64; 2]| differ < 0.03 && (0.08..0.32).contains(&left);
-        assert!(is_held([differ, left]), "{name}: {differ} {left}");
-        // Planted: a focus that lies elsewhere, and one that takes too little.
+        assert!(
+            is_held([differ, left]),
+            "{name}: fraction of the focus that differs {differ}, ink that remains far away {left}"
+        );
+        // Planted errors: a focus elsewhere, and one that is too weak.
         let beside = drawn(&mut world, &style, Some(about_place(PLACE_M + DVec2::new(-5000.0, -3000.0), STRENGTH)));
-        assert!(!is_held(judged(&without, &beside, PLACE_M)), "{name}");
+        assert!(!is_held(judged(&without, &beside, PLACE_M)), "{name}: a focus elsewhere passes");
         let weak = drawn(&mut world, &style, Some(about_place(PLACE_M, 0.4)));
-        assert!(!is_held(judged(&without, &weak, PLACE_M)), "{name}");
+        assert!(!is_held(judged(&without, &weak, PLACE_M)), "{name}: a weak focus passes");
     }
 }
 
@@ -138,9 +142,15 @@ fn a_focus_that_takes_nothing_changes_no_bit() {
         let style = Style::load(name).unwrap();
         let bits = |drawn: &Drawn| drawn.ink.iter().map(|ink| ink.to_bits()).collect::<Vec<_>>();
         let without = bits(&drawn(&mut world, &style, None));
-        assert!(without == bits(&drawn(&mut world, &style, Some(about_place(PLACE_M, 0.0)))), "{name}");
-        // Planted: one that takes a little.
-        assert!(without != bits(&drawn(&mut world, &style, Some(about_place(PLACE_M, 0.1)))), "{name}");
+        assert!(
+            without == bits(&drawn(&mut world, &style, Some(about_place(PLACE_M, 0.0)))),
+            "{name}: a focus of strength 0 changes the picture"
+        );
+        // Planted error: a focus with a little strength.
+        assert!(
+            without != bits(&drawn(&mut world, &style, Some(about_place(PLACE_M, 0.1)))),
+            "{name}: a focus of strength 0.1 changes nothing"
+        );
     }
 }
 
@@ -164,8 +174,8 @@ fn a_style_may_have_a_focus_and_a_scene_comes_before_it() {
     let everywhere = SceneFocus { place_m: PLACE_M, height_m: None, radius_m: 1e6, strength: 1.0 };
     let scene = Scene { focus: Some(everywhere), ..Scene::default() };
     let by_scene = drawn(&mut world, &style, scene.light([1e4; 2]).focus);
-    assert!((ink(&by_scene, 0.05, 0.95) - 1.0).abs() < 1e-3, "the scene's focus is everywhere");
-    // A map has no distance from an eye.
+    assert!((ink(&by_scene, 0.05, 0.95) - 1.0).abs() < 1e-3, "the scene's focus must replace that of the style");
+    // A map has no distance from an eye, so a focus at a distance is dropped.
     let far = style::Focus { distance_m: Some(5000.0), ..style.focus.clone().unwrap() };
     assert_eq!(Style { focus: Some(far), ..style.clone() }.for_map(10.0).focus, None);
     assert!(style.for_map(10.0).focus.is_some());

@@ -1,5 +1,5 @@
-//! Trees stand where their points and the land say, each once, whoever looks.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Trees are where their points and the land allow them, each exactly once, for every camera.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -18,10 +18,10 @@ use hachure::scene::reach::Reach;
 use hachure::scene::{CoverClass, CoverFiles, Forest, Scene};
 
 const SIZE_PX: [u32; 2] = [128, 72];
-/// Straight down, from where all of [`within`] is seen.
+/// A camera that looks straight down and sees all of [`within`].
 const ABOVE: &str = "0,0,1500,0,-90,60";
 
-/// So tall that none is left out as too small.
+/// Returns a forest of trees so tall that none is left out as too small.
 fn tall(trees_per_ha: f64) -> Forest {
     of(Form::Conifer, trees_per_ha, 600.0)
 }
@@ -30,29 +30,29 @@ fn within(at_m: DVec2) -> bool {
     at_m.abs().cmplt(DVec2::new(700.0, 400.0)).all()
 }
 
-/// Trees by their place in centimetres: where they stand in the world, how tall they are, and their id.
+/// Trees by their position in centimetres: position in the world, height in metres, and id.
 type Trees = BTreeMap<[i64; 2], (DVec3, f32, u32)>;
 
-/// The trees of a camera. One that dissolves is two, of two levels.
+/// Returns the trees that a camera sees. A tree that dissolves between two levels is drawn twice.
 fn seen(world: &mut World, forest: &Forest, camera: &str) -> Trees {
     world.surfaces.set_forest(Some(forest.clone()));
-    // None is left out.
+    // At this detail no tree is left out.
     world.surfaces.set_tree_detail(4.0);
     let pose = world.pose(camera);
     let trees = drawn_trees(world, &mut Renderer::new(&world.gpu).unwrap(), pose, SIZE_PX);
     let key = |at_m: DVec3| [at_m.x, at_m.y].map(|along_m| (100.0 * along_m).round() as i64);
     let mut levels: BTreeMap<[i64; 2], Vec<u32>> = BTreeMap::new();
     trees.iter().for_each(|tree| levels.entry(key(tree.at_m)).or_default().push(tree.level));
-    assert!(levels.values().all(|levels| levels.is_sorted_by(|a, b| a < b)), "each stands once");
+    assert!(levels.values().all(|levels| levels.is_sorted_by(|a, b| a < b)), "a tree is drawn twice at one level");
     trees.iter().map(|tree| (key(tree.at_m), (tree.at_m, tree.instance.height_m, tree.instance.id))).collect()
 }
 
-/// The points of a rank below that of a density, within [`within`].
+/// Returns the points whose rank is below that of the density, inside [`within`].
 fn places(trees_per_ha: f64) -> Vec<DVec2> {
     points(4, trees_per_ha).into_iter().map(|(at_m, _)| at_m.truncate()).filter(|at_m| within(*at_m)).collect()
 }
 
-/// How many of the places have no tree within a centimetre, and how many trees have no place.
+/// Returns how many points have no tree within a centimetre, and how many trees have no point.
 fn unmatched(places: &[DVec2], trees: &[DVec3]) -> [usize; 2] {
     let near = |a: DVec2, b: DVec2| a.distance(b) < 0.01;
     let lonely = places.iter().filter(|place| !trees.iter().any(|tree| near(**place, tree.truncate()))).count();
@@ -68,13 +68,13 @@ fn every_point_has_its_tree_and_no_tree_is_elsewhere() {
         let all = seen(&mut world, &tall(trees_per_ha), ABOVE);
         let trees: Vec<DVec3> = all.values().map(|tree| tree.0).filter(|at_m| within(at_m.truncate())).collect();
         let places = places(trees_per_ha);
-        println!("{trees_per_ha} for a hectare: {} points, {} trees in all", places.len(), all.len());
+        println!("{trees_per_ha} per hectare: {} points, {} trees in all", places.len(), all.len());
         assert!(places.len() as f64 > 0.95 * trees_per_ha * 112.0);
         assert_eq!(unmatched(&places, &trees), [0, 0]);
         let off_m = trees.iter().map(|at_m| (at_m.z - hill.height_m(at_m.x, at_m.y)).abs()).fold(0.0, f64::max);
-        println!("their feet are at most {off_m:.3} m off the ground");
-        assert!(off_m < 0.3, "{off_m}");
-        // Planted: a tree too few, and one that is a metre away.
+        println!("largest distance of a foot from the ground {off_m:.3} m");
+        assert!(off_m < 0.3, "a tree is {off_m} m above or below the ground");
+        // Planted errors: a missing tree, and one that is a metre away.
         assert_eq!(unmatched(&places, &trees[1..]), [1, 0]);
         let mut moved = trees.clone();
         moved[0].x += 1.0;
@@ -88,22 +88,22 @@ fn trees_are_the_same_for_whoever_looks() {
     let forest = Forest { tree_line_m: 120.0, raggedness_m: 60.0, steepest_deg: 16.0, ..tall(20.0) };
     let [above, aside] = [ABOVE, "400,-1400,900,340,-35,70"].map(|camera| seen(&mut world, &forest, camera));
     let mut shared = 0;
-    // A place may be rounded to one centimetre or the next: by ids, of which few are those of two.
+    // Positions may be rounded to different centimetres, so trees are matched by id; few ids are shared by two trees.
     let by_id: BTreeMap<u32, (DVec3, f32)> =
         aside.values().map(|(at_m, height_m, id)| (*id, (*at_m, *height_m))).collect();
     for (at_m, height_m, id) in above.values() {
         let Some((other_m, other_height_m)) = by_id.get(id) else { continue };
         let is_same = at_m.truncate().distance(other_m.truncate()) < 0.01;
         shared += usize::from(is_same);
-        // Its foot stands on the land as it is drawn.
+        // The foot of the tree is on the land as drawn, which depends on the camera.
         assert!(
             !is_same || (at_m.z - other_m.z).abs() < 0.3 && height_m == other_height_m,
             "{at_m} {other_m} {height_m} {other_height_m}"
         );
     }
-    println!("{} from above, {} from aside, {shared} from both", above.len(), aside.len());
+    println!("{} from above, {} from the side, {shared} from both", above.len(), aside.len());
     assert!(shared > 500);
-    // What both can see, both do.
+    // Where both cameras see all of the land, they see the same trees.
     let near = |trees: &Trees| {
         let inner = |at_m: DVec3| at_m.truncate().distance(DVec2::new(0.0, -650.0)) < 250.0;
         let mut ids: Vec<u32> = trees.values().filter(|tree| inner(tree.0)).map(|tree| tree.2).collect();
@@ -113,9 +113,13 @@ fn trees_are_the_same_for_whoever_looks() {
     assert!(near(&above).len() > 100);
     let [near_above, near_aside] = [&above, &aside].map(near);
     let only = |a: &[u32], b: &[u32]| a.iter().filter(|id| !b.contains(id)).count();
-    println!("{} only from above, {} only from aside", only(&near_above, &near_aside), only(&near_aside, &near_above));
+    println!(
+        "{} only from above, {} only from the side",
+        only(&near_above, &near_aside),
+        only(&near_aside, &near_above)
+    );
     assert_eq!(near_above, near_aside);
-    // Planted: another seed is another forest.
+    // Planted error: another seed.
     let other = seen(&mut world, &Forest { seed: 8, ..forest }, ABOVE);
     assert_ne!(other, above);
 }
@@ -135,19 +139,19 @@ fn no_tree_stands_where_the_land_is_against_it() {
     let [everywhere, low, flat] = [&tall(20.0), &low, &flat].map(|forest| seen(&mut world, forest, ABOVE));
     let count =
         |trees: &Trees, is_wrong: &dyn Fn(DVec3) -> bool| trees.values().filter(|tree| is_wrong(tree.0)).count();
-    // The land is asked at the scale of 30 m.
+    // The land is evaluated at the scale of 30 m, so the limits have a margin.
     let (too_high, too_steep) = (|at_m: DVec3| at_m.z > 131.0, |at_m: DVec3| slope_deg(at_m) > 10.5);
     println!("{} everywhere, {} below 100 m, {} on gentle land", everywhere.len(), low.len(), flat.len());
     assert_eq!([count(&low, &too_high), count(&flat, &too_steep)], [0, 0]);
-    // Planted: without the rules there are some.
+    // Planted error: a forest without these rules.
     assert!(count(&everywhere, &too_high) > 50 && count(&everywhere, &too_steep) > 50);
-    // And where nothing is against them they are all there.
+    // Where no rule excludes them, all trees remain.
     let fine = |at_m: DVec3| at_m.z < 30.0;
     assert_eq!(count(&low, &fine), count(&everywhere, &fine));
     assert!(low.len() < everywhere.len() && flat.len() < everywhere.len());
 }
 
-/// A round lake in rolling land, and a meadow that is all but level.
+/// Tests a round lake in rolling land, and a meadow that is almost level.
 #[test]
 fn no_tree_stands_in_a_lake() {
     let shore_m = 260.0;
@@ -162,20 +166,20 @@ fn no_tree_stands_in_a_lake() {
         |trees: &Trees, radius_m: f64| trees.values().filter(|tree| tree.0.truncate().length() < radius_m).count();
     let ashore = |trees: &Trees| trees.values().filter(|tree| tree.0.truncate().length() > shore_m + 25.0).count();
     println!(
-        "in the lake {} of {} trees, 20 m from its shore {}; ashore {} of {}",
+        "in the lake {} of {} trees, 20 m from the shore or more {}; ashore {} of {}",
         inside(&with_lake, shore_m),
         inside(&everywhere, shore_m),
         inside(&with_lake, shore_m - 20.0),
         ashore(&with_lake),
         ashore(&everywhere)
     );
-    // The land is asked at the scale of 30 m: a tree may stand at the shore.
+    // The land is evaluated at the scale of 30 m, so a tree may be at the shore.
     assert_eq!(inside(&with_lake, shore_m - 20.0), 0);
     assert!(inside(&with_lake, shore_m) <= inside(&everywhere, shore_m) / 8);
     assert_eq!(ashore(&with_lake), ashore(&everywhere));
-    // Planted: without the rule there are some.
+    // Planted error: a forest without this rule.
     assert!(inside(&everywhere, shore_m - 20.0) > 200);
-    // Land that only rises a little is land.
+    // Land that rises only slightly is not water.
     let Some(mut meadow) = World::new(grid_of(321, 321, 10.0, |x, y| 0.002 * x + 0.001 * y), 0.02) else { return };
     let [wet, all] = [&wet, &tall(20.0)].map(|forest| seen(&mut meadow, forest, ABOVE).len());
     assert_eq!(wet, all);
@@ -200,7 +204,7 @@ fn holes_have_no_trees() {
     assert!(wrong == 0 && expected > 50);
 }
 
-/// Rasters: a class of land has its own density and species, a canopy its own height.
+/// Tests rasters: a class of land cover has its own density and species, and a canopy raster gives heights.
 #[test]
 fn rasters_say_what_grows() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.02) else { return };
@@ -208,7 +212,7 @@ fn rasters_say_what_grows() {
     forest.species.push(Species::new(Form::Snag, 1.0, 600.0));
     let class = |class, shares: [f64; 2]| CoverClass { class, density: 1.0, shares: shares.to_vec() };
     forest.cover.classes = vec![class(41, [0.0, 1.0]), class(42, [1.0, 0.0])];
-    // Columns from the west: nothing, the first class at half density, the second with trees of 200 m.
+    // Columns from the west: no forest, the first class at half density, the second class with a canopy of 64 m.
     let texel = |column: u32| [[0, 1, 0, 255], [128, 1, 0, 255], [255, 2, 255, 255]][column as usize];
     let texels: Vec<[u8; 4]> = (0..6).map(|cell| texel(cell % 3)).collect();
     let cover = Cover { low_m: [-600.0, -400.0], high_m: [600.0, 400.0], size: [3, 2], texels };
@@ -231,13 +235,13 @@ fn rasters_say_what_grows() {
     for (low_m, density, species) in [(-200.0, 128.0 / 255.0, 1), (200.0, 1.0, 0)] {
         let (count, expected) = (within(low_m).count() as f64, expected(low_m, density));
         println!("from {low_m} m on {count} trees of {expected:.0}");
-        // One that dissolves is drawn twice.
+        // A tree that dissolves between two levels is drawn twice.
         assert!(within(low_m).all(|tree| tree.species == species) && (count / expected - 1.1).abs() < 0.12);
     }
-    // 255 quarters of a metre, but at least 0.3 of the species' height.
+    // The raster's 255 quarters of a metre, but at least 0.3 of the species' height.
     assert!(within(200.0).all(|tree| (150.0..=210.0).contains(&tree.instance.height_m)));
     assert!(within(-200.0).any(|tree| tree.instance.height_m > 300.0));
-    // Planted: without the cover trees stand everywhere, of both species.
+    // Planted error: without the cover, trees of both species are everywhere.
     world.surfaces.set_forest_cover(None);
     let everywhere = forest_of(&mut world);
     assert!(everywhere.iter().any(|tree| tree.at_m.x < -200.0) && everywhere.len() > 2 * trees.len());
@@ -327,12 +331,12 @@ fn a_species_may_be_a_model() {
     let scene = parse(&text);
     let forest = scene.forest.clone().unwrap();
     let forms: Vec<Form> = forest.species.iter().map(|species| species.form).collect();
-    // Each file once.
+    // Each file is listed once.
     assert_eq!(forms, [Form::Model(0), Form::Snag, Form::Model(1), Form::Model(0)]);
     let model = |file: &str, z_up| TreeFile { file: file.into(), z_up };
     assert_eq!(forest.models, [model("land/a.obj", false), model("land/b/c.obj", true)]);
     assert!(forest.species[2].height_m == 9.0 && forest.species[0].height_m == 18.0);
-    // Planted: lying and standing it is not the same.
+    // Planted error: another up axis is another model.
     assert_ne!(parse(&text.replace("\"y\"", "\"z\"")).forest.unwrap().species[3].form, Form::Model(0));
     let check =
         |scene: &Scene, reach| scene.check_reach(Path::new("land/s.toml"), reach).map_err(|error| error.to_string());

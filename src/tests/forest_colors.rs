@@ -1,6 +1,6 @@
-//! Trees and models have their own colours in styles that ask for them, the same at all distances, and no other style
-//! knows of them.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Trees and models have their own colours in styles with local colours, the same at all distances; other styles do not
+//! change.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -37,7 +37,7 @@ use hachure::world::Surfaces;
 const SIZE_PX: [u32; 2] = [320, 180];
 const LEVELS: [u32; 4] = [NEAR, MIDDLE, IMPOSTOR, CANOPY];
 
-/// A preset with so much of local colours.
+/// Loads a preset and sets its amount of local colours.
 fn style(name: &str, amount: f32) -> Style {
     let text = style::preset_text(name).unwrap();
     let own: String =
@@ -58,7 +58,7 @@ fn ids(world: &World, renderer: &Renderer) -> Vec<u32> {
     bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect()
 }
 
-/// The parts of red, green and blue in a colour.
+/// Returns the fractions of red, green and blue in a colour.
 fn parts(color: DVec3) -> DVec3 {
     color / color.element_sum().max(1e-9)
 }
@@ -67,7 +67,7 @@ fn luminance([red, green, blue, _]: [f64; 4]) -> f64 {
     0.2126 * red + 0.7152 * green + 0.0722 * blue
 }
 
-/// A sum of colours, and of how many pixels.
+/// A sum of colours, and the number of pixels in it.
 #[derive(Clone, Copy, Default)]
 struct Sum(DVec3, u32);
 
@@ -77,15 +77,15 @@ impl Sum {
     }
 }
 
-/// The colours in which a forest's trees are drawn before lines and haze, for each level. From within it, over it, and from
-/// high above.
+/// Returns the colours in which a forest's trees are drawn before lines and haze, for each level: from within the
+/// forest, from above it, and from high above.
 fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTreeMap<u32, Sum> {
     world.surfaces.set_forest(Some(forest.clone()));
     world.surfaces.set_tree_models(models.to_vec());
     let mut sums: BTreeMap<u32, Sum> = BTreeMap::new();
     let style = style("plain", 1.0);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    // Near trees are seen from among their crowns: from the ground most of what is seen are trunks.
+    // Near trees are seen from among their crowns; from the ground most of the pixels are trunks.
     for (camera, detail) in [
         ("0,0,18,0,-4,50", 3.0),
         ("60,80,18,120,-4,50", 3.0),
@@ -103,7 +103,7 @@ fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTre
         }
         let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
         for (id, tone) in ids(world, &renderer).into_iter().zip(tones).filter(|(id, _)| *id >= id::FIRST_TREE) {
-            // What dissolves is two.
+            // A tree that dissolves between two levels is skipped.
             if let [level] = levels[&id][..] {
                 let sum = sums.entry(level).or_default();
                 *sum = Sum(sum.0 + DVec3::new(tone[0], tone[1], tone[2]), sum.1 + 1);
@@ -116,7 +116,7 @@ fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTre
     sums
 }
 
-/// As grown, but leaves and bark exchange their colours.
+/// Returns trees whose leaves and bark have exchanged colours.
 fn exchanged(form: Form) -> Forest {
     let [leaf, bark] = match form {
         Form::Birch => [[0.94, 0.93, 0.90], [0.60, 0.66, 0.28]],
@@ -128,7 +128,7 @@ fn exchanged(form: Form) -> Forest {
     Forest { species: vec![species], ..forest }
 }
 
-/// Levels of one species may differ by so much, in parts of red, green and blue; species differ by more.
+/// Largest difference between levels of one species, in fractions of red, green and blue; species differ by more.
 const LIKE: f64 = 0.03;
 
 #[test]
@@ -141,24 +141,24 @@ fn a_species_has_the_same_colour_at_all_levels() {
         let own = LEVELS.map(|level| sums[&level].parts());
         println!("{form:?}: {own:.3?}");
         for (a, b) in (0..4).flat_map(|a| (0..a).map(move |b| (a, b))) {
-            assert!(own[a].distance(own[b]) < LIKE, "{form:?}: levels {a} and {b}");
+            assert!(own[a].distance(own[b]) < LIKE, "{form:?}: levels {a} and {b} have different colours");
         }
-        // Planted: one level's colours are those of another part.
+        // Planted error: leaves and bark have exchanged colours.
         if form != Form::Snag {
             let other = colors(&mut world, &exchanged(form), &[]);
             for level in LEVELS {
                 let far = other[&level].parts().distance(own[0]);
                 println!("  leaves and bark exchanged, level {level}: {far:.3}");
-                assert!(far > LIKE, "{form:?}: level {level}: {far}");
+                assert!(far > LIKE, "{form:?}: level {level}: exchanged colours differ by only {far}");
             }
         }
         means.push(own);
     }
-    // Planted: two species are exchanged.
+    // Planted error: two species are exchanged.
     for (a, b) in (0..4).flat_map(|a| (0..a).map(move |b| (a, b))) {
         for (i, j) in (0..4).flat_map(|i| (0..4).map(move |j| (i, j))) {
             let far = means[a][i].distance(means[b][j]);
-            assert!(far > LIKE, "{:?} {i}, {:?} {j}: {far}", forms[a], forms[b]);
+            assert!(far > LIKE, "{:?} level {i} and {:?} level {j} differ by only {far}", forms[a], forms[b]);
         }
     }
 }
@@ -172,11 +172,14 @@ fn wind_takes_no_colour_along() {
     let (swaying, planted) = (colors(&mut world, &forest, &[]), colors(&mut world, &exchanged(Form::Birch), &[]));
     for level in LEVELS {
         let [far, planted] = [&swaying, &planted].map(|sums| sums[&level].parts().distance(still[&level].parts()));
-        assert!(far < 0.02 && planted > 0.05, "level {level}: {far} {planted}");
+        assert!(
+            far < 0.02 && planted > 0.05,
+            "level {level}: differences in wind {far}, with exchanged colours {planted}"
+        );
     }
 }
 
-/// Two boxes beside each other, 2 m each, of a red and a blue material; what has no colour stands behind.
+/// The head of an OBJ file of two boxes with two materials.
 const BOXES: &str = "mtllib paint.mtl\nusemtl one\n";
 
 fn boxed(first: u32, [low, high]: [[f64; 3]; 2]) -> String {
@@ -187,7 +190,7 @@ fn boxed(first: u32, [low, high]: [[f64; 3]; 2]) -> String {
     vertices.collect::<String>() + &faces.concat()
 }
 
-/// A model of two boxes, of two materials.
+/// Returns a model of two boxes with two materials of the given colours.
 fn painted(boxes: [[[f64; 3]; 2]; 2], colors: [&str; 2]) -> Mesh {
     let folder = tempfile::tempdir().unwrap();
     let [one, two] = colors;
@@ -235,14 +238,20 @@ fn a_model_shows_its_materials() {
     for name in ["plain", "wash"] {
         let [left, right] = halves_of([RED, BLUE], name, 1.0);
         println!("{name}: {left:.3} {right:.3}");
-        assert!(is_red(left) && is_blue(right), "{name}: {left} {right}");
-        // Planted: the two exchanged; without local colours; of greys.
+        assert!(is_red(left) && is_blue(right), "{name}: expected red and blue, found {left} and {right}");
+        // Planted errors: exchanged colours; no local colours; grey materials.
         let [left, right] = halves_of([BLUE, RED], name, 1.0);
-        assert!(is_blue(left) && is_red(right), "{name}: {left} {right}");
+        assert!(is_blue(left) && is_red(right), "{name}: expected blue and red, found {left} and {right}");
         let bare = halves_of([RED, BLUE], name, 0.0);
-        assert!(!bare.iter().any(|color| is_red(*color) || is_blue(*color)), "{name}: {bare:?}");
+        assert!(
+            !bare.iter().any(|color| is_red(*color) || is_blue(*color)),
+            "{name}: colours without local colours: {bare:?}"
+        );
         let grey = halves_of(["0.5 0.5 0.5", "0.5 0.5 0.5"], name, 1.0);
-        assert!(!grey.iter().any(|color| is_red(*color) || is_blue(*color)), "{name}: {grey:?}");
+        assert!(
+            !grey.iter().any(|color| is_red(*color) || is_blue(*color)),
+            "{name}: colours of grey materials: {grey:?}"
+        );
     }
 }
 
@@ -256,14 +265,14 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
     let bluish = colors(&mut world, &forest, &[of_colors([RED, BLUE])]);
     let reddish = colors(&mut world, &forest, &[of_colors([BLUE, RED])]);
     for level in LEVELS {
-        // Trunks have a part, but for the canopy; what is exchanged looks the other way.
+        // Trunks are visible at all levels but the canopy. Exchanged materials give exchanged colours.
         let [blue, red] = [&bluish, &reddish].map(|sums| sums[&level].parts());
         println!("level {level}: {blue:.3}, exchanged {red:.3}");
-        assert!(is_blue(blue) && is_red(red), "level {level}: {blue} {red}");
+        assert!(is_blue(blue) && is_red(red), "level {level}: expected blue and red, found {blue} and {red}");
         let trunks = blue.distance(bluish[&CANOPY].parts());
-        assert!((trunks > 0.01) == (level != CANOPY), "level {level}: {trunks}");
+        assert!((trunks > 0.01) == (level != CANOPY), "level {level}: the trunk changes the colour by {trunks}");
     }
-    // A model without materials is as green as what it resembles, or as the scene says.
+    // A model without materials has the green of the species it resembles, or the colour that the scene gives it.
     let mesh =
         |text: &str| Arc::new(TreeModel::new(&obj::parse("a".to_owned(), text.as_bytes()).unwrap(), false).unwrap());
     let bare = mesh(&(boxed(1, boxes[0]) + &boxed(9, boxes[1])));
@@ -272,11 +281,15 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
     let told = colors(&mut world, &Forest { species: vec![species], ..forest }, &[bare]);
     for level in LEVELS {
         let [green, told] = [&green, &told].map(|sums| sums[&level].parts());
-        assert!(green.y > green.x && green.y > 1.5 * green.z && is_red(told), "level {level}: {green} {told}");
+        assert!(
+            green.y > green.x && green.y > 1.5 * green.z && is_red(told),
+            "level {level}: without materials {green}, with the scene's colour {told}"
+        );
     }
 }
 
-/// A frame of a mixed forest: tones before water and haze, ids, the picture, and whether anything has to do with colours.
+/// Draws a frame of a mixed forest; returns tones before water and haze, ids, the picture, and whether any pass used
+/// colours.
 fn frame_of(world: &mut World, renderer: &mut Renderer, style: &Style) -> (Vec<[f64; 4]>, Vec<u32>, Vec<u8>, bool) {
     let pose = world.pose("0,0,14,0,-4,50");
     renderer.set_traces(true);
@@ -296,44 +309,48 @@ fn colours_change_no_tone_and_nothing_else() {
     let Some(mut world) = plain() else { return };
     let forest = of(Form::Conifer, 200.0, 20.0);
     world.surfaces.set_forest(Some(Forest { species: Species::mixed(20.0)[1..3].to_vec(), ..forest }));
-    // Strokes last from frame to frame, so each picture has a frame of its own.
+    // Strokes persist from frame to frame, so each picture has its own renderer.
     let drawn = |world: &mut World, style: &Style| {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         frame_of(world, &mut renderer, style)
     };
-    // Tiles come with the first.
+    // The first frame loads the tiles.
     drawn(&mut world, &style("wash", 0.0));
     let (bare, ids, bare_picture, is_colored) = drawn(&mut world, &style("wash", 0.0));
-    assert!(!is_colored, "what nobody asks for is not made");
+    assert!(!is_colored, "colours are computed for a style that has none");
     let text = style::preset_text("wash").unwrap();
     let silent: String =
         text.lines().filter(|line| !line.starts_with("local_color")).map(|line| format!("{line}\n")).collect();
     let silent = drawn(&mut world, &Style::parse("wash", &silent).unwrap());
-    assert!(silent.2 == bare_picture, "nothing is the default");
+    assert!(silent.2 == bare_picture, "a style without local_color must have none");
     let (full, full_ids, full_picture, is_colored) = drawn(&mut world, &style("wash", 1.0));
     assert!(is_colored && full_ids == ids && full_picture != bare_picture);
     let (mut trees, mut changed, mut worst) = (0, 0, 0.0_f64);
     for ((id, bare), full) in ids.iter().zip(&bare).zip(&full) {
         if *id < id::FIRST_TREE {
-            assert_eq!(bare, full, "the land is as it was");
+            assert_eq!(bare, full, "local colours of trees change the land");
             continue;
         }
         trees += 1;
         changed += u32::from((0..3).any(|i| (bare[i] - full[i]).abs() > 0.01));
         worst = worst.max((luminance(*bare) - luminance(*full)).abs());
-        assert_eq!(bare[3], full[3], "marks ask for the same");
+        assert_eq!(bare[3], full[3], "colours change the darkness of marks");
     }
-    println!("{trees} pixels of trees, {changed} changed; luminance by {worst:.5} at most");
+    println!("{trees} pixels of trees, {changed} changed; largest change of luminance {worst:.5}");
     assert!(trees > 9_000 && f64::from(changed) > 0.8 * f64::from(trees) && worst < 2e-3);
-    // Planted: colours that have a lightness of their own, as `plain` gives them.
+    // Planted error: colours with a lightness of their own, as in `plain`.
     let [bare, full] = [0.0, 1.0].map(|amount| drawn(&mut world, &style("plain", amount)).0);
     let far = bare.iter().zip(&full).map(|(a, b)| (luminance(*a) - luminance(*b)).abs()).fold(0.0, f64::max);
-    assert!(far > 0.02, "{far}");
+    assert!(far > 0.02, "in plain, colours change luminance by only {far}");
 
-    // Styles that do not ask have nothing of it, also where another style has just drawn with it.
+    // Styles without local colours have nothing of them, even right after a style that has them.
     for name in style::names() {
         let says_so = style::preset_text(name).unwrap().contains("local_color");
-        assert_eq!(Style::load(name).unwrap().asks_for_local_colors(), says_so, "{name}");
+        assert_eq!(
+            Style::load(name).unwrap().asks_for_local_colors(),
+            says_so,
+            "{name}: local colours should be {says_so}"
+        );
     }
     let ink = Style::load("ink").unwrap();
     let mut one = Renderer::new(&world.gpu).unwrap();
@@ -343,8 +360,8 @@ fn colours_change_no_tone_and_nothing_else() {
     assert!(!alone.3 && !after.3 && alone.2 == after.2);
 }
 
-/// Wind, models and colours at once stay within 32 bytes of attachments for a pixel and four storage pictures, which every
-/// WebGPU device has.
+/// With wind, models and colours at once, drawing needs no more than 32 bytes of attachments per pixel and four storage
+/// textures, which every WebGPU device has.
 #[test]
 fn colours_draw_within_the_default_limits() {
     let Some((hill, world)) = shapes::hill() else { return };
@@ -360,7 +377,7 @@ fn colours_draw_within_the_default_limits() {
     surfaces.set_meshes(placed);
     surfaces.set_forest(Some(of(Form::Birch, 100.0, 20.0)));
     surfaces.set_wind(Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
-    // With shadows, marks and colours every tone has all that it may ask for.
+    // With shadows, marks and colours, every tone pass has all of its inputs.
     let all = Style::parse(
         "all",
         &Style::load("crosshatch").unwrap().text().replace("local_color = 0.0", "local_color = 0.5"),
@@ -372,7 +389,7 @@ fn colours_draw_within_the_default_limits() {
         for _ in 0..2 {
             draw(&gpu, &mut surfaces, &mut renderer, &still(pose, [96, 54]), &style, &NOON);
         }
-        assert!(renderer.target(&LOCAL_COLOR).is_some(), "{}", style.name);
+        assert!(renderer.target(&LOCAL_COLOR).is_some(), "{} has no local colours", style.name);
     }
 }
 

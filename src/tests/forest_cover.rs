@@ -1,5 +1,5 @@
-//! A scene opens with the rasters of its forest, or says what is wrong with them.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! A scene opens with the rasters of its forest, or an error says what is wrong with them.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -19,7 +19,7 @@ use ndarray::Array2;
 
 const SIDE: usize = 32;
 
-/// 32 × 32 samples, 30 m apart.
+/// Returns a builder of a file with 32 × 32 samples, 30 m apart.
 fn placed() -> GeoTiffBuilder {
     let builder = GeoTiffBuilder::new(SIDE as u32, SIDE as u32).model_type(ModelType::Projected).epsg(32610);
     builder.pixel_scale(30.0, 30.0).origin(600_000.0, 5_200_000.0)
@@ -46,7 +46,7 @@ fn a_scene_opens_with_its_rasters_or_says_what_is_wrong() {
     assert_eq!(cover.size, [SIDE as u32; 2]);
     let across = [-400.0, -20.0, 20.0, 400.0].map(|x| cover.at([x, 0.0]));
     assert_eq!(across, [[153, 1, 0, 255], [153, 1, 0, 255], [0, 0, 0, 255], [0, 0, 0, 255]].map(Some));
-    // It is an input, which no output may overwrite.
+    // A raster is an input, which no output may overwrite.
     let inputs = inputs_of(scene.to_str(), &scene_of(scene.to_str(), Reach::SceneFolder).unwrap());
     assert!(inputs.check(&file("cover.tif")).is_err() && inputs.check(&file("other.tif")).is_ok());
     assert!(open("seed = 3\n").unwrap().surfaces.forest_cover().is_none());
@@ -64,8 +64,8 @@ fn a_scene_opens_with_its_rasters_or_says_what_is_wrong() {
     }
 }
 
-/// Trees by rules, by rasters and in wind, with strokes, shadows and colours: on a device that has what every WebGPU
-/// device has, and no more.
+/// Draws trees by rules, by rasters and in wind, with strokes, shadows and colours, on a device with the limits that
+/// every WebGPU device has.
 #[test]
 fn forests_draw_within_the_default_limits() {
     let gpu = Gpu::open_within(&AdapterWish::Best, wgpu::Limits::default()).unwrap_or_else(|error| panic!("{error}"));
@@ -100,7 +100,10 @@ fn forests_draw_within_the_default_limits() {
     );
     let nowhere =
         drawn("trees_per_ha = 300\nland_cover = \"cover.tif\"\n[[forest.classes]]\nclass = 99\ndensity = 1\n");
-    assert!(by_rules > by_rasters && by_rasters > 100 && nowhere == 0, "{by_rules} {by_rasters} {nowhere}");
+    assert!(
+        by_rules > by_rasters && by_rasters > 100 && nowhere == 0,
+        "pixels of trees by rules {by_rules}, by rasters {by_rasters}, where no class grows {nowhere}"
+    );
 }
 
 #[test]

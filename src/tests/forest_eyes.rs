@@ -1,5 +1,5 @@
-//! Two eyes see the same trees, and samples of one picture do too.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Both eyes see the same trees, and so do all samples of one picture.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -29,7 +29,7 @@ fn wooded() -> Option<World> {
     Some(world)
 }
 
-/// Draws a rig, twice: tiles come with the first.
+/// Draws a rig twice; the first frame loads the tiles.
 fn draw_rig(world: &mut World, renderer: &mut Renderer, rig: &Rig, style: &Style) {
     for _ in 0..2 {
         let prepared = prepare(&world.gpu, &mut world.surfaces, rig, style, &north_west());
@@ -69,13 +69,13 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
             continue;
         }
         let j = (y * i64::from(SIZE_PX[0]) + x) as usize;
-        // What the other eye does not see is hidden from it.
+        // The comparison skips pixels that are hidden from the other eye.
         let away = |at: &[f32; 4]| f64::from(at[3]);
         if (away(&right_positions[j]) - away(at)).abs() > 0.02 * away(at) {
             continue;
         }
         both += 1;
-        // At the border of a tree a pixel may show its neighbour.
+        // At the border of a tree a pixel may show the neighbouring tree.
         let around = [j - 1, j, j + 1, j - SIZE_PX[0] as usize, j + SIZE_PX[0] as usize];
         same += usize::from(around.iter().any(|j| right_ids[*j] == left_ids[i]));
     }
@@ -84,14 +84,14 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
     println!("{same} of {both} pixels show the same tree; ink {left_ink:.4} and {right_ink:.4}");
     assert!(both > 5000 && same as f64 > 0.99 * both as f64);
     assert!((left_ink / right_ink - 1.0).abs() < 0.05 && left_ink > 0.02);
-    // Planted: the pixels of another tree.
+    // Planted error: pixels shifted to other trees.
     let shifted = (0..left_ids.len() - 30).filter(|i| left_ids[*i] >= id::FIRST_TREE);
     let (all, wrong) =
         shifted.fold((0, 0), |(all, wrong), i| (all + 1, wrong + i32::from(left_ids[i] != left_ids[i + 30])));
     assert!(f64::from(wrong) > 0.5 * f64::from(all));
 }
 
-/// Eyes at one place are one eye, in every kind of style.
+/// Tests that two eyes at one position draw what one eye draws, in several kinds of style.
 #[test]
 fn a_pair_without_distance_is_one_eye() {
     let Some(mut world) = wooded() else { return };
@@ -106,16 +106,19 @@ fn a_pair_without_distance_is_one_eye() {
         draw_rig(&mut world, &mut renderer, &rig, &style);
         for eye in 0..2 {
             let picture = halves(&world.gpu, renderer.eye_target(eye, &PICTURE).unwrap());
-            assert!(picture == alone, "{name}: eye {eye}");
+            assert!(picture == alone, "{name}: eye {eye} differs from the single eye");
         }
-        // Planted: a pair that stands apart.
+        // Planted error: eyes with a distance between them.
         let rig = Pair { ipd_m: 2.0, convergence_m: None }.rig(&view);
         draw_rig(&mut world, &mut renderer, &rig, &style);
-        assert!(halves(&world.gpu, renderer.eye_target(1, &PICTURE).unwrap()) != alone, "{name}");
+        assert!(
+            halves(&world.gpu, renderer.eye_target(1, &PICTURE).unwrap()) != alone,
+            "{name}: eyes 2 m apart draw the same picture"
+        );
     }
 }
 
-/// At rest samples make a forest's edges smooth, and what it shows stands still.
+/// At rest, temporal anti-aliasing smooths the edges of a forest, and the picture comes to rest.
 #[test]
 fn a_forest_at_rest_becomes_still() {
     let Some(mut world) = wooded() else { return };
@@ -135,7 +138,7 @@ fn a_forest_at_rest_becomes_still() {
         a.iter().zip(b).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f64>() / a.len() as f64
     };
     let [first, last] = [change(&pictures[0], &pictures[1]), change(&pictures[2], &pictures[3])];
-    println!("from the first frame to the second {first:.5}, from the last but one to the last {last:.6}");
-    // Planted: the first two, which are not yet a mean.
+    println!("change from the first frame to the second {first:.5}, between the last two {last:.6}");
+    // Planted error: the first two frames, which are not averaged yet.
     assert!(last < 2e-3 && first > 5.0 * last);
 }

@@ -1,5 +1,5 @@
-//! Forests are neither black nor bare, from whatever distance they are seen.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Forests are neither black nor blank, from any distance.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -14,7 +14,8 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [256, 144];
 
-/// How dark pictures from a distance are in the mean: 0 is the sheet, 1 black. Near, one picture is a matter of luck.
+/// Returns the mean darkness of pictures from a distance: 0 is paper, 1 black. Near trees, a single picture varies too
+/// much.
 fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, away_m: f64) -> f64 {
     let pitch_deg: f64 = -25.0;
     let up_m = away_m * -pitch_deg.to_radians().sin();
@@ -25,7 +26,7 @@ fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, away_m: f
         let i = f64::from(i);
         let camera = format!("{},{},{up_m},{},{pitch_deg},30", 37.0 + 9.0 * i, -0.6 * away_m, 30.0 + 45.0 * i);
         let pose = world.pose(&camera);
-        // Strokes of another view would make room only slowly.
+        // Strokes of another view would disappear only slowly.
         renderer.forget();
         draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &north_west());
         let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
@@ -34,7 +35,7 @@ fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, away_m: f
     1.0 - all.sum::<f64>() / f64::from(views)
 }
 
-/// How many times the middle of some numbers, or its inverse, the one is that is farthest from it.
+/// Returns the largest ratio between a number and the median, or its inverse.
 fn from_middle(numbers: &[f64]) -> f64 {
     let middle = quantile(&mut numbers.to_vec(), 0.5);
     numbers.iter().map(|number| (number / middle).max(middle / number.max(1e-6))).fold(0.0, f64::max)
@@ -48,7 +49,7 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
     let distances_m = [10.0, 30.0, 100.0, 300.0, 1000.0, 3000.0, 10_000.0, 20_000.0];
     let styles = ["ink", "strokes", "crosshatch", "pencil", "stipple", "hachures"].map(|name| {
         let mut style = Style::load(name).unwrap();
-        // What haze does is not asked here.
+        // Haze is not part of this test.
         style.haze.faintest_tone = 1.0;
         (name, style)
     });
@@ -65,11 +66,11 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
     let mut worst = 0.0_f64;
     for ((name, _), (bare, wooded)) in styles.iter().zip(bare.into_iter().zip(wooded)) {
         let most = from_middle(&wooded);
-        // Planted: a forest that ends before it is far away.
+        // Planted error: a forest that ends before it is far away.
         let ends = [&wooded[..far], &bare].concat();
-        assert!(from_middle(&ends) > 2.0, "{ends:?}");
-        println!("{name:12} forest {wooded:.3?}, bare and far {bare:.3?}; at most {most:.2} times the middle");
+        assert!(from_middle(&ends) > 2.0, "a forest that ends passes: {ends:?}");
+        println!("{name:12} forest {wooded:.3?}, bare land far away {bare:.3?}; at most {most:.2} times the median");
         worst = worst.max(most);
     }
-    assert!(worst < 2.0, "{worst}");
+    assert!(worst < 2.0, "the darkness of a forest differs from the median by a factor of {worst}");
 }

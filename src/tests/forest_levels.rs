@@ -1,5 +1,5 @@
-//! Trees keep their looks and their number as they go from mesh to impostor to canopy.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Trees keep their appearance and their number from mesh to impostor to canopy.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -22,7 +22,6 @@ use hachure::surface::{SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [160, 90];
 
-/// A plain.
 fn plain() -> Option<World> {
     World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02)
 }
@@ -31,15 +30,15 @@ fn key(at_m: DVec3) -> [i64; 2] {
     [at_m.x, at_m.y].map(|along_m| (2.0 * along_m).round() as i64)
 }
 
-/// Trees by their places to half a metre, which no two share here.
+/// Groups trees by their position in units of half a metre, which no two trees share here.
 fn by_place(trees: &[DrawnTree]) -> BTreeMap<[i64; 2], Vec<DrawnTree>> {
     let mut places: BTreeMap<[i64; 2], Vec<DrawnTree>> = BTreeMap::new();
     trees.iter().for_each(|tree| places.entry(key(tree.at_m)).or_default().push(*tree));
     places
 }
 
-/// Whether all of the dither pattern shows a tree that stands by itself, each value once, unless it is shrinking into a
-/// canopy.
+/// Returns whether the levels of a tree together cover the dither pattern exactly once, apart from a level that is
+/// shrinking into a canopy.
 fn is_whole(levels: &[DrawnTree]) -> bool {
     let mut alone: Vec<[f32; 2]> = levels.iter().filter(|tree| tree.level != CANOPY).map(|tree| tree.shown).collect();
     alone.sort_by(|a, b| a[0].total_cmp(&b[0]));
@@ -48,7 +47,7 @@ fn is_whole(levels: &[DrawnTree]) -> bool {
     !levels.is_empty() && is_chain && is_full
 }
 
-/// A flight from among the trees up and away: in each frame every tree that the placement's own list has is drawn, whole.
+/// Flies from among the trees up and away: in each frame every tree that the CPU expects is drawn, completely.
 #[test]
 fn no_tree_is_missing_in_any_frame_of_a_flight() {
     let Some(mut world) = plain() else { return };
@@ -71,10 +70,10 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
         for (at_m, rank) in &all {
             let from_eye_m = *at_m - pose.position_m;
             let away_m = from_eye_m.length();
-            // As the shader has it, of level land.
+            // The shader's formula, for level land.
             let foreshortening = (from_eye_m.z / away_m).abs();
             let share = (full_m * (0.25 + 0.75 * foreshortening).sqrt() / away_m).powi(2).min(1.0);
-            // In view with its middle, on land, and not by a hair.
+            // The centre of the tree is in view, it is on land, and its rank is not at the limit.
             let is_listed = *rank < 0.995 * density * share
                 && view.frustum().may_see_sphere(from_eye_m + DVec3::Z * 10.0, 0.0)
                 && at_m.truncate().abs().max_element() < 3190.0;
@@ -89,7 +88,7 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
         assert!(missing == 0 && broken == 0, "frame {step}: {missing} missing, {broken} broken of {expected}");
         seen += expected;
         levels.extend(trees.iter().map(|tree| tree.level));
-        // Planted: without one of the levels.
+        // Planted error: one of the levels is missing.
         for level in [NEAR, MIDDLE, IMPOSTOR, CANOPY] {
             let fewer: Vec<DrawnTree> = trees.iter().filter(|tree| tree.level != level).copied().collect();
             let fewer = by_place(&fewer);
@@ -97,12 +96,15 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
             lost[level as usize] += drawn.keys().filter(is_lost).count();
         }
     }
-    assert!(lost.iter().all(|lost| *lost > 0), "trees are missing without a level: {lost:?}");
+    assert!(
+        lost.iter().all(|lost| *lost > 0),
+        "trees lost without each of the levels, expected some for each: {lost:?}"
+    );
     println!("{seen} trees in 16 frames, none missing");
     assert!(seen > 3_000 && levels == BTreeSet::from([NEAR, MIDDLE, IMPOSTOR, CANOPY]), "{seen} {levels:?}");
 }
 
-/// The distances at which trees go over from a level to the next spread, and each takes its time.
+/// The distances at which trees change from one level to the next are spread out, and each change takes several frames.
 #[test]
 fn trees_change_their_level_one_by_one_and_slowly() {
     let Some(mut world) = plain() else { return };
@@ -116,7 +118,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
             let has = |level: u32| levels.iter().any(|tree| tree.level == level);
             has(finer) && has(coarser)
         };
-        // By what their own height does to it, which would spread them too.
+        // Distances are relative to the tree's height, which would spread them too.
         let mut sizes: Vec<f64> = places
             .values()
             .filter(is_between)
@@ -126,10 +128,10 @@ fn trees_change_their_level_one_by_one_and_slowly() {
             })
             .collect();
         let [low, middle, high] = [0.05, 0.5, 0.95].map(|part| quantile(&mut sizes, part));
-        println!("{finer} to {coarser}: {} trees at {low:.2} to {high:.2} heights", sizes.len());
+        println!("{finer} to {coarser}: {} trees at distances of {low:.2} to {high:.2} heights", sizes.len());
         assert!(sizes.len() > 10 && (high - low) / middle > 0.05);
     }
-    // How many steps of a metre it takes one.
+    // The number of steps of a metre that the change of one tree takes.
     let mut frames: BTreeMap<([i64; 2], u32), u32> = BTreeMap::new();
     for step in 0..20 {
         let pose = Pose { position_m: pose.position_m - DVec3::Y * f64::from(step), ..pose };
@@ -140,12 +142,12 @@ fn trees_change_their_level_one_by_one_and_slowly() {
             }
         }
     }
-    // Of the nearest level in a picture with as many pixels to the radian as one of 1080 lines has: the one above goes
-    // over before it has seven.
+    // The nearest level is tested in a picture with as many pixels per radian as one of 1080 rows, because the level
+    // above it changes too soon.
     let dissolving = |frames: &BTreeMap<([i64; 2], u32), u32>, level: u32| {
         let mut counts: Vec<f64> =
             frames.iter().filter(|((_, of), _)| *of == level).map(|(_, count)| f64::from(*count)).collect();
-        println!("from {level}: {} frames in the median, of {} trees", quantile(&mut counts, 0.5), counts.len());
+        println!("from {level}: median {} frames, of {} trees", quantile(&mut counts, 0.5), counts.len());
         assert!(counts.len() > 10);
         quantile(&mut counts, 0.5)
     };
@@ -170,7 +172,7 @@ fn trees_change_their_level_one_by_one_and_slowly() {
     assert!(dissolving(&frames, NEAR) >= 8.0);
 }
 
-/// What a frame shows of trees: ids and normals.
+/// Returns the trees that a frame shows: ids, normals, and the list.
 fn pictured(
     world: &mut World,
     renderer: &mut Renderer,
@@ -193,17 +195,17 @@ fn pictured(
     (ids, normals, listed(world, renderer, pose.position_m))
 }
 
-/// How two pictures of a tree agree.
+/// How well two pictures of a tree agree.
 struct Agreement {
     /// Intersection over union of its pixels.
     overlap: f64,
-    /// Between the means of its normals.
+    /// The angle between the mean normals.
     of_means_deg: f64,
-    /// The mean over pixels where both show it.
+    /// The mean angle over the pixels in which both show the tree.
     of_pixels_deg: f64,
 }
 
-/// Normals of the second picture are turned about the plumb line.
+/// Compares two pictures of a tree; normals of the second are turned about the vertical.
 fn agreement(id: u32, a: (&[u32], &[DVec3]), b: (&[u32], &[DVec3]), turn_rad: f64) -> Agreement {
     let (mut both, mut any, mut sum_deg) = (0_u32, 0_u32, 0.0);
     let turned = |n: DVec3| DVec2::from_angle(turn_rad).rotate(n.truncate()).extend(n.z);
@@ -225,9 +227,9 @@ fn agreement(id: u32, a: (&[u32], &[DVec3]), b: (&[u32], &[DVec3]), turn_rad: f6
     }
 }
 
-/// Of the pixels of a tree in two pictures, the share that has one of the other picture's beside it or at its place, when
-/// the second picture is moved aside. Half a pixel beside is elsewhere for a branch that is a pixel wide: intersection over
-/// union then falls by half though no eye sees a difference, and this does not.
+/// Returns the fraction of a tree's pixels in both pictures that have a pixel of the tree in the other one, at their
+/// place or next to it, with the second picture shifted by `aside_px`. For a branch one pixel wide, a shift of half a
+/// pixel halves the intersection over union without a visible difference; this measure does not react to it.
 fn within_a_pixel(id: u32, a: &[u32], b: &[u32], size_px: [u32; 2], aside_px: i64) -> f64 {
     let [width, height] = size_px.map(i64::from);
     let is_in = |ids: &[u32], x: i64, y: i64| {
@@ -244,19 +246,19 @@ fn within_a_pixel(id: u32, a: &[u32], b: &[u32], size_px: [u32; 2], aside_px: i6
     f64::from(held) / f64::from(all.max(1))
 }
 
-/// How well an impostor stands for its mesh.
+/// How much an impostor looks like its mesh.
 struct Likeness {
     impostor: Agreement,
     /// With the impostor turned by 10°.
     turned_deg: f64,
-    /// [`within_a_pixel`], and the same with the impostor four pixels aside.
+    /// The result of [`within_a_pixel`], and the same with the impostor shifted by four pixels.
     near: f64,
     aside: f64,
-    /// The overlap of the mesh with itself, half a pixel to the right and down: an impostor has to be better.
+    /// The overlap of the mesh with itself half a pixel to the right and down: an impostor must be better.
     beside: f64,
 }
 
-/// Whether a tree touches neither another one nor the picture's border.
+/// Returns whether a tree touches neither another one nor the picture's border.
 fn stands_clear(own: u32, ids: &[u32], size_px: [u32; 2]) -> bool {
     let [width, height] = size_px.map(|side| side as usize);
     (0..ids.len()).filter(|i| ids[*i] == own).all(|i| {
@@ -269,16 +271,17 @@ fn stands_clear(own: u32, ids: &[u32], size_px: [u32; 2]) -> bool {
     })
 }
 
-/// Each form from many sides, as large as where it goes over to its impostor.
+/// Compares each form from many sides, at the size at which it changes to its impostor.
 #[test]
 fn impostors_look_like_their_meshes() {
     const PICTURE_PX: [u32; 2] = [320, 180];
     const VIEWS: usize = 25;
-    // Trees of this size stand within a hundred metres.
+    // Trees of this size are within a hundred metres.
     let Some(mut world) = World::new(grid_of(65, 65, 20.0, |_, _| 0.0), 0.02) else { return };
     let height_m = 20.0;
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    // Where the branches of a dead tree are a pixel wide even its mesh agrees with itself half a pixel beside as little.
+    // The branches of a dead tree are one pixel wide, so even its mesh agrees as little with itself shifted by half a
+    // pixel.
     let forms =
         [(Form::Conifer, 0.92, 7.0), (Form::Broadleaf, 0.96, 7.0), (Form::Birch, 0.92, 7.0), (Form::Snag, 0.68, 10.0)];
     for (form, least, most_deg) in forms {
@@ -290,7 +293,7 @@ fn impostors_look_like_their_meshes() {
             }
             let yaw_deg = 360.0 * random(i, 1);
             let pitch_deg = -5.0 - 70.0 * random(i, 2);
-            // The picture's middle is where trees go over.
+            // At the centre of the picture trees change to impostors.
             let away_m = height_m * still(world.pose("0,0,1,0,0,40"), PICTURE_PX).focal_px() / IMPOSTOR_PX;
             let up_m = away_m * -pitch_deg.to_radians().sin();
             let camera = format!("{},{},{up_m},{yaw_deg},{pitch_deg},40", 200.0 * random(i, 3), 200.0 * random(i, 4));
@@ -328,8 +331,8 @@ fn impostors_look_like_their_meshes() {
         let [near, aside, beside] = [mean(&|each| each.near), mean(&|each| each.aside), mean(&|each| each.beside)];
         let mut overlaps: Vec<f64> = all.iter().map(|each| each.impostor.overlap).collect();
         println!(
-            "{form:?}, {} views: overlap {overlap:.3}, of one in twenty under {:.3}, of the mesh half a pixel beside {:.3}; \
-             within a pixel {near:.3}, four pixels aside {aside:.3}; mean normals {of_means_deg:.1}° apart, turned by 10° \
+            "{form:?}, {} views: overlap {overlap:.3}, 5th percentile {:.3}, mesh shifted by half a pixel {:.3}; \
+             within a pixel {near:.3}, shifted by four pixels {aside:.3}; mean normals {of_means_deg:.1}° apart, turned by 10° \
              {turned_deg:.1}°; normals of pixels {:.1}° apart",
             all.len(),
             quantile(&mut overlaps, 0.05),
@@ -338,13 +341,13 @@ fn impostors_look_like_their_meshes() {
         );
         assert!(all.len() >= VIEWS && overlap > least && of_means_deg < most_deg && near > 0.93);
         assert!(overlap > beside);
-        // Planted: an impostor that is turned, and one that stands aside.
+        // Planted errors: an impostor that is turned, and one that is shifted.
         assert!(turned_deg > of_means_deg + 1.0 && aside < near - 0.03);
     }
 }
 
-/// What a frame lists and draws follows what is seen, not what exists: one view of worlds of a thousand to a hundred
-/// million trees.
+/// Tests that a frame lists and draws what is visible, not what exists: the same view of worlds with a thousand to a
+/// hundred million trees.
 #[test]
 fn a_frame_costs_what_is_seen() {
     let mut drawn: Vec<usize> = Vec::new();
@@ -363,8 +366,11 @@ fn a_frame_costs_what_is_seen() {
             begun.elapsed().as_secs_f64() * 500.0
         );
     }
-    assert!(drawn[0] > 200 && drawn.iter().all(|count| *count == drawn[0]), "{drawn:?}");
-    // Planted: a view of more.
+    assert!(
+        drawn[0] > 200 && drawn.iter().all(|count| *count == drawn[0]),
+        "the number of drawn trees depends on the world: {drawn:?}"
+    );
+    // Planted error: a view of more trees.
     let Some(mut world) = World::new(grid_of(65, 65, 20.0, |_, _| 0.0), 1.0) else { return };
     world.surfaces.set_forest(Some(of(Form::Conifer, 300.0, 20.0)));
     let pose = world.pose("0,0,150,0,-90,40");

@@ -1,5 +1,5 @@
-//! Species that are models stand in forests as grown ones do: near, in the middle distance, as pictures, as canopy.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Species that are models behave in forests like grown ones: near, at middle distance, as impostors, as canopy.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -22,7 +22,7 @@ use hachure::surface::{SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
-/// A box as a part of an OBJ file.
+/// Returns a box as a part of an OBJ file.
 fn boxed(first: u32, [low, high]: [[f64; 3]; 2]) -> String {
     let at = |i: u32| (0..3).map(move |axis| if i >> axis & 1 == 0 { low[axis] } else { high[axis] });
     let vertices = (0..8).map(|i| format!("v {}\n", at(i).map(|v| v.to_string()).collect::<Vec<_>>().join(" ")));
@@ -31,7 +31,7 @@ fn boxed(first: u32, [low, high]: [[f64; 3]; 2]) -> String {
     vertices.collect::<String>() + &faces.concat()
 }
 
-/// A thin trunk of which the upper four tenths are a wide box: nothing that grows.
+/// Returns a hammer, unlike any tree: a thin trunk whose upper four tenths are a wide box.
 fn hammer() -> Arc<TreeModel> {
     let trunk = boxed(1, [[-0.2, 0.0, -0.2], [0.2, 6.0, 0.2]]);
     let head = boxed(9, [[-3.0, 6.0, -3.0], [3.0, 10.0, 3.0]]);
@@ -44,7 +44,7 @@ fn plain(side: u32) -> Option<World> {
 }
 
 struct Picture {
-    /// Pixels of each tree.
+    /// The pixels of each tree, by id.
     pixels: BTreeMap<u32, Vec<[u32; 2]>>,
     ids: Vec<u32>,
     lightness: Vec<f64>,
@@ -70,7 +70,7 @@ fn picture(world: &mut World, renderer: &mut Renderer, camera: &str, detail: f64
 }
 
 impl Picture {
-    /// Whether a tree is whole in the picture, and touches no other.
+    /// Returns whether all of a tree is in the picture and it touches no other.
     fn is_clear(&self, own: u32) -> bool {
         self.pixels[&own].iter().all(|&[x, y]| {
             let inside = x > 0 && y > 0 && x + 1 < SIZE_PX[0] && y + 1 < SIZE_PX[1];
@@ -80,7 +80,7 @@ impl Picture {
         })
     }
 
-    /// How many times as wide as in the middle a tree is near its top.
+    /// Returns the width of a tree near its top, relative to the width halfway up.
     fn head(&self, own: u32) -> f64 {
         let pixels = &self.pixels[&own];
         let top = pixels.iter().map(|at| at[1]).min().unwrap();
@@ -95,7 +95,7 @@ impl Picture {
 
 #[test]
 fn a_model_is_seen_at_all_distances() {
-    // Few trees on a small plain: they stand before the sky.
+    // A few trees on a small plain, against the sky.
     let Some(mut world) = plain(21) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     world.surfaces.set_forest(Some(of(Form::Model(0), 5.0, 20.0)));
@@ -105,7 +105,7 @@ fn a_model_is_seen_at_all_distances() {
             let camera = format!("{},{},9,{},0,40", 37 * step % 290 - 145, 145 - 53 * step % 290, 40 * step);
             let seen = picture(world, renderer, &camera, detail);
             let whole = seen.trees.iter().filter(|tree| tree.level == level && tree.shown == [0.0, 1.0]);
-            // Of several levels are those that shrink into the canopy.
+            // Trees listed at several levels are shrinking into the canopy.
             let is_alone = |own: &u32| seen.trees.iter().filter(|tree| tree.instance.id == *own).count() == 1;
             let whole = whole.map(|tree| tree.instance.id).filter(is_alone);
             for own in whole.filter(|own| seen.pixels.contains_key(own)) {
@@ -120,7 +120,7 @@ fn a_model_is_seen_at_all_distances() {
     for (level, detail) in [(NEAR, 8.0), (MIDDLE, 1.6), (IMPOSTOR, 0.4)] {
         world.surfaces.set_tree_models(vec![hammer()]);
         let own = heads(&mut world, &mut renderer, level, detail);
-        // Planted: its model is missing, and a broadleaf stands there.
+        // Planted error: the model is missing and replaced by a broadleaf.
         world.surfaces.set_tree_models(Vec::new());
         let planted = heads(&mut world, &mut renderer, level, detail);
         let least = own.iter().copied().fold(f64::INFINITY, f64::min);
@@ -133,7 +133,7 @@ fn a_model_is_seen_at_all_distances() {
         assert!(own.len() > 5 && planted.len() > 5 && least > 5.0 && most < 2.0);
     }
 
-    // From high above a dense forest: its canopies, in its lightness.
+    // Seen from high above, a dense forest is canopies with the model's lightness.
     let Some(mut world) = plain(321) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let mut lightness = |models: Vec<Arc<TreeModel>>| {

@@ -1,6 +1,6 @@
-//! Near trees have strokes: the edges that the GPU finds on them are those of their meshes in f64, and what is drawn of
-//! these are their outlines.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Near trees have strokes: the edges that the GPU finds equal those of the meshes in f64, and the strokes drawn from
+//! them are outlines.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -23,10 +23,10 @@ use hachure::surface::{POSITION, SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const CAMERA: &str = "40,-300,9,10,3,60";
-/// What is nearer along the view axis is not drawn.
+/// Parts of trees nearer than this, along the view axis, are not drawn.
 const CLEAR_M: f64 = 5.0;
 const CLEARING_M: f64 = 2.0;
-/// Two places that far apart are two: they come from f32.
+/// Tolerance of positions, which are computed in f32.
 const EXACT_M: f64 = 0.01;
 
 const FORMS: [(Form, Grown); 4] = [
@@ -44,7 +44,7 @@ struct Bench {
 }
 
 impl Bench {
-    /// A plain with all species, and strokes that are made anew in each frame.
+    /// Creates a plain with all species, and a style whose strokes are rebuilt in each frame.
     fn new(camera: &str) -> Option<Self> {
         let mut world = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02)?;
         let mut forest = of(Form::Conifer, 250.0, 18.0);
@@ -57,7 +57,7 @@ impl Bench {
         Some(Self { world, renderer, style, view })
     }
 
-    /// Draws, and reads the edges of trees.
+    /// Draws a frame and reads the edges of trees.
     fn edges(&mut self) -> Vec<Edge> {
         let Self { world, renderer, style, view } = self;
         for _ in 0..2 {
@@ -65,15 +65,15 @@ impl Bench {
         }
         let vertices: u32 = strokes_left(&world.gpu, renderer, &EDGE_DRAW, 1)[0];
         let all: Vec<Edge> = strokes_left(&world.gpu, renderer, &EDGES, vertices as usize / 2);
-        // Edges of the land ask for nothing behind them.
+        // Edges of the land request no test of what is behind them.
         all.into_iter().filter(|edge| edge.kind >> 8 > 0).collect()
     }
 
-    /// The trees that have strokes, from near to far; from the eye.
+    /// Returns the trees that have strokes, from near to far, relative to the eye.
     fn near_trees(&self) -> Vec<DrawnTree> {
         let origin_m = self.view.pose.position_m;
         let mut trees = listed(&self.world, &self.renderer, origin_m);
-        // Most of it is the near mesh.
+        // At least half of the dither pattern shows the near mesh.
         trees.retain(|tree| tree.level == NEAR && tree.shown[1] >= 0.5);
         let key = |tree: &DrawnTree| ((Vec3::from(tree.instance.flat_m)).length_squared(), tree.instance.id);
         trees.sort_by(|a, b| key(a).partial_cmp(&key(b)).unwrap());
@@ -81,7 +81,7 @@ impl Bench {
     }
 }
 
-/// The near mesh of a tree as it stands, from the eye.
+/// Returns the vertices of a tree's near mesh, relative to the eye, and its edges.
 fn standing(tree: &DrawnTree) -> (Vec<DVec3>, Vec<MeshEdge>) {
     let own: Vec<DVec3> = FORMS[tree.species as usize].1.grow(Detail::Near).iter().map(|corner| corner.at).collect();
     let instance = &tree.instance;
@@ -94,7 +94,7 @@ fn standing(tree: &DrawnTree) -> (Vec<DVec3>, Vec<MeshEdge>) {
     (own.iter().map(at).collect(), edges(&own))
 }
 
-/// What is nearer of a tree is not drawn: all of it where its trunk is as near.
+/// Returns the distance up to which a tree is not drawn: all of the tree is hidden if its trunk is too near.
 fn clear_m(tree: &DrawnTree) -> f64 {
     let foot_m = Vec3::from(tree.instance.flat_m).as_dvec3();
     let height_m = f64::from(tree.instance.height_m);
@@ -109,11 +109,11 @@ fn clear_m(tree: &DrawnTree) -> f64 {
 enum Verdict {
     Yes,
     No,
-    /// Rounding decides, or the border of the picture.
+    /// Rounding or the border of the picture decides.
     Unsure,
 }
 
-/// By brute force: on the picture both corners across lie on one side of the edge.
+/// Finds contours by brute force: in the picture, the opposite corners of both triangles are on one side of the edge.
 fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verdict {
     let on_picture = |corner: usize| {
         let at_m = places[corner];
@@ -128,7 +128,7 @@ fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verd
     }
     let Some(other) = edge.across_other else { return Verdict::Yes };
     let [Some(c), Some(d)] = [edge.across, other].map(on_picture) else { return Verdict::Unsure };
-    // Pixels from the line through the edge.
+    // The distance from the line through the edge, in pixels.
     let beside = |p: DVec2| (b - a).perp_dot(p - a) / (b - a).length().max(1e-9);
     if beside(c).abs().min(beside(d).abs()) < 0.02 || (b - a).length() < 0.02 {
         return Verdict::Unsure;
@@ -136,7 +136,7 @@ fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verd
     if (beside(c) > 0.0) == (beside(d) > 0.0) { Verdict::Yes } else { Verdict::No }
 }
 
-/// Follows the list through the trees: how many edges are as they should be, and how many are not.
+/// Compares the list of edges with those of the trees, in order; returns how many edges are right, and how many wrong.
 fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (usize, usize) {
     let is_same = |edge: &Edge, places: &[DVec3], told: &MeshEdge| {
         let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
@@ -159,7 +159,7 @@ fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (
             next += usize::from(is_found);
             match verdict {
                 Verdict::Unsure => {
-                    // One that is cut has other ends.
+                    // An edge that is cut at the near limit has other ends.
                     let is_cut = |edge: &Edge| {
                         let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
                         let [p, q] = told.ends.map(|end| places[end]);
@@ -188,23 +188,23 @@ fn edges_are_contours_of_the_meshes_in_order_of_distance() {
     let found = bench.edges();
     let trees = bench.near_trees();
     let (right, wrong) = compare(&bench, &found, &trees, false);
-    println!("{} edges of {} trees; {right} of all are right, {wrong} wrong", found.len(), trees.len());
+    println!("{} edges of {} trees; {right} verdicts are right, {wrong} wrong", found.len(), trees.len());
     assert!(trees.len() > 10 && found.len() > 1000 && right > 10_000);
-    assert!(wrong * 1000 < right, "{wrong} of {right}");
-    // Planted: what turns away from the eye on both sides or on none; trees in another order.
+    assert!(wrong * 1000 < right, "{wrong} edges are wrong, {right} right");
+    // Planted errors: inverted verdicts, and trees in another order.
     let (right, wrong) = compare(&bench, &found, &trees, true);
     assert!(wrong * 2 > right);
     let mut others = trees.clone();
     others.reverse();
     let (_, wrong) = compare(&bench, &found, &others, false);
-    assert!(wrong * 2 > found.len(), "{wrong}");
-    // The same again, whichever workgroup was quicker.
+    assert!(wrong * 2 > found.len(), "trees in another order have only {wrong} wrong edges");
+    // The same list again, in any order of workgroups.
     let again = bench.edges();
     assert_eq!(bytemuck::cast_slice::<Edge, u8>(&again), bytemuck::cast_slice::<Edge, u8>(&found));
 }
 
-/// Pixels of near trees: those beside which something lies far behind for three pixels, and those around which all is
-/// near.
+/// Returns which pixels of near trees have three pixels far behind them on one side, and which have only near pixels
+/// around them.
 fn outline(bench: &Bench) -> [Vec<bool>; 2] {
     let Bench { world, renderer, .. } = bench;
     let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
@@ -236,7 +236,7 @@ fn outline(bench: &Bench) -> [Vec<bool>; 2] {
 #[test]
 fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
     let Some(mut bench) = Bench::new(CAMERA) else { return };
-    // As wide as a line, and all of them.
+    // Strokes as wide as a line, without tapering, and without the limit on crowded ones.
     let strokes = bench.style.strokes.as_mut().unwrap();
     (strokes.width_px, strokes.taper_px) = (1.5, 0.0);
     bench.edges();
@@ -264,9 +264,9 @@ fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
         let (all, inked) = all.fold((0, 0), |(all, inked), i| (all + 1, inked + usize::from(ink[i + dx])));
         f64::from(inked as u32) / f64::from(all)
     };
-    println!("{found:.3} of {all} pixels of outlines have a stroke; {shifted:.3} as many pixels beside");
-    println!("{:.4} of what lies within crowns is ink; {:.4} as many pixels beside", needless(0), needless(BESIDE));
+    println!("{found:.3} of {all} pixels of outlines have a stroke; {shifted:.3} when shifted by {BESIDE} pixels");
+    println!("{:.4} of the pixels within crowns are ink; {:.4} when shifted", needless(0), needless(BESIDE));
     assert!(all > 1000 && found > 0.95 && needless(0) < 0.01);
-    // Planted: strokes that lie beside.
+    // Planted error: strokes that are shifted.
     assert!(shifted < 0.8 && needless(BESIDE) > 3.0 * needless(0) + 0.01);
 }

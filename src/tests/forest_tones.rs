@@ -1,5 +1,5 @@
-//! Trees throw the shadows of their meshes, wherever they stand, and are flat and round to marks.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Trees cast the shadows of their meshes, also from outside the picture, and are flat to hatching marks.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -41,17 +41,17 @@ fn ids(world: &World, renderer: &Renderer) -> Vec<u32> {
     bytes.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect()
 }
 
-/// A place of a tree in the world, from its foot.
+/// Returns the position of a vertex of a tree, relative to its foot, in metres.
 fn on_tree(tree: &DrawnTree, own: DVec3) -> DVec3 {
     let [sine, cosine] = tree.instance.turn.map(f64::from);
     let across_m = DVec2::new(cosine, sine).rotate(own.truncate()) * f64::from(tree.instance.width_m);
     across_m.extend(own.z * f64::from(tree.instance.height_m))
 }
 
-/// Triangles of trees in the world, with a sphere around each tree.
+/// The triangles of trees in the world, with a bounding sphere (centre, radius) for each tree.
 type Meshes = Vec<(DVec3, f64, Vec<[DVec3; 3]>)>;
 
-/// As they stand at time 0, in wind if there is any.
+/// Returns the meshes of trees at time 0, in `wind` if there is any.
 fn meshes(trees: &[DrawnTree], grown: Grown, wind: Option<Wind>) -> Meshes {
     let corners = grown.grow(Detail::Near);
     let mesh = |tree: &DrawnTree| {
@@ -68,7 +68,7 @@ fn meshes(trees: &[DrawnTree], grown: Grown, wind: Option<Wind>) -> Meshes {
     trees.iter().map(mesh).collect()
 }
 
-/// Möller and Trumbore (1997).
+/// Returns whether a ray hits a triangle, by Möller and Trumbore (1997).
 fn is_hit(origin: DVec3, ray: DVec3, [a, b, c]: &[DVec3; 3]) -> bool {
     let (u, v) = (b - a, c - a);
     let p = ray.cross(v);
@@ -91,7 +91,7 @@ fn is_shaded(at_m: DVec3, to_sun: DVec3, meshes: &Meshes) -> bool {
     })
 }
 
-/// Of places, intersection over union of what is in the shade and what should be.
+/// Returns the intersection over union of the points in shadow and those that should be.
 fn overlap(places: &[(DVec3, f64)], to_sun: DVec3, meshes: &Meshes) -> f64 {
     let (mut both, mut any) = (0, 0);
     for (at_m, shade) in places {
@@ -102,8 +102,8 @@ fn overlap(places: &[(DVec3, f64)], to_sun: DVec3, meshes: &Meshes) -> f64 {
     f64::from(both) / f64::from(any.max(1))
 }
 
-/// On the ground, against rays to the sun through the triangles of every tree around, of which many stand beside the
-/// picture.
+/// Tests shadows on the ground with rays to the sun through the triangles of all trees around; many of these are
+/// outside the picture.
 #[test]
 fn shadows_are_those_of_the_meshes() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
@@ -114,7 +114,7 @@ fn shadows_are_those_of_the_meshes() {
         (Form::Birch, Grown::Birch, 0.85),
     ] {
         world.surfaces.set_forest(Some(of(form, 25.0, 20.0)));
-        // None is left out.
+        // At this detail no tree is left out.
         world.surfaces.set_tree_detail(4.0);
         let light = sun(28.0, 250.0);
         let around = world.pose("40,30,90,0,-89,100");
@@ -130,7 +130,7 @@ fn shadows_are_those_of_the_meshes() {
         let places = shaded(&world, &renderer, pose.position_m);
         let all = meshes(&trees, grown, None);
         let found = overlap(&places, light.to_sun, &all);
-        // Planted: a sun that has moved on, and trees that are forgotten where they stand beside the picture.
+        // Planted errors: a sun that has moved on, and missing trees outside the picture.
         let turned = overlap(&places, sun(28.0, 256.0).to_sun, &all);
         let lower = overlap(&places, sun(24.0, 250.0).to_sun, &all);
         let view = still(pose, SIZE_PX);
@@ -139,8 +139,8 @@ fn shadows_are_those_of_the_meshes() {
             trees.iter().filter(|tree| frustum.may_see_sphere(tree.at_m - pose.position_m, 0.0)).copied().collect();
         let forgotten = overlap(&places, light.to_sun, &meshes(&in_view, grown, None));
         println!(
-            "{form:?}: {} of {} trees in view; shadows overlap {found:.3}, of another sun {turned:.3} and {lower:.3}, \
-             without trees beside the picture {forgotten:.3}",
+            "{form:?}: {} of {} trees in view; shadows overlap {found:.3}, with other suns {turned:.3} and {lower:.3}, \
+             without trees outside the picture {forgotten:.3}",
             in_view.len(),
             trees.len()
         );
@@ -149,7 +149,7 @@ fn shadows_are_those_of_the_meshes() {
     }
 }
 
-/// The places of the land that a frame shows, and how much of the sun trees take there.
+/// Returns the positions of the land in a frame, and how much of the sun trees block there, from 0 to 1.
 fn shaded(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<(DVec3, f64)> {
     let shadow = renderer.target(&TREE_SHADOW).unwrap();
     let shadow = read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap();
@@ -160,7 +160,7 @@ fn shaded(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<(DVec3, f6
         .collect()
 }
 
-/// A tree that leans throws a shadow that does.
+/// Tests that leaning trees cast leaning shadows.
 #[test]
 fn shadows_lean_with_their_trees() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
@@ -177,13 +177,16 @@ fn shadows_lean_with_their_trees() {
         trees.into_iter().filter(|tree| tree.level != CANOPY && tree.shown == [0.0, 1.0]).collect();
     let places = shaded(&world, &renderer, pose.position_m);
     let leaning = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, Some(wind)));
-    // Planted: trees that stand upright.
+    // Planted error: upright trees.
     let upright = overlap(&places, light.to_sun, &meshes(&trees, Grown::Conifer, None));
-    println!("{} trees; shadows overlap {leaning:.3}, of trees that stand upright {upright:.3}", trees.len());
-    assert!(trees.len() > 20 && leaning > 0.75 && upright < leaning - 0.1, "{leaning} {upright}");
+    println!("{} trees; shadows overlap {leaning:.3}, of upright trees {upright:.3}", trees.len());
+    assert!(
+        trees.len() > 20 && leaning > 0.75 && upright < leaning - 0.1,
+        "overlap with leaning trees {leaning}, with upright ones {upright}"
+    );
 }
 
-/// Where there is no sun there are no shadows, and where a style has none they are not made.
+/// Tests that without sun there are no shadows, and that styles without shadows do not compute them.
 #[test]
 fn shadows_are_made_where_they_are_asked_for() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
@@ -200,7 +203,7 @@ fn shadows_are_made_where_they_are_asked_for() {
     assert_eq!(shaded(&mut world, "ink", &sun(30.0, 250.0)), None);
 }
 
-/// Marks of a tree lie on one plane, which faces the eye and stands within its body.
+/// Tests that the marks of a tree are on one plane, which faces the eye and passes through its body.
 #[test]
 fn trees_are_flat_to_marks() {
     let Some(mut world) = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02) else { return };
@@ -214,7 +217,8 @@ fn trees_are_flat_to_marks() {
         .map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m)
         .collect();
     let seen_m = places_m(&world.gpu, &renderer, pose.position_m);
-    // How far places of a tree lie off the plane through its middle that faces the eye, in parts of its height.
+    // The largest distance of points from the plane through the tree's centre that faces the eye, relative to the
+    // tree's height.
     let off = |tree: &DrawnTree, places_m: &[DVec3]| {
         let height_m = f64::from(tree.instance.height_m);
         let middle_m = tree.at_m + DVec3::Z * 0.5 * height_m;
@@ -230,10 +234,15 @@ fn trees_are_flat_to_marks() {
         seen += 1;
         let marks: Vec<DVec3> = own.iter().map(|i| marks_m[*i]).collect();
         worst = worst.max(off(&tree, &marks));
-        // Planted: the surface itself.
+        // Planted error: the surface itself.
         let surface: Vec<DVec3> = own.iter().filter_map(|i| seen_m[*i]).collect();
         of_surface += u32::from(off(&tree, &surface) > 0.16);
     }
-    println!("{seen} trees, marks off their planes by {worst:.4} of their height; {of_surface} whose surface is");
-    assert!(seen > 8 && worst < 0.08 && of_surface > seen / 2, "{seen} {worst} {of_surface}");
+    println!(
+        "{seen} trees, largest distance of marks from the plane {worst:.4} of the height; {of_surface} trees whose surface is farther off"
+    );
+    assert!(
+        seen > 8 && worst < 0.08 && of_surface > seen / 2,
+        "{seen} trees, marks off by {worst} of the height, surfaces off for {of_surface}"
+    );
 }

@@ -1,6 +1,6 @@
-//! Light falls on the form of the land: few large masses of shade where the land is rough, the same light where it is
-//! smooth, two sides to every ridge, and paper where it is level.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Light falls on the form of the land: few large areas of shade where the land is rough, unchanged light where it is
+//! smooth, two differently lit sides on every ridge, and bare paper where it is level.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -16,7 +16,7 @@ use hachure::tones::TONE;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 
-/// A style whose tone is light, in steps or smooth.
+/// Returns a style whose tone is the light, in `steps` steps, or smooth with 0.
 fn style(steps: u32, light: &str) -> Style {
     let text = format!(
         "name = \"form\"\ndescription = \"\"\n[light]\nwrap = 0\n{light}\n[tone]\nkind = \"toon\"\nsteps = {steps}\n\
@@ -29,7 +29,7 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
     Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
 }
 
-/// What a second frame draws: tones, and none where the sky is.
+/// Returns the tones of a second frame; `None` in the sky.
 fn tones(world: &mut World, style: &Style, light: &Light, camera: &str) -> Vec<Option<f64>> {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -41,8 +41,8 @@ fn tones(world: &mut World, style: &Style, light: &Light, camera: &str) -> Vec<O
     tones.iter().zip(places).map(|([.., tone], place)| place.map(|_| *tone)).collect()
 }
 
-/// The islands of a stepped tone: what part of the land lies in those that are smaller than 0.2 % of the picture; and how
-/// many pairs of neighbours a border of two steps goes between.
+/// Looks for islands in a stepped tone: returns the fraction of the land in islands smaller than 0.2 % of the picture,
+/// and the number of neighbouring pixels of different steps.
 fn broken(tones: &[Option<f64>]) -> (f64, usize) {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let step = |i: usize| tones[i].map(|tone| (tone * 1000.0).round() as i64);
@@ -81,7 +81,7 @@ fn broken(tones: &[Option<f64>]) -> (f64, usize) {
     (small as f64 / land as f64, border / 2)
 }
 
-/// Real land is rough at every scale, as this is; the same is measured on real land where there is some.
+/// Tests land that is rough at every scale, as real land is.
 #[test]
 fn rough_land_has_few_large_masses_of_shade() {
     let Some(mut world) = World::new(grid_of(1025, 1025, 30.0, rough_height_m), 0.0) else { return };
@@ -90,10 +90,10 @@ fn rough_land_has_few_large_masses_of_shade() {
         let (of_samples, long) = broken(&tones(&mut world, &style(4, ""), &light, camera));
         let (of_form, short) = broken(&tones(&mut world, &style(4, "form_px = 16"), &light, camera));
         println!(
-            "{camera}: {of_samples:.4} of the land in small islands and {long} px of border; {of_form:.4}, {short} px"
+            "{camera}: {of_samples:.4} of the land in small islands, {long} px of border; with form {of_form:.4}, {short} px"
         );
         assert!(of_form < 0.04 && of_form < 0.1 * of_samples && 8 * short < long);
-        // Planted: the land as it is.
+        // Planted error: light on the land itself, without a form.
         assert!(of_samples > 0.02);
     }
 }
@@ -112,16 +112,16 @@ fn smooth_land_is_lit_as_it_was() {
     };
     for camera in ["0,-9000,+900,0,-10,50", "0,0,+20000,0,-90,40"] {
         let part = differ(&mut world, camera);
-        println!("{camera}: {part:.5} of the land is lit otherwise by more than 0.02");
-        // A pixel or two beside the skyline, where blocks of the form see the land from another side.
-        assert!(part < 0.003, "{part}");
+        println!("{camera}: {part:.5} of the land changes its light by more than 0.02");
+        // A few pixels next to the skyline may differ, where blocks of the form see the land from another side.
+        assert!(part < 0.003, "a fraction of {part} of smooth land changes its light");
     }
-    // Planted: land that is not smooth.
+    // Planted error: rough land.
     let Some(mut rough) = World::new(grid_of(257, 257, 30.0, rough_height_m), 0.0) else { return };
     assert!(differ(&mut rough, "0,0,+20000,0,-90,40") > 0.1);
 }
 
-/// A roof: its two sides, and which way it runs.
+/// Returns a ridge with two even sides, which runs along the x axis or the y axis.
 fn ridge(along_x: bool) -> Option<World> {
     let height_m = move |x: f64, y: f64| -0.5 * (if along_x { y } else { x }).hypot(200.0);
     World::new(grid_of(513, 513, 30.0, height_m), 0.0)
@@ -133,7 +133,7 @@ fn a_ridge_along_the_light_has_two_sides() {
     let light = sun(270.0, 40.0);
     let apart = |world: &mut World, keys: &str| {
         let tones = tones(world, &style(0, keys), &light, "0,0,+4000,0,-90,40");
-        // To the left and above the middle, and on the other side of the ridge.
+        // Points above and below the centre, and left and right of it: on the two sides of the ridge.
         let [width, height] = SIZE_PX.map(|side| side as usize);
         let at = |x: usize, y: usize| tones[y * width + x].unwrap();
         [
@@ -143,16 +143,16 @@ fn a_ridge_along_the_light_has_two_sides() {
     };
     let Some(mut along) = ridge(true) else { return };
     let [still, turned] = ["form_px = 8", "form_px = 8\nturn_deg = 30"].map(|keys| apart(&mut along, keys)[0].abs());
-    println!("a ridge along the light: its sides are {still:.3} apart, turned {turned:.3}");
+    println!("a ridge along the light: its sides differ by {still:.3}, turned {turned:.3}");
     assert!(still < 0.02 && turned > 0.1);
     let Some(mut across) = ridge(false) else { return };
     let [still, turned] = ["form_px = 8", "form_px = 8\nturn_deg = 30"].map(|keys| apart(&mut across, keys)[1].abs());
     println!("a ridge across it: {still:.3}, turned {turned:.3}");
-    // Its light stays.
+    // The light of this ridge does not change.
     assert!(still > 0.3 && (still - turned).abs() < 0.02);
 }
 
-/// Plains of 1.5° and slopes of 12°, both with some noise.
+/// Tests land of 1.5° and slopes of 12°, both with some noise.
 #[test]
 fn level_land_is_paper() {
     let land = |x: f64, y: f64| {
@@ -168,7 +168,7 @@ fn level_land_is_paper() {
             style.paper.grain = 0.0;
             if !level {
                 style.light.level_deg = 0.0;
-                // Nor is it white because light is strong.
+                // Nor may it be white because the light is strong.
                 style.light.exposure = 1.0;
                 style.cuts.iter_mut().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
                 style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
@@ -182,20 +182,23 @@ fn level_land_is_paper() {
             let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
             let half = picture.len() / 2;
             let mean = |texels: &[[f64; 4]]| texels.iter().map(|texel| texel[1]).sum::<f64>() / texels.len() as f64;
-            // The picture's upper half is the slope, some rows around the middle are neither.
+            // The upper half of the picture is the slope; some rows around the centre belong to neither part.
             let rows = 24 * SIZE_PX[0] as usize;
             [&picture[half + rows..], &picture[..half - rows]].map(|part| 1.0 - mean(part) / paper[1])
         };
         let [plain, slope] = ink(true);
         let [grit, _] = ink(false);
         println!("{name:12} plain {plain:.4}, slope {slope:.3}; without level_deg the plain {grit:.3}");
-        assert!(plain <= 0.01 && slope > 0.05, "{name}: {plain} {slope}");
-        // Planted: without it there is some.
-        assert!(grit > 0.01, "{name}: {grit}");
+        assert!(
+            plain <= 0.01 && slope > 0.05,
+            "{name}: ink of the plain {plain}, expected at most 0.01; of the slope {slope}, expected more than 0.05"
+        );
+        // Planted error: without level_deg the plain has ink.
+        assert!(grit > 0.01, "{name}: without level_deg the plain has only {grit} of ink");
     }
 }
 
-/// The form is a function of place and distance: the tone of a place stays when the camera turns.
+/// Tests that the form depends on position and distance alone: the tone of a point stays when the camera turns.
 #[test]
 fn a_turn_does_not_move_the_form() {
     let Some(mut world) = World::new(grid_of(1025, 1025, 30.0, rough_height_m), 0.0) else { return };
@@ -226,7 +229,7 @@ fn a_turn_does_not_move_the_form() {
             }
             let i = y as usize * SIZE_PX[0] as usize + x as usize;
             let toward = DVec3::from_array([0, 1, 2].map(|axis| f64::from(normals[i][axis])));
-            // The same face of the land, not seen along it.
+            // The same face of the land, not seen at a grazing angle.
             let is_same =
                 turned_places[i].is_some_and(|place| place.distance(at_m) < 0.0015 * at_m.distance(pose.position_m));
             if is_same && toward.dot((pose.position_m - at_m).normalize()) > 0.15 {
@@ -239,10 +242,10 @@ fn a_turn_does_not_move_the_form() {
     let [form, samples, planted] =
         [("form_px = 16", 0), ("", 0), ("form_px = 16", 12)].map(|(keys, aside)| moved(keys, aside));
     println!(
-        "95 % of places keep their tone within {form:.4}; the land as it is {samples:.4}; 12 pixels aside {planted:.4}"
+        "95 % of points keep their tone within {form:.4}; without a form {samples:.4}; shifted by 12 pixels {planted:.4}"
     );
-    // A pixel sees the land up to half a pixel beside, and more of it changes there where it is not generalised.
+    // A pixel shows the land within half a pixel, and without generalisation the land changes more there.
     assert!(form < 0.02 && form < samples);
-    // Planted: places that are not the same.
+    // Planted error: tones compared at other points.
     assert!(planted > 0.02);
 }

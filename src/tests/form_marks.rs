@@ -1,6 +1,6 @@
-//! Marks follow the form of the land: on gentle land that is rough they run as the land does, and steep land keeps its
-//! own.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Hatching marks follow the form of the land: on gentle, rough land they follow the general slope, and on steep land
+//! they do not change.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -11,11 +11,11 @@ use hachure::style::Style;
 use hachure::surface::mark_normal::MARK_NORMAL;
 
 const SIZE_PX: [u32; 2] = [480, 270];
-/// A map, 10 m to a pixel.
+/// A view as a map, 10 m per pixel.
 const MAP: &str = "0,0,+3700,0,-90,40";
 
-/// A slope that rises to the east, with bumps 80 m and 160 m wide that rise by 0.1 of that: where it is gentle they
-/// say where down is, and where it is steep it does.
+/// Returns a slope that rises to the east, with bumps of 80 m and 160 m, a tenth as high as wide. Where the slope is
+/// gentle, the bumps determine the direction downhill; where it is steep, the slope does.
 fn world(slope_deg: f64) -> Option<World> {
     let rise = slope_deg.to_radians().tan();
     let bumps_m = move |x_m: f64, y_m: f64| {
@@ -32,7 +32,8 @@ fn world(slope_deg: f64) -> Option<World> {
     World::new(grid_of(2049, 2049, 10.0, move |x_m, y_m| rise * x_m + bumps_m(x_m, y_m)), 1.0)
 }
 
-/// By how much marks turn away from west, where down is: the normals of all blocks, and a quantile of the angles.
+/// Returns the normals of all blocks, and the 90th percentile of the angles between marks and west, the direction
+/// downhill, in degrees.
 fn marks(world: &mut World, form_px: f64, calm_deg: f64) -> (Vec<[f32; 4]>, f64) {
     let text = format!(
         "name = \"marks\"\ndescription = \"\"\n[hatching]\nform_px = {form_px}\ncalm_deg = {calm_deg}\n\
@@ -48,7 +49,7 @@ fn marks(world: &mut World, form_px: f64, calm_deg: f64) -> (Vec<[f32; 4]>, f64)
     let normals: Vec<[f32; 4]> = floats(&world.gpu, renderer.target(&MARK_NORMAL).unwrap());
     let angle_deg = |[x, y, ..]: &[f32; 4]| f64::from(y.atan2(-x).to_degrees().abs());
     let mut angles: Vec<f64> = normals.iter().filter(|texel| texel[3] > 0.0).map(angle_deg).collect();
-    assert!(angles.len() > 4000, "{} blocks show land", angles.len());
+    assert!(angles.len() > 4000, "only {} blocks show land", angles.len());
     let turned = quantile(&mut angles, 0.9);
     (normals, turned)
 }
@@ -60,11 +61,14 @@ fn marks_on_gentle_land_run_as_the_land_does() {
     let (of_pebbles, of_form, calm) =
         (turned(&mut gentle, 1.0, 0.0), turned(&mut gentle, 12.0, 0.0), turned(&mut gentle, 12.0, 17.0));
     println!(
-        "one mark of ten turns by {of_pebbles:.1}° on the ground, {of_form:.1}° on the form, {calm:.1}° in the calm"
+        "one mark in ten turns by more than {of_pebbles:.1}° on the ground, {of_form:.1}° on the form, {calm:.1}° with calm"
     );
-    // Planted: the ground itself and the form without calm, which the bound must refuse.
-    assert!(of_pebbles > 60.0 && of_form > 9.0, "{of_pebbles} {of_form}");
-    assert!(calm < 6.0, "{calm}");
+    // Planted errors: the ground itself, and the form without calm.
+    assert!(
+        of_pebbles > 60.0 && of_form > 9.0,
+        "marks turn by {of_pebbles}° on the ground and {of_form}° without calm, too little to test calm"
+    );
+    assert!(calm < 6.0, "marks turn by {calm}° with calm, expected less than 6°");
 }
 
 #[test]
@@ -72,10 +76,10 @@ fn steep_land_keeps_its_own_marks() {
     let Some(mut steep) = world(35.0) else { return };
     let (without, with) = (marks(&mut steep, 12.0, 0.0).0, marks(&mut steep, 12.0, 17.0).0);
     let same = without.iter().zip(&with).filter(|(a, b)| a == b).count() as f64 / with.len() as f64;
-    println!("{same:.3} of the marks of steep land are the same with calm and without");
-    assert!(same > 0.97, "{same}");
-    // Planted: a calm that reaches up to the slope of this land.
+    println!("a fraction of {same:.3} of the marks on steep land is the same with calm and without");
+    assert!(same > 0.97, "only {same} of the marks on steep land are the same with calm");
+    // Planted error: calm up to the slope of this land.
     let too_far = marks(&mut steep, 12.0, 45.0).0;
     let same = without.iter().zip(&too_far).filter(|(a, b)| a == b).count() as f64 / with.len() as f64;
-    assert!(same < 0.9, "{same}");
+    assert!(same < 0.9, "{same} of the marks are the same although calm reaches this slope");
 }

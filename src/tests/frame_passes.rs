@@ -1,8 +1,8 @@
-//! `src/frame_passes.md` says what frames do: its table is made from the traces of frames that were drawn.
+//! The table in `src/frame_passes.md` agrees with the traces of frames that are drawn here.
 //!
-//! `HACHURE_REWRITE=1 cargo test --release --test frame_passes` writes the table anew.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
-#![allow(clippy::disallowed_methods, reason = "the list is a file of the source, which is under version control")]
+//! `HACHURE_REWRITE=1 cargo test --release --test frame_passes` rewrites the table.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+#![allow(clippy::disallowed_methods, reason = "the table is a source file under version control")]
 
 use crate::tests::common;
 
@@ -35,7 +35,7 @@ const END: &str = "<!-- The table ends. -->\n";
 
 const SIZE_PX: [u32; 2] = [96, 54];
 
-/// What a pass of any frame reads and writes, and which frames have it.
+/// The resources that a pass reads and writes in any frame, and the frames that have it.
 struct Row {
     name: &'static str,
     reads: BTreeSet<String>,
@@ -43,7 +43,7 @@ struct Row {
     frames: BTreeSet<String>,
 }
 
-/// A kind of frame: a preset's, or the same over meshes, or with motion.
+/// The passes of several kinds of frames: those of presets, with meshes, with motion, and others.
 struct Traces {
     presets: Vec<&'static str>,
     rows: Vec<Row>,
@@ -54,7 +54,7 @@ fn named(used: &Traced) -> String {
 }
 
 impl Traces {
-    /// Adds a frame: passes that are new stand behind the one that they followed.
+    /// Adds a frame; a new pass is inserted after the pass that it followed.
     fn add(&mut self, renderer: &str, trace: &[PassTrace]) {
         let mut at = 0;
         for pass in trace {
@@ -64,7 +64,7 @@ impl Traces {
                 self.rows.insert(at, Row { name: pass.name, reads, writes, frames });
                 at
             });
-            // What runs again and again stands where it first ran.
+            // A pass that runs several times is listed where it ran first.
             at = at.max(row + 1);
             self.rows[row].reads.extend(pass.reads.iter().map(named));
             self.rows[row].writes.extend(pass.writes.iter().map(named));
@@ -72,7 +72,7 @@ impl Traces {
         }
     }
 
-    /// In which frames a pass runs.
+    /// Returns the frames in which a pass runs.
     fn when(&self, row: &Row) -> String {
         let styles: Vec<&str> = self.presets.iter().copied().filter(|name| row.frames.contains(*name)).collect();
         if styles.len() == self.presets.len() {
@@ -107,11 +107,11 @@ fn traces() -> Option<Traces> {
     let (hill, mut world) = shapes::hill()?;
     let mut traces = Traces { presets: style::names(), rows: Vec::new() };
     let pose = world.pose("900,-900,+20,315,3,60");
-    // Between updates strokes are moved along.
+    // Between updates, strokes are moved with the world.
     let next = Pose { position_m: pose.position_m + DVec3::X * 0.01, ..pose };
-    // A turn makes them anew, and they take over from those of the frame before.
+    // A turn makes an update, in which strokes take over from those of the previous frame.
     let turned = world.pose("900,-900,+20,326,3,60");
-    // The frames that have most come first: their order is that of all.
+    // Frames with the most passes come first, since they determine the order.
     traces.presets.sort_by_key(|name| (!["pen", "wash"].contains(name), *name));
     for name in traces.presets.clone() {
         let style = Style::load(name).unwrap();
@@ -213,34 +213,34 @@ fn the_table_is_that_of_the_frames() {
     }
     let written = LIST[begin..end].trim();
     for (written, drawn) in written.lines().zip(table.lines()) {
-        assert_eq!(written, drawn, "HACHURE_REWRITE=1 writes the table anew");
+        assert_eq!(written, drawn, "HACHURE_REWRITE=1 rewrites the table");
     }
-    assert_eq!(written, table.trim(), "HACHURE_REWRITE=1 writes the table anew");
+    assert_eq!(written, table.trim(), "HACHURE_REWRITE=1 rewrites the table");
     // Every shader is a pass of some frame.
     let drawn: BTreeSet<&str> = traces.rows.iter().map(|row| row.name).collect();
-    // The window's own pass and the headset's are not of the frame.
+    // Apart from the passes of the window and of the headset.
     let beside = ["composite/present", "headset/show"];
     let known: BTreeSet<&str> = SHADERS.iter().map(|(name, _)| *name).filter(|name| !beside.contains(name)).collect();
     assert_eq!(drawn, known);
     assert!(beside.iter().all(|name| LIST.contains(name)));
-    // Planted: a pass that reads one thing more, and one that nobody has listed.
+    // Planted errors: a pass that reads another resource, and a pass that is not listed.
     let more = Traced { name: "nothing", texture: None, bytes: 0 };
     let planted = |name| PassTrace { name, submit: 0, reads: vec![more.clone()], writes: Vec::new() };
     for name in ["surface/land/resolve", "surface/none"] {
         traces.add("ink", &[planted(name)]);
-        assert!(traces.table() != table, "{name}");
+        assert!(traces.table() != table, "a change of {name} does not change the table");
     }
 }
 
-/// Looks at every picture that a trace names; their names.
+/// Reads every picture that a trace names; returns their names.
 fn look_at_all(world: &World, trace: &[PassTrace]) -> Result<BTreeSet<&'static str>, ShowError> {
     let mut names = BTreeSet::new();
     for (name, texture) in show::pictures(trace) {
         let shown = show::read(&world.gpu, trace, name, SIZE_PX)?;
         let [width, height] = shown.size_px;
-        assert!(width >= texture.width() && height >= texture.height(), "{name}");
-        assert_eq!(shown.rgba8().len() as u32, 4 * width * height, "{name}");
-        assert!(!shown.channels().is_empty(), "{name}");
+        assert!(width >= texture.width() && height >= texture.height(), "{name} is shown smaller than it is");
+        assert_eq!(shown.rgba8().len() as u32, 4 * width * height, "{name} has the wrong number of bytes");
+        assert!(!shown.channels().is_empty(), "{name} has no channels");
         names.insert(name);
     }
     Ok(names)
@@ -259,15 +259,15 @@ fn every_picture_of_a_frame_can_be_shown() {
         names.extend(look_at_all(&world, &trace).unwrap_or_else(|error| panic!("{name}: {error}")));
         world.gpu.check().unwrap();
     }
-    // They are those of the table: a name stands before its format.
+    // All pictures are in the table, in which a name is followed by its format.
     let is_listed = |name: &&str| LIST.contains(&format!(" {name} `"));
-    assert!(names.len() > 20 && names.iter().all(is_listed), "{names:?}");
+    assert!(names.len() > 20 && names.iter().all(is_listed), "pictures that the table lacks, or too few: {names:?}");
     assert!(
         ["depth", "surface id", "height tiles", "ramp", "stroke texture", "motion", "horizon maps"]
             .iter()
             .all(|name| names.contains(name))
     );
-    // Planted: a picture of a format that nobody has taught to show itself, and one that is not there.
+    // Planted errors: a picture of an unsupported format, and a name that does not exist.
     let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint);
     let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
     let new = Traced { name: "new", texture, bytes: 64 };
@@ -286,7 +286,7 @@ fn the_pictures_of_the_list_are_those_of_the_table() {
     for row in meanings.lines().filter_map(|line| line.strip_prefix("| `")) {
         let (names, _) = row.split_once(" |").unwrap();
         for name in names.split("`, `").map(|name| name.trim_end_matches('`')) {
-            assert!(table.contains(&format!("{name} `")), "no pass has a picture that is called {name}");
+            assert!(table.contains(&format!("{name} `")), "no pass has a picture named {name}");
             pictures += 1;
         }
     }

@@ -1,5 +1,5 @@
-//! The gallery shows every preset, and no picture of the documents is large.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! The gallery shows every preset, and the pictures of the documentation are small.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
 }
 
-/// What the page lacks of a preset.
+/// Returns what the page lacks of a preset.
 fn lacks(page: &str, name: &str) -> Option<String> {
     let style = Style::load(name).unwrap();
     let start = page.find(&format!("\n## {name}\n"))?;
@@ -35,14 +35,14 @@ fn the_gallery_shows_every_preset() {
         assert!(page.contains(&format!("\n## {name}\n")), "{name} is not in the gallery: {REDRAW}");
         assert_eq!(lacks(&page, name), None, "{REDRAW}");
     }
-    // Planted: a picture that is not shown, and a description of something else.
+    // Planted errors: a missing picture, and the description of something else.
     let planted = page.replace("(pencil-wide.png)", "(pen-wide.png)");
     assert_eq!(lacks(&planted, "pencil").unwrap(), "pencil has no picture wide");
     let planted = page.replace(&Style::load("wash").unwrap().description, "Oil");
     assert!(lacks(&planted, "wash").unwrap().contains("description"));
 }
 
-const REDRAW: &str = "cargo run --release --example gallery -- FOLDER draws it anew";
+const REDRAW: &str = "cargo run --release --example gallery -- FOLDER redraws it";
 
 #[test]
 fn pictures_of_documents_are_small() {
@@ -57,5 +57,5 @@ fn pictures_of_documents_are_small() {
             }
         }
     }
-    assert!(count >= 3 * style::names().len(), "{count} pictures");
+    assert!(count >= 3 * style::names().len(), "only {count} pictures");
 }

@@ -1,7 +1,7 @@
-//! Water that a scene gives as polygons or as a mask: the shore lies where they say, on any ground, and files that do not
-//! hold are told in a line.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
-#![allow(clippy::disallowed_methods, reason = "a test writes into its own scratch folder")]
+//! Water that a scene gives as polygons or as a mask: the shore is where the file says, on any ground, and a faulty
+//! file gives an error of one line.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+#![allow(clippy::disallowed_methods, reason = "files go to temporary folders")]
 
 use crate::tests::common;
 
@@ -23,14 +23,14 @@ const SIZE_PX: [u32; 2] = [480, 270];
 const SAMPLES: u32 = 513;
 const SPACING_M: f64 = 30.0;
 const RADIUS_M: f64 = 1500.0;
-/// Of the lake, in the world.
+/// Centre of the lake in world coordinates.
 const MIDDLE_M: DVec2 = DVec2::new(400.0, -300.0);
-/// Of the world's origin.
+/// Projected coordinates of the world's origin.
 const ORIGIN_M: DVec2 = DVec2::new(500_000.0, 5_200_000.0);
-/// As maps at two scales, and obliquely.
+/// Views as maps at two scales, and an oblique view.
 const CAMERAS: [&str; 3] = ["430,-330,8000,0,-90,45", "430,-330,20000,0,-90,45", "300,-5200,+1800,3,-22,50"];
 
-/// Where the test's worlds lie.
+/// Returns the georeference of the test's worlds.
 fn place() -> Georeference {
     let half_m = 0.5 * f64::from(SAMPLES - 1) * SPACING_M;
     let corner = ORIGIN_M + DVec2::new(-half_m, half_m);
@@ -39,7 +39,7 @@ fn place() -> Georeference {
     Georeference { crs_from_grid, crs, geokeys: GeoKeys::default() }
 }
 
-/// Ground that slopes to the south, with no level place.
+/// Returns the height of ground that slopes to the south and is level nowhere.
 fn slope_m(x_m: f64, y_m: f64) -> f64 {
     800.0 + 0.1 * y_m + 0.03 * x_m
 }
@@ -52,7 +52,7 @@ fn circle(middle_m: DVec2, radius_m: f64) -> Vec<[f64; 2]> {
     (0..=360).map(at).collect()
 }
 
-/// A GeoJSON of rings: each list is a polygon with its holes.
+/// Returns the GeoJSON of polygons; each list is an outer ring with its holes.
 fn geojson(crs: &str, polygons: &[Vec<Vec<[f64; 2]>>]) -> String {
     let crs = if crs.is_empty() {
         String::new()
@@ -88,7 +88,7 @@ fn load(files: WaterFiles) -> Result<Option<GivenWater>, String> {
     })
 }
 
-/// A pixel of the land: where it is, its size, and how far it is within water.
+/// A pixel of the land: its position, its size on the ground, and its distance from the shore, positive in water.
 struct Pixel {
     place_m: DVec3,
     pixel_m: f64,
@@ -115,7 +115,7 @@ fn pixels(world: &mut World, camera: &str) -> Vec<Pixel> {
     places.into_iter().zip(water).filter_map(pixel).collect()
 }
 
-/// 95 % of the shore lie nearer to a circle than this, in pixels.
+/// Returns the 95th percentile of the distance between the drawn shore and a circle, in pixels.
 fn shore_px(pixels: &[Pixel], middle_m: DVec2, radius_m: f64) -> f64 {
     let near = pixels.iter().filter(|pixel| pixel.water_m != 0.0 && pixel.water_m.abs() < 0.7 * pixel.pixel_m);
     let error = |pixel: &Pixel| {
@@ -140,7 +140,10 @@ fn a_round_lake_on_a_slope_has_its_shore() {
     let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0) else { return };
     let scratch = Scratch::new();
     let lake = geojson("urn:ogc:def:crs:EPSG::32632", &[vec![circle(MIDDLE_M, RADIUS_M)]]);
-    assert!(pixels(&mut world, CAMERAS[0]).iter().all(|pixel| pixel.water_m <= 0.0), "the heights show no water");
+    assert!(
+        pixels(&mut world, CAMERAS[0]).iter().all(|pixel| pixel.water_m <= 0.0),
+        "water is found in the heights alone"
+    );
     let water = scratch.load("lake.geojson", &lake).unwrap().map(Arc::new);
     let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0).unwrap();
     world.surfaces.set_given_water(water);
@@ -148,9 +151,9 @@ fn a_round_lake_on_a_slope_has_its_shore() {
         let pixels = pixels(&mut world, camera);
         let pixel_m = pixels.iter().map(|pixel| pixel.pixel_m).fold(f64::INFINITY, f64::min);
         let error = shore_px(&pixels, MIDDLE_M, RADIUS_M);
-        println!("{camera}: {pixel_m:.0} m to a pixel, 95 % of the shore within {error:.2} px");
-        assert!(error < 1.0, "{camera}: {error}");
-        // Planted: a lake that lies two pixels, or two samples, aside, and one that is larger.
+        println!("{camera}: {pixel_m:.0} m per pixel, 95 % of the shore within {error:.2} px");
+        assert!(error < 1.0, "{camera}: the shore is off by {error} px");
+        // Planted errors: a lake that is shifted by two pixels, or by two samples, and a larger one.
         let aside_m = 2.0 * pixel_m.max(SPACING_M);
         assert!(shore_px(&pixels, MIDDLE_M + DVec2::new(aside_m, 0.0), RADIUS_M) > 1.0);
         assert!(shore_px(&pixels, MIDDLE_M, RADIUS_M + aside_m) > 1.0);
@@ -161,7 +164,7 @@ fn a_round_lake_on_a_slope_has_its_shore() {
 fn holes_are_land_and_narrow_water_is_there() {
     let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0) else { return };
     let scratch = Scratch::new();
-    // A lake with an island, one that overlaps it, and a river of four samples.
+    // A lake with an island, a lake that overlaps it, and a river four samples wide.
     let river = [[-6000.0, 2000.0], [6000.0, 2500.0], [6000.0, 2620.0], [-6000.0, 2120.0]];
     let river = river.map(|at| (ORIGIN_M + DVec2::from_array(at)).to_array()).to_vec();
     let lake = vec![circle(MIDDLE_M, RADIUS_M), circle(MIDDLE_M, 600.0)];
@@ -170,13 +173,13 @@ fn holes_are_land_and_narrow_water_is_there() {
     world.surfaces.set_given_water(scratch.load("all.geojson", &text).unwrap().map(Arc::new));
     let pixels = pixels(&mut world, "0,0,16000,0,-90,45");
     assert!(is_water(&pixels, MIDDLE_M + DVec2::new(0.0, 1000.0)));
-    assert!(!is_water(&pixels, MIDDLE_M), "the island");
-    assert!(is_water(&pixels, MIDDLE_M + DVec2::new(1300.0, 0.0)), "polygons that overlap are both water");
+    assert!(!is_water(&pixels, MIDDLE_M), "the island is water");
+    assert!(is_water(&pixels, MIDDLE_M + DVec2::new(1300.0, 0.0)), "land where two polygons overlap");
     assert!(is_water(&pixels, MIDDLE_M + DVec2::new(1750.0, 0.0)));
     for x_m in [-5000.0, -1000.0, 4000.0] {
         let middle_m = 2310.0 + x_m / 24.0;
-        assert!(is_water(&pixels, DVec2::new(x_m, middle_m)), "the river at {x_m}");
-        // Planted: places beside it.
+        assert!(is_water(&pixels, DVec2::new(x_m, middle_m)), "no river at x = {x_m} m");
+        // Planted errors: points next to the river.
         assert!(
             !is_water(&pixels, DVec2::new(x_m, middle_m + 300.0))
                 && !is_water(&pixels, DVec2::new(x_m, middle_m - 300.0))
@@ -184,7 +187,7 @@ fn holes_are_land_and_narrow_water_is_there() {
     }
 }
 
-/// Longitudes and latitudes of places of the same polygon.
+/// Compares a polygon in metres with the same polygon in longitudes and latitudes.
 #[test]
 fn degrees_and_metres_give_the_same_water() {
     let scratch = Scratch::new();
@@ -202,8 +205,8 @@ fn degrees_and_metres_give_the_same_water() {
     let differ = |a: &GivenWater, b: &GivenWater| {
         a.words.len().abs_diff(b.words.len()) + a.words.iter().zip(&b.words).filter(|(a, b)| a != b).count()
     };
-    assert!(differ(&by_metres, &by_degrees) < 8, "{}", differ(&by_metres, &by_degrees));
-    // Planted: a lake that lies 100 m farther east.
+    assert!(differ(&by_metres, &by_degrees) < 8, "the water maps differ in {} words", differ(&by_metres, &by_degrees));
+    // Planted error: a lake 100 m farther east.
     let aside: Vec<[f64; 2]> = turned.iter().map(|[x, y]| [x + 100.0 / 76_000.0, *y]).collect();
     let aside = scratch.load("a.json", &geojson("", &[vec![aside]])).unwrap().unwrap();
     assert!(differ(&by_metres, &aside) > 100);
@@ -211,10 +214,10 @@ fn degrees_and_metres_give_the_same_water() {
 
 #[test]
 fn a_mask_adds_to_what_heights_show_or_stands_for_it() {
-    // A lake that the heights show, in the north-east.
+    // A lake that is visible in the heights, in the north-east.
     let bowl_m = |x_m: f64, y_m: f64| 500.0 + (0.15 * ((x_m - 3500.0).hypot(y_m - 3500.0) - 1500.0)).max(0.0);
     let scratch = Scratch::new();
-    // Stretched over the DEM: 1 is water, in a disc in the south-west.
+    // A mask stretched over the DEM, with 1 for water in a disc in the south-west.
     let mut bytes = Vec::new();
     for i in 0..SAMPLES * SAMPLES {
         let [column, row] = [i % SAMPLES, i / SAMPLES].map(|at| f64::from(at) - 256.0);
@@ -239,8 +242,11 @@ fn a_mask_adds_to_what_heights_show_or_stands_for_it() {
     };
     let Some((both, error)) = seen(false) else { return };
     println!("95 % of the shore of a mask within {error:.2} px");
-    assert!(both == [true, true] && error < 1.0, "{both:?} {error}");
-    assert_eq!(seen(true).unwrap().0, [true, false], "what is level is no water then");
+    assert!(
+        both == [true, true] && error < 1.0,
+        "water in the mask and in the heights {both:?}, error of the shore {error} px"
+    );
+    assert_eq!(seen(true).unwrap().0, [true, false], "level land is water despite only_given");
 }
 
 #[test]
@@ -271,9 +277,9 @@ fn files_that_do_not_hold_are_told_in_a_line() {
     }
     let missing = load(WaterFiles::default().with(&scratch.0.path().join("none.geojson"))).unwrap_err();
     assert!(missing.contains("none.geojson"), "{missing}");
-    // Beside the world: a warning, and no water.
+    // A polygon outside the world gives a warning, and no water.
     assert_eq!(scratch.load("beside.geojson", &geojson("EPSG:32632", &square(0.0, 1000.0))), Ok(None));
-    // Heights that lie nowhere.
+    // Heights without a coordinate reference system.
     let files = WaterFiles::default().with(&scratch.write("there.geojson", geojson("", &square(8.0, 9.0))));
     let nowhere = Georeference { crs: Crs::Local, ..place() };
     let error = GivenWater::load(&files, &nowhere, [SAMPLES; 2]).unwrap_err().to_string();

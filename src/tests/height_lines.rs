@@ -1,5 +1,5 @@
-//! Lines of equal height lie where the land has their heights, are as wide as asked, and belong to maps.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests contour lines of height: they are at their heights, have the requested width, and belong to maps.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -11,10 +11,10 @@ use hachure::surface::height_lines::HEIGHT_INK;
 
 const SIZE_PX: [u32; 2] = [320, 200];
 const INTERVAL_M: f32 = 40.0;
-/// Straight down, and along the land.
+/// A view straight down, and a view along the land.
 const VIEWS: [&str; 2] = ["0,0,6000,0,-90,40", "0,-5000,2600,10,-20,45"];
 
-/// A slope with broad waves, which a form of some samples keeps.
+/// A slope with waves that are long compared with the samples that the form of the land smooths over.
 fn height_m(x_m: f64, y_m: f64) -> f64 {
     700.0 + 0.16 * x_m - 0.07 * y_m + 90.0 * (x_m / 1900.0).sin() * (y_m / 2300.0).cos()
 }
@@ -29,7 +29,7 @@ fn style(change: impl Fn(&mut HeightLines)) -> Style {
     style
 }
 
-/// What a pixel shows of lines: its ink, and how far it is from a height of a line, in pixels and by the line's number.
+/// Ink of a pixel, its distance in pixels to the nearest contour line, and the gap between lines there.
 struct Shown {
     ink: f64,
     away_px: f64,
@@ -53,7 +53,7 @@ fn shown(world: &mut World, camera: &str, style: &Style, [interval_m, from_m]: [
                 continue;
             };
             let rise_m = 0.5 * (east - west).hypot(south - north);
-            // Beside a skyline neighbours tell no slope.
+            // Next to a skyline, neighbours do not give the slope.
             if (east - 2.0 * here_m + west).abs().max((south - 2.0 * here_m + north).abs()) > 0.2 * rise_m {
                 continue;
             }
@@ -68,7 +68,7 @@ fn shown(world: &mut World, camera: &str, style: &Style, [interval_m, from_m]: [
     found
 }
 
-/// The share of pixels of lines that are no line, and of those in the middle of a line that have none.
+/// Returns the share of inked pixels that are on no line, and of pixels in the middle of a line that have no ink.
 fn wrong(shown: &[Shown]) -> [f64; 2] {
     let share = |picked: &dyn Fn(&&Shown) -> bool, bad: &dyn Fn(&&Shown) -> bool| {
         let all: Vec<&Shown> = shown.iter().filter(picked).collect();
@@ -90,7 +90,7 @@ fn lines_lie_at_their_heights() {
         let [astray, missing] = wrong(&found);
         println!("{camera}: {:.2} % astray, {:.2} % missing", 100.0 * astray, 100.0 * missing);
         assert!(astray < 0.01 && missing < 0.01);
-        // Planted: lines of another interval, and an origin that is off by a quarter of it.
+        // Planted errors: lines of another interval, and an origin that is off by a quarter of it.
         let interval_m = f64::from(INTERVAL_M);
         for planted in [[1.1 * interval_m, 0.0], [interval_m, 0.25 * interval_m]] {
             let [astray, missing] = wrong(&shown(&mut world, camera, &style, planted));
@@ -109,19 +109,19 @@ fn lines_are_as_wide_as_asked() {
             lines.index_px = index_px;
         });
         let found = shown(&mut world, VIEWS[0], &style, [f64::from(INTERVAL_M), 0.0]);
-        // Over the picture a pixel stands for its part of the way from a line to the next.
+        // Over the picture, each pixel covers its part of the gap from one line to the next.
         let width_px = |is_index: bool| {
             let of_line = || found.iter().filter(|own| own.is_index == is_index);
             let ink: f64 = of_line().map(|own| own.ink).sum();
             ink / of_line().map(|own| 1.0 / own.gap_px).sum::<f64>()
         };
         let [line, index] = [false, true].map(width_px);
-        println!("asked {line_px} and {index_px} px, found {line:.2} and {index:.2} px");
+        println!("requested {line_px} and {index_px} px, measured {line:.2} and {index:.2} px");
         assert!((line / f64::from(line_px) - 1.0).abs() < 0.1 && (index / f64::from(index_px) - 1.0).abs() < 0.1);
     }
 }
 
-/// A cone that is steeper the nearer its middle is, with the slope of each of its places.
+/// Radius of a cone that is steeper toward its middle.
 const STEEP_FOOT_M: f64 = 5000.0;
 
 fn cone_m(x_m: f64, y_m: f64) -> f64 {
@@ -129,7 +129,7 @@ fn cone_m(x_m: f64, y_m: f64) -> f64 {
     0.5 * STEEP_FOOT_M * (1.0 - out) * (1.0 - out)
 }
 
-/// In degrees, and by distance from the middle.
+/// Returns the slope at a distance from the middle, in degrees.
 fn cone_slope_deg(away_m: f64) -> f64 {
     (1.0 - (away_m / STEEP_FOOT_M).min(1.0)).atan().to_degrees()
 }
@@ -138,10 +138,10 @@ fn cone_slope_deg(away_m: f64) -> f64 {
 fn steep_land_has_no_lines() {
     let Some(mut world) = World::new(grid_of(513, 513, 25.0, cone_m), 0.2) else { return };
     let pose = world.pose("0,0,14000,0,-90,40");
-    // The mean ink on slopes of whole degrees, from 0 on.
+    // Returns the mean ink on slopes of each whole degree.
     let ink_by_slope = |world: &mut World, steepest_deg: f32| {
         let style = style(|lines| {
-            // Lines that keep apart on the steepest of it.
+            // Lines at this interval stay apart on the steepest slope.
             lines.interval_m = 60.0;
             lines.steepest_deg = steepest_deg;
         });
@@ -158,14 +158,14 @@ fn steep_land_has_no_lines() {
         sums.map(|[ink, pixels]| if pixels > 30.0 { Some(ink / pixels) } else { None })
     };
     let all = ink_by_slope(&mut world, 90.0);
-    // How much of the ink is left on slopes between two angles.
+    // Returns the ratio of the ink on slopes between two angles to that without a limit.
     let left = |some: &[Option<f64>; 46], slopes_deg: std::ops::RangeInclusive<usize>| {
         let pairs: Vec<[f64; 2]> = slopes_deg.filter_map(|slope| Some([some[slope]?, all[slope]?])).collect();
-        // A degree has pixels between two lines alone.
+        // A single degree may have only pixels between two lines.
         assert!(pairs.len() > 3 && pairs.iter().map(|[_, all]| all).sum::<f64>() > 0.3, "{pairs:?}");
         pairs.iter().map(|[some, _]| some).sum::<f64>() / pairs.iter().map(|[_, all]| all).sum::<f64>()
     };
-    // Lines fade out from four fifths of the tangent on.
+    // Lines fade out from 0.8 of the limit's tangent on.
     let is_right = |some: &[Option<f64>; 46], steepest_deg: usize| {
         let fades_deg = (0.8 * (steepest_deg as f64).to_radians().tan()).atan().to_degrees();
         let [gentle, steep] = [left(some, 5..=fades_deg as usize - 1), left(some, steepest_deg + 1..=40)];
@@ -175,7 +175,7 @@ fn steep_land_has_no_lines() {
     for steepest_deg in [25, 34] {
         let some = ink_by_slope(&mut world, steepest_deg as f32);
         assert!(is_right(&some, steepest_deg));
-        // Planted: lines of another limit, below and above, and those of land that has lines everywhere.
+        // Planted errors: another limit, below and above, and no limit.
         for planted in [steepest_deg as f32 - 5.0, steepest_deg as f32 + 5.0, 90.0] {
             assert!(!is_right(&ink_by_slope(&mut world, planted), steepest_deg), "{planted}");
         }
@@ -194,12 +194,12 @@ fn lines_without_an_interval_are_for_maps() {
     let above = still(world.pose(VIEWS[0]), SIZE_PX);
     draw(&world.gpu, &mut world.surfaces, &mut renderer, &above, &of_map, &NOON);
     assert!(renderer.target(&HEIGHT_INK).is_some());
-    // What a style says itself holds on maps, too.
+    // An interval in the style holds on maps, too.
     let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
     assert_eq!(own.height_lines.unwrap().interval_m, 15.0);
 }
 
-/// A lake lies a little below a line.
+/// Height of a lake, a little below a contour line.
 const LAKE_M: f64 = 719.5;
 
 #[test]
@@ -213,7 +213,7 @@ fn lakes_have_no_lines() {
         let ink = floats::<1>(&world.gpu, renderer.target(&HEIGHT_INK).unwrap());
         let places = places_m(&world.gpu, &renderer, pose.position_m);
         let on_water = ink.iter().zip(places).filter(|(_, place)| {
-            // Beyond the strip in which the surface still bends.
+            // Beyond the strip in which the surface is still curved.
             place.is_some_and(|place_m| height_m(place_m.x, place_m.y) < LAKE_M - 4.0)
         });
         let (count, sum) = on_water.fold((0, 0.0), |(count, sum), ([ink], _)| (count + 1, sum + f64::from(*ink)));
@@ -223,8 +223,8 @@ fn lakes_have_no_lines() {
     let with_water = style(|lines| lines.interval_m = INTERVAL_M);
     let without = Style { water: None, ..with_water.clone() };
     let [found, planted] = [&with_water, &without].map(&mut ink_on_water);
-    println!("ink of lines on a lake just below one: {found:.2} px, where nobody knows of water {planted:.1} px");
+    println!("ink of lines on a lake just below one: {found:.2} px, without a water map {planted:.1} px");
     assert!(found < 1.0);
-    // Planted: water that nobody knows of.
+    // Planted error: a style without water.
     assert!(planted > 20.0);
 }

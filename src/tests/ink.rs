@@ -1,8 +1,8 @@
-//! The distance stays a drawing, and what a style costs stays in proportion.
+//! Tests that a drawing stays readable in the distance, and that the costs of styles stay in proportion.
 //!
-//! Where many samples fall into a pixel, unfiltered LSA contours turn ridges into black mush: the density filter and
-//! lines that pale with distance keep the paper's light in every part of the picture.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Where many samples fall into a pixel, unfiltered LSA contours turn ridges into black areas. The density filter and
+//! lines that pale with distance keep the paper light in every part of the picture.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -17,16 +17,16 @@ use hachure::scene::Scene;
 use hachure::scene::view::View;
 use hachure::style::{Style, preset_text};
 
-/// Two views of `docs/guide/pictures.md`, and their files.
+/// Two views of `docs/guide/pictures.md`, and their DEM files.
 const VIEWS: [(&str, &str); 2] = [
     ("dem/geotiff/mt_rainier_90m.tif", "0,-46700,5000,0,-6.5,38"),
     ("dem/geotiff/N46E008_alps.tif", "3000,-46000,4700,-6,-7.5,38"),
 ];
 const SIZE_PX: [u32; 2] = [1440, 640];
-/// Side of the areas whose ink is averaged.
+/// Side of the areas over which ink is averaged, in pixels.
 const AREA_PX: usize = 64;
 
-/// The picture as grey values of 0 to 1, as they are encoded for a screen.
+/// Returns the picture as grey values of 0 to 1, encoded in sRGB.
 fn grey(world: &mut World, style: &Style, camera: &str) -> Vec<f64> {
     let light = Scene::default().light(world.surfaces.terrain.extent_m());
     let request = PictureRequest::still(world.pose(camera), SIZE_PX, style, light);
@@ -42,12 +42,12 @@ fn grey(world: &mut World, style: &Style, camera: &str) -> Vec<f64> {
     grey
 }
 
-/// The greatest mean ink of any 64 × 64 pixels: 0 is paper, 1 is black.
+/// Returns the largest mean ink of any 64 × 64 pixels: 0 is paper, 1 is black.
 fn most_ink(grey: &[f64]) -> f64 {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let mut sorted = grey.to_vec();
     let paper = common::quantile(&mut sorted, 0.99);
-    // Sums over rectangles from the corner.
+    // Summed-area table of ink.
     let mut sums = vec![0.0; (width + 1) * (height + 1)];
     for y in 0..height {
         for x in 0..width {
@@ -76,11 +76,11 @@ fn no_part_of_a_drawing_is_mush() {
         let (most, darkest) = (most_ink(&drawn), drawn.iter().copied().fold(1.0, f64::min));
         println!("{file}: most ink {most:.3}, darkest pixel {darkest:.3}");
         assert!(most <= 0.35, "{file}: mean ink {most}");
-        // The ink itself is 0.07; some near line has it nearly whole. The nearest contours are 10 km away and more, where
-        // clear air has taken some of it.
+        // The ink itself is 0.07, and some near line has nearly all of it. The nearest contours are at least 10 km
+        // away, where haze has paled them a little.
         assert!(darkest < 0.25, "{file}: darkest pixel {darkest}");
 
-        // Planted: neither filter nor cap nor distance.
+        // Planted error: no filter, no cap of crowded lines, no fading with distance.
         let text = preset_text("ink").unwrap();
         let raw = [("density = 2.0", "density = 0.0"), ("crowd = 0.09\n", ""), ("faintest = 0.12", "faintest = 1.0")]
             .into_iter()
@@ -91,11 +91,11 @@ fn no_part_of_a_drawing_is_mush() {
         let raw = grey(&mut world, &Style::parse("raw", &raw).unwrap(), camera);
         let most = most_ink(&raw);
         println!("{file}: without filter and distance {most:.3}");
-        assert!(most > 0.35, "{file}: the measure sees no mush where there is: {most}");
+        assert!(most > 0.35, "{file}: an unfiltered drawing was not detected: most ink {most}");
     }
 }
 
-/// The quickest of a few runs of each pass of each style, in milliseconds. The styles take turns.
+/// Returns the shortest time of each pass of each style over a few runs, in milliseconds. The styles take turns.
 fn quickest_ms(world: &mut World, styles: &[Style], camera: &str, size_px: [u32; 2]) -> Vec<Vec<(String, f64)>> {
     let pose = world.pose(camera);
     let view = View::whole(pose, pose, size_px);
@@ -129,9 +129,10 @@ fn costs_stay_in_proportion() {
     let whole = of(1, FRAME) / of(0, FRAME);
     println!("lsa takes {lines:.2} times as long as sobel, an ink frame {whole:.2} times a plain one");
     assert!(lines <= 6.0, "lsa against sobel: {lines}");
-    // The cap of crowded lines takes a fifth of a plain frame, on land that is full of lines.
+    // The cap of crowded lines takes a fifth of a plain frame, on land with many lines.
     assert!(whole <= 2.0, "ink against plain: {whole}");
-    // Planted: were the times not told apart, every ratio would be 1. A fast GPU's clock is too coarse to tell.
+    // Control: if times were attributed to the wrong styles, every ratio would be 1. The clock of a fast GPU is too
+    // coarse for this.
     if world.gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu {
         assert!(lines > 1.05 && whole > 1.02, "{times:?}");
     }

@@ -1,6 +1,6 @@
-//! What the land sees of the sun and of the sky: shadows are where a ray toward the sun meets the land, the visible sky
-//! is what a formula says, neither has seams or pops, and only who asks for it pays.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests light from the sun and the sky on the land: shadows are where a ray toward the sun meets the land, the visible
+//! sky agrees with a formula, neither has seams or pops, and only styles that use them pay for them.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -25,7 +25,7 @@ use hachure::tones::TONE;
 
 const SIZE_PX: [u32; 2] = [240, 160];
 
-/// A style whose tone is nothing but light.
+/// Returns a style whose tone is light alone.
 fn style(ambient: f32, shadow: f32, occlusion: f32) -> Style {
     let text = format!(
         "name = \"light\"\ndescription = \"\"\n[light]\nwrap = 0\nambient = {ambient}\nshadow = {shadow}\n\
@@ -34,7 +34,7 @@ fn style(ambient: f32, shadow: f32, occlusion: f32) -> Style {
     Style::parse("light", &text).unwrap()
 }
 
-/// Of which the tone is the visible sky.
+/// Returns a style whose tone is the visible part of the sky.
 fn sky() -> Style {
     style(1.0, 0.0, 1.0)
 }
@@ -43,11 +43,11 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
     Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
 }
 
-/// What a frame drew.
+/// Results of a frame.
 #[derive(Clone)]
 struct Drawn {
     tone: Vec<f64>,
-    /// In the world; none is the sky.
+    /// In the world; `None` for the sky.
     place_m: Vec<Option<DVec3>>,
     normal: Vec<DVec3>,
     passes: Vec<String>,
@@ -87,14 +87,14 @@ fn shot(world: &mut World, style: &Style, light: &Light, camera: &str) -> Drawn 
     drawing(world, &mut renderer, style, light, pose)
 }
 
-/// Of the pixels that lie clear of a shadow's border, the part that is in the sun as a ray toward the sun says, or the
-/// part that is in shadow so, whichever is less; and how many are in shadow.
+/// Compares pixels that are clear of a shadow's border with rays toward the sun. Returns the part that agrees, among
+/// lit or among shadowed pixels, whichever is less, and the number of pixels in shadow.
 fn agreement(hill: &Hill, drawn: &Drawn, to_sun: DVec3, texel_m: f64, half_m: DVec2) -> (f64, u32) {
     let lit = |x_m: f64, y_m: f64, to_sun: DVec3| {
         let from = DVec3::new(x_m, y_m, hill.height_m(x_m, y_m) + 0.02);
         hill.hit(from, to_sun, half_m).is_none()
     };
-    // In the sun and in shadow: how many, and how many are right.
+    // Numbers of lit and of shadowed pixels: all, and those that are right.
     let (mut clear, mut right) = ([0_u32; 2], [0_u32; 2]);
     for (i, at) in drawn.place_m.iter().enumerate() {
         let Some(at) = at else { continue };
@@ -103,7 +103,7 @@ fn agreement(hill: &Hill, drawn: &Drawn, to_sun: DVec3, texel_m: f64, half_m: DV
             continue;
         }
         let expected = lit(at.x, at.y, to_sun);
-        // Two texels to each side, and the penumbra up and down.
+        // Two texels to each side, and the height of the penumbra up and down.
         let aside =
             [(1.0, 0.0), (-1.0, 0.0), (0.0, 1.0), (0.0, -1.0), (0.7, 0.7), (-0.7, 0.7), (0.7, -0.7), (-0.7, -0.7)];
         let is_clear =
@@ -137,9 +137,9 @@ fn shadows_are_where_rays_meet_the_land() {
                 "sun {azimuth_deg}, {elevation_deg}, camera {camera}: {:.3} % agree, {dark} pixels in shadow",
                 100.0 * right
             );
-            assert!(right >= 0.98, "{right}");
-            assert!(dark > 60, "{dark}");
-            // Planted: a sun that stands elsewhere, and a sun that casts no shadow.
+            assert!(right >= 0.98, "only {right} of the pixels agree");
+            assert!(dark > 60, "only {dark} pixels are in shadow");
+            // Planted errors: a sun in another direction, and a sun that casts no shadows.
             let (turned, _) = agreement(&hill, &drawn, sun(azimuth_deg + 25.0, elevation_deg).to_sun, 20.0, half_m);
             let lit = shot(&mut world, &style(0.0, 0.0, 0.0), &light, camera);
             let (lit, _) = agreement(&hill, &lit, light.to_sun, 20.0, half_m);
@@ -192,11 +192,11 @@ fn the_visible_sky_is_what_a_formula_says() {
         println!("valley of {angle_deg}°: {least:.4} to {most:.4}, exact {exact_here:.4}");
         let is_within = |exact: f64| (least - exact).abs() < 0.05 && (most - exact).abs() < 0.05;
         assert!(is_within(exact_here), "{least} to {most}, not {exact_here}");
-        assert!(!is_within(exact(angle_deg + 15.0)), "another valley must not pass");
+        assert!(!is_within(exact(angle_deg + 15.0)), "a valley of another angle was not detected");
     }
 }
 
-/// The largest difference between the tones of pixels side by side on the same land.
+/// Returns the largest difference between the tones of adjacent pixels on the same land.
 fn largest_jump(drawn: &Drawn, apart_m: f64) -> f64 {
     let width = SIZE_PX[0] as usize;
     let mut jump = 0.0_f64;
@@ -222,7 +222,7 @@ fn there_are_no_seams_and_nothing_pops() {
     let Some(mut world) = World::new(grid, 1.0) else {
         return;
     };
-    // All of the hill, with the corners of four tiles in it; and along it, over three levels of detail.
+    // The whole hill, with the corners of four tiles, and a view along it, over three levels of detail.
     for (camera, most) in [("0,0,6000,0,-90,50", 0.02), ("-1200,-1900,400,30,-12,60", 0.035)] {
         let drawn = shot(&mut world, &sky(), &sun(0.0, 30.0), camera);
         let jump = largest_jump(&drawn, 80.0);
@@ -230,9 +230,9 @@ fn there_are_no_seams_and_nothing_pops() {
         assert!(jump < most, "{jump}");
         let mut planted = drawn;
         planted.tone.iter_mut().skip(SIZE_PX[0] as usize * 120).for_each(|tone| *tone += 0.06);
-        assert!(largest_jump(&planted, 80.0) > most, "a seam must be seen");
+        assert!(largest_jump(&planted, 80.0) > most, "a planted seam was not detected");
     }
-    // A camera that rises by a half percent a frame, from one level of detail through the next.
+    // The camera rises by 0.6 % per frame, from one level of detail through the next.
     let (style, light) = (style(0.2, 1.0, 1.0), sun(250.0, 12.0));
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (mut before, mut steps): (Option<Drawn>, Vec<f64>) = (None, Vec::new());
@@ -247,14 +247,14 @@ fn there_are_no_seams_and_nothing_pops() {
     let median = common::quantile(&mut steps.clone(), 0.5);
     let worst = steps.iter().copied().fold(0.0, f64::max);
     println!("from frame to frame tones change by {median:.5} on the median, {worst:.5} at most");
-    assert!(worst < 3.0 * median + 0.001, "{worst} against {median}");
-    // Planted: a frame in which an eighth of the picture has another level's tones.
+    assert!(worst < 3.0 * median + 0.001, "a frame changes by {worst}, the median one by {median}");
+    // Planted error: an eighth of a frame's pixels have the tones of another level.
     let mut popped = before.clone().unwrap();
     popped.tone.iter_mut().step_by(8).for_each(|tone| *tone += 0.08);
-    assert!(mean_step(before.as_ref().unwrap(), &popped) > 3.0 * median + 0.001, "a pop must be seen");
+    assert!(mean_step(before.as_ref().unwrap(), &popped) > 3.0 * median + 0.001, "a planted pop was not detected");
 }
 
-/// The mean difference of two pictures.
+/// Returns the mean difference of two pictures.
 fn mean_step(a: &Drawn, b: &Drawn) -> f64 {
     a.tone.iter().zip(&b.tone).map(|(a, b)| (a - b).abs()).sum::<f64>() / a.tone.len() as f64
 }
@@ -272,22 +272,26 @@ fn at_rest_nothing_runs_and_the_sun_is_followed() {
     let pose = world.pose(CAMERA);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let first = drawing(&mut world, &mut renderer, &style, &sun(100.0, 20.0), pose);
-    assert!(first.jobs > MAPS_AT_ONCE && !first.late, "a picture waits for all of its tiles: {}", first.jobs);
+    assert!(
+        first.jobs > MAPS_AT_ONCE && !first.late,
+        "a picture must wait for all of its tiles; maps made: {}",
+        first.jobs
+    );
     assert!(first.passes.is_empty() || first.passes.iter().any(|pass| pass == "surface/land/horizons"));
     let second = drawing(&mut world, &mut renderer, &style, &sun(100.0, 20.0), pose);
     assert_eq!((second.jobs, &second.tone), (0, &first.tone), "at rest");
     assert!(second.passes.iter().all(|pass| pass != "surface/land/horizons"));
-    // Higher, and nothing has to be made; turned, and everything has.
+    // A higher sun needs no new maps; a rotated one needs all of them.
     let higher = drawing(&mut world, &mut renderer, &style, &sun(100.0, 35.0), pose);
     assert!(higher.jobs == 0 && higher.tone != first.tone);
     let turned = drawing(&mut world, &mut renderer, &style, &sun(220.0, 20.0), pose);
     assert_eq!(turned.jobs, first.jobs);
     let fresh = shot(&mut rough().unwrap(), &style, &sun(220.0, 20.0), CAMERA);
-    assert_eq!(turned.tone, fresh.tone, "the sun's azimuth is followed");
-    assert!(mean_step(&first, &fresh) > 0.02, "another sun makes another picture");
+    assert_eq!(turned.tone, fresh.tone, "maps must follow the sun's azimuth");
+    assert!(mean_step(&first, &fresh) > 0.02, "another sun must make another picture");
 }
 
-/// The rough land, as a window loads it.
+/// Returns the rough land, loaded as in a window.
 fn streamed() -> World {
     let mut world = rough().unwrap();
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
@@ -295,8 +299,8 @@ fn streamed() -> World {
     world
 }
 
-/// Draws until nothing is late: the last frame, the most maps in one, and all of them. `loses` plans every second frame
-/// and draws it not, so its maps are never made.
+/// Draws until no frame is late. Returns the last frame, the largest number of maps in one frame, and the number of all
+/// maps. With `loses`, each frame is first prepared without being drawn, so that those maps are never made.
 fn settle(
     world: &mut World,
     renderer: &mut Renderer,
@@ -331,11 +335,11 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
     println!("{all} maps, at most {most} in a frame");
     assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
     assert!(all > 2 * MAPS_AT_ONCE);
-    assert_eq!(settled.tone, expected.tone, "what has settled is what a file shows");
+    assert_eq!(settled.tone, expected.tone, "the settled frame must equal the picture of a file");
     let pose = world.pose(CAMERA);
     let again = drawing(&mut world, &mut renderer, &style, &light, pose);
     assert_eq!((again.jobs, &again.tone), (0, &settled.tone), "at rest");
-    // To another style and back: what is known stays, and no frame is late for it.
+    // Switching to another style and back keeps the maps, and no frame is late.
     let bare = self::style(0.3, 0.0, 0.0);
     for _ in 0..2 {
         let other = drawing(&mut world, &mut renderer, &bare, &light, pose);
@@ -343,14 +347,14 @@ fn streaming_keeps_its_budget_and_ends_at_the_picture_of_a_file() {
         let back = drawing(&mut world, &mut renderer, &style, &light, pose);
         assert_eq!((back.jobs, back.late, &back.tone), (0, false, &settled.tone), "back again");
     }
-    // Planted: maps that count as made and are not.
+    // Planted error: maps that count as made and are not.
     let mut world = streamed();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (lost, ..) = settle(&mut world, &mut renderer, &style, &light, true);
-    assert_ne!(lost.tone, expected.tone, "lost maps must be seen");
+    assert_ne!(lost.tone, expected.tone, "lost maps were not detected");
 }
 
-/// How many maps' worth of dispatches the fullest submit of a frame has, and how many dispatches there are.
+/// Returns the largest number of horizon dispatches in one submit of a frame, and the number of all of them.
 fn fullest_submit(trace: &[PassTrace]) -> (usize, usize) {
     let of_maps = || trace.iter().filter(|pass| pass.name == "surface/land/horizons").map(|pass| pass.submit);
     (of_maps().map(|submit| of_maps().filter(|other| *other == submit).count()).max().unwrap_or(0), of_maps().count())
@@ -367,13 +371,13 @@ fn a_file_makes_its_maps_in_bounded_submits() {
     let parts = whole.jobs.div_ceil(MAPS_AT_ONCE);
     assert!(parts > 3, "{} maps", whole.jobs);
     assert_eq!(fullest_submit(&trace), (1, parts), "of {} maps", whole.jobs);
-    // All else of the frame is one submit, which begins with the last of them.
+    // The rest of the frame is one submit, which begins with the last of them.
     let last = trace.last().unwrap().submit;
     assert_eq!(last as usize, parts - 1);
     assert!(trace.iter().filter(|pass| pass.submit == last).count() > 2);
-    // As where each pass is submitted by itself.
+    // The picture equals that of a frame whose passes are submitted one by one.
     assert_eq!(whole.tone, shot(&mut rough().unwrap(), &style, &light, CAMERA).tone);
-    // Planted: all in one submit.
+    // Planted error: all dispatches in one submit.
     let planted: Vec<PassTrace> = trace.into_iter().map(|pass| PassTrace { submit: 0, ..pass }).collect();
     assert_eq!(fullest_submit(&planted), (parts, parts));
     // At rest a frame is one submit.
@@ -402,7 +406,7 @@ fn only_who_asks_pays() {
     let more = world.surfaces.terrain.gpu_bytes() - bytes;
     let tiles = world.surfaces.terrain.horizon_maps().unwrap().maps.bytes();
     println!("{} KiB for {} tiles of horizons", tiles >> 10, tiles / HORIZON_MAP_BYTES);
-    // The tables may grow by what lies beside the view.
+    // The tables may grow by tiles next to the view.
     assert!(more >= tiles && more < tiles + (1 << 16), "{more} bytes, {tiles} of them tiles");
     assert_eq!(renderer.target_bytes(), targets);
 
@@ -411,7 +415,7 @@ fn only_who_asks_pays() {
         assert_eq!(again.tone, first.tone);
         quickest = quickest.min(again.toon_ms);
     }
-    // What is known stays for a style that asks again: nothing is made anew.
+    // Maps are kept for a style that uses them again, so none is rebuilt.
     let back = drawing(&mut world, &mut renderer, &lit, &light, pose);
     assert_eq!(back.jobs, 0);
     println!("toon {quickest:.3} ms, with shadows {quickest_lit:.3} ms: {:.2} times", quickest_lit / quickest);

@@ -1,6 +1,6 @@
-//! The same picture under load: whatever order tiles come in, and whatever else the machine does, a file shows the same
-//! to the bit.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests that pictures do not depend on load: whatever order tiles arrive in, and whatever else the machine does, a
+//! file is bit-identical.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -41,12 +41,12 @@ fn bake(grid: &HeightGrid, path: &Path) -> Arc<dyn TileStore> {
 
 type Land = (&'static str, Arc<dyn TileStore>);
 
-/// A land whose tiles know their errors.
+/// Bakes a land with measured errors.
 fn measured(folder: &Path) -> Land {
     ("measured", bake(&grid_of(1401, 1290, 20.0, rough_height_m), &folder.join("land.tif")))
 }
 
-/// The same, the same without errors, and one of two members.
+/// Returns the measured land, the same without a sidecar file of errors, and a mosaic of two members.
 fn lands(folder: &Path) -> [Land; 3] {
     let measured = measured(folder);
     std::fs::copy(folder.join("land.tif"), folder.join("bare.tif")).unwrap();
@@ -57,7 +57,7 @@ fn lands(folder: &Path) -> [Land; 3] {
     [measured, ("estimated", estimated), ("mosaic", mosaic)]
 }
 
-/// Draws views of a land one after the other, as a file is drawn: bits of all pixels of each.
+/// Draws views of a land one after the other, as for a file, and returns the bits of all pixels of each.
 struct Easel {
     gpu: Gpu,
     style: Style,
@@ -114,14 +114,14 @@ fn poses(store: &Arc<dyn TileStore>, views: &[&str]) -> Vec<Pose> {
     views.iter().map(pose).collect()
 }
 
-/// Pixels that differ.
+/// Counts pixels that differ.
 fn apart(a: &[[u32; 4]], b: &[[u32; 4]]) -> usize {
     assert_eq!(a.len(), b.len());
     a.iter().zip(b).filter(|(a, b)| a != b).count()
 }
 
-/// Draws with a tile the last one of all, `most` different ones in turn; how many drawings differ from the one without
-/// delays.
+/// Draws with one tile delayed to be the last, for up to `most` different tiles in turn. Returns how many drawings
+/// differ from the one without delays.
 fn differing_orders(easel: &mut Easel, land: &Land, memory_bytes: u64, views: &[&str], most: usize) -> usize {
     let (name, inner) = land;
     let poses = poses(inner, views);
@@ -136,7 +136,7 @@ fn differing_orders(easel: &mut Easel, land: &Land, memory_bytes: u64, views: &[
         let drawn = easel.draw(&store, memory_bytes, &poses);
         let pixels: Vec<usize> = drawn.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
         if pixels.iter().any(|pixels| *pixels > 0) {
-            println!("{name}, {}: {late:?} last: {pixels:?} pixels differ", easel.style.name);
+            println!("{name}, {}: with {late:?} last {pixels:?} pixels differ", easel.style.name);
             differing += 1;
         }
     }
@@ -144,7 +144,7 @@ fn differing_orders(easel: &mut Easel, land: &Land, memory_bytes: u64, views: &[
     differing
 }
 
-/// A flight; the ground under the camera is not in the picture.
+/// Cameras of a flight; the ground under the camera is not in the picture.
 const FLIGHT: [&str; 4] = [
     "-2000,-3000,+300,30,-12,60",
     "-1990,-2950,+280,33,-11,60",
@@ -152,7 +152,7 @@ const FLIGHT: [&str; 4] = [
     "-1900,-2500,+200,50,-4,60",
 ];
 
-/// Set, all presets are drawn, in more orders: minutes.
+/// Returns whether all presets are drawn, in more orders, which takes minutes.
 fn is_long() -> bool {
     std::env::var_os("HACHURE_LARGE").is_some()
 }
@@ -184,7 +184,7 @@ fn a_tile_that_is_another_is_noticed() {
     let Some(mut easel) = Easel::new("plain") else { return };
     let poses = poses(&land.1, &FLIGHT[..1]);
     let expected = easel.draw(&land.1, ROOM, &poses);
-    // Planted: of all tiles one is raised by ten centimetres.
+    // Planted: one tile is raised by ten centimetres.
     let raised: Accident = Box::new(|tile, _| match tile {
         TileAddress { level: 0, x: 2, y: 2 } => Fate::ComesRaised(0.1),
         _ => Fate::Comes,
@@ -197,8 +197,8 @@ fn a_tile_that_is_another_is_noticed() {
 
 #[test]
 fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
-    // Planted: what is needed by a view that has not looked at one of its tiles yet. If no tile wanted more than its
-    // footprint says, the orders of the tests above would be no test.
+    // Planted: the tiles that are needed by a view that does not know the statistics of one of its tiles. If the
+    // statistics of no tile requested further tiles, the tests of orders above would test nothing.
     let folder = tempfile::tempdir().unwrap();
     let (_, store) = measured(folder.path());
     let size = store.levels()[0];
@@ -234,11 +234,11 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
     };
     let expected = find(None);
     let missed = expected.iter().filter(|tile| find(Some(**tile)).len() < expected.len()).count();
-    println!("{missed} of {} tiles want others", expected.len());
+    println!("{missed} of {} tiles request others", expected.len());
     assert!(missed > 0);
 }
 
-/// Strokes in the order of their lists: edges, segments, samples.
+/// Returns the stroke lists in their order: edges, segments, samples.
 fn lists(easel: &Easel) -> (Vec<Edge>, Vec<Segment>, Vec<Sample>) {
     let strokes = easel.renderer.as_ref().and_then(Renderer::strokes).unwrap();
     let raw = |kind| strokes.buffer(kind).unwrap().raw;
@@ -263,13 +263,13 @@ fn films_of_strokes_are_the_same_from_run_to_run() {
             let store: Arc<dyn TileStore> = Shuffled::new(Arc::clone(&land.1), run, None);
             let drawn = easel.draw(&store, ROOM, &poses);
             let found = lists(&easel);
-            assert!(found.0 == edges, "{style}, run {run}: edges stand in another order");
-            assert!(found.1 == segments, "{style}, run {run}: segments stand in another order");
+            assert!(found.0 == edges, "{style}, run {run}: edges are in another order");
+            assert!(found.1 == segments, "{style}, run {run}: segments are in another order");
             assert!(found.2 == samples, "{style}, run {run}: samples differ");
             let pixels: Vec<usize> = drawn.iter().zip(&expected).map(|(a, b)| apart(a, b)).collect();
             assert_eq!(pixels, [0; 4], "{style}, run {run}");
         }
-        // Planted: two segments that have changed places.
+        // Planted: two swapped segments.
         let mut swapped = segments.clone();
         swapped.swap(0, 1);
         assert!(swapped != segments);

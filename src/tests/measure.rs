@@ -1,4 +1,4 @@
-//! Statistics, the report and the comparison of pictures, each with a planted error.
+//! Tests statistics, the report and the comparison of pictures, each with a planted error.
 
 use std::path::Path;
 
@@ -84,7 +84,7 @@ fn report_has_the_names_that_scripts_rely_on() {
     assert_eq!((&run["passes"][1]["name"], &run["frames"]), (&"lsa".into(), &2000.into()));
     assert_eq!((&run["tiles"]["late_frames"], &run["triangles"]), (&1.into(), &1999.into()));
 
-    // What was not measured is null, never 0.
+    // Values that were not measured are null, never 0.
     for value in [&run["stereo"], &run["strokes"], &run["memory"]["gpu_bytes"], &run["tiles"]["loaded"]] {
         assert!(value.is_null(), "{value}");
     }
@@ -111,7 +111,7 @@ fn strokes_that_found_no_room_are_the_most_of_a_frame() {
         page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 segments and 7 strokes exceed the limits"),
         "{page}"
     );
-    // Zero is measured and no warning; nothing measured is null.
+    // A measured 0 causes no warning; unmeasured values are null.
     let (roomy, without) = (report(&[frame(0, 0)]), report(&[FrameRecord::default()]));
     assert_eq!(roomy.runs[0].strokes_left_out, Some(LeftOut::default()));
     assert_eq!(without.runs[0].strokes_left_out, None);
@@ -153,14 +153,14 @@ fn page_stands_alone() {
         let opened = count(format!("<{tag}>")) + count(format!("<{tag} "));
         assert_eq!(opened, count(format!("</{tag}>")), "{tag}");
     }
-    // An empty report is a page as well.
+    // An empty report makes a valid page, too.
     assert!(html(&Report::default(), &[]).contains("</html>"));
     let folder = tempfile::tempdir().unwrap();
     write_html(&folder.path().join("report.html"), &report(), &frames()).unwrap();
     assert!(write_html(Path::new("/no/such/report.html"), &report(), &[]).is_err());
 }
 
-/// White paper with a diagonal line of 1 px.
+/// Returns white paper, with a black diagonal line of 1 px if `line`.
 fn drawing(line: bool) -> Picture {
     let size = 256;
     let mut rgba = vec![255; size * size * 4];
@@ -179,7 +179,7 @@ fn a_lost_line_fails_where_a_mean_would_pass() {
     let (with, without) = (drawing(true), drawing(false));
     let pairs = with.rgba.iter().zip(&without.rgba);
     let mean = pairs.map(|(a, b)| f64::from(a.abs_diff(*b))).sum::<f64>() / with.rgba.len() as f64;
-    assert!(mean < 1.0, "the mean difference, {mean} of 255, looks like nothing");
+    assert!(mean < 1.0, "the mean difference must be small, but is {mean} of 255");
     let comparison = compare(&without, &with, TOLERANCE).unwrap();
     assert_eq!((comparison.outliers, comparison.pixels), (256, 65_536));
     assert_eq!((comparison.worst_difference, comparison.worst_px), (255, [0, 0]));
@@ -219,7 +219,7 @@ fn a_missing_reference_is_an_error() {
 
 #[test]
 fn a_pass_that_runs_now_and_then_is_not_stacked_as_if_it_always_ran() {
-    // One frame in ten has horizon maps to make, for 100 ms.
+    // One frame in ten builds horizon maps, which take 100 ms.
     let frame = |frame: u64| {
         let mut passes = vec![("lines/lsa".to_owned(), 2.0)];
         passes.extend(frame.is_multiple_of(10).then(|| ("surface/land/horizons".to_owned(), 100.0)));
@@ -231,8 +231,11 @@ fn a_pass_that_runs_now_and_then_is_not_stacked_as_if_it_always_ran() {
     let (always, sometimes) = (of("lines/lsa"), of("surface/land/horizons"));
     assert_eq!((always.frames, always.mean_ms), (Some(50), Some(2.0)));
     assert_eq!((sometimes.frames, sometimes.mean_ms), (Some(5), Some(10.0)));
-    assert!((sometimes.gpu_ms.unwrap().p50 - 100.0).abs() < 1e-9, "of the frames that had it");
+    assert!(
+        (sometimes.gpu_ms.unwrap().p50 - 100.0).abs() < 1e-9,
+        "percentiles count only the frames that ran the pass"
+    );
     let report = Report { runs: vec![run], ..Report::default() };
     let page = html(&report, &[RunFrames { style: "wash".to_owned(), eyes: "mono".to_owned(), frames }]);
-    assert!(page.contains(">12.0 ms<") || page.contains(">12 ms<"), "the stack is as long as a frame on average");
+    assert!(page.contains(">12.0 ms<") || page.contains(">12 ms<"), "the bar must be as long as the mean frame");
 }

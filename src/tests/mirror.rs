@@ -1,6 +1,6 @@
-//! Still water mirrors the tone of what stands behind it: where the reflection about its level says, as colour and as
-//! strokes.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests that still water mirrors the tone of the land behind it, as colour and as strokes, where reflection about its
+//! level predicts.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,14 +19,14 @@ const CREST_M: f64 = 300.0;
 const SHORE_Y_M: f64 = 500.0;
 const SLOPE: f64 = 1.2;
 
-/// A lake with a cliff of 50 degrees behind it, and level land on that.
+/// Height of a lake with a cliff of 50 degrees behind it, and level land above the cliff.
 fn cliff_m(x_m: f64, y_m: f64) -> f64 {
     let cliff_m = (SLOPE * (y_m - SHORE_Y_M)).clamp(0.0, CREST_M);
     let banks_m = 0.15 * (x_m.abs() - 1500.0).max(-2000.0 - y_m).max(0.0);
     LEVEL_M + cliff_m.max(banks_m)
 }
 
-/// Steep land is black, and level land white.
+/// Returns a style in which steep land is black, and level land white.
 fn style(water: &str) -> Style {
     let text = format!(
         "name = \"mirror\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\n[light]\nslope = 1.0\n\
@@ -35,10 +35,10 @@ fn style(water: &str) -> Style {
     Style::parse("mirror", &text).unwrap()
 }
 
-/// A picture of the lake: for each pixel of water how light it is, and its ink.
+/// A picture of the lake: for each pixel of water its lightness and its ink.
 struct Drawn {
     water: Vec<Option<[f64; 2]>>,
-    /// Where the picture shows what lies at a height, above the crest.
+    /// Returns the row of the picture in which a point at this height above the crest's position is.
     row_of: Box<dyn Fn(f64) -> f64>,
 }
 
@@ -65,12 +65,12 @@ fn drawn(water: &str) -> Option<Drawn> {
     Some(Drawn { water, row_of: Box::new(row_of) })
 }
 
-/// The columns that are in the middle of the picture.
+/// Columns in the middle of the picture.
 fn columns() -> std::ops::Range<usize> {
     60..260
 }
 
-/// The share of the columns whose mirrored crest lies within two pixels and a half of the mirror image about `level_m`.
+/// Returns the share of columns whose mirrored crest is within 2.5 pixels of the reflection about `level_m`.
 fn share_right(drawn: &Drawn, level_m: f64) -> f64 {
     let wanted = (drawn.row_of)(2.0 * level_m - (LEVEL_M + CREST_M));
     let last_dark = |column: usize| {
@@ -82,7 +82,7 @@ fn share_right(drawn: &Drawn, level_m: f64) -> f64 {
     right.count() as f64 / columns().len() as f64
 }
 
-/// Means of a channel over water that mirrors the cliff, and over water that mirrors the sky.
+/// Returns the means of a channel over water that mirrors the cliff, and over water that mirrors the sky.
 fn means(drawn: &Drawn, channel: usize) -> [f64; 2] {
     let crest = (drawn.row_of)(LEVEL_M - CREST_M);
     let mean = |rows: std::ops::Range<usize>| {
@@ -105,7 +105,7 @@ fn a_cliff_is_mirrored_where_geometry_says() {
         100.0 * right
     );
     assert!(right > 0.95 && cliff < 0.35 && sky > 0.95, "{right} {cliff} {sky}");
-    // Planted: mirrored about a level that is 20 m higher or lower, and water that mirrors nothing.
+    // Planted: reflection about a level that is 20 m higher or lower, and water without reflection.
     assert!(share_right(&mirror, LEVEL_M + 20.0) < 0.1 && share_right(&mirror, LEVEL_M - 20.0) < 0.1);
     let plain = drawn("tint = \"#ffffff\"\n").unwrap();
     assert!(share_right(&plain, LEVEL_M) < 0.1);
@@ -120,6 +120,6 @@ fn strokes_are_as_dark_as_what_is_mirrored() {
         "ink {cliff:.2} where a cliff is mirrored, {sky:.2} where the sky is; without {plain_cliff:.2}, {plain_sky:.2}"
     );
     assert!(cliff > plain_cliff + 0.2 && (sky - plain_sky).abs() < 0.02);
-    // Colours stay.
+    // The colours stay the same.
     assert!(means(&mirror, 0) == means(&plain, 0));
 }

@@ -1,7 +1,7 @@
-//! The tests of the library, in one program: they share a device with its pipelines, and see what is not public.
+//! The tests of the library, in one program: they share a device with its pipelines, and can use private items.
 //!
-//! `tests/` has the tests of the program: its command line, its files, its window.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! `tests/` contains the tests of the program: its command line, its files, its window.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "libtest captures what a test prints")]
 
 mod common;

@@ -1,5 +1,5 @@
-//! Several DEMs as one, against the single ones.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! Tests that several DEMs make one world, by comparison with the single DEMs.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -65,7 +65,7 @@ fn store(grids: &[&HeightGrid]) -> (tempfile::TempDir, Arc<MosaicStore>) {
     (folder, Arc::new(store))
 }
 
-/// A level of a store; NaN where it has no tile or no height.
+/// Returns the width and the heights of a level; a height is NaN where the store has no tile or no height.
 fn level(store: &Arc<MosaicStore>, level: u32) -> (usize, Vec<f32>) {
     let size = store.levels()[level as usize];
     let mut heights_m = vec![f32::NAN; size.samples()];
@@ -89,7 +89,7 @@ fn level(store: &Arc<MosaicStore>, level: u32) -> (usize, Vec<f32>) {
     (size.width as usize, heights_m)
 }
 
-/// The share of samples of `part`, laid at (`x`, `y`), that differ by more than `bound_m`.
+/// Returns the share of samples of `part`, placed at (`x`, `y`), that differ by more than `bound_m`.
 fn unlike(mosaic: &[f32], width: usize, part: &HeightGrid, x: usize, y: usize, bound_m: f32) -> f64 {
     let differs = part.heights_m.iter().enumerate().filter(|(i, height)| {
         let (column, row) = (i % part.width as usize, i / part.width as usize);
@@ -123,16 +123,16 @@ fn two_degrees_that_share_a_column_are_one() {
     let heights_m = whole(&reader);
     assert_eq!(unlike(&heights_m, 2401, &west, 0, 0, 0.0), 0.0);
     assert_eq!(unlike(&heights_m, 2401, &east, 1200, 0, 0.0), 0.0);
-    // The planted error: a member that lies one sample beside.
+    // Planted: a member that is one sample off.
     assert!(unlike(&heights_m, 2401, &east, 1199, 0, 0.0) > 0.5);
 
     let (_folder, store) = store(&[&west, &east]);
     let (width, heights_m) = level(&store, 0);
     assert_eq!(width, 2401);
-    // The lowest bit of a sample is the mark of voids.
+    // The lowest bit of a sample marks no-data, so heights are compared within 1 mm.
     assert_eq!(unlike(&heights_m, width, &west, 0, 0, 1e-3), 0.0);
     assert_eq!(unlike(&heights_m, width, &east, 1200, 0, 1e-3), 0.0);
-    // No seam on a coarser level: across it the land is as steep as beside it.
+    // There is no seam on a coarser level: the mean step across it is like those nearby.
     let (width, heights_m) = level(&store, 2);
     let step = |column: usize| {
         let rows = heights_m.chunks_exact(width).map(|row| (row[column + 1] - row[column]).abs());
@@ -141,7 +141,7 @@ fn two_degrees_that_share_a_column_are_one() {
     };
     let beside = (280..320).filter(|column| !(297..303).contains(column)).map(step).fold(0.0, f32::max);
     for column in 297..303 {
-        assert!(step(column) < 1.3 * beside, "{column}: {} beside {beside}", step(column));
+        assert!(step(column) < 1.3 * beside, "{column}: mean step {}, nearby {beside}", step(column));
     }
 }
 
@@ -157,19 +157,23 @@ fn four_tiles_of_a_city_are_one() {
     for tile in &tiles {
         let place = tile.georeference.crs_from_grid;
         let (x, y) = (((place[0] - x0) / step).round() as usize, ((place[3] - y0) / down).round() as usize);
-        // Where tiles overlap, the first holds.
+        // Where tiles overlap, the first one counts.
         assert!(unlike(&heights_m, width as usize, tile, x, y, 0.5) < 0.05, "{x} {y}");
         let beside = if x > 0 { x - 1 } else { 1 };
-        assert!(unlike(&heights_m, width as usize, tile, beside, y, 0.0) > 0.3, "one sample beside must not pass");
+        assert!(
+            unlike(&heights_m, width as usize, tile, beside, y, 0.0) > 0.3,
+            "a tile one sample off was not detected"
+        );
     }
     let voids = heights_m.iter().filter(|height| height.is_nan()).count();
     let own: usize = tiles.iter().map(|tile| tile.heights_m.iter().filter(|height| height.is_nan()).count()).sum();
-    assert!(voids <= own, "no gap between the tiles: {voids} voids, {own} of their own");
+    assert!(voids <= own, "gap between tiles: {voids} no-data samples, {own} in the tiles themselves");
 }
 
 #[test]
 fn members_that_abut_have_no_gap() {
-    // Pixels are areas: the second begins one spacing after the last sample of the first; then half a sample beside.
+    // Pixels are areas: the second DEM begins one spacing after the last sample of the first, in the second case half a
+    // sample off.
     for shift in [0.0, 5.0] {
         let a = local(300, 200, 10.0, [0.0, 0.0], hills);
         let b = local(300, 200, 10.0, [3000.0, shift], hills);
@@ -187,7 +191,11 @@ fn members_that_abut_have_no_gap() {
                     let x = x0 + step * ((column * scale) as f64 + first);
                     let y = y0 + down * ((row * scale) as f64 + first);
                     let there = f64::from(heights_m[row * width + column]);
-                    assert!((there - hills(x, y)).abs() < 0.3, "{at} {column} {row}: {there} for {}", hills(x, y));
+                    assert!(
+                        (there - hills(x, y)).abs() < 0.3,
+                        "{at} {column} {row}: {there}, expected {}",
+                        hills(x, y)
+                    );
                 }
             }
         }
@@ -197,12 +205,12 @@ fn members_that_abut_have_no_gap() {
 #[test]
 fn an_inset_fades_into_its_base() {
     let base = local(400, 400, 20.0, [0.0, 0.0], hills);
-    // Finer, and 6 m higher: a step, if nothing were done.
+    // The inset is finer, and 6 m higher, which would make a step without fading.
     let inset = local(400, 300, 10.0, [2000.0, -2000.0], |x, y| hills(x, y) + 6.0);
     let (_folder, store) = store(&[&base, &inset]);
     assert_eq!(store.levels()[0].width, 799);
     let [fine, coarse] = [0, 1].map(|at| level(&store, at));
-    // Sparse: level 0 exists on the inset and a tile around it only.
+    // The store is sparse: level 0 exists only on the inset and one tile around it.
     assert!(store.has_tile(TileAddress { level: 0, x: 1, y: 1 }));
     assert!(store.has_tile(TileAddress { level: 0, x: 3, y: 2 }));
     assert!(!store.has_tile(TileAddress { level: 0, x: 3, y: 3 }));
@@ -210,7 +218,7 @@ fn an_inset_fades_into_its_base() {
     let excess = |column: usize, row: usize| {
         f64::from(fine.1[row * fine.0 + column]) - hills(10.0 * column as f64, -10.0 * row as f64)
     };
-    assert!(unlike(&fine.1, fine.0, &inset, 200, 200, 1e-3) < 0.1, "the middle is the inset's own");
+    assert!(unlike(&fine.1, fine.0, &inset, 200, 200, 1e-3) < 0.1, "the middle must equal the inset");
     assert!((excess(400, 350) - 6.0).abs() < 1e-3);
     assert!(excess(150, 350).abs() < 0.2);
     let mut planted_errors_found = 0;
@@ -219,15 +227,15 @@ fn an_inset_fades_into_its_base() {
         assert!(step < 1.2, "{column}: a step of {step}");
         planted_errors_found += i32::from(step > 0.4);
     }
-    assert!(planted_errors_found > 2, "the fade is there");
-    // The coarser level agrees with the finer one, fade and all.
+    assert!(planted_errors_found > 2, "the heights must fade over several samples");
+    // The coarser level agrees with the finer one, including the fade.
     for (column, row) in [(75, 175), (200, 175), (103, 160), (99, 150)] {
         let mean = [0, 1, 2, 3].map(|k| excess(2 * column + k % 2, 2 * row + k / 2)).iter().sum::<f64>() / 4.0;
         let (x, y) = (20.0 * column as f64 + 5.0, -20.0 * row as f64 - 5.0);
         let there = f64::from(coarse.1[row * coarse.0 + column]) - hills(x, y);
-        assert!((there - mean).abs() < 1.0, "{column} {row}: {there} for {mean}");
+        assert!((there - mean).abs() < 1.0, "{column} {row}: {there}, expected {mean}");
     }
-    // The reader takes the finer member, bit for bit, and the base around it.
+    // The reader returns the finer member bit for bit, and the base around it.
     let read = reader(&[&base, &inset]);
     let heights_m = whole(&read);
     assert_eq!(unlike(&heights_m, 799, &inset, 200, 200, 0.0), 0.0);
@@ -235,12 +243,12 @@ fn an_inset_fades_into_its_base() {
     assert!((f64::from(heights_m[101 * 799 + 101]) - hills(1010.0, -1010.0)).abs() < 0.05);
 }
 
-/// Where the inset of the drawn mosaic begins, and where it ends, in samples of level 0 on both axes.
+/// First and last sample of the inset in the mosaic, in samples of level 0 on both axes.
 const INSET: [u32; 2] = [800, 1824];
-/// The base is 2⁴ times as coarse as the inset.
+/// The base is 2⁴ times as coarse as the inset, which is this level.
 const BASE_LEVEL: u32 = 4;
 
-/// The planted error: a mosaic whose tiles end where its inset ends.
+/// Planted error: a mosaic whose fine tiles end at the border of its inset.
 struct Bare(Arc<MosaicStore>);
 
 impl TileStore for Bare {
@@ -279,8 +287,8 @@ impl TileStore for Bare {
     }
 }
 
-/// Looks at the inset from places over it: height errors in pixels against the inset's own surface (99.9 %) of what
-/// lies farther inside than the fade reaches.
+/// Draws the inset from points above it. Returns for each view the 99.9th percentile of height errors against the
+/// inset's own surface, in pixels. Only pixels farther inside than the fade count.
 fn inset_errors_px(world: &mut World, views: &[(f64, f64, &str)]) -> Vec<f64> {
     let inset_mapping = WorldMapping::new(&world.grid.georeference, world.grid.width, world.grid.height).unwrap();
     let shift = f64::from(INSET[0]);
@@ -312,7 +320,7 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
     let inset = local(1024, 1024, 10.0, [8000.0, -8000.0], of);
     let (folder, store) = store(&[&base, &inset]);
     assert_eq!((store.levels()[0].width, store.levels().len()), (4785, 6));
-    // Far from the inset it stays sparse, and what exists beyond the inset can be had.
+    // Far from the inset the store is sparse, but tiles just outside the inset can be loaded.
     assert!(
         !store.has_tile(TileAddress { level: 0, x: 9, y: 5 }) && store.has_tile(TileAddress { level: 0, x: 8, y: 8 })
     );
@@ -322,7 +330,7 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
 
     const ALLOWED_PX: f64 = 0.25;
     let [near, middle, far] = [40.0, 512.0, 983.0];
-    // Down, and beyond the edge, where tiles far from the inset are wanted as well.
+    // Cameras that look straight down, and beyond the edge, where tiles far from the inset are needed as well.
     let (down, out) = ("+900,0,-90,40", "+300,90,-15,40");
     let views = [
         (middle, middle, down),
@@ -335,7 +343,7 @@ fn an_inset_is_drawn_in_full_up_to_its_edge() {
     ];
     let Some(mut world) = World::of_store(inset.clone(), folder, store, ALLOWED_PX) else { return };
     let errors_px = inset_errors_px(&mut world, &views);
-    println!("99.9 % within {errors_px:.4?} px; the first is the middle");
+    println!("99.9 % of the errors are within {errors_px:.4?} px; the first view is the middle");
     let mut planted = World::of_store(inset, tempfile::tempdir().unwrap(), bare, ALLOWED_PX).unwrap();
     let planted_px = inset_errors_px(&mut planted, &views);
     println!("without tiles beyond the inset {planted_px:.4?} px");
@@ -377,8 +385,8 @@ fn reference_systems_meet() {
         if !heights_m[i].is_nan() {
             compared += 1;
             let error_m = (f64::from(heights_m[i]) - expected).abs();
-            // Within half a sample of a member's border the surface is its outermost polynomial.
-            assert!(error_m < 8.0, "{column} {row}: {} for {expected}", heights_m[i]);
+            // Within half a sample of a member's border the surface is extrapolated by its outermost polynomial.
+            assert!(error_m < 8.0, "{column} {row}: {}, expected {expected}", heights_m[i]);
             near += u32::from(error_m < 0.3);
         }
     }

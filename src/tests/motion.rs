@@ -1,5 +1,5 @@
-//! Motion is right: where a pixel's content was in the previous frame, by projecting its place in f64.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests motion: the position of a pixel's content in the previous frame, compared with its projection in f64.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -11,7 +11,7 @@ use hachure::scene::view::Pose;
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
-/// Where a direction or a way from the eye appears in a picture of `pose`.
+/// Projects a vector from the eye (a direction or a point) to a picture of `pose`, in pixels.
 fn project(pose: &Pose, way: DVec3) -> DVec2 {
     let [width, height] = SIZE_PX.map(f64::from);
     let focal_px = 0.5 * height / (0.5 * pose.fov_rad).tan();
@@ -19,15 +19,15 @@ fn project(pose: &Pose, way: DVec3) -> DVec2 {
     DVec2::new(0.5 * width + focal_px * way.dot(pose.right) / ahead, 0.5 * height - focal_px * way.dot(pose.up) / ahead)
 }
 
-/// The largest distance between the channel and the projection (surface, sky), in pixels, over what was in front of
-/// the previous eye, and how many pixels of each there were.
+/// Returns the largest distance between the channel and the projection, in pixels, and the number of pixels, each for
+/// surface and sky. Only content in front of the previous eye counts.
 fn worst_px(shot: &Shot, pose: &Pose, previous: &Pose) -> ([f64; 2], [usize; 2]) {
     let (mut worst, mut count) = ([0.0_f64; 2], [0; 2]);
     for pixel in 0..shot.depth_m.len() {
         let [x, y] = shot.place(pixel).map(|at| at as f64 + 0.5);
         let sky = shot.is_sky(pixel);
         let way = if sky { shot.ray(pixel) } else { pose.position_m + shot.position_m[pixel] - previous.position_m };
-        // Behind the previous eye, or at its very side, there is no place to come from.
+        // Content behind the previous eye, or beside it, has no previous position.
         if way.dot(previous.forward) < 0.05 * way.length() {
             continue;
         }
@@ -73,12 +73,12 @@ fn motion_is_the_reprojection() {
         assert!(worst[0] <= 0.02 && worst[1] <= 0.02, "{view}: {worst:?} px");
         assert!(count[0] > 1000, "{view}: {count:?}");
         skies += count[1];
-        // Planted: an eye that turned by another tenth of a pixel.
+        // Planted: a previous eye rotated by another tenth of a pixel.
         let more = DQuat::from_axis_angle(pose.up, 0.1 / shot.focal_px());
         let turned = Pose { forward: more * previous.forward, right: more * previous.right, ..previous };
         let (worst, _) = worst_px(&shot, &pose, &turned);
-        assert!(worst[0] > 0.02, "a tenth of a pixel must be noticed");
-        // Planted: motion of parts that are rendered alone is the same, and not that of their own frame.
+        assert!(worst[0] > 0.02, "a rotation of a tenth of a pixel was not detected");
+        // Parts that are rendered separately have the same motion, relative to the whole picture.
         let parts = PartRule { whole_px: 0, part_px: 80, margin_px: 12 };
         let shot = shoot_style(&mut world, &mut renderer, pose, previous, SIZE_PX, &style, &parts);
         let (worst, _) = worst_px(&shot, &pose, &previous);

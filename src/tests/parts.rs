@@ -1,5 +1,6 @@
-//! A picture rendered in parts is the picture rendered whole: lines and paper included, at any size.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests that a picture rendered in parts equals the picture rendered as a whole, including lines and paper, at any
+//! size.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -12,12 +13,12 @@ use hachure::style::Style;
 const WHOLE: PartRule = PartRule { whole_px: u64::MAX, part_px: 2048, margin_px: 12 };
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
 
-/// What differs between two pictures of the same view.
+/// Differences between two pictures of the same view.
 #[derive(Debug)]
 struct Difference {
     /// Pixels whose colour differs by more than 1/64 in any channel.
     pixels: usize,
-    /// The largest difference of a channel of a colour.
+    /// The largest difference of a colour's channel.
     worst: f32,
     /// Pixels where E(p) differs by more than 0.02.
     errors: usize,
@@ -40,7 +41,8 @@ fn difference(whole: &Shot, parts: &Shot) -> Difference {
 }
 
 impl Difference {
-    /// One pixel in 2,000 may fall to the other side of an edge, since the parts round their rays otherwise.
+    /// Returns whether at most one pixel in 2,000 differs. Some may fall on the other side of an edge, because rounding
+    /// of rays differs in parts.
     fn holds(&self) -> bool {
         let outliers = self.count / 2000;
         self.pixels <= outliers && self.errors <= outliers && self.sky <= outliers
@@ -74,14 +76,14 @@ fn parts_join_without_a_seam() {
         println!("{size_px:?} in {} parts of {part_px} px: {found:?}", parts.report.parts);
         assert!(found.holds(), "{size_px:?} in parts of {part_px} px: {found:?}");
         if size_px[0] > 100 {
-            // A cap of crowded lines brings a margin of its own.
+            // A cap of crowded lines would add its own margin.
             let mut open = ink("footprint");
             open.lines.as_mut().unwrap().crowd = 1.0;
             let rules = [WHOLE, PartRule { whole_px: 0, part_px, margin_px: 0 }];
             let [whole, bare] = rules.map(|parts| render_style(&mut world, size_px, &open, &parts));
             let found = difference(&whole, &bare);
             println!("without margins: {found:?}");
-            assert!(!found.holds(), "parts without margins must be told from the whole");
+            assert!(!found.holds(), "the seams of parts without margins were not detected");
         }
     }
 }
@@ -89,7 +91,8 @@ fn parts_join_without_a_seam() {
 #[test]
 fn marks_join_without_a_seam() {
     let Some(mut world) = world() else { return };
-    // Marks are balanced with those around them; large ones look farther, and so does the curvature of a coarse form.
+    // Marks are balanced with those around them. Large marks need a larger margin, and so does the curvature of a
+    // coarse form.
     let cases = [
         ("blend", 1.0, "slope", 12.0),
         ("blend", 3.0, "slope", 12.0),
@@ -112,7 +115,7 @@ fn marks_join_without_a_seam() {
         assert!(found.holds(), "{scale}, marks of size {size}: {found:?}");
         style.hatching.as_mut().unwrap().balance = false;
         let bare = difference(&whole, &render_style(&mut world, [317, 211], &style, &rule));
-        assert!(!bare.holds(), "marks that are not balanced must be told from those that are: {bare:?}");
+        assert!(!bare.holds(), "marks without balance were not detected: {bare:?}");
     }
 }
 

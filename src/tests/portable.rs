@@ -1,5 +1,5 @@
-//! Every preset draws on a device that has what every WebGPU device has, and no more.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests that every preset draws on a device that has only the default limits of WebGPU.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -23,7 +23,7 @@ use hachure::world::Surfaces;
 
 const SIZE_PX: [u32; 2] = [96, 54];
 
-/// The picture after two frames, so that strokes take over from the first.
+/// Returns the picture after two frames, so that strokes are carried over from the first.
 fn drawing(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, pose: Pose) -> Vec<u8> {
     let mut renderer = Renderer::new(gpu).unwrap();
     let mut previous = pose;
@@ -61,13 +61,13 @@ fn every_preset_draws_within_the_default_limits() {
         let style = Style::load(name).unwrap();
         let (within, beyond) =
             (drawing(&gpu, &mut surfaces, &style, pose), drawing(&world.gpu, &mut world.surfaces, &style, pose));
-        // What a device could do besides changes nothing.
+        // Higher limits of a device do not change the picture.
         assert!(within == beyond, "{name}");
         pictures.push(within);
     }
     // Planted: another style.
     assert!(pictures[0] != pictures[pictures.len() - 1]);
-    // Planted: a device that has less refuses, and says so.
+    // A device with lower limits is refused with an error.
     let less = wgpu::Limits { max_storage_buffers_per_shader_stage: 7, ..wgpu::Limits::default() };
     let gpu = Gpu::open_within(&AdapterWish::Best, less).unwrap();
     let store = Arc::clone(world.surfaces.terrain.store());

@@ -1,4 +1,4 @@
-//! The embedded world: the same bits from the same seed, and a land that drains.
+//! Tests the embedded world: a seed always gives the same bits, and the land drains.
 
 use hachure::source::procedural::generate_sized;
 use hachure::source::{HeightGrid, Silent};
@@ -55,8 +55,8 @@ fn heights_and_slopes_are_those_of_mountains() {
     }
 }
 
-/// Follows the steepest descent; a sample drains if it comes to the border. Height differences below a tenth of a
-/// millimetre count as none.
+/// Follows the steepest descent. A sample drains if its path reaches the border; height differences below 0.1 mm count
+/// as level.
 #[test]
 fn the_land_drains_to_its_border() {
     for seed in [1, 2, 3] {
@@ -105,7 +105,7 @@ fn small_sizes_do_not_fail() {
     }
 }
 
-/// Indices of all samples but the outermost ring.
+/// Returns the indices of all samples except the outermost ring.
 fn inner(grid: &HeightGrid) -> impl Iterator<Item = usize> + use<> {
     let (width, height) = (grid.width as usize, grid.height as usize);
     (1..height - 1).flat_map(move |row| (1..width - 1).map(move |column| row * width + column))

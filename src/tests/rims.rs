@@ -1,6 +1,6 @@
-//! Holes that stay have a quiet dashed rim: it lies where the data end and is smooth, its dashes are even, no other line
-//! follows it, and land without holes has none.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests the dashed rims of holes that remain in the data: a rim is where the data end, and smooth; its dashes are
+//! even; no other line follows it; and land without holes has none.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -22,17 +22,17 @@ const SAMPLES: u32 = 257;
 const SPACING_M: f64 = 10.0;
 const MIDDLE_M: DVec2 = DVec2::new(31.0, -17.0);
 const RADIUS_M: f64 = 300.0;
-/// Straight down, from near and far, and along the land.
+/// Cameras that look straight down from near and from far, and along the land.
 const ABOVE: &str = "31,-17,1000,0,-90,50";
 const HIGH: &str = "31,-17,3200,0,-90,50";
 const ALONG: &str = "31,-1000,+420,0,-24,50";
 
-/// Broad waves, which have no contours from above.
+/// Long waves, which have no contours from above.
 fn height_m(x_m: f64, y_m: f64) -> f64 {
     40.0 * (x_m / 700.0).sin() * (y_m / 900.0).cos()
 }
 
-/// The land with what is cut out of it in the circle: voids, or another height.
+/// Returns the land with a circle that is no-data, or raised by `inside_m`.
 fn world_with(inside_m: Option<f64>) -> Option<World> {
     let cut = |x_m: f64, y_m: f64| DVec2::new(x_m, y_m).distance(MIDDLE_M) < RADIUS_M;
     let land = |x_m: f64, y_m: f64| height_m(x_m, y_m) + if cut(x_m, y_m) { inside_m.unwrap_or(f64::NAN) } else { 0.0 };
@@ -45,14 +45,14 @@ fn style(name: &str, change: impl Fn(&mut Style)) -> Style {
     style
 }
 
-/// A pixel of land seen from above, about the middle of the hole: its ink, how far away it is, and in which direction.
+/// A pixel of land seen from above: its ink, and its distance and direction from the middle of the hole.
 struct Shown {
     ink: f64,
     away_m: f64,
     angle_rad: f64,
 }
 
-/// What is seen from above, and metres of a pixel.
+/// Draws the land from above. Returns its pixels, and the width of a pixel in metres.
 fn above(world: &mut World, camera: &str, style: &Style) -> (Vec<Shown>, f64) {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -67,7 +67,7 @@ fn above(world: &mut World, camera: &str, style: &Style) -> (Vec<Shown>, f64) {
     (shown.collect(), pose.position_m.z / view.focal_px())
 }
 
-/// Of values with weights: the mean, and how far they are from it.
+/// Returns the mean and the standard deviation of (value, weight) pairs.
 fn mean_and_spread(values: &[(f64, f64)]) -> [f64; 2] {
     let sum: f64 = values.iter().map(|(_, weight)| weight).sum();
     let mean = values.iter().map(|(value, weight)| value * weight).sum::<f64>() / sum;
@@ -79,13 +79,13 @@ fn mean_and_spread(values: &[(f64, f64)]) -> [f64; 2] {
 fn a_round_hole_has_a_round_rim() {
     let Some(mut world) = world_with(None) else { return };
     let style = style("strokes", |style| style.rims.gap_px = 0.0);
-    // Samples of several pixels, and of little more than one.
+    // Samples of several pixels, and samples of little more than one.
     for camera in [ABOVE, HIGH] {
         let (shown, pixel_m) = above(&mut world, camera, &style);
         let ink: Vec<(f64, f64)> = shown.iter().map(|own| (own.away_m, own.ink)).collect();
         let [mean_m, spread_m] = mean_and_spread(&ink);
-        // Land ends at the first samples that are no voids, half of the spacing beyond the circle in the mean; the middle
-        // of the line is half of its width farther.
+        // The land ends at the first valid samples, on average half the spacing beyond the circle. The middle of the
+        // line is half its width farther.
         let width_px = f64::from(style.rims.width_px);
         let expected_m = RADIUS_M + 0.5 * SPACING_M + 0.5 * width_px * pixel_m;
         let drawn = ink.iter().filter(|(_, ink)| *ink > 0.25);
@@ -96,25 +96,26 @@ fn a_round_hole_has_a_round_rim() {
             "a sample is {:.1} px: {off_px:.2} px from the circle, spread {spread_px:.2} px, {farthest_px:.2} at most",
             SPACING_M / pixel_m
         );
-        // Samples lie up to half of the spacing beside the circle; a pixel's middle does so beside its ink.
+        // Samples are up to half the spacing away from the circle; a pixel's centre can be half a pixel away from its
+        // ink.
         let most_px = 0.5 + 0.5 * SPACING_M / pixel_m;
         assert!(off_px.abs() < 0.5 && spread_px < 1.0 && farthest_px < most_px);
-        // Planted: another circle, and the cells that have a void at a corner, whose border has stairs.
+        // Planted: another circle, and the outline of cells that have a no-data corner, which has stairs.
         assert!((off_px + 1.0).abs() > 0.5 && (off_px - 1.0).abs() > 0.5);
         let [_, stairs_m] = mean_and_spread(&stairs());
         println!("stairs: spread {:.2} px", stairs_m / pixel_m);
         assert!(camera == HIGH || stairs_m / pixel_m > 1.3 * spread_px.max(0.9));
-        // It covers its length once, with its width. Where samples are small its ink is pale.
+        // The rim covers its length once, with its width. Where samples are small its ink is pale.
         if camera == ABOVE {
             let length_px = std::f64::consts::TAU * mean_m / pixel_m;
             let found_px = ink.iter().map(|(_, ink)| ink).sum::<f64>() / length_px;
-            println!("{found_px:.2} px wide, asked {width_px:.2}");
+            println!("{found_px:.2} px wide, requested {width_px:.2}");
             assert!((found_px / width_px - 1.0).abs() < 0.15, "{found_px}");
         }
     }
 }
 
-/// How far from the middle cells end that have a void at a corner.
+/// Returns the distances from the middle at which cells with a no-data corner end.
 fn stairs() -> Vec<(f64, f64)> {
     let half = 0.5 * f64::from(SAMPLES - 1);
     let is_void = |x: f64, y: f64| ((DVec2::new(x, y) - half) * SPACING_M).distance(MIDDLE_M) < RADIUS_M;
@@ -130,7 +131,8 @@ fn stairs() -> Vec<(f64, f64)> {
     angles.map(|angle| (end_m(DVec2::from_angle(angle)), 1.0)).collect()
 }
 
-/// How long dashes and gaps are along the circle in pixels, and which share of the whole line's ink there is.
+/// Returns mean and standard deviation of the lengths of dashes and of gaps along the circle, in pixels, and the ink
+/// relative to a solid line.
 fn dashes(shown: &[Shown], pixel_m: f64, width_px: f64) -> ([f64; 2], [f64; 2], f64) {
     let radius_m = RADIUS_M + 0.5 * SPACING_M;
     let length_px = std::f64::consts::TAU * radius_m / pixel_m;
@@ -138,12 +140,12 @@ fn dashes(shown: &[Shown], pixel_m: f64, width_px: f64) -> ([f64; 2], [f64; 2], 
     let mut ink = vec![0.0_f64; bins];
     for own in shown.iter().filter(|own| own.ink > 0.0) {
         let bin = ((own.angle_rad / std::f64::consts::TAU + 1.0) * bins as f64) as usize % bins;
-        // A pixel is wider than a bin.
+        // A pixel is wider than a bin, so it also counts in the neighbouring bins.
         for near in [bin + bins - 1, bin, bin + 1] {
             ink[near % bins] = ink[near % bins].max(own.ink);
         }
     }
-    // Turned so that it begins with the end of a dash.
+    // The bins are rotated so that they begin with the end of a dash.
     let begin = (0..bins).find(|&bin| ink[bin] > 0.5 && ink[(bin + 1) % bins] <= 0.5).unwrap_or(0);
     let is_dash = |bin: usize| ink[(begin + 1 + bin) % bins] > 0.5;
     let mut runs: [Vec<(f64, f64)>; 2] = Default::default();
@@ -155,7 +157,7 @@ fn dashes(shown: &[Shown], pixel_m: f64, width_px: f64) -> ([f64; 2], [f64; 2], 
         at = end;
     }
     let [gaps, dashes] = runs.map(|runs| if runs.is_empty() { [0.0, 0.0] } else { mean_and_spread(&runs) });
-    // Looking at the bins around makes dashes longer.
+    // Counting neighbouring bins makes dashes longer.
     let longer_px = 2.0 * length_px / bins as f64;
     let (dashes, gaps) = ([dashes[0] - longer_px, dashes[1]], [gaps[0] + longer_px, gaps[1]]);
     let share = shown.iter().map(|own| own.ink).sum::<f64>() / (width_px * length_px);
@@ -175,7 +177,7 @@ fn dashes_are_even_and_have_their_share_of_ink() {
         };
         let (shown, pixel_m) = above(&mut world, ABOVE, &dashed(dash_px, gap_px));
         let (found, gaps, share) = dashes(&shown, pixel_m, 1.5);
-        println!("asked {dash_px} and {gap_px} px: dashes {found:.1?}, gaps {gaps:.1?}, share {share:.2}");
+        println!("requested {dash_px} and {gap_px} px: dashes {found:.1?}, gaps {gaps:.1?}, share {share:.2}");
         let asked = f64::from(dash_px / (dash_px + gap_px));
         let is_right = |found: [f64; 2], gaps: [f64; 2], share: f64| {
             let period_px = found[0] + gaps[0];
@@ -185,7 +187,7 @@ fn dashes_are_even_and_have_their_share_of_ink() {
                 && (share / asked - 1.0).abs() < 0.15
         };
         assert!(is_right(found, gaps, share));
-        // Planted: a whole line, and dashes of other lengths.
+        // Planted: a solid line, and dashes of other lengths.
         for planted in [dashed(dash_px, 0.0), dashed(2.0 * dash_px, gap_px)] {
             let (shown, pixel_m) = above(&mut world, ABOVE, &planted);
             let (found, gaps, share) = dashes(&shown, pixel_m, 1.5);
@@ -194,8 +196,8 @@ fn dashes_are_even_and_have_their_share_of_ink() {
     }
 }
 
-/// The share of the rim's pixels that have a line of `kind` within two pixels, and how many pixels have such a line on
-/// what is seen through the circle.
+/// Returns the share of points on the rim that have a line of `kind` within two pixels, and the number of points inside
+/// the circle with such a line.
 fn lines_along(world: &mut World, style: &Style, kind: &TargetKind) -> [f64; 2] {
     let pose = world.pose(ALONG);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -248,14 +250,14 @@ fn no_other_line_follows_a_rim() {
     for (name, kind) in [("ink", &RIMLESS), ("sobel", &RIMLESS), ("roystan", &RIMLESS), ("strokes", &INK)] {
         let style = style(name, |_| {});
         let [along, inside] = lines_along(&mut world, &style, kind);
-        // Planted: the lines before those along rims are taken away, or strokes of a pit that is land.
+        // Planted: the lines before those along rims are removed, or the strokes of a pit that is land.
         let [line, _] = if name == "strokes" {
             lines_along(&mut pit, &style, kind)
         } else {
             lines_along(&mut world, &style, &LINE)
         };
         println!(
-            "{name}: {:.1} % of the rim have a line, {inside} places in the hole; planted {:.0} %",
+            "{name}: {:.1} % of the rim have a line, {inside} points in the hole; planted {:.0} %",
             100.0 * along,
             100.0 * line
         );
@@ -264,7 +266,8 @@ fn no_other_line_follows_a_rim() {
     }
 }
 
-/// A ridge stands before land that ends at a hole: its contour runs along land beside the hole, and stays.
+/// Tests a ridge in front of land that ends at a hole: the ridge's contour is next to land that borders on the hole,
+/// and must stay.
 #[test]
 fn a_ridge_before_a_hole_keeps_its_line() {
     let ridge_m = |x_m: f64, y_m: f64| height_m(x_m, y_m) + 120.0 * (-((y_m + 420.0) / 40.0).powi(2)).exp();
@@ -275,7 +278,7 @@ fn a_ridge_before_a_hole_keeps_its_line() {
         World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, with_hole), 0.2),
     ];
     let (Some(mut whole), Some(mut holed)) = (whole, holed) else { return };
-    // From where the near rim lies just behind the crest.
+    // From here the near rim is just behind the crest.
     let pose = whole.pose("31,-1000,240,0,-14,50");
     for name in ["ink", "sobel"] {
         let style = Style::load(name).unwrap();
@@ -298,10 +301,10 @@ fn a_ridge_before_a_hole_keeps_its_line() {
         let is_kept = |pixel: usize| [pixel - width, pixel, pixel + width].iter().any(|near| kept[*near][0] > 0.5);
         let left = lines.iter().filter(|pixel| is_kept(**pixel)).count();
         let beside = lines.iter().filter(|pixel| is_beside(**pixel)).count();
-        println!("{name}: {left} of {} pixels of the crest's line are left, {beside} lie beside a rim", lines.len());
+        println!("{name}: {left} of {} pixels of the crest's line are left, {beside} are near a rim", lines.len());
         assert!(left as f64 > 0.98 * lines.len() as f64);
-        // Planted: the line without what lies beside land beside a hole.
-        assert!(lines.len() - beside < (0.98 * lines.len() as f64) as usize, "no line lies beside a rim");
+        // Planted: the line without its pixels near land that borders on a hole.
+        assert!(lines.len() - beside < (0.98 * lines.len() as f64) as usize, "no part of the line is near a rim");
     }
 }
 
@@ -314,7 +317,7 @@ fn land_without_holes_has_no_rim() {
         draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &Style::load(name).unwrap(), &NOON);
         assert!(renderer.target(&RIM).is_none() && renderer.target(&RIMLESS).is_none());
     }
-    // Planted: one void.
+    // Control: a single no-data sample causes a rim.
     let mut grid = grid_of(SAMPLES, SAMPLES, SPACING_M, height_m);
     grid.heights_m[128 * 257 + 128] = f32::NAN;
     let Some(mut world) = World::new(grid, 0.2) else { return };
@@ -344,7 +347,7 @@ fn rims_are_a_layer_of_lines() {
     assert!(share > 0.25 && share < 0.7, "{share}");
 }
 
-/// Land ends at the rim: what is drawn is no farther from a sample than half of the spacing.
+/// Tests that land ends at the rim: nothing is drawn farther from a sample than half the spacing.
 #[test]
 fn nothing_is_drawn_in_a_hole() {
     let Some(mut world) = world_with(None) else { return };

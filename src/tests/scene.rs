@@ -1,6 +1,6 @@
-//! Camera, camera path and scene file: what is written is read back, and what is wrong is named.
+//! Tests camera, camera path and scene file: what is written can be read back, and errors name their cause.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 use std::path::Path;
 
@@ -26,7 +26,7 @@ fn scene(text: &str) -> Result<Scene, String> {
 fn haze_thins_with_height() {
     let light = scene("[world]\nprocedural = { seed = 7 }\n[haze]\ndistance_m = 20000\n").unwrap().light([1e5, 1e5]);
     let distance_m = |height_m: f64| light.from_above(height_m).haze_m;
-    // What a ray that falls through all the air above has of it, step by step.
+    // The mean density along a ray that falls through all the air above, step by step.
     let marched = |height_m: f64| {
         let steps = 100_000;
         let air = (0..steps).map(|i| (-(f64::from(i) + 0.5) / f64::from(steps) * height_m / 8000.0).exp()).sum::<f64>();
@@ -138,7 +138,7 @@ fn path_of_both_kinds_stands_on_the_ground() {
     assert_eq!(path.sample(1.0).position_m.z, 200.0);
 }
 
-/// How far the slope from the left and from the right differ at a row, against the speed there.
+/// Returns how far the velocities from the left and from the right differ at a row.
 fn kink(sample: impl Fn(f64) -> DVec3, at_s: f64, step_s: f64) -> f64 {
     let left = (sample(at_s) - sample(at_s - step_s)) / step_s;
     let right = (sample(at_s + step_s) - sample(at_s)) / step_s;
@@ -147,7 +147,7 @@ fn kink(sample: impl Fn(f64) -> DVec3, at_s: f64, step_s: f64) -> f64 {
 
 #[test]
 fn kink_finds_a_planted_corner() {
-    // A polyline passes through its rows and is not C1: the measure must say so.
+    // A polyline passes through its rows but is not C1, which the measure must detect.
     let corner = |t: f64| DVec3::new(t, (t - 1.0).abs(), 0.0);
     assert!(kink(corner, 1.0, 1e-4) > 1.0);
 }
@@ -196,7 +196,8 @@ proptest! {
             prop_assert!((camera.fov_deg - fov).abs() < 1e-9);
         }
         for row in given.iter().take(given.len() - 1).skip(1) {
-            // The slopes differ by the curvature times the step, which falls with it; a corner's difference stays.
+            // For a smooth path the difference is the curvature times the step, so it falls with the step; at a corner
+            // it stays.
             let angles = |t: f64| { let c = path.sample(t); DVec3::new(c.yaw_deg, c.pitch_deg, 0.0) };
             for coarse_and_fine in [
                 [1e-3, 1e-5].map(|step_s| kink(|t| path.sample(t).position_m, row.0, step_s)),
@@ -243,7 +244,7 @@ fn wind_is_read() {
     let wind = |table: &str| scene(&format!("world.procedural.seed = 1\n{table}")).unwrap().wind;
     assert_eq!(wind("wind = { speed_m_s = 4, from_deg = 240 }"), Some(Wind { speed_m_s: 4.0, from_deg: 240.0 }));
     assert_eq!(wind("wind = {}"), Some(Wind { speed_m_s: 5.0, from_deg: 270.0 }));
-    // From the west it blows to the east.
+    // Wind from the west blows to the east.
     assert!(wind("wind = {}").unwrap().toward().distance(DVec2::X) < 1e-12);
     assert_eq!(wind("wind = { speed_m_s = 0 }"), None);
     assert_eq!(wind(""), None);

@@ -1,5 +1,6 @@
-//! The chosen patches cover what is seen once, their edges agree, and their error is within what is allowed.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests the selection of patches: they cover visible land once, their edges agree, and their error is within the
+//! bound.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -24,7 +25,7 @@ use proptest::prelude::*;
 
 const SIZE_PX: [u32; 2] = [640, 360];
 const SPACING_M: f64 = 15.0;
-/// Parts of a grid unit in which vertices are compared.
+/// Steps per grid unit, at which vertices are compared.
 const STEPS: i64 = 4096;
 
 struct Land {
@@ -60,7 +61,7 @@ impl Land {
     }
 }
 
-/// A view and what was chosen for it.
+/// A view and the selection for it.
 struct Chosen {
     view: View,
     viewpoint: Viewpoint,
@@ -116,14 +117,14 @@ fn any_view() -> impl Strategy<Value = Chosen> {
         .prop_map(|(x, y, z, yaw, pitch, fov, error)| choose(x, y, z, yaw, pitch, fov, error))
 }
 
-/// First and last sample of a patch.
+/// Returns the first and last sample of a patch.
 fn area(key: &PatchKey) -> [DVec2; 2] {
     let side = f64::from(PATCH_QUADS) * f64::from(key.level).exp2();
     let first = DVec2::new(key.x as f64, key.y as f64) * side;
     [first, first + side]
 }
 
-/// How many leaves hold a place of the grid that lies on no border of patches.
+/// Counts the leaves that contain a point of the grid; the point must not be on a border of patches.
 fn covers(leaves: &[PatchKey], place: DVec2) -> usize {
     leaves.iter().filter(|key| area(key)[0].cmplt(place).all() && place.cmplt(area(key)[1]).all()).count()
 }
@@ -136,7 +137,7 @@ fn is_seen(view: &View, place_m: DVec3) -> bool {
     ahead > 0.0 && way.dot(view.pose.right).abs() < wide * ahead && way.dot(view.pose.up).abs() < tan * ahead
 }
 
-/// Whether land stands between the camera and a place.
+/// Returns whether land is between the camera and a point.
 fn is_hidden(view: &View, place_m: DVec3) -> bool {
     let land = land();
     (1..400).any(|step| {
@@ -146,7 +147,7 @@ fn is_hidden(view: &View, place_m: DVec3) -> bool {
     })
 }
 
-/// Samples of the land that the picture's pyramid holds, with the patches' own borders left out by a little.
+/// Returns samples of the land in view, slightly moved off the borders of patches.
 fn seen_places(chosen: &Chosen) -> Vec<DVec2> {
     let land = land();
     let [columns, rows] = land.last();
@@ -157,8 +158,8 @@ fn seen_places(chosen: &Chosen) -> Vec<DVec2> {
         .collect()
 }
 
-/// Of the places in view, how many are left out behind nearer land, and those that are left out and yet in view: there
-/// are none.
+/// Returns how many points in view are omitted behind nearer land, and the points that are omitted although visible, of
+/// which there must be none.
 fn left_out(chosen: &Chosen) -> (usize, Vec<DVec2>) {
     let places = seen_places(chosen);
     let left_out = places.into_iter().filter(|place| covers(&chosen.selection.leaves, *place) == 0);
@@ -167,7 +168,7 @@ fn left_out(chosen: &Chosen) -> (usize, Vec<DVec2>) {
     (hidden.len(), gaps)
 }
 
-/// The land's patches, planted: the land closes the view higher up than it stands.
+/// The land's patches with a planted error: the land occludes as if it were higher.
 struct Raised {
     occluder_minima: HashMap<TileAddress, OccluderMinima>,
 }
@@ -183,7 +184,7 @@ impl Raised {
         let occluder_minima = tiles.map(|address| {
             let store: Arc<dyn TileStore> = land.pyramid.clone();
             let LoadedTile { tile, statistics, .. } = store.load(address).unwrap();
-            // A block is as low as its samples, less the error.
+            // A block is as low as its samples, minus the error.
             (
                 address,
                 OccluderMinima::of(&tile, &TileStatistics { error_m: statistics.error_m - raised_m, ..statistics }),
@@ -213,7 +214,7 @@ impl Patches for Raised {
     fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
 }
 
-/// The vertices of one edge in grid units along it, as the vertex shader places them, without repetitions.
+/// Returns the distinct vertices of an edge along it, in steps, placed like the vertex shader does.
 fn edge_units(patch: &PatchInstance, edge: usize) -> BTreeSet<i64> {
     let quads = PATCH_QUADS as i64;
     let along = if edge < 2 { 1 } else { 0 };
@@ -224,24 +225,25 @@ fn edge_units(patch: &PatchInstance, edge: usize) -> BTreeSet<i64> {
         .map(|i| {
             let on_level = i >> whole;
             let (from, to) = (place(on_level << whole), place((on_level & -2) << whole));
-            // To the bit, as both patches must have it: steps of a level are exact in f32.
+            // Both patches must have bit-identical vertices; steps of a level are exact in f32.
             from * STEPS + ((to - from) as f64 * morph * STEPS as f64) as i64
         })
         .collect()
 }
 
-/// The patches in the order of the leaves.
+/// Returns the patches in the order of the leaves.
 fn instances(selection: &Selection) -> Vec<&PatchInstance> {
     selection.solid.iter().chain(&selection.with_holes).collect()
 }
 
-/// (first, last) of a patch along an axis, in steps.
+/// Returns the first and last step of a patch along an axis.
 fn span(patch: &PatchInstance, axis: usize) -> [i64; 2] {
     let first = i64::from(patch.origin_units[axis]);
     [first * STEPS, (first + ((PATCH_QUADS as i64) << patch.stride_exponent)) * STEPS]
 }
 
-/// Shared edges that do not agree: another continuous level, or other vertices on the part that both have.
+/// Counts shared edges that do not agree (another continuous level, or other vertices on the part that both have), and
+/// all shared edges.
 fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
     let (mut torn, mut shared) = (0, 0);
     for a in patches {
@@ -257,7 +259,7 @@ fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
                     continue;
                 }
                 shared += 1;
-                // a's last column or row meets b's first.
+                // The last column or row of `a` meets the first of `b`.
                 let (edge_a, edge_b) = (2 * axis + 1, 2 * axis);
                 let level = |patch: &PatchInstance, edge: usize| patch.stride_exponent as f32 + patch.edge_levels[edge];
                 let vertices = |patch, edge| -> Vec<i64> {
@@ -271,8 +273,8 @@ fn torn_edges(patches: &[&PatchInstance]) -> (usize, usize) {
     (torn, shared)
 }
 
-/// The largest ratio of a leaf's own triangles' error at its samples to what is allowed at the nearest seen sample, of
-/// leaves whose quads are wider than half of that.
+/// Returns the largest ratio of the error of a leaf's triangles at its samples to the error allowed at its nearest
+/// sample. Only leaves count whose quads are wider than half the allowed error.
 fn worst_ratio(chosen: &Chosen) -> f64 {
     let land = land();
     let [last_column, last_row] = land.last();
@@ -295,7 +297,7 @@ fn worst_ratio(chosen: &Chosen) -> f64 {
                 let v = (row - corner[1]) as f64 / (far[1] - corner[1]) as f64;
                 let z = |c: i64, r: i64| land.sample_m(c, r).z;
                 let (a, d) = (z(corner[0], corner[1]), z(far[0], far[1]));
-                // Two triangles: the quad's own corner beside the diagonal, with barycentric weights.
+                // A quad has two triangles; barycentric weights use its corner on the point's side of the diagonal.
                 let flat = if u >= v {
                     a * (1.0 - u) + z(far[0], corner[1]) * (u - v) + d * v
                 } else {
@@ -305,7 +307,8 @@ fn worst_ratio(chosen: &Chosen) -> f64 {
             }
         }
         let allowed_m = chosen.viewpoint.error_px * nearest_m / chosen.viewpoint.focal_px;
-        // Of land so steep that it is wrong by more than its quads are wide, what is promised is half of it sideways.
+        // On land so steep that the error exceeds the width of its quads, only half of the bound sideways is
+        // guaranteed.
         if SPACING_M * stride as f64 > 0.5 * allowed_m {
             worst = worst.max(error_m / allowed_m);
         }
@@ -313,7 +316,7 @@ fn worst_ratio(chosen: &Chosen) -> f64 {
     worst
 }
 
-/// What the cases of a property had to do with: views of nothing hold everything.
+/// Numbers of points, edges and leaves in all cases of the properties, since views of nothing would pass any test.
 static PLACES: AtomicUsize = AtomicUsize::new(0);
 static EDGES: AtomicUsize = AtomicUsize::new(0);
 static LEAVES: AtomicUsize = AtomicUsize::new(0);
@@ -329,13 +332,13 @@ proptest! {
         let (hidden, gaps) = left_out(&chosen);
         HIDDEN.fetch_add(hidden, Ordering::Relaxed);
         prop_assert_eq!(&gaps, &[], "in {} leaves", leaves.len());
-        // No overlap anywhere, seen or not.
+        // No leaves overlap anywhere, visible or not.
         let [columns, rows] = land().last();
         for i in 0..500 {
             let place = DVec2::new(random(i, 7) * columns as f64, random(i, 8) * rows as f64);
             prop_assert!(covers(leaves, place) <= 1, "{place}");
         }
-        // Planted: without the leaf of a place there is a gap, and twice the leaf is an overlap.
+        // Planted: without the leaf of a point there is a gap, and with the leaf twice an overlap.
         if let Some(place) = places.iter().find(|place| covers(leaves, **place) == 1) {
             let other: Vec<_> = leaves.iter().copied().filter(|key| covers(&[*key], *place) == 0).collect();
             prop_assert_eq!(covers(&other, *place), 0);
@@ -348,7 +351,7 @@ proptest! {
         let (torn, shared) = torn_edges(&patches);
         EDGES.fetch_add(shared, Ordering::Relaxed);
         prop_assert_eq!(torn, 0, "of {} shared edges", shared);
-        // Planted: the edges of a patch that has neighbours get another level.
+        // Planted: the edges of patches with neighbours get another level.
         if shared > 0 {
             let mut moved: Vec<PatchInstance> = patches.iter().map(|patch| **patch).collect();
             moved.iter_mut().for_each(|patch| patch.edge_levels[0] += 0.3);
@@ -361,7 +364,7 @@ proptest! {
     fn errors_are_within_what_is_allowed(chosen in any_view()) {
         LEAVES.fetch_add(chosen.selection.leaves.iter().filter(|key| key.level > 0).count(), Ordering::Relaxed);
         let ratio = worst_ratio(&chosen);
-        prop_assert!(ratio <= 1.0 + 1e-4, "{ratio} times what is allowed");
+        prop_assert!(ratio <= 1.0 + 1e-4, "the error is {ratio} times the allowed one");
     }
 }
 
@@ -371,7 +374,7 @@ fn the_selection_holds() {
     edges_agree();
     errors_are_within_what_is_allowed();
     let [places, edges, leaves] = [&PLACES, &EDGES, &LEAVES].map(|count| count.load(Ordering::Relaxed));
-    println!("{places} places, {edges} shared edges, {leaves} leaves coarser than the data");
+    println!("{places} points, {edges} shared edges, {leaves} leaves coarser than the data");
     assert!(places > 10_000 && edges > 1000 && leaves > 300);
 }
 
@@ -381,7 +384,7 @@ fn a_skyline_that_is_too_high_is_noticed() {
         let [east, north, above, yaw] = [0, 1, 2, 3].map(|k| random(i, 40 + k));
         (1.6 * east - 0.8, 1.6 * north - 0.8, 5.0 + 200.0 * above, 360.0 * yaw)
     };
-    // Left out behind land, left out and yet in view.
+    // Returns the number of points omitted behind land, and the number of points omitted although visible.
     let count = |raised_m: Option<f32>| {
         let raised = raised_m.map(Raised::by);
         (0..32).map(view).fold((0, 0), |(all_hidden, all_gaps), (east, north, above_m, yaw_deg)| {
@@ -394,22 +397,22 @@ fn a_skyline_that_is_too_high_is_noticed() {
         })
     };
     let (hidden, gaps) = count(None);
-    println!("{hidden} places left out behind land, {gaps} left out in view");
+    println!("{hidden} points omitted behind land, {gaps} omitted in view");
     assert!(hidden > 50 && gaps == 0, "{hidden} hidden, {gaps} gaps");
-    assert_eq!(count(Some(0.0)), (hidden, gaps), "raised by nothing");
+    assert_eq!(count(Some(0.0)), (hidden, gaps), "land raised by 0 m must be unchanged");
     for raised_m in [10.0, 20.0, 40.0, 80.0, 160.0] {
         let (hidden, gaps) = count(Some(raised_m));
-        println!("raised by {raised_m} m: {hidden} places left out behind land, {gaps} left out in view");
-        // By less than the bounds are loose nothing is lost yet.
+        println!("raised by {raised_m} m: {hidden} points omitted behind land, {gaps} omitted in view");
+        // The bounds are loose, so small raises lose nothing yet.
         assert!(gaps > 0 || raised_m < 40.0, "planted: raised by {raised_m} m");
     }
 }
 
 #[test]
 fn coarser_leaves_than_allowed_are_noticed() {
-    // Planted: leaves chosen for eight times the error, judged by the error.
+    // Planted: leaves selected for eight times the error.
     let mut chosen = choose(0.1, -0.2, 60.0, 30.0, -8.0, 50.0, 4.0);
-    println!("{} leaves, {:.3} times what is allowed", chosen.selection.leaves.len(), worst_ratio(&chosen));
+    println!("{} leaves, {:.3} times the allowed error", chosen.selection.leaves.len(), worst_ratio(&chosen));
     chosen.viewpoint.error_px = 0.5;
     assert!(worst_ratio(&chosen) > 1.0);
     assert_eq!(units_log2(LevelSize { width: 1 << 18, height: 2 }), 12);

@@ -1,6 +1,7 @@
-//! Every shader composes and validates without a GPU, and is SPIR-V that the validator of Khronos accepts.
+//! Tests that every shader composes and validates without a GPU, and that its SPIR-V is accepted by the Khronos
+//! validator.
 
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use std::io::Write;
 use std::process::{Command, Stdio};
@@ -17,7 +18,7 @@ fn every_shader_validates() {
     }
     for (name, definitions) in VARIANTS {
         validate(name, compose_variant(name, definitions));
-        // The definitions change something.
+        // The definitions must change the code.
         let size = |module: Result<naga::Module, ShaderError>| {
             let module = module.unwrap();
             let entries = module.entry_points.iter().map(|entry| &entry.function);
@@ -35,7 +36,8 @@ fn validate(name: &str, module: Result<naga::Module, ShaderError>) -> (naga::Mod
     (module, info)
 }
 
-/// A driver writes beyond its memory where branches depend on more than three: docs/decisions/software-drivers.md.
+/// Tests the number of uniform buffers: a driver writes out of bounds where branches depend on more than three
+/// (docs/decisions/software-drivers.md).
 #[test]
 fn few_uniform_buffers_are_bound() {
     let mut with_more = std::collections::BTreeSet::new();
@@ -55,7 +57,7 @@ fn few_uniform_buffers_are_bound() {
             }
         }
     }
-    // It has four, and no branch depends on one of them.
+    // This shader has four, and no branch depends on one of them.
     assert_eq!(Vec::from_iter(with_more), ["tones/toon"]);
 }
 
@@ -67,7 +69,7 @@ fn a_wrong_shader_does_not() {
 #[test]
 fn every_shader_is_spirv_that_its_validator_accepts() {
     if Command::new("spirv-val").arg("--version").stdout(Stdio::null()).status().is_err() {
-        println!("skipped: there is no spirv-val (spirv-tools)");
+        println!("skipped: spirv-val (spirv-tools) is not installed");
         return;
     }
     let plain = SHADERS.iter().map(|(name, _)| (*name, &[][..]));
@@ -88,14 +90,13 @@ fn every_shader_is_spirv_that_its_validator_accepts() {
     }
     println!("spirv-val accepted {checked} modules");
     assert!(checked >= 2 * (SHADERS.len() + VARIANTS.len()));
-    // The planted error: the memory model, the operands of the first instruction after the capabilities, is one that
-    // does not exist.
+    // Planted error: an invalid memory model, which is an operand of the first instruction after the capabilities.
     let at = last.iter().position(|word| *word == 3 << 16 | 14).unwrap();
     last[at + 2] = 77;
-    assert!(spirv_val(&last).is_some(), "a broken word was accepted");
+    assert!(spirv_val(&last).is_some(), "an invalid memory model was accepted");
 }
 
-/// As wgpu writes an entry point for a Vulkan device of version 1.1.
+/// Returns the SPIR-V of an entry point as wgpu writes it for a Vulkan 1.1 device.
 fn spirv(
     module: &naga::Module,
     info: &ModuleInfo,
@@ -119,7 +120,7 @@ fn spirv(
     spv::write_vec(module, info, &options, Some(&pipeline))
 }
 
-/// What the validator finds wrong.
+/// Returns the output of the validator if it rejects the words.
 fn spirv_val(words: &[u32]) -> Option<String> {
     let mut child = Command::new("spirv-val")
         .args(["--target-env", "vulkan1.1", "-"])

@@ -1,13 +1,13 @@
-//! The structs that `build.rs` takes from the shaders lie in Rust as naga lays them out: the same fields at the same
-//! offsets, and the same size.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests that the structs that `build.rs` generates from the shaders have the layout that naga computes: the same
+//! fields at the same offsets, and the same size.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use hachure::gpu::shader::{SHADERS, VARIANTS, compose_variant};
 use hachure::gpu::wgsl::{SharedStruct, structs};
 use naga::proc::Layouter;
 
-/// Every struct that a buffer of a shader holds, as naga lays it out. A list without an end has no size: `Ordered`
-/// writes the head of that one itself, and sums what begins at byte 256.
+/// Returns every struct in a buffer of a shader, as naga lays it out. A runtime-sized list has no size: `Ordered`
+/// writes the head of that one itself, and the sums that begin at byte 256.
 fn in_wgsl(shader: &str, definitions: &[&str]) -> Vec<SharedStruct> {
     let module = compose_variant(shader, definitions).unwrap();
     let mut layouter = Layouter::default();
@@ -26,14 +26,14 @@ fn in_wgsl(shader: &str, definitions: &[&str]) -> Vec<SharedStruct> {
         else {
             continue;
         };
-        // The names of imported structs carry their module.
+        // Names of imported structs contain their module.
         let bare = name.split("X_naga_oil_mod_").next().unwrap();
         let offsets: Vec<u32> = members.iter().map(|member| member.offset).collect();
         if bare == "Order" {
             assert_eq!(offsets, [0, 4, 8, 256]);
             continue;
         }
-        // A list behind its rules, which are a struct by themselves.
+        // A list after its rules, which are a separate struct.
         let (ty, name, members, span) = match members.as_slice() {
             [rules, list] if is_endless(list.ty) => {
                 let naga::Type { name: Some(name), inner: naga::TypeInner::Struct { members, span } } =
@@ -61,7 +61,7 @@ fn all_in_wgsl() -> Vec<SharedStruct> {
     whole.chain(VARIANTS.iter().copied()).flat_map(|(name, definitions)| in_wgsl(name, definitions)).collect()
 }
 
-/// Fields that only fill a gap have no name in WGSL.
+/// Returns whether both structs are the same. Padding fields have no name in WGSL.
 fn is_the_same(rust: &SharedStruct, wgsl: &SharedStruct) -> bool {
     rust.name == wgsl.name && rust.size == wgsl.size && rust.fields == wgsl.fields
 }
@@ -73,7 +73,7 @@ fn every_struct_of_a_buffer_lies_in_rust_as_in_wgsl() {
     assert!(theirs.len() > 100, "{}", theirs.len());
     for wgsl in &theirs {
         let rust = ours.iter().find(|rust| is_the_same(rust, wgsl));
-        assert!(rust.is_some(), "{wgsl:?}, and in Rust {:?}", ours.iter().find(|rust| rust.name == wgsl.name));
+        assert!(rust.is_some(), "{wgsl:?} in WGSL, but in Rust {:?}", ours.iter().find(|rust| rust.name == wgsl.name));
     }
 }
 
@@ -84,11 +84,14 @@ fn differences_are_found() {
         let Some(wgsl) = theirs.iter().find(|wgsl| is_the_same(&rust, wgsl)) else { continue };
         let mut moved = rust.clone();
         moved.fields.last_mut().unwrap().1 += 4;
-        assert!(!is_the_same(&moved, wgsl), "a moved field");
+        assert!(!is_the_same(&moved, wgsl), "a moved field was not detected");
         let mut other = rust.clone();
         other.fields[0].0 = "nothing";
-        assert!(!is_the_same(&other, wgsl), "another name of a field");
-        assert!(!is_the_same(&SharedStruct { size: rust.size + 16, ..rust.clone() }, wgsl), "another size");
-        assert!(!is_the_same(&SharedStruct { name: "Nothing", ..rust }, wgsl), "another name");
+        assert!(!is_the_same(&other, wgsl), "a renamed field was not detected");
+        assert!(
+            !is_the_same(&SharedStruct { size: rust.size + 16, ..rust.clone() }, wgsl),
+            "another size was not detected"
+        );
+        assert!(!is_the_same(&SharedStruct { name: "Nothing", ..rust }, wgsl), "another name was not detected");
     }
 }

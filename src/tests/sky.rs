@@ -1,6 +1,6 @@
-//! A drawn sky: the sun stands where the light comes from, rules are as far apart and as dark as asked, clouds and stars
-//! turn with the world, parts join, and a style that asks for none of it has its gradient.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests drawn skies: the sun is where the light comes from, rules have the requested distance and darkness, clouds and
+//! stars rotate with the world, parts join, and a style that uses none of these has its gradient.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,7 +19,7 @@ use hachure::scene::view::{Pose, View};
 use hachure::style::{Sky, Style};
 
 const SIZE_PX: [u32; 2] = [480, 270];
-/// Over flat land, a little upward: the lower part of the picture is land.
+/// A camera over flat land, looking a little upward; the lower part of the picture is land.
 const CAMERA: &str = "0,0,+50,20,12,50";
 
 fn world() -> Option<World> {
@@ -44,7 +44,7 @@ fn turned(pose: Pose, yaw_deg: f64) -> Pose {
     Pose { forward: turn * pose.forward, right: turn * pose.right, up: turn * pose.up, ..pose }
 }
 
-/// Colour and ink of the sky, and the view.
+/// Returns colour (RGB) and ink (alpha) of the sky, and the view.
 fn sky_of(world: &mut World, pose: Pose, style: &Style, light: &Light) -> (Vec<[f64; 4]>, View) {
     let view = still(pose, SIZE_PX);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -65,7 +65,7 @@ fn the_sun_stands_where_the_light_comes_from() {
         let to_sun = toward(azimuth_deg, elevation_deg);
         let style = style(&format!("sun_deg = {radius_deg:?}\nsun = \"#ffffff\"\n"));
         let (sky, view) = sky_of(&mut world, pose, &style, &Light { to_sun, ..north_west() });
-        // The solid angle of what is light, and its middle.
+        // The solid angle of the lit pixels, and their middle.
         let (mut lit, mut middle) = (0.0, DVec3::ZERO);
         for (at, texel) in pixels().zip(&sky) {
             let ray = view.ray(at);
@@ -80,18 +80,18 @@ fn the_sun_stands_where_the_light_comes_from() {
         println!("middle off by {:.3} px, radius {:.3} px of {wanted_px:.3}", off_px(to_sun), radius_px(lit));
         assert!(off_px(to_sun) < 0.1);
         assert!((radius_px(lit) - wanted_px).abs() < 0.1);
-        // Planted: a sun that stands a degree farther right, or has another radius.
+        // Planted: a sun one degree farther right, or with another radius.
         assert!(off_px(toward(azimuth_deg + 1.0, elevation_deg)) > 1.0);
         assert!((radius_px(1.1 * lit) - wanted_px).abs() > 0.1);
     }
 }
 
-/// The ink of rows from the top down to the horizon, in a column.
+/// Returns the ink of a column, from the top down to the horizon.
 fn column(sky: &[[f64; 4]], x: usize, rows: usize) -> Vec<f64> {
     (0..rows).map(|y| sky[y * SIZE_PX[0] as usize + x][3]).collect()
 }
 
-/// The middles of rules.
+/// Returns the middles of rules, in pixels from the top.
 fn middles_px(column: &[f64]) -> Vec<f64> {
     let mut middles = Vec::new();
     let (mut sum, mut moment) = (0.0, 0.0);
@@ -130,7 +130,7 @@ fn rules_are_as_far_apart_and_as_dark_as_asked() {
             assert!(!holds(1.1 * spacing_px, width_px) && !holds(spacing_px, 1.2 * width_px));
         }
     }
-    // They fade toward the horizon, or away from it.
+    // Rules fade toward the horizon, or away from it.
     for (fade, is_darker_above) in [(0.8, true), (-0.8, false)] {
         let style = style(&format!("rules_px = 2.0\nspacing_px = 6.0\nfade = {fade:?}\n"));
         let (sky, _) = sky_of(&mut world, pose, &style, &north_west());
@@ -160,7 +160,7 @@ fn rules_stay_where_they_are_in_a_pan() {
     assert!(worst(Pose { forward: nod * pose.forward, up: nod * pose.up, ..pose }) > 0.5);
 }
 
-/// The mean difference of a turned picture and of what the first one shows at the places that `place_px` names.
+/// Returns the mean difference between a picture and what the first one shows at the points that `place_px` returns.
 fn differing(before: &[[f64; 4]], after: &[[f64; 4]], place_px: impl Fn(DVec2) -> Option<DVec2>) -> f64 {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let (mut sum, mut count) = (0.0, 0.0);
@@ -192,14 +192,14 @@ fn clouds_and_stars_turn_with_the_world() {
         let lit = before.iter().map(|texel| texel[0]).sum::<f64>() / before.len() as f64;
         let (after, next) = sky_of(&mut world, turned(pose, 7.0), &style, &north_west());
         let with_world = differing(&before, &after, |at| view.place_px(next.ray(at)));
-        // Planted: what is fixed to the sheet.
+        // Planted: patterns that are fixed to the page.
         let with_sheet = differing(&before, &after, Some);
         println!(
-            "{keys:?}: {lit:.4} is light; differs by {with_world:.4} with the world, {with_sheet:.4} with the sheet"
+            "{keys:?}: {lit:.4} is light; it differs by {with_world:.4} in the world, {with_sheet:.4} on the page"
         );
         assert!(lit > 0.002);
         assert!(with_world < 0.25 * with_sheet);
-        // An eye that goes on sees the same: all is infinitely far.
+        // An eye that moves sees the same sky, because it is infinitely far away.
         let aside = Pose { position_m: pose.position_m + DVec3::new(90.0, -40.0, 3.0), ..pose };
         assert_eq!(sky_of(&mut world, aside, &style, &north_west()).0, before);
     }
@@ -217,7 +217,7 @@ fn fewer_stars_stand_near_the_horizon() {
     assert!(low > 0.0 && high > 2.0 * low, "{low} {high}");
 }
 
-/// Everything that there is, over lines, so that parts have margins.
+/// Returns a style with every element of skies, over lines, so that parts have margins.
 fn rich() -> Style {
     let drawn = style(
         "rules_px = 0.9\nclouds = 0.7\noutline_px = 1.5\nbokashi = 0.4\nhorizon_bokashi = 0.2\n\
@@ -243,7 +243,7 @@ fn parts_have_the_sky_of_the_whole() {
             .count()
     };
     assert_eq!(differs(0), 0);
-    // Planted: a picture that is a row farther down.
+    // Planted: a picture that is one row lower.
     assert!(differs(317) > sky.len() / 10);
 }
 
@@ -273,11 +273,11 @@ fn a_style_that_asks_for_no_more_has_its_gradient() {
         });
         off.fold(0.0, f64::max)
     };
-    // Half floats round by this.
+    // The precision of half floats.
     assert!(worst(2.0) < 5e-4, "{}", worst(2.0));
     // Planted: another gradient.
     assert!(worst(1.9) > 5e-3);
-    // Lengths and colours ask for nothing by themselves.
+    // Lengths and colours alone do not cause a pass.
     let (has_pass, same) = passes(Sky { spacing_px: 9.0, outline_px: 3.0, star_px: 4.0, ..wash.clone() });
     assert!(!has_pass && same == picture);
     let (has_pass, other) = passes(Sky { stars: 0.5, ..wash });

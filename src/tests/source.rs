@@ -1,5 +1,5 @@
-//! Reading height files: every encoding and every odd file against what GDAL reads from it.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Tests reading height files: every encoding and every odd file, compared with what GDAL reads.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use hachure::source::{self, HeightGrid, Progress, Silent, SourceError};
 
-/// The folder of the real data, or `None` with a word on why not.
+/// Returns the folder of the real data, or `None` with a printed reason.
 fn data_folder() -> Option<PathBuf> {
     let folder = std::env::var_os("HACHURE_TEST_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
@@ -35,7 +35,7 @@ fn files_below(folder: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// Opens a file, and holds whatever comes of it against what `source::open` promises.
+/// Opens a file, and checks that the result keeps the guarantees of `source::open`.
 fn open_checked(path: &Path) -> Result<HeightGrid, SourceError> {
     let start = Instant::now();
     let result = source::open(path, &Silent);
@@ -52,18 +52,18 @@ fn open_checked(path: &Path) -> Result<HeightGrid, SourceError> {
         }
         Err(error) => {
             let message = error.to_string();
-            // A header's data is named by its own ending.
+            // The message may name the data file of a header, which has another extension.
             let file_stem = path.file_stem().unwrap().to_string_lossy();
             assert!(message.contains(&*file_stem), "{message}");
             assert!(!message.contains('\n'), "{message}");
-            // An accident inside a decoder is a bug to look at, even though it does not reach the caller as a panic.
+            // A failure inside a decoder is a bug, even though the caller gets an error and not a panic.
             assert!(!message.contains("its decoder failed"), "{message}");
         }
     }
     result
 }
 
-/// Voids, sum and weighted sum, as `tests/golden/heights.csv` defines them.
+/// Returns the number of no-data samples, the sum and the weighted sum, as `tests/golden/heights.csv` defines them.
 fn checksums(grid: &HeightGrid) -> (usize, f64, f64) {
     let (mut voids, mut sum, mut weighted_sum) = (0, 0.0, 0.0);
     for (index, height) in grid.heights_m.iter().enumerate() {
@@ -114,16 +114,19 @@ fn every_file_of_the_collection_is_read_as_gdal_reads_it_or_refused() {
                     }
                     let [x, _, _, y, ..] = grid.georeference.crs_from_grid;
                     for (ours, theirs) in [x, y].into_iter().zip(golden.first_sample) {
-                        assert!((ours - theirs).abs() <= 1e-12 * theirs.abs() + 1e-9, "{name}: {ours} not {theirs}");
+                        assert!(
+                            (ours - theirs).abs() <= 1e-12 * theirs.abs() + 1e-9,
+                            "{name}: {ours}, expected {theirs}"
+                        );
                     }
                 }
-                (Ok(_), None) => panic!("{name}: read, but nothing is known about it"),
+                (Ok(_), None) => panic!("{name}: was read, but has no reference in heights.csv"),
                 (Err(error), Some(_)) => panic!("{error}"),
                 (Err(_), None) => {}
             }
         }
     }
-    assert!(golden.is_empty(), "not there: {:?}", golden.keys());
+    assert!(golden.is_empty(), "files with a reference that were not found: {:?}", golden.keys());
 }
 
 #[test]
@@ -136,7 +139,7 @@ fn every_encoding_gives_the_same_heights() {
     let mut compared = 0;
     for path in files_below(&folder) {
         let name = path.file_name().unwrap().to_string_lossy().into_owned();
-        // Other grids of the same mountain.
+        // These files are other grids of the same mountain.
         let is_other = ["utm", "webmercator", "scale"].iter().any(|prefix| name.starts_with(prefix));
         if !name.ends_with(".tif") || is_other {
             continue;
@@ -162,7 +165,7 @@ fn what_is_no_height_file_is_called_by_its_name() {
         open_checked(&path).unwrap_err().to_string()
     };
     assert!(message("empty.tif", b"").ends_with("empty.tif: is empty"));
-    // By content: the ending says TIFF.
+    // The content decides, although the extension says TIFF.
     let jpeg = message("picture.tif", b"\xff\xd8\xff\xe0\0\x10JFIF");
     assert!(jpeg.contains("picture.tif: is a JPEG picture; hachure reads GeoTIFF"), "{jpeg}");
     assert!(message("png.tif", b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").contains("png.tif: is damaged"));

@@ -1,5 +1,5 @@
-//! Where the samples of a height file lie: the GeoTIFF keys, and the way to the world's metres.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Tests the place of a height file's samples: the GeoTIFF keys, and the mapping to the world's metres.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use geotiff_writer::{
     Compression, GeoKeyValue, GeoTiffBuilder, ModelType, NumericSample, PhotometricInterpretation, RasterType,
@@ -21,7 +21,7 @@ fn open<T: NumericSample>(builder: &GeoTiffBuilder, samples: &Array2<T>) -> Resu
     result
 }
 
-/// Six samples: 1 to 6, three columns and two rows.
+/// Returns six samples, 1 to 6, in three columns and two rows.
 fn samples() -> Array2<f32> {
     Array2::from_shape_fn((2, 3), |(row, column)| (row * 3 + column + 1) as f32)
 }
@@ -51,7 +51,7 @@ fn a_pixel_is_an_area_or_a_point() {
     let point = open(&utm().raster_type(RasterType::PixelIsPoint).tiepoint(tie_point), &samples()).unwrap();
     assert_eq!(place(&point), [500_000.0, 10.0, 0.0, 4_000_000.0, 0.0, -20.0]);
 
-    // A tie point need not be the first sample.
+    // A tie point need not be at the first sample.
     let elsewhere = open(&utm().tiepoint([2.0, 1.0, 0.0, 500_000.0, 4_000_000.0, 0.0]), &samples()).unwrap();
     assert_eq!(place(&elsewhere), [499_985.0, 10.0, 0.0, 4_000_010.0, 0.0, -20.0]);
 }
@@ -65,7 +65,7 @@ fn a_matrix_may_rotate_and_turn_the_rows_north() {
     let rotated = open(&builder(matrix(8.0, 6.0, 6.0, -8.0)), &samples()).unwrap();
     assert_eq!(place(&rotated), [1007.0, 8.0, 6.0, 1999.0, 6.0, -8.0]);
     let mapping = WorldMapping::new(&rotated.georeference, 3, 2).unwrap();
-    // One column on is 10 m away, to the east-north-east; the origin is the middle of the samples.
+    // The next column is 10 m away, to the east-north-east; the origin is the middle of the samples.
     assert_eq!(mapping.world_from_grid(2.0, 0.5) - mapping.world_from_grid(1.0, 0.5), DVec2::new(8.0, 6.0));
     assert_eq!(mapping.world_from_grid(1.0, 0.5), DVec2::ZERO);
     let south_up = open(&builder(matrix(8.0, 0.0, 0.0, 8.0)), &samples()).unwrap();
@@ -78,7 +78,7 @@ fn a_matrix_may_rotate_and_turn_the_rows_north() {
 #[test]
 fn feet_become_metres() {
     let survey_foot = 1200.0 / 3937.0;
-    // The keys of the file go before those of the code, whose unit is metres.
+    // Keys in the file override those of the EPSG code, whose unit is metres.
     let horizontal = open(&utm().geokey(3076, GeoKeyValue::Short(9003)), &samples()).unwrap();
     assert!(
         matches!(horizontal.georeference.crs, Crs::Projected { metres_per_unit, .. } if metres_per_unit == survey_foot)
@@ -93,7 +93,7 @@ fn feet_become_metres() {
 
     let vertical = open(&utm().vertical_epsg(6360).vertical_units(9003), &samples()).unwrap();
     assert_eq!(vertical.heights_m[5], (6.0 * survey_foot) as f32);
-    // What is written from it must not say feet again.
+    // A file written from these heights, which are metres, must not say feet again.
     let keys = &vertical.georeference.geokeys;
     assert_eq!((keys.short(4096), keys.short(4099)), (None, Some(9001)));
     let by_code = open(&utm().vertical_epsg(8228), &samples()).unwrap();
@@ -126,7 +126,7 @@ fn what_the_keys_leave_open_is_assumed_or_refused() {
         builder.pixel_scale(1.0, 1.0).origin(7.0, north)
     };
     assert!(matches!(located(&geographic(95.0)), GeoreferenceError::BeyondPole { .. }));
-    assert!(open(&geographic(90.5), &samples()).is_ok(), "the first row on the pole");
+    assert!(open(&geographic(90.5), &samples()).is_ok(), "a first row on the pole must be accepted");
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn voids_are_nan() {
 
 #[test]
 fn blocks_that_a_sparse_file_leaves_out_hold_no_data() {
-    // Four tiles of 16×16, of which only the first holds anything but zeros.
+    // Four tiles of 16 × 16 samples, of which only the first contains anything but zeros.
     let samples = Array2::from_shape_fn((32, 32), |(row, column)| if row.max(column) < 16 { 7i16 } else { 0 });
     let sparse = GeoTiffBuilder::new(32, 32).tile_size(16, 16).sparse(true);
     let zeros = open(&sparse, &samples).unwrap();
@@ -196,7 +196,7 @@ fn the_first_of_several_bands_is_read_but_a_picture_is_refused() {
 
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
-/// A grid of 201×201 samples about a place, `step` degrees apart.
+/// Returns the georeference of 201 × 201 samples about a point, `step` degrees apart.
 fn geographic(
     longitude: f64,
     latitude: f64,
@@ -211,7 +211,7 @@ fn geographic(
     }
 }
 
-/// Expected values: PROJ 9 (pyproj 3.7), `+proj=tmerc +k=1` about the centre, on the ellipsoid given.
+/// Expected values are from PROJ 9 (pyproj 3.7), `+proj=tmerc +k=1` about the centre, on the given ellipsoid.
 #[test]
 fn geographic_grids_go_where_proj_puts_them() {
     let grs80 = [6_378_137.0, 298.257_222_101];
@@ -240,7 +240,7 @@ fn geographic_grids_go_where_proj_puts_them() {
         let error_m = (world_m - DVec2::from(expected)).length();
         assert!(error_m < 1e-6, "{point:?} about {longitude}, {latitude}: {error_m} m from {expected:?}");
         let back = mapping.crs_from_world(world_m);
-        assert!((back - DVec2::from(point)).length() < 1e-11, "{back} not {point:?}");
+        assert!((back - DVec2::from(point)).length() < 1e-11, "{back}, expected {point:?}");
     }
 }
 

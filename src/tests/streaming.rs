@@ -1,6 +1,6 @@
-//! Tiles stream: a frame never waits, there is never a hole, what settles is what a file would show, memory keeps its
-//! caps, and what fails is stood in for.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests streaming of tiles: a frame never waits, there are never holes, settled frames equal those of a file, memory
+//! stays within its caps, and failed tiles are replaced by their parents.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -25,7 +25,7 @@ use proptest::prelude::*;
 const SIZE_PX: [u32; 2] = [160, 90];
 const VIEW: &str = "-2000,-3000,+300,30,-12,60";
 
-/// A world whose tiles come by a bumpy road; every frame is drawn as in a window.
+/// Returns a world whose tiles arrive with delays and accidents; every frame is drawn as in a window.
 fn bumpy(delay_ms: u64, memory_bytes: u64, accident: Accident) -> Option<(World, Arc<Bumpy>)> {
     let mut world = World::new(grid_of(1401, 1290, 20.0, rough_height_m), 1.0)?;
     let store = Bumpy::new(Arc::clone(world.surfaces.terrain.store()), delay_ms, accident);
@@ -41,14 +41,14 @@ fn smooth() -> Accident {
     Box::new(|_, _| Fate::Comes)
 }
 
-/// Sky pixels whose four neighbours are surface.
+/// Counts sky pixels whose four neighbours are surface.
 fn pinholes(shot: &Shot) -> usize {
     let is_ground = |pixel: usize, step| shot.neighbour(pixel, step).is_some_and(|beside| !shot.is_sky(beside));
     let sides = [[1, 0], [-1, 0], [0, 1], [0, -1]];
     (0..shot.depth_m.len()).filter(|&i| shot.is_sky(i) && sides.iter().all(|step| is_ground(i, *step))).count()
 }
 
-/// Draws until nothing is late, or the time is up; calls `each` with every picture.
+/// Draws until no frame is late, or the time is up, and calls `each` with every picture. Returns whether it settled.
 fn settle(world: &mut World, renderer: &mut Option<Renderer>, view: &str, mut each: impl FnMut(&World, &Shot)) -> bool {
     let pose = world.pose(view);
     let start = Instant::now();
@@ -62,14 +62,14 @@ fn settle(world: &mut World, renderer: &mut Option<Renderer>, view: &str, mut ea
     false
 }
 
-/// What a file would show.
+/// Returns the picture of a file.
 fn awaited(world: &World, view: &str) -> Shot {
     let mut still = World::new(world.grid.clone(), 1.0).unwrap();
     let pose = still.pose(view);
     shoot(&mut still, &mut None, pose, SIZE_PX)
 }
 
-/// The largest distance between the positions of two pictures, in pixels.
+/// Returns the largest distance between the positions of two pictures, in pixels.
 fn apart_px(a: &Shot, b: &Shot) -> f64 {
     let px = |i: usize| match (a.is_sky(i), b.is_sky(i)) {
         (true, true) => 0.0,
@@ -98,18 +98,18 @@ fn a_slow_store_stops_no_frame() {
     let fetches = store.fetches.load(std::sync::atomic::Ordering::Relaxed);
     println!("{frames} frames, {late} late, {fetches} tiles of 300 ms, slowest frame thread {slowest_ms:.1} ms");
     assert!(settled && late >= 2, "{frames} frames, {late} late");
-    // Every tile takes 300 ms; a frame that waited for one would show it.
+    // Every tile takes 300 ms, so a frame that waited for one would take longer.
     assert!(slowest_ms < 200.0, "{slowest_ms} ms");
 
     let pose = world.pose(VIEW);
     let shot = shoot(&mut world, &mut renderer, pose, SIZE_PX);
-    assert_eq!(apart_px(&shot, &expected), 0.0, "what has settled is what a file shows");
-    assert_eq!(last.unwrap(), shot.position_m, "at rest nothing moves");
+    assert_eq!(apart_px(&shot, &expected), 0.0, "the settled frame must equal the picture of a file");
+    assert_eq!(last.unwrap(), shot.position_m, "at rest nothing may move");
 }
 
 #[test]
 fn wrong_heights_are_noticed() {
-    // Planted: one tile of the finest level comes raised by 5 m.
+    // Planted: half of the tiles of the finest level are raised by 5 m.
     let raised: Accident = Box::new(|tile, _| match (tile.level, (tile.x + tile.y) % 2) {
         (0, 0) => Fate::ComesRaised(5.0),
         _ => Fate::Comes,
@@ -119,12 +119,12 @@ fn wrong_heights_are_noticed() {
     let mut last = None;
     settle(&mut world, &mut None, VIEW, |_, shot| last = Some(shot.position_m.clone()));
     let moved = last.unwrap().iter().zip(&expected.position_m).filter(|(a, b)| (**a - **b).length() > 1.0).count();
-    assert!(moved > 100, "{moved}");
+    assert!(moved > 100, "planted heights were not detected: only {moved} pixels moved");
 }
 
 #[test]
 fn failures_are_tried_again_and_stood_in_for() {
-    // Half of the tiles fail at first; one corner of the finest level always.
+    // Half of the tiles fail at first; those of one corner of the finest level always fail.
     let accident: Accident = Box::new(|tile, before| {
         let is_lost = tile.level == 0 && tile.x <= 2 && tile.y >= 3;
         let is_unlucky = before == 0 && random(i64::from(tile.x + 97 * tile.level), i64::from(tile.y)) < 0.5;
@@ -132,7 +132,8 @@ fn failures_are_tried_again_and_stood_in_for() {
     });
     let Some((mut world, _)) = bumpy(1, ROOM, accident) else { return };
     let expected = awaited(&world, VIEW);
-    // Of the still world: here the ground under the camera is one of the tiles that never come.
+    // This is the pose in the world without accidents, since the ground under the camera is one of the tiles that
+    // always fail.
     let pose = expected.view.pose;
     let mut renderer = None;
     let start = Instant::now();
@@ -144,17 +145,17 @@ fn failures_are_tried_again_and_stood_in_for() {
     }
     println!("{} failed, apart {:.2} px", shot.report.tiles_failed, apart_px(&shot, &expected));
     assert!(shot.report.tiles_failed > 0 && shot.report.tiles_pending == 0 && shot.report.late);
-    // Parents stand in: near the truth, and not the truth.
+    // Parents replace failed tiles, so the picture is near the truth, but does not equal it.
     let apart = apart_px(&shot, &expected);
     assert!(apart > 0.0, "{apart}");
     let off = (0..shot.depth_m.len()).filter(|&i| !shot.is_sky(i) && !expected.is_sky(i));
     let far = off.filter(|&i| (shot.position_m[i] - expected.position_m[i]).length() > 200.0).count();
-    assert!(far < 100, "{far} pixels lie elsewhere");
+    assert!(far < 100, "{far} pixels are far from their position");
 }
 
 #[test]
 fn memory_keeps_its_cap() {
-    // Room for five tiles, of some forty.
+    // Room for five of about forty tiles.
     let room = 5 * TILE_BYTES;
     let Some((mut world, _)) = bumpy(1, room, smooth()) else { return };
     let mut renderer = None;
@@ -169,12 +170,12 @@ fn memory_keeps_its_cap() {
             missed += shot.report.tiles_missing;
         }
     }
-    assert!(missed > 0, "it was not counted that there was no room");
+    assert!(missed > 0, "missing room for tiles was not counted");
 }
 
 #[test]
 fn a_view_that_turns_away_takes_its_requests_back() {
-    // Slower than frames are on a busy machine.
+    // The delay is longer than frames take on a busy machine.
     let Some((mut world, store)) = bumpy(300, ROOM, smooth()) else { return };
     let mut renderer = None;
     for turn in 0..10 {
@@ -193,7 +194,7 @@ fn an_exaggerated_land_is_that_much_higher() {
     let address = TileAddress { level: 1, x: 1, y: 1 };
     let load = |factor: f64| Exaggerated::over(Arc::clone(&store), factor).load(address).unwrap();
     let (plain, twice) = (load(1.0), load(2.0));
-    // The lowest bit of a height says whether it is void: twice the height has it all the same.
+    // The lowest bit of a height marks no-data; twice the height must have the same mark.
     let is_twice = |a: &LoadedTile, b: &LoadedTile| {
         let heights = a.tile.samples.iter().zip(&b.tile.samples);
         let patches = a.patches.patches().iter().zip(b.patches.patches());
@@ -228,7 +229,7 @@ proptest! {
             let address = TileAddress { level: 0, x: *x, y: 0 };
             if *inserts {
                 cache.insert(address, tile(*x), renderer as u64);
-                // What has just come is never what goes, unless there is room for nothing else.
+                // The newest tile is never evicted, unless there is room for nothing else.
                 prop_assert!(cache.peek(address).is_some());
             } else if let Some(found) = cache.get(address, renderer as u64) {
                 prop_assert_eq!(found.tile.samples[0], *x as f32);
@@ -273,11 +274,11 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
         let list = |error_px| needed(&land, &mut TilePlaces::default(), |tile| known.get(&tile), &rule(error_px));
         let tiles = list(0.5);
         let chosen: std::collections::HashSet<TileAddress> = tiles.iter().map(|tile| tile.address).collect();
-        assert_eq!(chosen.len(), tiles.len(), "a tile stands in the list twice");
+        assert_eq!(chosen.len(), tiles.len(), "the list contains a tile twice");
         let mut too_coarse = |chosen: &std::collections::HashSet<TileAddress>| {
             let mut found = 0;
             for j in 0..400 {
-                // A place of the land in view, and the finest tile there.
+                // A point of the land in view, and the finest tile there.
                 let (column, row) = (random(i, 3 * j + 10) * 1400.0, random(i, 3 * j + 11) * 1289.0);
                 let place = world.surfaces.terrain.grid_projection().world_from_grid(glam::DVec2::new(column, row));
                 let Some(height_m) = world.surfaces.terrain.height_m(place) else { continue };
@@ -308,11 +309,11 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             assert!(tile.urgency > 0.0);
         }
         if i == 7 {
-            // Planted: tiles for fifty times the error do not keep the bound.
+            // Planted: tiles for fifty times the error exceed the bound.
             let coarse = list(25.0).iter().map(|tile| tile.address).collect();
             assert!(too_coarse(&coarse) > 0);
         }
     }
-    println!("{checked} places");
+    println!("{checked} points");
     assert!(checked > 500, "{checked}");
 }

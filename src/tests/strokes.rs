@@ -1,8 +1,8 @@
-//! Strokes: the visible contours of the surface as drawn, no more and no less, as long lines.
+//! Tests that strokes are the visible contours of the surface as drawn, no more and no less, in long lines.
 //!
-//! The truth is found by brute force: the triangles that were drawn, joined by their vertices' bits, drawn again into a
-//! depth image of four times the resolution.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! The truth is found by brute force: the drawn triangles, joined by the bits of their vertices, are drawn again into a
+//! depth image with four times the resolution.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -24,13 +24,13 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [640, 360];
 const SIDE: usize = 17;
-/// Of the brute force.
+/// Pixels of the brute force's depth image per pixel, on each axis.
 const FINER: usize = 4;
 
-/// What a frame left.
+/// Results of a frame.
 struct Drawn {
     view: View,
-    /// 17 × 17 of each patch, camera-relative.
+    /// 17 × 17 vertices of each patch, relative to the camera, in metres.
     vertices: Vec<[f32; 4]>,
     counts: StrokeCounts,
     segments: Vec<Segment>,
@@ -56,7 +56,7 @@ fn drawing(world: &mut World, camera: &str, change: impl FnOnce(&mut Style)) -> 
     }
 }
 
-/// A place on the picture, and its distance along the view axis; none behind the eye.
+/// Projects a point that is relative to the camera. Returns its pixel position and its depth, or `None` behind the eye.
 fn project(view: &View, at_m: DVec3) -> Option<(DVec2, f64)> {
     let depth_m = at_m.dot(view.pose.forward);
     let middle = DVec2::new(f64::from(SIZE_PX[0]), f64::from(SIZE_PX[1])) * 0.5;
@@ -66,13 +66,13 @@ fn project(view: &View, at_m: DVec3) -> Option<(DVec2, f64)> {
 
 type Bits = [u32; 3];
 
-/// The triangles that have an area, as bits of their vertices.
+/// Returns the triangles that have an area, as bits of their vertices.
 fn triangles(drawn: &Drawn) -> Vec<[Bits; 3]> {
     let mut triangles = Vec::new();
     for patch in drawn.vertices.chunks_exact(SIDE * SIDE) {
         let at = |x: usize, y: usize| -> Bits {
             let [x, y, z, _] = patch[y * SIDE + x];
-            // One zero only.
+            // Negative zero becomes positive zero.
             [x + 0.0, y + 0.0, z + 0.0].map(f32::to_bits)
         };
         for (x, y) in (0..SIDE - 1).flat_map(|y| (0..SIDE - 1).map(move |x| (x, y))) {
@@ -89,7 +89,7 @@ fn place(bits: Bits) -> DVec3 {
     DVec3::new(x, y, z)
 }
 
-/// Nearest depth at each pixel of the finer picture.
+/// Returns the nearest depth at each pixel of the finer picture.
 fn depth_image(view: &View, triangles: &[[Bits; 3]]) -> Vec<f64> {
     let (width, height) = (SIZE_PX[0] as usize * FINER, SIZE_PX[1] as usize * FINER);
     let mut depth_m = vec![f64::INFINITY; width * height];
@@ -121,7 +121,7 @@ fn depth_image(view: &View, triangles: &[[Bits; 3]]) -> Vec<f64> {
     depth_m
 }
 
-/// Places along the visible contours and borders of the mesh, a quarter of a pixel apart.
+/// Returns points along the visible contours and borders of the mesh, a quarter of a pixel apart.
 fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
     let view = &drawn.view;
     let triangles = triangles(drawn);
@@ -132,7 +132,8 @@ fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
         let [pa, pb, pc] = [*a, *b, *c].map(place);
         let normal = (pc - pa).cross(pb - pa);
         let longest = (pb - pa).length_squared().max((pc - pa).length_squared()).max((pc - pb).length_squared());
-        // Rows run south: the normal is up. A sliver's side is rounding.
+        // Rows run south, so the normal is up. The side that a sliver triangle shows depends on rounding, so slivers
+        // are skipped.
         if normal.length() < 2e-3 * longest {
             continue;
         }
@@ -146,7 +147,7 @@ fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
         if sides.len() == 2 && sides[0] == sides[1] {
             continue;
         }
-        // The rim of what was selected is no contour; of the land's own border only few pixels are in view.
+        // The rim of the selected patches is not a contour, and only few pixels of the land's own border are in view.
         if sides.len() != 2 {
             continue;
         }
@@ -173,13 +174,13 @@ fn true_contours(drawn: &Drawn) -> Vec<DVec2> {
     seen
 }
 
-/// Recall and precision.
+/// Returns recall and precision.
 fn exactness(name: &str, drawn: &Drawn) -> (f64, f64) {
     let (truth, strokes) = (true_contours(drawn), along_strokes(&drawn.points, SIZE_PX));
     let (recall, precision) = (covered(&truth, &strokes), covered(&strokes, &truth));
     println!(
-        "{name}: recall {recall:.4}, {} places missed by 8 px, precision {precision:.4}, {:.0} px of contour, {:.0} px of \
-         strokes",
+        "{name}: recall {recall:.4}, {} points missed by 8 px, precision {precision:.4}, {:.0} px of contour, \
+         {:.0} px of strokes",
         missed(&truth, &strokes, 8.0).len(),
         truth.len() as f64 / 4.0,
         strokes.len() as f64 / 4.0
@@ -194,7 +195,7 @@ fn hill() -> Option<World> {
     World::new(Hill::square(321, 10.0).1, 1.0)
 }
 
-/// Mount Rainier, without its few holes: brute force knows of none.
+/// Returns Mount Rainier with its few holes filled, which brute force does not handle.
 fn rainier() -> Option<World> {
     real("dem/geotiff/mt_rainier_90m.tif")
 }
@@ -230,7 +231,7 @@ fn a_stroke_that_is_missing_or_astray_is_noticed() {
     let Some(mut world) = hill() else { return };
     let mut drawn = drawing(&mut world, HILL[0], |style| style.strokes.as_mut().unwrap().borders = false);
     let truth = true_contours(&drawn);
-    // Planted: all strokes five pixels lower; then a third of the chains gone.
+    // Planted: all strokes five pixels lower, then a third of the chains missing.
     let points = drawn.points.clone();
     drawn.points.iter_mut().for_each(|point| point.px[1] += 5.0);
     assert!(covered(&truth, &along_strokes(&drawn.points, SIZE_PX)) < 0.9);
@@ -240,7 +241,7 @@ fn a_stroke_that_is_missing_or_astray_is_noticed() {
     assert!(covered(&truth, &along_strokes(&kept, SIZE_PX)) < 0.98);
 }
 
-/// No pen draws a line twice. Planted: edges that run side by side stay apart.
+/// Tests that strokes do not run side by side, as a pen draws no line twice. Planted: edges that are not merged.
 #[test]
 fn strokes_run_alone() {
     let Some(mut world) = rainier() else { return };
@@ -253,7 +254,7 @@ fn strokes_run_alone() {
             doubled(&drawn.points, SIZE_PX, 1.0)
         });
         println!(
-            "{camera}: {:.1} % has another stroke within a pixel; not thinned {:.1} %",
+            "{camera}: {:.1} % has another stroke within a pixel; not merged {:.1} %",
             100.0 * alone,
             100.0 * planted
         );
@@ -261,9 +262,9 @@ fn strokes_run_alone() {
     }
 }
 
-/// Twenty views of real land, by hand: `cargo test --release --test strokes -- --ignored --nocapture`.
+/// Measures twenty views of real land; run with `cargo test --release --test strokes -- --ignored --nocapture`.
 #[test]
-#[ignore = "a measurement of a minute"]
+#[ignore = "a measurement that takes a minute"]
 fn twenty_views() {
     const WORLDS: [&str; 4] = ["mt_rainier_90m.tif", "N46E008_alps.tif", "N49W123.tif", "mt_everest_90m.tif"];
     const VIEWS: [&str; 5] = [
@@ -286,7 +287,7 @@ fn twenty_views() {
         }
     }
     println!(
-        "worst: recall {:.4}, precision {:.4}, {} places missed by 8 px, doubled {:.3}",
+        "worst: recall {:.4}, precision {:.4}, {} points missed by 8 px, doubled {:.3}",
         worst[0], worst[1], worst[2], worst[3]
     );
 }
@@ -316,11 +317,11 @@ fn strokes_are_long() {
             100.0 * single / total
         );
         assert!(single < 0.1 * total);
-        // Planted: without chaining a stroke is an edge.
+        // Control: without chaining, a stroke would be a single edge.
         assert!(stroke_px > 2.0 * total / drawn.segments.len() as f64);
         times.push(stroke_px / edge_px);
     }
-    // Where the camera is near the ground, edges are long themselves.
+    // Where the camera is near the ground, the edges themselves are long.
     assert!(
         times.iter().all(|times| *times >= 4.0) && times.iter().sum::<f64>() >= 5.0 * times.len() as f64,
         "{times:?}"

@@ -1,6 +1,6 @@
-//! The sun by date and place, against published positions.
+//! Tests the sun by date and place against published positions.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 use hachure::scene::sun_time::{LatLon, Moment, SunTimeError};
 use hachure::scene::{Scene, Sun, SunTime};
@@ -10,7 +10,7 @@ fn at(moment: &str, place: &str) -> Result<Sun, SunTimeError> {
     SunTime { moment: moment.parse().unwrap(), place: Some(place.parse().unwrap()) }.sun(None)
 }
 
-/// Whether both angles are those that were published.
+/// Returns whether both angles are within 0.1° of the published ones.
 fn is_near(sun: Sun, azimuth_deg: f64, elevation_deg: f64) -> bool {
     let turn = (sun.azimuth_deg - azimuth_deg + 180.0).rem_euclid(360.0) - 180.0;
     turn.abs() < 0.1 && (sun.elevation_deg - elevation_deg).abs() < 0.1
@@ -22,8 +22,8 @@ fn positions_are_those_that_were_published() {
     let nrel = at("2003-10-17T12:30:30-07:00", "39.742476,-105.1786").unwrap();
     assert!(is_near(nrel, 194.34024, 90.0 - 50.11162), "{nrel:?}");
     // Meeus, Astronomical Algorithms, examples 25.a and 28.a: on 1992 October 13 at 0 h TD, which is 59 s later than
-    // UT, the declination is -7.78507°, and the equation of time 13 min 42.6 s. The sun stands over the meridian where
-    // that makes it noon, and elevations at 40° north are 50° less. Refraction adds 0.02°.
+    // UT, the declination is -7.78507°, and the equation of time 13 min 42.6 s. The sun is on the meridian where that
+    // makes it noon, and elevations at 40° north are 50° higher than the declination. Refraction adds 0.02°.
     let noon_longitude_deg = 180.0 - 15.0 * (13.0 / 60.0 + 42.6 / 3600.0) + 15.0 * 59.0 / 3600.0;
     let meridian = at("1992-10-12T23:59:01Z", &format!("40,{noon_longitude_deg}")).unwrap();
     assert!(is_near(meridian, 180.0, 50.0 - 7.78507), "{meridian:?}");
@@ -31,9 +31,12 @@ fn positions_are_those_that_were_published() {
     let pole = at("1992-10-12T23:59:01Z", "-90,0").unwrap();
     assert!((pole.elevation_deg - 7.78507 - 0.114).abs() < 0.02, "{pole:?}");
 
-    // What is easily mistaken would be told: the zone, and which of the two numbers is the latitude.
+    // Frequent mistakes would be detected: the time zone, and the order of latitude and longitude.
     let nrel = |moment: &str, place: &str| at(moment, place).is_ok_and(|sun| is_near(sun, 194.34024, 39.88838));
-    assert!(nrel("2003-10-17T19:30:30Z", "39.742476,-105.1786"), "the same moment in another zone");
+    assert!(
+        nrel("2003-10-17T19:30:30Z", "39.742476,-105.1786"),
+        "the same moment in another zone must give the same position"
+    );
     assert!(!nrel("2003-10-17T12:30:30Z", "39.742476,-105.1786"));
     assert!(!nrel("2003-10-17T12:30:30+07:00", "39.742476,-105.1786"));
     assert!(!nrel("2003-10-17T12:30:30-07:00", "-39.742476,-105.1786"));
@@ -45,10 +48,10 @@ fn azimuths_count_from_the_north_of_the_grid() {
     let grid = |grid_north_deg| EarthPlace { latitude_deg: 39.742476, longitude_deg: -105.1786, grid_north_deg };
     let time = SunTime { moment, place: None };
     assert!(is_near(time.sun(Some(grid(0.0))).unwrap(), 194.34024, 39.88838));
-    // A grid whose north points to the east of north sees the sun more to the left.
+    // In a grid whose north is east of true north, the sun's azimuth is smaller.
     assert!(is_near(time.sun(Some(grid(2.0))).unwrap(), 192.34024, 39.88838));
     assert!(!is_near(time.sun(Some(grid(-2.0))).unwrap(), 192.34024, 39.88838));
-    // A place that is named comes before that of the heights.
+    // A given place overrides that of the heights.
     let place = Some(LatLon { latitude_deg: -90.0, longitude_deg: 0.0 });
     assert!(SunTime { moment, place }.sun(Some(grid(0.0))).unwrap().elevation_deg < 10.0);
 }

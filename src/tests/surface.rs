@@ -1,6 +1,6 @@
-//! The surface is right: positions lie on decision 6's surface to within the allowed error in pixels, normals are its
-//! derivative, there is no crack, and the channels agree with each other.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests the surface: positions are on the surface of decision 6 to within the allowed error in pixels, normals are its
+//! derivative, there are no cracks, and the channels agree with each other.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 const SIZE_PX: [u32; 2] = [320, 180];
 
-/// `x,y,z,yaw,pitch,fov` with x and y in parts of half the extent: from near to far, along and down.
+/// Cameras `x,y,z,yaw,pitch,fov` with x and y as parts of half the extent: from near to far, along the land and down.
 const VIEWS: [(f64, f64, &str); 10] = [
     (0.10, -0.15, "+10,20,-3,60"),
     (0.10, -0.15, "+10,200,-60,40"),
@@ -31,7 +31,8 @@ fn views(world: &World) -> Vec<String> {
     VIEWS.iter().map(|(x, y, rest)| format!("{},{},{rest}", x * half_m[0], y * half_m[1])).collect()
 }
 
-/// Height errors in pixels of the pixels on the field, `raised_px` added to the heights: 0, or a planted error.
+/// Returns the height errors of the pixels on the field, in pixels. `raised_px` is added to the heights: 0, or a
+/// planted error.
 fn errors_px(world: &World, shot: &Shot, raised_px: f64) -> Vec<f64> {
     let field = Field { grid: &world.grid, mapping: &world.mapping };
     let focal_px = shot.focal_px();
@@ -47,7 +48,7 @@ fn errors_px(world: &World, shot: &Shot, raised_px: f64) -> Vec<f64> {
         .collect()
 }
 
-/// Whether (99.9 %, all) of the errors are within (1, 2) times the allowed error.
+/// Returns whether 99.9 % of the errors are within the allowed error, and all within twice that.
 fn holds(p999_px: f64, max_px: f64, allowed_px: f64) -> bool {
     p999_px <= allowed_px && max_px <= 2.0 * allowed_px
 }
@@ -74,7 +75,7 @@ fn heights_hold(name: &str, world: Option<World>, allowed_px: f64) {
         if count > 1000 {
             let mut errors = errors_px(&world, &shot, 2.0 * allowed_px);
             let max_px = errors.iter().copied().fold(0.0, f64::max);
-            assert!(!holds(quantile(&mut errors, 0.999), max_px, allowed_px), "heights that are off by 2 px must fail");
+            assert!(!holds(quantile(&mut errors, 0.999), max_px, allowed_px), "planted heights were not detected");
             planted += 1;
         }
     }
@@ -123,7 +124,8 @@ fn heights_of_a_projected_grid() {
     heights_hold("UTM", world(), 0.25);
 }
 
-/// Length of the difference to the field's normal, where the pixel is finer than the samples: level 0 is drawn there.
+/// Returns lengths of the difference to the field's normal, at pixels that are finer than the samples, where level 0 is
+/// drawn.
 fn normal_errors(world: &World, shot: &Shot, turned: f64) -> Vec<f64> {
     let field = Field { grid: &world.grid, mapping: &world.mapping };
     let (focal_px, spacing_m) = (shot.focal_px(), world.surfaces.terrain.grid_projection().spacing_m());
@@ -155,7 +157,7 @@ fn normals_hold(name: &str, world: Option<World>) {
         println!("{name}, view {i}: normals p99.9 {p999:.6}, max {max:.6} ({} pixels)", errors.len());
         assert!(p999 <= 1e-3 && max <= 0.05, "{name}, {view}");
         let mut errors = normal_errors(&world, &shot, 2e-3);
-        assert!(quantile(&mut errors, 0.999) > 1e-3, "normals that are turned by 2e-3 must fail");
+        assert!(quantile(&mut errors, 0.999) > 1e-3, "planted normals were not detected");
     }
     assert!(measured >= 2, "{name}: {measured} near views");
 }
@@ -168,7 +170,7 @@ fn normals_are_the_derivative() {
     normals_hold("UTM", World::real("dem/encodings_rainier/utm10n_90m_nodata-9999_f32.tif", 1.0));
 }
 
-/// Sky pixels whose four neighbours are surface.
+/// Counts sky pixels whose four neighbours are surface.
 fn pinholes(shot: &Shot) -> usize {
     (0..shot.depth_m.len())
         .filter(|&pixel| {
@@ -184,8 +186,8 @@ fn sky(shot: &Shot) -> usize {
     (0..shot.depth_m.len()).filter(|&pixel| shot.is_sky(pixel)).count()
 }
 
-/// Of every eleventh pixel, how many rays pass the surface by more than `allowed_px` before they end: what shows
-/// through a crack lies behind something.
+/// Counts, among every eleventh pixel, rays that pass below the surface by more than `allowed_px` before they end,
+/// which means that they went through a crack.
 fn seen_through(world: &World, shot: &Shot, allowed_px: f64) -> usize {
     let field = Field { grid: &world.grid, mapping: &world.mapping };
     let focal_px = shot.focal_px();
@@ -209,7 +211,8 @@ fn seen_through(world: &World, shot: &Shot, allowed_px: f64) -> usize {
 fn no_crack(name: &str, world: Option<World>) {
     let Some(mut world) = world else { return };
     let mut renderer = None;
-    // Down: all of the picture is surface. Ahead: no hole in it. A step is a few pixels and a turn.
+    // Looking down, all of the picture is surface; looking ahead, there are no holes in it. Each step moves a few
+    // pixels and turns.
     let paths = [("+150,0,-90,50", true, 4.0), ("+900,30,-60,40", true, 40.0), ("+40,60,-6,60", false, 7.0)];
     for allowed_px in [1.0, 4.0] {
         world.surfaces.terrain.set_lod_error_px(allowed_px);
@@ -238,7 +241,7 @@ fn no_crack(name: &str, world: Option<World>) {
             let mut shot = last.unwrap();
             let middle = (SIZE_PX[0] * (SIZE_PX[1] - 20) + SIZE_PX[0] / 2) as usize;
             let depth_m = std::mem::replace(&mut shot.depth_m[middle], f64::INFINITY);
-            assert_eq!((pinholes(&shot), sky(&shot) > 0), (1, true), "a missing pixel must be noticed");
+            assert_eq!((pinholes(&shot), sky(&shot) > 0), (1, true), "a missing pixel was not detected");
             shot.depth_m[middle] = depth_m;
             let id = shot.id[middle];
             for pixel in 0..shot.id.len() {
@@ -246,14 +249,14 @@ fn no_crack(name: &str, world: Option<World>) {
                     shot.depth_m[pixel] = f64::INFINITY;
                 }
             }
-            assert!(sky(&shot) > 0, "a missing patch must be noticed");
+            assert!(sky(&shot) > 0, "a missing patch was not detected");
         }
     }
 }
 
 #[test]
 fn the_hill_has_no_crack() {
-    // As large as the widest view down.
+    // The hill is as large as the widest view down.
     no_crack("hill", World::new(Hill::square(701, 10.0).1, 1.0));
 }
 

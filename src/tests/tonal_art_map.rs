@@ -1,6 +1,6 @@
-//! Tonal art maps: nested tones whose means are right everywhere, on tiles without a seam, the same on every machine,
-//! with marks of the recipe's width and spacing; and from a cache that may be damaged.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests tonal art maps: nested tones with the right means everywhere, on textures without seams, the same on every
+//! machine, with marks of the recipe's width and spacing, and read from a cache that may be damaged.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -13,10 +13,10 @@ use hachure::style::StyleError;
 use hachure::style::marks::{Kind, Recipe, names};
 use hachure::tones::tonal_art_map::{TonalArtMap, read_or_make};
 
-/// Of `SMALL`, whatever the machine.
+/// Checksum of [`SMALL`]'s map on every machine.
 const HERE: u32 = 820_939_493;
 
-/// One that stays as it is, so that its bits can be told.
+/// A recipe that never changes, so that the bits of its map are known.
 const SMALL: &str = r#"
 description = "for tests"
 kind = "dash"
@@ -37,7 +37,7 @@ fn recipe(name: &str) -> Recipe {
     Recipe::load(name, Path::new("")).unwrap()
 }
 
-/// Every shipped recipe with its map, made once.
+/// Returns every shipped recipe with its map, generated once.
 fn maps() -> &'static [(&'static str, Recipe, TonalArtMap)] {
     static MAPS: OnceLock<Vec<(&'static str, Recipe, TonalArtMap)>> = OnceLock::new();
     MAPS.get_or_init(|| {
@@ -58,9 +58,9 @@ fn tones_are_nested() {
         let mut tones: Vec<_> = (0..=32).map(|i| tone(map, i as f32 / 32.0)).collect();
         assert!(are_nested(&tones), "{name}");
         assert!(tones[0].iter().all(|ink| !ink) && tones[32].iter().all(|ink| *ink), "{name}");
-        // Planted: two tones that stand in the wrong order.
+        // Planted: two swapped tones.
         tones.swap(9, 10);
-        assert!(!are_nested(&tones), "{name}: a swap is not noticed");
+        assert!(!are_nested(&tones), "{name}: a swap was not detected");
     }
 }
 
@@ -68,15 +68,15 @@ fn tones_are_nested() {
 fn tones_have_their_means() {
     for (name, _, map) in maps() {
         let error = mean_error(map);
-        assert!(error < 0.005, "{name}: {error}");
-        // Planted: thresholds that crowd around their middle, as marks have them before they are ranked.
+        assert!(error < 0.005, "{name}: means are off by {error}");
+        // Planted: unequalised thresholds, which crowd around their middle.
         let mut crowded = map.clone();
         crowded.thresholds.iter_mut().for_each(|threshold| *threshold = 64 + *threshold / 2);
         assert!(mean_error(&crowded) > 0.005, "{name}");
     }
 }
 
-/// Sums of a square of numbers, wrapped, over windows of `side` along one axis.
+/// Returns sums over windows of `side` along one axis of a square of numbers, which wraps around.
 fn summed(values: &[f64], size: usize, side: usize, step: usize, line: usize) -> Vec<f64> {
     let mut sums = vec![0.0; values.len()];
     for i in 0..size {
@@ -90,9 +90,9 @@ fn summed(values: &[f64], size: usize, side: usize, step: usize, line: usize) ->
     sums
 }
 
-/// How far the mean of a window is from the darkness, at most, over all places and nine tones. A sharp window is the
-/// square of 64 × 64 itself. A soft one has the same size (its standard deviation) and no edges: where an edge cuts
-/// marks, it counts parts of them.
+/// Returns the largest difference between a window's mean and the darkness, over all positions and nine tones. A sharp
+/// window is the square of 64 × 64 pixels itself. A soft one has the same size (its standard deviation) but no edges;
+/// where an edge cuts marks, it counts parts of them.
 fn window_error(map: &TonalArtMap, is_soft: bool) -> f64 {
     let size = map.side_px as usize;
     let sides: &[usize] = if is_soft { &[37, 37, 37] } else { &[64] };
@@ -111,7 +111,7 @@ fn window_error(map: &TonalArtMap, is_soft: bool) -> f64 {
     most
 }
 
-/// Thresholds by rank over the tile alone.
+/// Returns a map with thresholds ranked over the whole texture only.
 fn ranked(side_px: u32, values: &[f32]) -> TonalArtMap {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -128,22 +128,22 @@ fn tones_are_right_in_every_window() {
         let [sharp, soft] = [false, true].map(|is_soft| window_error(map, is_soft));
         println!("{name}: windows of 64 px differ by {sharp:.4} at most, soft ones by {soft:.4}");
         assert!(soft < 0.025, "{name}: {soft}");
-        // A line of spacing s that an edge just cuts is s / 4 / 64 of the window at mid tone, whatever the rest does;
-        // and at light tones s is 20 px.
+        // A line of spacing s that an edge just cuts is s / 4 / 64 of the window at mid tone, whatever the rest is; in
+        // light tones s is 20 px.
         assert!(sharp < 0.05, "{name}: {sharp}");
-        // The window's tone is no matter of the marks, so three kinds are enough for what is planted.
+        // Tones of windows hardly depend on the marks, so the planted errors are tested with three kinds only.
         if !["line", "stipple", "cross"].contains(name) {
             continue;
         }
-        // Planted: right over the tile, and darker in some parts than in others.
+        // Planted: right over the texture, but darker in some parts than in others.
         let side = map.side_px as usize;
         let hill = |at: usize| ((at % side) as f32 / side as f32 - 0.5).abs() * 60.0;
         let values = map.thresholds.iter().enumerate();
         let values: Vec<f32> = values.map(|(at, t)| f32::from(*t) + hill(at) + hill(at / side)).collect();
         let uneven = ranked(map.side_px, &values);
-        assert!(mean_error(&uneven) < 0.005, "{name}: this is about windows");
+        assert!(mean_error(&uneven) < 0.005, "{name}: the planted error must affect only windows");
         assert!(window_error(&uneven, true) > 0.025 && window_error(&uneven, false) > 0.05, "{name}");
-        // Planted: one quarter is a little darker.
+        // Planted: one quarter is slightly darker.
         let mut darker = map.clone();
         let is_quarter = |at: usize| at % side < side / 2 && at / side < side / 2;
         darker.thresholds.iter_mut().enumerate().filter(|(at, _)| is_quarter(*at)).for_each(|(_, t)| *t -= *t / 6);
@@ -151,7 +151,8 @@ fn tones_are_right_in_every_window() {
     }
 }
 
-/// Mean difference between each line of texels and the next, the last against the first; `step` lies between lines.
+/// Returns the mean differences between each line of texels and the next, and between the last and the first. `step` is
+/// the distance between lines.
 fn steps(map: &TonalArtMap, lines: usize, step: usize, along: usize) -> Vec<f64> {
     let side = map.side_px as usize;
     let difference = |line: usize| {
@@ -161,7 +162,7 @@ fn steps(map: &TonalArtMap, lines: usize, step: usize, along: usize) -> Vec<f64>
     (0..lines).map(difference).collect()
 }
 
-/// Whether the first `lines` columns, or rows, repeat with a seam.
+/// Returns whether the first `lines` columns or rows repeat with a seam.
 fn has_seam(map: &TonalArtMap, lines: usize, are_rows: bool) -> bool {
     let side = map.side_px as usize;
     let (step, along) = if are_rows { (side, 1) } else { (1, side) };
@@ -176,17 +177,17 @@ fn tiles_have_no_seam() {
         for are_rows in [false, true] {
             let side = map.side_px as usize;
             assert!(!has_seam(map, side, are_rows), "{name}, rows: {are_rows}");
-            // Planted: a tile that is cut off. Some cuts fit a regular grid. Rows along long marks differ inside as
-            // much as at a cut, so there is nothing to notice.
+            // Planted: a texture that is cut off. Some cuts fit a regular grid. Rows along long marks differ inside as
+            // much as at a cut, so a cut cannot be detected there.
             let is_told = !are_rows || ["stipple", "scribble", "dab", "halftone"].contains(name);
             let noticed = (1..=8).filter(|i| has_seam(map, side * 3 / 4 + 3 * i, are_rows)).count();
             let wanted = if *name == "halftone" { 3 } else { 8 };
-            assert!(!is_told || noticed >= wanted, "{name}, rows: {are_rows}: only {noticed} of 8 cuts are noticed");
+            assert!(!is_told || noticed >= wanted, "{name}, rows: {are_rows}: only {noticed} of 8 cuts were detected");
         }
     }
 }
 
-/// Mean width of marks, and the mean distance from one to the next, across them.
+/// Returns the mean width of marks, and the mean distance between them, across the marks.
 fn across(map: &TonalArtMap, darkness: f32) -> [f32; 2] {
     let side = map.side_px as usize;
     let tone = tone(map, darkness);
@@ -196,7 +197,7 @@ fn across(map: &TonalArtMap, darkness: f32) -> [f32; 2] {
     [ink / marks, (side * side) as f32 / marks]
 }
 
-/// The distance at which rows are most alike, from half to double `near_px`: regular lines have one.
+/// Returns the distance at which rows are most alike, near `near_px`. Regular lines have such a period.
 fn period_px(map: &TonalArtMap, darkness: f32, near_px: f32) -> usize {
     let side = map.side_px as usize;
     let tone = tone(map, darkness);
@@ -215,9 +216,9 @@ fn marks_have_their_width_and_spacing() {
             continue;
         }
         let found = across(map, recipe.mid_darkness());
-        println!("{name}: {found:.2?} px, asked {} and {}", recipe.width_px, recipe.spacing_px);
+        println!("{name}: {found:.2?} px, requested {} and {}", recipe.width_px, recipe.spacing_px);
         assert!(are_right(recipe, found), "{name}: {found:?}");
-        // Planted: every second row left out, so marks are twice as thin and twice as near.
+        // Planted: every second row omitted, so marks are half as wide and half as far apart.
         let side = map.side_px as usize;
         let rows = (0..side).flat_map(|y| map.thresholds[2 * y % side * side..][..side].iter().copied());
         let pressed = TonalArtMap { side_px: map.side_px, thresholds: rows.collect() };
@@ -231,7 +232,7 @@ fn marks_have_their_width_and_spacing() {
     }
 }
 
-/// Pieces of ink and gaps along rows that are shorter than 7 px, at most, over all tones.
+/// Returns the largest number, over all tones, of pieces of ink or gaps along rows that are shorter than 7 px.
 fn crumbs(map: &TonalArtMap) -> usize {
     let side = map.side_px as usize;
     let count = |darkness: f32| {
@@ -248,9 +249,9 @@ fn crumbs(map: &TonalArtMap) -> usize {
 #[test]
 fn lines_have_no_crumbs() {
     for (name, _, map) in maps().iter().filter(|(name, ..)| ["line", "engraving"].contains(name)) {
-        // Where a byte ends, a piece may be cut.
+        // Where the precision of a byte ends, a piece may be cut.
         assert!(crumbs(map) <= 2, "{name}: {}", crumbs(map));
-        // Planted: some texels that come too early.
+        // Planted: some thresholds that are too low.
         let mut crumbled = map.clone();
         crumbled.thresholds.iter_mut().step_by(997).for_each(|threshold| *threshold /= 2);
         assert!(crumbs(&crumbled) > 2, "{name}");
@@ -267,16 +268,16 @@ fn maps_are_the_same_everywhere() {
         assert_eq!(pool.install(|| bits(&small)), here);
     }
     assert_eq!(here, HERE);
-    // Planted: another seed, another map.
+    // Planted: another seed gives another map.
     assert_ne!(bits(&Recipe { seed: 8, ..small }), here);
-    // As all shipped kinds are made twice.
+    // Generating a map twice gives the same bits.
     for name in ["line", "cross", "halftone"] {
         let recipe = Recipe { side_px: 128, ..recipe(name) };
         assert_eq!(bits(&recipe), bits(&recipe), "{name}");
     }
 }
 
-/// The only map in a folder.
+/// Returns the only file in a folder.
 fn only_file(folder: &Path) -> PathBuf {
     let files: Vec<_> = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
     assert_eq!(files.len(), 1, "{files:?}");
@@ -293,15 +294,15 @@ fn a_damaged_cache_is_made_anew() {
     let path = only_file(&cache);
     let whole = std::fs::read(&path).unwrap();
     assert_eq!(read_or_make(&small, &cache).unwrap(), made);
-    // It is read, not made: another map under the right name and checksum comes out.
+    // The cache is read, not rebuilt: another map under the right name and checksum is returned.
     let other = Recipe { seed: 8, ..small.clone() };
     assert_ne!(read_or_make(&other, &cache).unwrap(), made);
     let other = std::fs::read_dir(&cache).unwrap().map(|entry| entry.unwrap().path()).find(|other| *other != path);
     let other = std::fs::read(other.unwrap()).unwrap();
     let planted = [&whole[..20], &other[20..]].concat();
     atomic::write(&path, &planted).unwrap();
-    assert_ne!(read_or_make(&small, &cache).unwrap(), made, "the cache is not read");
-    // Damaged in any way it is made anew, and is whole afterwards.
+    assert_ne!(read_or_make(&small, &cache).unwrap(), made, "the cache must be read");
+    // A cache with any damage is rebuilt, and is intact afterwards.
     let flipped = |at: usize| {
         let mut bytes = whole.clone();
         bytes[at] ^= 4;
@@ -315,7 +316,7 @@ fn a_damaged_cache_is_made_anew() {
         assert_eq!(read_or_make(&small, &cache).unwrap(), made);
         assert_eq!(std::fs::read(&path).unwrap(), whole);
     }
-    // A folder that cannot be: below a file.
+    // A folder that cannot exist, because it would be inside a file.
     assert_eq!(read_or_make(&small, &path.join("below")).unwrap(), made);
 }
 
@@ -361,7 +362,7 @@ fn mistakes_are_told_in_one_line() {
 
 #[test]
 fn no_recipe_breaks_the_generator() {
-    // The ends of every range, in many combinations, on the smallest tile.
+    // The ends of every range, in many combinations, on the smallest texture.
     let kinds =
         [Kind::Line, Kind::Dash, Kind::Stipple, Kind::Cross, Kind::Scribble, Kind::Dab, Kind::Halftone, Kind::Dots];
     for i in 0..56_u32 {

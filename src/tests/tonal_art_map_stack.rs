@@ -1,6 +1,6 @@
-//! Tonal art maps from pictures that somebody drew: made nested, shown at their own darkness, and told in one line
-//! where they do not hold.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests tonal art maps from drawn pictures: they are made nested and shown at their own darkness; invalid pictures are
+//! reported in one line.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -12,7 +12,7 @@ use hachure::style::marks::{Recipe, check_pictures};
 use hachure::style::{Style, StyleError};
 use hachure::tones::tonal_art_map::TonalArtMap;
 
-/// Writes a grey picture and says where.
+/// Writes a grey picture, and returns its path.
 fn picture(folder: &Path, name: &str, side: u32, is_ink: impl Fn(u32, u32) -> bool) -> PathBuf {
     let pixel = |at: u32| if is_ink(at % side, at / side) { [20, 30, 40, 255] } else { [250, 245, 230, 255] };
     let rgba: Vec<u8> = (0..side * side).flat_map(pixel).collect();
@@ -26,7 +26,7 @@ const STACK: &str = "description = \"drawn\"\nkind = \"stack\"\nimages = [\"a.pn
 #[test]
 fn pictures_become_nested_tones() {
     let folder = tempfile::tempdir().unwrap();
-    // The second leaves out marks of the first.
+    // The second picture lacks some marks of the first.
     let drawn: [fn(u32, u32) -> bool; 3] =
         [|_, y| y % 16 < 2, |x, y| y % 16 < 2 && x > 40 || y % 16 == 8, |x, y| (x + y) % 8 < 3];
     let nested = |i: usize, x: u32, y: u32| drawn[..=i].iter().any(|is_ink| is_ink(x, y));
@@ -40,9 +40,9 @@ fn pictures_become_nested_tones() {
     assert!(mean_error(&map) < 0.005);
     let pictures: Vec<Vec<bool>> =
         drawn.iter().map(|is_ink| (0..128 * 128).map(|at| is_ink(at % 128, at / 128)).collect()).collect();
-    // Planted: the pictures themselves are not.
+    // Planted: the pictures themselves are not nested.
     assert!(!are_nested(&pictures));
-    // At its own darkness a picture appears, with the marks of all that are lighter, to the byte's precision.
+    // A tone at a picture's own darkness shows its marks and those of all lighter pictures, to the precision of a byte.
     for (i, picture) in pictures.iter().enumerate() {
         let asked: Vec<bool> = (0..128 * 128).map(|at| nested(i, at % 128, at / 128)).collect();
         let darkness = asked.iter().filter(|ink| **ink).count() as f32 / asked.len() as f32;
@@ -50,11 +50,11 @@ fn pictures_become_nested_tones() {
         let wrong = found.iter().zip(&asked).filter(|(a, b)| a != b).count();
         assert!(wrong <= asked.len() / 256 + 1, "{i}: {wrong}");
         let shown = found.iter().zip(picture).filter(|(a, b)| a != b).count();
-        assert!(i == 0 || shown > asked.len() / 256 + 1, "{i}: the picture alone is not nested");
+        assert!(i == 0 || shown > asked.len() / 256 + 1, "{i}: the picture alone must differ from the nested tone");
     }
 }
 
-/// What is said of pictures of which a map is made.
+/// Returns the error message, if generating a map failed.
 fn words(made: &Result<TonalArtMap, StyleError>) -> Result<(), String> {
     made.as_ref().map(|_| ()).map_err(ToString::to_string)
 }
@@ -71,7 +71,7 @@ fn broken_pictures_are_told_in_one_line() {
     let error = |cause: &str, name: &str| {
         let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
         let error = TonalArtMap::make(&recipe).unwrap_err().to_string();
-        // A style that names them says the same when it is loaded, and where it names them.
+        // Loading a style that names these marks gives the same message, after the position where it names them.
         let by_style = loaded().unwrap_err().to_string();
         assert_eq!(by_style, format!("{}:6:9: {error}", style_file.display()));
         assert!(error.starts_with(&format!("{}: ", folder.path().join(name).display())), "{error}");
@@ -86,10 +86,11 @@ fn broken_pictures_are_told_in_one_line() {
     error("it is 100 × 100 px; pictures of marks must be square", "b.png");
     picture(folder.path(), "b.png", 32, |x, _| x < 3);
     error("it is 32 × 32 px", "b.png");
-    // Cut at many lengths and flipped at many places: an error in one line, or a map, and no panic.
+    // Files cut at every length and damaged at every byte: the result is an error in one line, or a map, and never a
+    // panic.
     picture(folder.path(), "c.png", 64, |x, _| x < 9);
     picture(folder.path(), "b.png", 64, |x, _| x < 6);
-    assert_eq!(loaded().unwrap().files.len(), 5, "the style, its recipe and three pictures");
+    assert_eq!(loaded().unwrap().files.len(), 5, "the files must be the style, its recipe and three pictures");
     let whole = std::fs::read(&good).unwrap();
     let recipe = Recipe::load("mine.toml", folder.path()).unwrap();
     for at in 0..whole.len() {

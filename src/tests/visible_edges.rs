@@ -1,5 +1,6 @@
-//! Which edges are seen, and the segments that are taken from the picture of edges: on edges and depths of our own.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests which edges are visible, and the segments that are extracted from the image of edge ids, with synthetic edges
+//! and depths.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -20,14 +21,14 @@ use hachure::style::Style;
 use hachure::surface::edges::{Edge, EdgeList, EdgeRules};
 use hachure::surface::{DEPTH, DEPTH_FORMAT};
 
-/// As `surface/view.rs` has it: reversed depth is this by the distance.
+/// The near constant of `surface/view.rs`: reversed depth is this divided by the distance.
 const NEAR_M: f32 = 1e-4;
 const SKY: f32 = f32::INFINITY;
 
-/// Columns and rows from the first to the one before the last, and the distance of what is there.
+/// First column and row, column and row after the last, and the distance of the block.
 type Block = ([u32; 4], f32);
 
-/// A name, what lies in front of the sky, and what is seen of the edge.
+/// A name, the blocks in front of the sky, and the visible parts of the edge.
 type Case<'a> = (&'a str, Vec<Block>, &'a [[f32; 2]]);
 
 struct Bench {
@@ -43,7 +44,7 @@ impl Bench {
         Some(Self { timer: Timer::new(&gpu).unwrap(), pools: Pools::new(&gpu), size_px, gpu })
     }
 
-    /// From the origin to the north; a pixel is a metre wide 100 m away.
+    /// Returns a view from the origin to the north; at a distance of 100 m a pixel is 1 m wide.
     fn view(&self) -> View {
         let [width, height] = self.size_px;
         let pose = Pose {
@@ -56,7 +57,7 @@ impl Bench {
         View::whole(pose, pose, [width, height])
     }
 
-    /// What lies at a place of the picture, so far away.
+    /// Returns the point that a pixel shows at a distance.
     fn place_m(&self, px: [f32; 2], distance_m: f32) -> [f32; 3] {
         let [x, z] = [px[0] - self.size_px[0] as f32 / 2.0, self.size_px[1] as f32 / 2.0 - px[1]];
         [x * distance_m / 100.0, distance_m, z * distance_m / 100.0]
@@ -67,7 +68,7 @@ impl Bench {
         Edge { a_m, key: 77, b_m, kind: 0 }
     }
 
-    /// A depth picture: blocks before a background, the later ones over the earlier.
+    /// Returns a depth picture: blocks in front of a background, later ones over earlier ones.
     fn depth(&self, background_m: f32, blocks: &[Block]) -> Target {
         let [width, height] = self.size_px;
         let target = Target::new(&self.gpu, &DEPTH, self.size_px);
@@ -127,7 +128,7 @@ impl Bench {
         target
     }
 
-    /// The visible segments; with `chains`, joined to points as well.
+    /// Returns the visible segments; with `chains`, also runs chaining and points.
     fn segments(
         &mut self,
         edges: &[Edge],
@@ -172,7 +173,7 @@ fn read_as_room(segments: &Buffer) -> usize {
     segments.raw.size() as usize / size_of::<Segment>()
 }
 
-/// Of segments along a row: their first and last columns in pixels.
+/// Returns the first and last columns, in pixels, of segments along a row.
 fn columns(segments: &[Segment]) -> Vec<[f32; 2]> {
     segments.iter().map(|segment| [segment.a, segment.b].map(|end| end[0] as f32 / 16.0)).collect()
 }
@@ -180,11 +181,14 @@ fn columns(segments: &[Segment]) -> Vec<[f32; 2]> {
 fn assert_columns(segments: &[Segment], wanted: &[[f32; 2]], most_px: f32) {
     let found = columns(segments);
     let is_near = |(found, wanted): (&[f32; 2], &[f32; 2])| (0..2).all(|i| (found[i] - wanted[i]).abs() <= most_px);
-    assert!(found.len() == wanted.len() && found.iter().zip(wanted).all(is_near), "{found:?}, not {wanted:?}");
+    assert!(
+        found.len() == wanted.len() && found.iter().zip(wanted).all(is_near),
+        "found {found:?}, expected {wanted:?}"
+    );
 }
 
 const SIZE_PX: [u32; 2] = [320, 180];
-/// An edge through the middle of row 90.
+/// Ends of an edge through the middle of row 90.
 const A_PX: [f32; 2] = [40.3, 90.5];
 const B_PX: [f32; 2] = [280.6, 90.5];
 
@@ -196,7 +200,7 @@ fn an_edge_is_seen_where_nothing_nearer_lies_all_around_it() {
     let all = [0, 0, 320, 180];
     let cases: [Case; 8] = [
         ("far behind it", vec![(all, 400.0)], &whole),
-        // Rounding: the surface that it is an edge of.
+        // The surface to which the edge belongs: rounding must not hide it.
         ("its own distance", vec![(all, 100.0)], &whole),
         ("a thousandth nearer", vec![(all, 99.9)], &[]),
         ("half as far", vec![(all, 50.0)], &[]),
@@ -230,14 +234,14 @@ fn an_edge_that_is_seen_in_two_places_gives_two_segments() {
         let (_, segments) = bench.segments(&edges, &depth, resolution, false);
         println!("at {resolution}: {:?}", columns(&segments));
         assert_columns(&segments, &halves, most_px);
-        // Each knows its edge, and how far away it is.
+        // Each segment has the number of its edge, and its distance.
         assert_eq!(segments.iter().map(|segment| segment.edge).collect::<Vec<_>>(), [0, 0, 1]);
         assert!(
             segments
                 .iter()
                 .all(|segment| segment.key == 77 && segment.depths_m.iter().all(|m| (m - 100.0).abs() < 0.1))
         );
-        // Planted: without the block in front there are no two; with one in the picture's first half, others.
+        // Planted: without the block in front there is only one segment, and with a block elsewhere there are others.
         let depth = bench.depth(400.0, &[]);
         assert_columns(&bench.segments(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], most_px);
         let depth = bench.depth(400.0, &[([60, 80, 140, 100], 50.0)]);
@@ -249,13 +253,13 @@ fn an_edge_that_is_seen_in_two_places_gives_two_segments() {
 #[test]
 fn a_line_that_crosses_does_not_cut() {
     let Some(mut bench) = Bench::new(SIZE_PX) else { return };
-    // Nearer, so it is in front.
+    // The crossing edge is nearer, so it is in front.
     let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([150.5, 10.0], [160.5, 170.0], 90.0)];
     let depth = bench.depth(400.0, &[]);
     let (_, segments) = bench.segments(&edges, &depth, 1.0, false);
     assert_columns(&segments[..1], &[[A_PX[0], B_PX[0]]], 0.6);
     assert_eq!(segments.len(), 2);
-    // Many that cross beside each other are a line of their own: they do cut.
+    // Many adjacent crossing edges form a line of their own, which does cut.
     let bundle = (0..12).map(|i| bench.edge([150.5 + i as f32, 10.0], [150.5 + i as f32, 170.0], 90.0));
     let edges: Vec<Edge> = [edges[0]].into_iter().chain(bundle).collect();
     let (_, segments) = bench.segments(&edges, &depth, 1.0, false);
@@ -274,7 +278,7 @@ fn directions_and_sizes_make_no_difference() {
             let (a, b) = ([middle[0] - half[0], middle[1] - half[1]], [middle[0] + half[0], middle[1] + half[1]]);
             let edge = [bench.edge(a, b, 100.0)];
             let (_, segments) = bench.segments(&edge, &depth, 1.0, false);
-            // What is shorter than a pixel may miss every pixel's middle.
+            // An edge shorter than a pixel may miss the centres of all pixels.
             assert!(
                 segments.len() == 1 || (segments.is_empty() && length_px < 1.5),
                 "{turn} {length_px}: {segments:?}"
@@ -291,9 +295,9 @@ fn directions_and_sizes_make_no_difference() {
     }
 }
 
-/// Run by hand, on a quiet machine: `cargo test --release --test visible_edges -- --ignored --nocapture`.
+/// Run by hand on an idle machine: `cargo test --release --test visible_edges -- --ignored --nocapture`.
 #[test]
-#[ignore = "measures"]
+#[ignore = "a measurement"]
 fn time_grows_linearly_with_the_edges() {
     let Some(mut bench) = Bench::new([1920, 1080]) else { return };
     let depth = bench.depth(400.0, &[]);
@@ -322,6 +326,6 @@ fn time_grows_linearly_with_the_edges() {
         println!("{count} edges: {} segments, {} chains, {ms:.0} ms", counts.segments, counts.chains);
         times_ms.push(ms);
     }
-    // A pass over the picture is in all of them; from there on not more than the edges do.
+    // Every run includes a pass over the picture; beyond that, time must not grow faster than the number of edges.
     assert!(times_ms.windows(2).all(|pair| pair[1] < 15.0 * pair[0]), "{times_ms:?}");
 }

@@ -1,5 +1,5 @@
-//! Holes that are filled: how well, where not, and that nothing else changes.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! Tests filling of no-data holes: how exact it is, where it does not happen, and that nothing else changes.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,7 +19,7 @@ use hachure::source::{HeightGrid, HeightReader, OpenOptions, Silent, VoidMode, W
 
 const SPACING_M: f64 = 30.0;
 
-/// Hills and valleys of 2 to 4 km, with 900 m between the lowest and the highest place.
+/// Height of hills and valleys of 2 to 4 km, with 900 m between the lowest and the highest point.
 fn hills_m(x_m: f64, y_m: f64) -> f64 {
     let [x, y] = [x_m / 1000.0, y_m / 1000.0];
     900.0 + 260.0 * (2.1 * x + 0.7 * (1.3 * y).sin()).sin() + 180.0 * (1.7 * y - 0.6 * x).cos() + 30.0 * x
@@ -29,7 +29,7 @@ fn hills(width: u32, height: u32) -> HeightGrid {
     grid_of(width, height, SPACING_M, hills_m)
 }
 
-/// The same land with voids where `is_void` says so.
+/// Returns the land with no-data where `is_void` returns true.
 fn punched(grid: &HeightGrid, is_void: impl Fn(i64, i64) -> bool) -> HeightGrid {
     let mut grid = grid.clone();
     for (i, height_m) in grid.heights_m.iter_mut().enumerate() {
@@ -62,7 +62,7 @@ fn bits(heights_m: &[f32]) -> Vec<u32> {
     heights_m.iter().map(|height| height.to_bits()).collect()
 }
 
-/// A disc of voids, a band of voids that winds through the land, or speckles.
+/// Predicates for no-data in a disc, in a winding band, and in speckles.
 fn disc(radius: i64) -> impl Fn(i64, i64) -> bool {
     move |x, y| (x - 150).pow(2) + (y - 150).pow(2) <= radius * radius
 }
@@ -75,7 +75,7 @@ fn speckles(x: i64, y: i64) -> bool {
     x.min(y) > 1 && x.max(y) < 298 && random(x / 2, y / 3) < 0.08
 }
 
-/// The largest error of filled samples, as a share of the relief.
+/// Returns the largest error of filled samples, as a share of the relief.
 fn largest_error(grid: &HeightGrid, holes: &HeightGrid, heights_m: &[f32]) -> f64 {
     let all = || grid.heights_m.iter();
     let relief_m = all().fold(f32::MIN, |a, b| a.max(*b)) - all().fold(f32::MAX, |a, b| a.min(*b));
@@ -83,7 +83,8 @@ fn largest_error(grid: &HeightGrid, holes: &HeightGrid, heights_m: &[f32]) -> f6
     errors.map(|((truth, _), found)| f64::from((truth - found).abs() / relief_m)).fold(0.0, f64::max)
 }
 
-/// The largest turn of the land from one step to the next, in radians: across rims, and everywhere in the true land.
+/// Returns the largest change of the slope angle from one step to the next, in radians: across the rims of holes, and
+/// anywhere in the true land.
 fn turns_rad(grid: &HeightGrid, holes: &HeightGrid, heights_m: &[f32]) -> [f64; 2] {
     let width = grid.width as usize;
     let turn = |heights_m: &[f32], at: [usize; 3]| {
@@ -125,18 +126,18 @@ fn smooth_land_is_restored_with_its_slopes() {
             "{name}"
         );
         let kept = holes.heights_m.iter().zip(&heights_m).filter(|(hole, _)| !hole.is_nan());
-        assert!(kept.clone().all(|(a, b)| a.to_bits() == b.to_bits()), "{name}: what was measured stays");
+        assert!(kept.clone().all(|(a, b)| a.to_bits() == b.to_bits()), "{name}: measured heights must not change");
         let error = largest_error(&grid, &holes, &heights_m);
         let [rim, land] = turns_rad(&grid, &holes, &heights_m);
         println!(
-            "{name}: error {:.2} % of the relief, turn at the rim {:.2} of the land's largest",
+            "{name}: error {:.2} % of the relief, bend at the rim {:.2} of the land's largest",
             100.0 * error,
             rim / land
         );
         assert!(error < most, "{name}: {error}");
         assert!(rim < 1.75 * land, "{name}: {rim} {land}");
 
-        // The error that is planted: a lid on the hole, at the mean of all heights.
+        // Planted: holes filled with the mean of all heights.
         let mean_m = heights_m.iter().sum::<f32>() / heights_m.len() as f32;
         let lid: Vec<f32> = holes.heights_m.iter().map(|it| if it.is_nan() { mean_m } else { *it }).collect();
         assert!(largest_error(&grid, &holes, &lid) > most, "{name}: {}", largest_error(&grid, &holes, &lid));
@@ -144,7 +145,7 @@ fn smooth_land_is_restored_with_its_slopes() {
     }
 }
 
-/// A membrane meets heights but not slopes: the same holes filled by Laplace's equation have a crease.
+/// Control: a membrane meets heights but not slopes, so the same holes filled by Laplace's equation have a crease.
 #[test]
 fn a_membrane_would_be_found_to_crease() {
     let grid = hills(301, 301);
@@ -157,11 +158,11 @@ fn a_membrane_would_be_found_to_crease() {
         }
     }
     let [rim, land] = turns_rad(&grid, &holes, &heights_m);
-    println!("a membrane: turn at the rim {:.2} of the land's largest", rim / land);
+    println!("a membrane: bend at the rim {:.2} of the land's largest", rim / land);
     assert!(rim > 1.75 * land, "{rim} {land}");
 }
 
-/// Rough land with holes of all kinds: speckles, lakes, some that touch the border, one that is too wide.
+/// Returns rough land with holes of all kinds: speckles, lakes, holes at the border, and one that is too wide to fill.
 fn ragged() -> HeightGrid {
     let grid = grid_of(640, 560, SPACING_M, |x_m, y_m| {
         hills_m(x_m, y_m) + 40.0 * random((x_m / SPACING_M) as i64, (y_m / SPACING_M) as i64)
@@ -189,7 +190,7 @@ fn windows_of_any_size_agree() {
         let mut sum = FilledSamples::default();
         for y in (0..grid.height).step_by(height as usize) {
             for x in (0..grid.width).step_by(width as usize) {
-                // Single samples and rows are many; some will do.
+                // Single samples and rows are many, so only some of them are read.
                 if width.min(height) == 1 && (x * 31 + y) % (if height == width { 1997 } else { 61 }) != 0 {
                     continue;
                 }
@@ -228,7 +229,7 @@ fn what_is_large_or_open_stays_a_hole() {
         let expected = if stays { voids(&holes.heights_m) } else { 0 };
         assert_eq!(left(&holes), expected, "{name}");
     }
-    // The collar of a rotated raster, with a lake inside: only the lake is filled.
+    // A rotated raster with a no-data collar, and a lake inside: only the lake is filled.
     let collar = |x: i64, y: i64| (x - 210).abs() + (y - 210).abs() > 200;
     let lake = |x: i64, y: i64| (x - 190).pow(2) + (y - 230).pow(2) < 200;
     let both = punched(&grid, |x, y| collar(x, y) || lake(x, y));
@@ -239,7 +240,7 @@ fn what_is_large_or_open_stays_a_hole() {
 
 #[test]
 fn spikes_go_and_summits_stay() {
-    // A cone of 45 degrees with its summit beside a void, a cliff of 200 m along voids, and land that is level.
+    // A cone of 45 degrees with its summit next to no-data, a cliff of 200 m along no-data, and level land.
     let land = |x_m: f64, y_m: f64| {
         let cone = 900.0 - (x_m + 1500.0).hypot(y_m);
         let cliff = if x_m > 1500.0 { 200.0 } else { 0.0 };
@@ -248,17 +249,17 @@ fn spikes_go_and_summits_stay() {
     let grid = grid_of(201, 201, SPACING_M, land);
     let beside = |x: i64, y: i64| (53..56).contains(&x) && (99..102).contains(&y) || x == 148 && y % 9 == 3 && y < 190;
     let holes = punched(&grid, |x, y| beside(x, y) && y > 0);
-    assert_eq!(fill(&holes).1.spikes, 0, "the summit and the cliff");
+    assert_eq!(fill(&holes).1.spikes, 0, "the summit and the cliff must not count as spikes");
     let mut spiked = holes.clone();
     let at = |x: usize, y: usize| y * 201 + x;
-    // Beside voids up, down, and by less than half of the spacing; and far from all voids.
+    // Spikes next to no-data: up, down, and by less than half the spacing; and one far from all no-data.
     for (x, y, over_m) in [(144, 21, 60.0), (145, 40, -60.0), (144, 57, 12.0), (100, 190, 60.0)] {
         spiked.heights_m[at(x, y)] += over_m;
     }
     let (heights_m, counts) = fill(&spiked);
     assert_eq!(counts, FilledSamples { voids: voids(&spiked.heights_m), spikes: 2 });
-    assert!(heights_m[at(144, 21)].abs() < 1.0 && heights_m[at(145, 40)].abs() < 1.0, "they go");
-    assert_eq!((heights_m[at(144, 57)], heights_m[at(100, 190)]), (12.0, 60.0), "these stay");
+    assert!(heights_m[at(144, 21)].abs() < 1.0 && heights_m[at(145, 40)].abs() < 1.0, "these spikes must be removed");
+    assert_eq!((heights_m[at(144, 57)], heights_m[at(100, 190)]), (12.0, 60.0), "these heights must stay");
     assert_eq!(heights_m[at(50, 100)], spiked.heights_m[at(50, 100)]);
 }
 
@@ -276,13 +277,13 @@ fn land_without_voids_is_the_same_and_so_are_holes() {
     let grid = hills(600, 500);
     let bare = GridReader::new(grid.clone(), "a grid".into());
     let before = bake("before.tif", &bare);
-    assert!(before == bake("after.tif", &*reader(&grid)), "there is nothing to fill");
+    assert!(before == bake("after.tif", &*reader(&grid)), "without holes the bake must not change");
     let tiles = |name: &str| std::fs::read(folder.path().join(name)).unwrap();
     assert_eq!(tiles("before.tif.tiles").len(), tiles("after.tif.tiles").len());
     let holes = punched(&grid, disc(8));
-    assert!(before != bake("holes.tif", &*reader(&holes)), "what is filled is not what was there");
+    assert!(before != bake("holes.tif", &*reader(&holes)), "filled holes must change the bake");
 
-    // By default a reader gives what the file has, and with `holes`.
+    // By default a reader fills holes; with `holes` it returns the heights in the file.
     let file = folder.path().join("holes.tif");
     bake("holes.tif", &GridReader::new(holes.clone(), "holes".into()));
     let open = |voids| {
@@ -290,8 +291,8 @@ fn land_without_voids_is_the_same_and_so_are_holes() {
         (bits(&read_all(&*reader, &file, &Silent).unwrap().heights_m), reader.identity())
     };
     assert_eq!(open(VoidMode::Holes).0, bits(&holes.heights_m));
-    assert_eq!(open(VoidMode::Fill).0, bits(&fill(&holes).0), "a grid in memory is filled as windows of it are");
-    assert_ne!(open(VoidMode::Fill).1, open(VoidMode::Holes).1, "another pyramid");
+    assert_eq!(open(VoidMode::Fill).0, bits(&fill(&holes).0), "a whole file must be filled like windows of it");
+    assert_ne!(open(VoidMode::Fill).1, open(VoidMode::Holes).1, "the two modes must have different pyramids");
 }
 
 #[test]
@@ -327,14 +328,14 @@ fn a_cog_that_is_drawn_as_it_is_shows_what_a_baked_one_shows() {
         }
     }
     assert!(compared > 300_000 && holes_differ > 20_000, "{compared} {holes_differ}");
-    // An overview is filled from its own samples, of a land that is rough by 40 m: nearly the same.
+    // An overview is filled from its own samples, on land that is rough by 40 m, so it is only nearly the same.
     let [found, expected] = [&as_filled, &expected].map(|store| load(store, 1, 0, 0));
     let land = |sample: &f32| !is_void(*sample);
     let both: Vec<f32> =
         found.iter().zip(&expected).filter(|(a, b)| land(a) && land(b)).map(|(a, b)| (a - b).abs()).collect();
     let apart = found.iter().zip(&expected).filter(|(a, b)| land(a) != land(b)).count();
     let mean_m = both.iter().sum::<f32>() / both.len() as f32;
-    println!("level 1: {apart} of {} samples are land in one of them alone; {mean_m} m apart", found.len());
+    println!("level 1: {apart} of {} samples are land in only one of them; mean difference {mean_m} m", found.len());
     assert!(mean_m < 3.0 && apart < found.len() / 100, "{mean_m} {apart}");
 }
 
@@ -350,7 +351,7 @@ fn a_void_of_one_file_is_land_in_another() {
     let heights_m = mosaic.read(whole(&land)).unwrap();
     assert_eq!(heights_m[25 * 200 + 25], raised.heights_m[25 * 200 + 25]);
 
-    // As it is drawn: side by side they are filled, and not where one lies over the other.
+    // For drawing, holes of members side by side are filled, but not those of members that overlap.
     let path = |name: &str| folder.path().join(name);
     let mut beside = land.clone();
     beside.georeference.crs_from_grid[0] += 199.0 * SPACING_M;
@@ -368,8 +369,8 @@ fn a_void_of_one_file_is_land_in_another() {
     assert_eq!(modes(&["a.tif", "nothing.tif"]), [VoidMode::Holes; 2]);
 }
 
-/// Real holes over real land: the voids of one DEM are punched into the land of another, and what is filled is held
-/// against what was measured there.
+/// Tests real holes on real land: the no-data of one DEM is cut out of the land of another, and filled heights are
+/// compared with the measured ones.
 #[test]
 fn real_holes_in_real_land() {
     let (Some(alps), Some(rainier)) =
@@ -390,12 +391,12 @@ fn real_holes_in_real_land() {
     let rms_m = (errors_m.iter().map(|error| error * error).sum::<f64>() / errors_m.len() as f64).sqrt();
     println!("{counts:?}: {rms_m:.1} m root mean square over {} samples", errors_m.len());
     assert!(counts.voids > 90_000 && rms_m < 90.0, "{counts:?} {rms_m}");
-    // The land without its own voids is what it was: no summit of it is taken for a spike.
+    // The land with its own no-data hardly changes: its summits are not taken for spikes.
     let own = fill(&land).1;
     assert!(own.spikes * 100_000 < land.heights_m.len() as u64, "{own:?}");
 }
 
-/// What a filled reader says without reading.
+/// Tests what a filled reader reports without reading.
 #[test]
 fn what_is_known_stays_known() {
     struct Sparse(GridReader<HeightGrid>);
@@ -421,7 +422,7 @@ fn what_is_known_stays_known() {
     }
     let reader = filled(Box::new(Sparse(GridReader::new(hills(300, 300), "a grid".into()))));
     let known = |width| reader.known_m(Window { x: 10, y: 10, width, height: 80 });
-    assert!(known(64).is_none(), "a hole of this width may be filled");
-    assert!(known(65).is_some_and(f32::is_nan), "one of this width is not");
+    assert!(known(64).is_none(), "a hole of this width may be filled, so nothing is known");
+    assert!(known(65).is_some_and(f32::is_nan), "a hole of this width must stay no-data");
     assert!(reader.filled().map(Filled::bare).is_some());
 }

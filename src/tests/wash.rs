@@ -1,6 +1,6 @@
-//! Colours of tones and how they run: tints are those of their stops, wet edges lie where washes end, grain keeps the
-//! mean, and what strays does so with the land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests colours of tones and how they run: tints are those of their stops, wet edges are where washes end, granulation
+//! keeps the mean, and patterns move with the land.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,15 +19,15 @@ const SIZE_PX: [u32; 2] = [256, 192];
 const WIDTH: usize = SIZE_PX[0] as usize;
 const HEIGHT: usize = SIZE_PX[1] as usize;
 
-/// What a frame drew. Colours are linear.
+/// Results of a frame. Colours are linear.
 #[derive(Clone)]
 struct Drawn {
     view: View,
-    /// In the world; none is the sky.
+    /// In the world; `None` for the sky.
     place_m: Vec<Option<DVec3>>,
-    /// Before water has run; last comes the tone that was asked for.
+    /// Colour before water has run; the last channel is the requested tone.
     tone: Vec<[f64; 4]>,
-    /// After.
+    /// Colour after water has run.
     washed: Vec<[f64; 4]>,
     picture: Vec<[f64; 4]>,
 }
@@ -48,7 +48,7 @@ fn drawing(world: &mut World, style: &Style, pose: Pose) -> Drawn {
     }
 }
 
-/// A toon style with more of its own.
+/// Returns a toon style with these tone keys and further sections.
 fn style(tone: &str, more: &str) -> Style {
     let text = format!(
         "name = \"wash\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\ndarkest = 0.2\n{tone}\n{more}\n\
@@ -57,7 +57,7 @@ fn style(tone: &str, more: &str) -> Style {
     Style::parse("wash", &text).unwrap()
 }
 
-/// Watercolour that does nothing but what is said.
+/// Returns a watercolour section in which only the given effects are on.
 fn water(more: &[(&str, f64)]) -> String {
     let value = |name: &str, none: f64| more.iter().find(|(of, _)| *of == name).map_or(none, |(_, value)| *value);
     let lines = [("edge", 0.0), ("edge_px", 1.0), ("granulation", 0.0), ("flow", 0.0), ("warp_px", 0.0)];
@@ -87,11 +87,11 @@ fn plain() -> Option<World> {
 const ACROSS: &str = "-900,-1300,700,35,-25,50";
 const ABOVE: &str = "100,-150,2000,20,-90,50";
 
-/// From the darkest tone to the lightest.
+/// Colours of the stops, each from the darkest tone to the lightest.
 const STOPS: [[[u8; 3]; 2]; 3] =
     [[[40, 10, 90], [200, 60, 250]], [[0, 90, 20], [250, 200, 30]], [[90, 0, 0], [30, 250, 255]]];
 
-/// The largest difference of a channel to what the stops say of the attribute of a place and its tone.
+/// Returns the largest difference of a channel from the colour that the stops give for a point's attribute and tone.
 fn off_the_ramp(drawn: &Drawn, at: [f64; 3], attribute: impl Fn(DVec3) -> f64) -> f64 {
     let mut most = 0.0_f64;
     for (place_m, color) in drawn.place_m.iter().zip(&drawn.tone) {
@@ -110,7 +110,7 @@ fn off_the_ramp(drawn: &Drawn, at: [f64; 3], attribute: impl Fn(DVec3) -> f64) -
     most
 }
 
-/// What a ramp goes by, at a place.
+/// The attribute of a ramp, as a function of a point.
 type Attribute<'a> = &'a dyn Fn(DVec3) -> f64;
 
 #[test]
@@ -141,23 +141,24 @@ fn tints_are_those_of_their_stops() {
             let off = off_the_ramp(&drawn, at, attribute);
             let shift = 0.04 * (at[2] - at[0]);
             let planted = off_the_ramp(&drawn, at, |place_m| attribute(place_m) + shift);
-            println!("by {by}, {camera}: off by {off:.4}, four hundredths of the ramp beside by {planted:.4}");
+            println!("by {by}, {camera}: off by {off:.4}, shifted by 4 % of the ramp by {planted:.4}");
             assert!(off <= 0.01, "by {by}, {camera}: {off}");
-            assert!(planted > 0.01, "a shift of the ramp must be seen: {planted}");
+            assert!(planted > 0.01, "a planted shift of the ramp was not detected: {planted}");
         }
     }
 }
 
 /// Two tones with hard borders.
 const TWO: &str = "steps = 2\nsoftness = 0.0";
-/// A tone that changes nowhere.
+/// A constant tone.
 const EVEN: &str = "steps = 0\nlightest = 0.2";
 
 fn pixels() -> impl Iterator<Item = (usize, [i64; 2])> {
     (0..WIDTH * HEIGHT).map(|i| (i, [(i % WIDTH) as i64, (i / WIDTH) as i64]))
 }
 
-/// Of the land, the darkening far from a border of tones, at most; and the mean on the dark side of a border.
+/// Returns the largest darkening of land far from a border of tones, and the mean relative darkening on the dark side
+/// of a border.
 fn edges(drawn: &Drawn, reach_px: f64) -> [f64; 2] {
     let reach = reach_px.ceil() as i64;
     let disc: Vec<[i64; 2]> = (-reach..=reach)
@@ -196,11 +197,11 @@ fn wet_edges_lie_where_washes_end() {
         let pose = world.pose(camera);
         for edge_px in [2.0, 5.0] {
             let drawn = drawing(&mut world, &style(TWO, &water(&[("edge", 1.5), ("edge_px", edge_px)])), pose);
-            // Between pixels a look-up has the next one too.
+            // An interpolated sample between pixels also reads the next pixel.
             let [far, near] = edges(&drawn, edge_px + 1.5);
             println!("{camera}, edge of {edge_px} px: {far:.4} far from borders, part {near:.3} of the tone at them");
             assert!(far < 1e-3 && near > 0.5, "{camera}, edge of {edge_px} px: {far}, {near}");
-            // Edges that reach twice as far as they should, and a wash without any.
+            // Planted: edges that reach twice as far as they should, and a wash without edges.
             assert!(edges(&drawn, 0.5 * edge_px)[0] > 0.05);
         }
         let dry = drawing(&mut world, &style(TWO, &water(&[])), pose);
@@ -208,7 +209,7 @@ fn wet_edges_lie_where_washes_end() {
     }
 }
 
-/// The largest difference of means over squares of 64 pixels, and the mean one of pixels: after the wash and before.
+/// Returns the largest change of means over squares of 64 pixels, and the mean change of pixels, by the wash.
 fn grain(drawn: &Drawn) -> [f64; 2] {
     let changes: Vec<f64> =
         drawn.tone.iter().zip(&drawn.washed).map(|(tone, washed)| luminance(washed) - luminance(tone)).collect();
@@ -231,13 +232,13 @@ fn granulation_keeps_the_mean() {
         let [most, mean] = of(&water(&[("granulation", 1.0)]));
         println!("{tone:?}: grain of {mean:.4}, means are off by {most:.4} at most");
         assert!(most < 0.004 && mean > 0.005, "{tone:?}: {most}, {mean}");
-        // Water that carries pigment about does not keep the mean of a square, and a dry sheet has no grain.
+        // Control: water that carries pigment does not keep the mean of a square, and dry paper has no grain.
         assert!(of(&water(&[("flow", 1.0)]))[0] > 0.004);
         assert!(of(&water(&[]))[1] < 0.005);
     }
 }
 
-/// What the next picture has of a pattern where the land has taken each pixel; none outside of it.
+/// Returns, for each pixel, the next picture's pattern at the same point of the land, or `None` off-screen.
 fn followed(first: &Drawn, next: &Drawn, pattern: &impl Fn(&Drawn, usize) -> f64) -> Vec<Option<f64>> {
     let values: Vec<f64> = (0..WIDTH * HEIGHT).map(|i| pattern(next, i)).collect();
     let between = |px: DVec2| {
@@ -254,8 +255,8 @@ fn followed(first: &Drawn, next: &Drawn, pattern: &impl Fn(&Drawn, usize) -> f64
     first.place_m.iter().map(|place_m| there(place_m).and_then(between)).collect()
 }
 
-/// How much of a pattern is not where the land has taken it in the next picture: its mean squared difference there, as
-/// a part of that on the same pixels.
+/// Returns how much of a pattern does not move with the land: the mean squared difference at the same point of the
+/// land, divided by that at the same pixel.
 fn left_behind(first: &Drawn, next: &Drawn, pattern: impl Fn(&Drawn, usize) -> f64) -> f64 {
     let (mut moved, mut stood, mut count) = (0.0, 0.0, 0);
     for (i, there) in followed(first, next, &pattern).into_iter().enumerate() {
@@ -268,7 +269,8 @@ fn left_behind(first: &Drawn, next: &Drawn, pattern: impl Fn(&Drawn, usize) -> f
     moved / (stood + 1e-12)
 }
 
-/// A camera, and how it moves: near and far, across blocks of 4096 m, and from where cells of the noise are larger.
+/// Cameras and their motion: near and far, across blocks of 4096 m, and from heights at which cells of the noise are
+/// larger.
 const MOVES: [(&str, [f64; 3]); 7] = [
     ("100,100,+300,0,-90,50", [30.0, 20.0, 0.0]),
     ("4085,4090,+300,0,-90,50", [30.0, 20.0, 0.0]),
@@ -279,14 +281,14 @@ const MOVES: [(&str, [f64; 3]); 7] = [
     ("-3000,-2000,+300000,0,-90,3", [4000.0, 3000.0, 0.0]),
 ];
 
-/// Part that may be: noise of the next size comes as the camera goes nearer.
+/// Allowed ratio: as the camera approaches, the next size of noise appears.
 const LEFT_BEHIND: f64 = 0.12;
 
 #[test]
 fn what_runs_does_so_with_the_land() {
     let Some(mut world) = plain() else { return };
     let ink = |drawn: &Drawn, i: usize| luminance(&drawn.washed[i]) - luminance(&drawn.tone[i]);
-    // A pattern of the same size that is fixed to the picture.
+    // Planted: a pattern of the same size that is fixed to the picture.
     let sheet = |_: &Drawn, i: usize| ((i % WIDTH) as f64 * 0.13).sin() * ((i / WIDTH) as f64 * 0.11).sin();
     for (camera, by_m) in MOVES {
         let pose = world.pose(camera);
@@ -295,13 +297,17 @@ fn what_runs_does_so_with_the_land() {
         let style = style(EVEN, &water(&[("flow", 1.0)]));
         let (first, next) = (drawing(&mut world, &style, pose), drawing(&mut world, &style, moved));
         let left = left_behind(&first, &next, ink);
-        println!("{camera} by {by_m:?} m: {left:.3} of what runs is left behind");
+        println!("{camera} by {by_m:?} m: {left:.3} of the pattern is left behind");
         assert!(left < LEFT_BEHIND, "{camera} by {by_m:?} m: {left}");
-        assert!(left_behind(&first, &next, sheet) > LEFT_BEHIND, "{camera}: what lies on the sheet must be seen");
+        assert!(
+            left_behind(&first, &next, sheet) > LEFT_BEHIND,
+            "{camera}: a planted pattern on the page was not detected"
+        );
     }
 }
 
-/// What washes of two pictures of the same land differ by, as a part of what straying has changed.
+/// Returns the difference between washes of two pictures at the same points of the land, divided by what warping has
+/// changed.
 fn strays(first: &Drawn, next: &Drawn, washed: impl Fn(&Drawn, usize) -> f64) -> f64 {
     let (mut moved, mut changed, mut count) = (0.0, 0.0, 0);
     for (i, there) in followed(first, next, &washed).into_iter().enumerate() {
@@ -315,14 +321,14 @@ fn strays(first: &Drawn, next: &Drawn, washed: impl Fn(&Drawn, usize) -> f64) ->
     moved / changed
 }
 
-/// Part that may be.
+/// Largest allowed result of [`strays`].
 const STRAYS: f64 = 0.1;
 
 #[test]
 fn washes_stray_with_the_land() {
     let Some((_, mut world)) = hill() else { return };
     let own = |drawn: &Drawn, i: usize| luminance(&drawn.washed[i]);
-    // Strays as far, but on the sheet.
+    // Planted: a warp of the same size that is fixed to the page.
     let sheet = |drawn: &Drawn, i: usize| {
         let (x, y) = ((i % WIDTH) as f64, (i / WIDTH) as f64);
         let at = [x + 7.0 * (0.3 * y).sin(), y + 7.0 * (0.26 * x).sin()].map(|at| at.max(0.0) as usize);
@@ -340,12 +346,12 @@ fn washes_stray_with_the_land() {
         let style = style("steps = 2\nsoftness = 0.3", &water(&[("warp_px", 10.0)]));
         let (first, next) = (drawing(&mut world, &style, pose), drawing(&mut world, &style, moved));
         let (right, planted) = (strays(&first, &next, own), strays(&first, &next, sheet));
-        println!("{camera} by {by_m:?} m: washes differ by {right:.3} of how they stray, on the sheet by {planted:.3}");
+        println!("{camera} by {by_m:?} m: washes differ by {right:.3} of the warp, on the page by {planted:.3}");
         assert!(right < allowed && planted > allowed, "{camera} by {by_m:?} m: {right}, {planted}");
     }
 }
 
-/// What is wrong with the picture's sky, or its numbers.
+/// Returns an error if the sky is wet, or a number is invalid.
 fn check(drawn: &Drawn, dry: &Drawn) -> Result<(), String> {
     for (i, place_m) in drawn.place_m.iter().enumerate() {
         let is_number = |value: &f64| (-1e-6..=1.0 + 1e-6).contains(value);
@@ -379,7 +385,7 @@ fn the_sky_stays_dry_and_numbers_finite() {
         if let Some(sky) = wet.place_m.iter().position(Option::is_none) {
             let mut planted = wet.clone();
             planted.picture[sky][0] *= 0.9;
-            assert!(check(&planted, &dry).is_err(), "{camera}: a wet sky must be seen");
+            assert!(check(&planted, &dry).is_err(), "{camera}: a planted wet sky was not detected");
         }
     }
 }

@@ -1,6 +1,6 @@
-//! Still water: lakes and the sea are found where heights are level and nothing else is, the shore and its distance are
-//! right, and water has a tint, lines and no marks.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests still water: lakes and the sea are found where heights are level and nowhere else, the shore and the distance
+//! from it are right, and water has a tint and lines but no hatching marks.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -24,7 +24,7 @@ use hachure::tones::water::{WATER_INK, WATERED};
 const SIZE_PX: [u32; 2] = [480, 270];
 const LEVEL_M: f64 = 500.0;
 const RADIUS_M: f64 = 2000.0;
-/// As maps, at the samples of three levels of 30 m: 25 m, 61 m and 123 m to a pixel.
+/// Maps of 25, 61 and 123 m per pixel, which show three successive levels of samples 30 m apart.
 const MAPS: [&str; 3] = ["130,70,8000,0,-90,45", "130,70,20000,0,-90,45", "130,70,40000,0,-90,45"];
 const OBLIQUE: &str = "0,-5200,+1400,3,-22,50";
 
@@ -34,7 +34,7 @@ fn style() -> Style {
     Style::parse("water", text).unwrap()
 }
 
-/// A pixel of the land: where it is, its size, and what is known of its water.
+/// A pixel of the land: its point, its width, and its value in the water target.
 struct Pixel {
     place_m: DVec3,
     pixel_m: f64,
@@ -65,20 +65,20 @@ fn pixels(world: &World, renderer: &Renderer, view: &View) -> Vec<Option<Pixel>>
     places_m(&world.gpu, renderer, eye_m).into_iter().zip(water).map(pixel).collect()
 }
 
-/// What part of the land is water.
+/// Returns the part of the land that is water.
 fn share(world: &mut World, camera: &str) -> f64 {
     let (pixels, _) = water_of(world, camera);
     let land: Vec<f64> = pixels.iter().flatten().map(|pixel| pixel.water_m).collect();
     land.iter().filter(|water_m| **water_m > 0.0).count() as f64 / land.len() as f64
 }
 
-/// A round lake in a bowl.
+/// Returns the height of a round lake in a bowl.
 fn bowl_m(x_m: f64, y_m: f64) -> f64 {
     LEVEL_M + (0.15 * (x_m.hypot(y_m) - RADIUS_M)).max(0.0)
 }
 
-/// How far the shore is from a circle, in pixels, and the errors of its distance, as shares, where that is more than 4
-/// pixels and three samples, and not beyond what the lines ask for.
+/// Returns how far the shore is from a circle, in pixels, and the relative errors of the distance from the shore.
+/// Distances count if they are more than 4 pixels and three samples, and within the reach of the lines.
 fn errors(pixels: &[Option<Pixel>], radius_m: f64) -> [Vec<f64>; 2] {
     let (mut shore, mut distance) = (Vec::new(), Vec::new());
     for pixel in pixels.iter().flatten() {
@@ -102,17 +102,17 @@ fn a_round_lake_has_its_shore_and_its_distances() {
         let [mut shore, mut distance] = errors(&pixels, RADIUS_M);
         let [shore, distance] = [quantile(&mut shore, 0.95), quantile(&mut distance, 0.95)];
         println!("{camera}: 95 % of the shore within {shore:.2} px; 95 % of distances within {distance:.3}");
-        // A lake that is 16 samples wide to either side on the level that is seen has a coarser shore.
+        // A lake that is 16 samples wide to either side on the visible level has a coarser shore.
         let most = if camera == MAPS[2] { [1.5, 0.15] } else { [1.0, 0.05] };
         assert!(shore < most[0] && distance < most[1], "{camera}: {shore} {distance}");
-        // Planted: a shore that has moved by two pixels or more.
+        // Planted: a shore moved by two pixels or more.
         let pixel_m = pixels.iter().flatten().map(|pixel| pixel.pixel_m).fold(f64::INFINITY, f64::min);
         let [mut shore, mut distance] = errors(&pixels, RADIUS_M + 2.0 * pixel_m.max(30.0));
         assert!(quantile(&mut shore, 0.95) > most[0] && quantile(&mut distance, 0.95) > most[1]);
     }
 }
 
-/// The lake lies on the border of four tiles: its distances go on over it as everywhere.
+/// Tests that distances are continuous where four tiles meet in the middle of the lake.
 #[test]
 fn tiles_agree() {
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
@@ -124,7 +124,7 @@ fn tiles_agree() {
         for (i, next) in pairs.flat_map(|i| [(i, i - 1), (i, i - width)]) {
             let pair = [next, (i + shift) % pixels.len()].map(|i| pixels[i].as_ref());
             let [Some(a), Some(b)] = pair else { continue };
-            // Beside borders of tiles, which are 256 samples wide.
+            // Near the borders of tiles, which are 256 samples wide.
             let is_beside = a.place_m.x.abs().min(a.place_m.y.abs()) < 60.0;
             if a.water_m > 0.0 && b.water_m > 0.0 && is_beside {
                 steps.push((a.water_m - b.water_m).abs() / a.pixel_m);
@@ -136,11 +136,11 @@ fn tiles_agree() {
     let most = rough(0);
     println!("distances change by at most {most:.2} px from a pixel to the next");
     assert!(most > 0.9 && most < 1.5);
-    // Planted: a picture of which rows are not the same.
+    // Planted: a picture whose neighbouring rows do not match.
     assert!(rough(6 * width) > 1.5);
 }
 
-/// The bowl, as a window loads it.
+/// Returns the bowl, loaded as in a window.
 fn streamed() -> Option<World> {
     let mut world = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0)?;
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
@@ -148,8 +148,9 @@ fn streamed() -> Option<World> {
     Some(world)
 }
 
-/// Flies from a map to an oblique view, in frames that do not wait, until nothing is late: what it shows then, and the most
-/// maps that were made in a frame. `loses` plans every second frame and draws it not, so its maps are never made.
+/// Flies from a map to an oblique view, in frames that do not wait, until no frame is late. Returns the last picture,
+/// and the largest number of maps built in one frame. With `loses`, each frame is first prepared without being drawn,
+/// so that those maps are never built.
 fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
     let mut world = streamed()?;
     let (mut renderer, style) = (Renderer::new(&world.gpu).unwrap(), style());
@@ -175,7 +176,7 @@ fn flown(loses: bool) -> Option<(Vec<Option<Pixel>>, usize)> {
     Some((pixels(&world, &renderer, &view), most))
 }
 
-/// How many pixels of two pictures differ by more than a hundredth of a pixel.
+/// Counts pixels of two pictures whose distances differ by more than a hundredth of a pixel.
 fn differing<'a>(a: impl Iterator<Item = &'a Option<Pixel>>, b: impl Iterator<Item = &'a Option<Pixel>>) -> usize {
     let pairs = a.zip(b).filter_map(|(a, b)| Some((a.as_ref()?, b.as_ref()?)));
     pairs.filter(|(a, b)| (a.water_m - b.water_m).abs() > 0.01 * a.pixel_m).count()
@@ -190,7 +191,7 @@ fn maps_that_are_kept_are_as_those_made_anew() {
     let differ = differing(kept.iter(), anew.iter());
     println!("{differ} pixels differ after a flight");
     assert!(differ < 20);
-    // Planted: maps that count as made and are not.
+    // Planted: maps that count as built and are not.
     let Some((lost, _)) = flown(true) else { return };
     assert!(differing(lost.iter(), anew.iter()) > 200);
 }
@@ -216,10 +217,10 @@ fn parts_and_eyes_have_the_water_of_the_whole() {
     println!("{} of {} pixels of a part differ", of_whole(left), part.len());
     assert!(part.iter().flatten().filter(|pixel| pixel.water_m > 0.0).count() > 2000);
     assert!(of_whole(left) < 20);
-    // Planted: a part that lies two pixels aside.
+    // Planted: a part that is moved by two pixels.
     assert!(of_whole(left + 2) > 200);
 
-    // Of two eyes, the second is as if it were alone.
+    // The second of two eyes is drawn as if it were alone.
     let aside = DVec3::new(40.0, 0.0, 0.0);
     let other = View { pose: Pose { position_m: view.pose.position_m + aside, ..view.pose }, ..view };
     let rig = Rig { origin_m: view.pose.position_m + 0.5 * aside, eyes: vec![other, view] };
@@ -235,7 +236,7 @@ fn parts_and_eyes_have_the_water_of_the_whole() {
     assert!(off(2) > 1000);
 }
 
-/// Land in whole metres, at a steady slope.
+/// Returns land in whole metres, with a constant slope.
 fn terraces_m(slope_deg: f64) -> impl Fn(f64, f64) -> f64 {
     move |x_m, y_m| (300.0 + slope_deg.to_radians().tan() * (0.8 * x_m + 0.6 * y_m)).round()
 }
@@ -250,7 +251,7 @@ fn terraces_are_no_lakes() {
             assert!(water < 0.005, "{slope_deg} {camera}: {water}");
         }
     }
-    // Planted: a terrace that is a lake, in whole metres as well.
+    // Control: a terrace that is a lake, also in whole metres.
     let lake = |x_m: f64, y_m: f64| {
         let wall_m = 0.2 * (x_m.hypot(y_m) - RADIUS_M);
         if wall_m < 0.0 { 280.0 } else { 280.0 + wall_m.round() }
@@ -263,7 +264,7 @@ fn terraces_are_no_lakes() {
 fn level_land_without_a_shore_is_no_lake() {
     let Some(mut world) = World::new(grid_of(257, 257, 30.0, |_, _| 300.0), 0.0) else { return };
     assert_eq!(share(&mut world, MAPS[0]), 0.0);
-    // Planted: the sea stands higher.
+    // Control: the sea is higher.
     world.surfaces.set_sea_level(Some(301.0));
     assert_eq!(share(&mut world, MAPS[0]), 1.0);
 }
@@ -277,7 +278,7 @@ fn the_sea_stands_where_the_scene_says() {
     let (pixels, _) = water_of(&mut world, MAPS[0]);
     let wrong = |level_m: f64| {
         let pixels: Vec<&Pixel> = pixels.iter().flatten().collect();
-        // Within a sample of the shore it may be either.
+        // Within a sample of the shore, a pixel may be either.
         let far = |pixel: &&&Pixel| (slope(pixel.place_m.x, pixel.place_m.y) - level_m).abs() > 0.05 * 30.0;
         let is_wrong = |pixel: &&Pixel| (pixel.water_m > 0.0) != (slope(pixel.place_m.x, pixel.place_m.y) <= level_m);
         let far: Vec<&Pixel> = pixels.iter().filter(far).copied().collect();
@@ -297,7 +298,7 @@ fn water_that_is_level_at_the_sea_s_height_is_the_sea() {
     let far = pixels.iter().flatten().filter(|pixel| pixel.place_m.x < -900.0).map(|pixel| pixel.water_m > 0.0);
     let far: Vec<bool> = far.collect();
     assert!(far.len() > 1000 && far.iter().all(|is_water| *is_water));
-    // Planted: the same land, gentle as it is, above the sea.
+    // Control: the same gentle land, above the sea.
     let Some(mut inland) = World::new(grid_of(513, 513, 30.0, |x, y| coast(x, y) + (y * 0.004).round() + 40.0), 0.0)
     else {
         return;
@@ -328,11 +329,12 @@ fn water_has_a_tint_and_lines_and_no_marks() {
         }
     }
     println!("most ink by the distance in pixels: {rings:.2?}");
-    // The shore, the first line at 5 px, the second one at 5 + 6.75 px, and paper between.
+    // Ink is expected at the shore, at the first line at 5 px, and at the second one at 5 + 6.75 px, with paper in
+    // between.
     assert!(rings[0] > 0.6 && rings[4].max(rings[5]) > 0.5 && rings[11].max(rings[12]) > 0.3);
     assert!(rings[2] < 0.1 && rings[8] < 0.1);
 
-    // A dark day: no land is paper because of its light.
+    // Light so dim that no land is white because of it.
     let text = hachure::style::preset_text("pencil").unwrap();
     let text = text.replace("level_deg = 2", "level_deg = 0").replace("exposure = 1.3", "exposure = 0.5");
     let wet = Style::parse("wet", &text).unwrap();
@@ -349,7 +351,7 @@ fn water_has_a_tint_and_lines_and_no_marks() {
         all.iter().filter(is_inside).map(|(_, [ink])| *ink).fold(0.0, f32::max)
     };
     assert_eq!(marked(&mut world, &wet), 0.0);
-    // Planted: without water there are marks, as there is no paper for what is level.
+    // Control: without water there are marks, because level land is not left white.
     let dry = Style::parse("dry", &dry).unwrap();
     assert!(dry.water.is_none() && marked(&mut world, &dry) > 0.5);
 }

@@ -1,4 +1,4 @@
-//! The stated errors bound the real ones, in all rounds.
+//! The stated errors are upper bounds of the real ones, in all rounds.
 
 use hachure::pyramid::surface::statistics::Voids;
 
@@ -16,13 +16,13 @@ fn tile_errors_bound_the_surface() {
             let samples = Level::read(&pyramid, level);
             for (tile, brute_m) in tiles(&pyramid, level).into_iter().zip(brute::tile_errors_m(&grid, &samples)) {
                 let stated_m = f64::from(pyramid.tile(tile).error_m);
-                assert!(stated_m >= brute_m * (1.0 - 1e-6), "{tile:?}: {stated_m} is stated, {brute_m} is true");
-                // A later round may add the error of the one before, and does not add much more.
+                assert!(stated_m >= brute_m * (1.0 - 1e-6), "{tile:?}: stated {stated_m} m, true {brute_m} m");
+                // A later round may add the error of the previous one, but not much more.
                 tight += i32::from(stated_m < 1.5 * brute_m + 1.0);
                 planted += i32::from(stated_m * 0.99 < brute_m);
             }
         }
-        assert!(planted > 0, "a bound that is one per cent too low would pass");
+        assert!(planted > 0, "bounds that are one per cent lower would pass");
         assert!(tight > 5, "the bounds are loose");
     }
 }
@@ -46,7 +46,7 @@ fn mesh_errors_bound_the_triangles() {
                 let stated_m = f64::from(patch.mesh_error_m);
                 assert!(
                     stated_m >= brute_m * (1.0 - 1e-5) - 1e-6,
-                    "{j} {x} {y}: {stated_m} is stated, {brute_m} is true"
+                    "patch {j} {x} {y}: stated {stated_m} m, true {brute_m} m"
                 );
                 planted += i32::from(stated_m * 0.99 < brute_m);
                 coarse += i32::from(j > 1);
@@ -56,7 +56,7 @@ fn mesh_errors_bound_the_triangles() {
     }
 }
 
-/// Islands of a few samples in a wide void: only the coarsest levels fill it.
+/// Tests islands of a few samples in wide no-data, which only the coarsest levels fill.
 #[test]
 fn lonely_islands_are_bounded_too() {
     let folder = tempfile::tempdir().unwrap();
@@ -78,10 +78,13 @@ fn lonely_islands_are_bounded_too() {
             let samples = Level::read(&pyramid, level);
             for (tile, brute_m) in tiles(&pyramid, level).into_iter().zip(brute::tile_errors_m(&grid, &samples)) {
                 let stated_m = f64::from(pyramid.tile(tile).error_m);
-                assert!(stated_m >= brute_m * (1.0 - 1e-6), "{tile:?}: {stated_m} is stated, {brute_m} is true");
+                assert!(stated_m >= brute_m * (1.0 - 1e-6), "{tile:?}: stated {stated_m} m, true {brute_m} m");
                 if level <= 1 && max_error_m == 0.0 {
                     let expected_m = f64::from(whole.tile(tile).error_m);
-                    assert!((stated_m - expected_m).abs() <= 1e-6 * expected_m, "{tile:?} {stated_m} {expected_m}");
+                    assert!(
+                        (stated_m - expected_m).abs() <= 1e-6 * expected_m,
+                        "{tile:?}: stated {stated_m} m, baked whole {expected_m} m"
+                    );
                 }
             }
         }

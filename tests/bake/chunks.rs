@@ -1,4 +1,4 @@
-//! A grid baked by chunks is the grid baked whole.
+//! A grid baked in chunks equals the grid baked whole.
 
 use std::fs;
 
@@ -11,17 +11,18 @@ fn near(a: f32, b: f32) -> bool {
     a.to_bits() == b.to_bits() || (a - b).abs() <= 1e-6 * b.abs()
 }
 
-/// What is known of tiles and patches: the same in the first round, no less and little more above.
+/// Compares the statistics of tiles and patches: equal in the first round, and above it not lower and only a little
+/// higher.
 fn check_statistics(chunked: &Pyramid, whole: &Pyramid, chunk_levels: u32, max_error_m: f32) {
     assert_eq!((chunked.min_m(), chunked.max_m()), (whole.min_m(), whole.max_m()));
     assert_eq!(chunked.void_samples(), whole.void_samples());
-    // Three heights that are not the chunk's own may each be off by the codec's bound, times the kernel's weights.
+    // Three heights from outside the chunk may each be off by the codec's bound, times the kernel's weights.
     let doubt_m = if max_error_m > 0.0 { 3.2 * max_error_m + 0.01 } else { 0.0 };
     let mut coarse = 0;
     for level in 0..whole.levels().len() as u32 {
         for tile in tiles(whole, level) {
             let (found, expected) = (chunked.tile(tile), whole.tile(tile));
-            assert_eq!(found.voids, expected.voids, "{tile:?}");
+            assert_eq!(found.voids, expected.voids, "{tile:?}: no-data differs");
             if max_error_m == 0.0 {
                 let bits = |m: f32| m.to_bits();
                 assert_eq!((bits(found.min_m), bits(found.max_m)), (bits(expected.min_m), bits(expected.max_m)));
@@ -39,7 +40,7 @@ fn check_statistics(chunked: &Pyramid, whole: &Pyramid, chunk_levels: u32, max_e
             }
         }
     }
-    assert!(coarse > 0, "no level of a later round");
+    assert!(coarse > 0, "the test has no level of a later round");
     let mut same = 0;
     for j in 0..whole.patch_levels() {
         let (count_x, count_y) = whole.patch_counts(j);
@@ -66,12 +67,12 @@ fn chunked_is_whole_to_the_bit() {
     {
         for (voids, max_error_m) in [(true, 0.0), (false, 0.05), (true, 0.05)] {
             let grid = world::rough(width, height, voids);
-            // One chunk.
+            // A single chunk.
             let (whole, _) = baked(&grid, &a, max_error_m, 4);
             let (chunked, report) = baked(&grid, &b, max_error_m, chunk_levels);
             assert!(
                 fs::read(&a).unwrap() == fs::read(&b).unwrap(),
-                "{width} × {height}, {chunk_levels}, {max_error_m}"
+                "{width} × {height}, {chunk_levels} levels per chunk, error {max_error_m} m: the files differ"
             );
             assert_eq!(report.tif_bytes, fs::metadata(&b).unwrap().len());
             check_statistics(&chunked, &whole, chunk_levels, max_error_m as f32);
@@ -89,6 +90,6 @@ fn threads_change_nothing() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| drop(baked(&grid, &out, 0.02, 1)));
         let files = [fs::read(&out).unwrap(), fs::read(hachure::pyramid::format::sidecar_path(&out)).unwrap()];
-        assert!(first.get_or_insert_with(|| files.clone()) == &files, "{threads} threads");
+        assert!(first.get_or_insert_with(|| files.clone()) == &files, "{threads} threads give other files");
     }
 }

@@ -1,4 +1,4 @@
-//! A grid that no memory of ours holds: how long it takes and how much memory. Run by hand:
+//! Measures the time and memory of baking a grid that does not fit into memory. Run by hand:
 //!
 //! `HACHURE_LARGE=40000 cargo test --release --test bake -- --ignored --nocapture large`
 
@@ -10,7 +10,7 @@ use hachure::pyramid::{BakeOptions, Pyramid};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{HeightReader, Silent, SourceError, Window};
 
-/// Hills with small roughness, from a formula.
+/// A reader that computes hills with small roughness from a formula.
 struct Formula {
     side: u32,
     georeference: Georeference,
@@ -64,7 +64,7 @@ fn large() {
     let reader = Formula { side, georeference, read: AtomicU64::new(0) };
     let work = BakeWork { in_folder: true, ..BakeWork::default() };
     let baked = bake_reader(&reader, &out, &BakeOptions { max_error_m }, &work, &Silent).unwrap();
-    let Baked::Pyramid(report) = baked else { panic!("no shard was asked for") };
+    let Baked::Pyramid(report) = baked else { panic!("the bake made a shard instead of a pyramid") };
     let samples = f64::from(side).powi(2);
     let peak = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let peak = peak.lines().find(|line| line.starts_with("VmHWM")).unwrap_or("VmHWM unknown");

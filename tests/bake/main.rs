@@ -1,6 +1,6 @@
-//! The bake of grids of any size: by chunks, in rounds, stopped, shared between machines.
-#![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! Bakes of grids of any size: in chunks, in rounds, interrupted, and split between machines.
+#![allow(clippy::disallowed_methods, reason = "the test writes damaged files")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 mod bounds;
 #[path = "../../src/tests/pyramid/brute.rs"]
@@ -18,13 +18,13 @@ use hachure::pyramid::{BakeOptions, Pyramid, TileAddress};
 use hachure::source::reader::GridReader;
 use hachure::source::{HeightGrid, Silent};
 
-/// Bakes with chunks of 2^`chunk_levels` tiles on a side.
+/// Bakes with chunks of 2^`chunk_levels` tiles per side.
 fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64, chunk_levels: u32) -> (Pyramid, BakeReport) {
     let work = BakeWork { chunk_levels, ..BakeWork::default() };
     let reader = GridReader::new(grid, String::new());
     let Baked::Pyramid(report) = bake_reader(&reader, out, &BakeOptions { max_error_m }, &work, &Silent).unwrap()
     else {
-        panic!("no shard was asked for");
+        panic!("the bake made a shard instead of a pyramid");
     };
     (Pyramid::open(out).unwrap(), report)
 }

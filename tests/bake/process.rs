@@ -1,4 +1,4 @@
-//! The program: killed, stopped, resumed, and shared between processes.
+//! `hachure bake` as a process: killed, interrupted, resumed, and split between processes.
 
 use std::fs;
 use std::path::PathBuf;
@@ -97,13 +97,13 @@ fn killed_at_any_time_it_goes_on() {
         fs::copy(place.path("old.tif"), place.path("out.tif")).unwrap();
         fs::copy(sidecar_path(&place.path("old.tif")), sidecar_path(&place.path("out.tif"))).unwrap();
         let mut child = place.spawn("out.tif", &[]);
-        // Spread over the whole time, in an order that is none.
+        // The delays cover the whole time of the bake, in mixed order.
         std::thread::sleep(whole.mul_f64(f64::from(i * 5 % 14) / 12.5));
         killed += i32::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
         let tif = fs::read(place.path("out.tif")).unwrap();
-        assert!(tif == old[0] || tif == new[0], "neither the old nor the new pyramid");
+        assert!(tif == old[0] || tif == new[0], "the output is neither the old nor the new pyramid");
         let open = Pyramid::open(&place.path("out.tif")).unwrap();
         assert_eq!(open.max_error_m(), if tif == old[0] { 1.0 } else { 0.01 });
         drop(open);
@@ -112,7 +112,7 @@ fn killed_at_any_time_it_goes_on() {
         assert!(!place.path("out.tif.parts").exists());
     }
     assert!(killed > 5 && resumed > 20, "{killed} killed, {resumed} chunks resumed");
-    // Nothing is left but what a partial file of a killed process may be: there is none outside the work folder.
+    // Outside the work folder, a killed process leaves no partial files.
     let expected = ["dem.tif", "new.tif", "new.tif.tiles", "old.tif", "old.tif.tiles", "out.tif", "out.tif.tiles"];
     assert_eq!(place.names(), expected);
 }
@@ -134,7 +134,7 @@ fn shards_make_the_same_pyramid() {
     assert_eq!(chunks, 5 * 4);
     assert!(!place.path("out.tif").exists());
     assert_eq!(place.parts("out.tif").len(), 20);
-    // One is lost and one is damaged: both are baked again.
+    // One part is missing and one is damaged: both are baked again.
     let parts = place.parts("out.tif");
     fs::remove_file(&parts[3]).unwrap();
     let mut bytes = fs::read(&parts[7]).unwrap();
@@ -155,19 +155,19 @@ fn parts_of_another_bake_are_refused() {
     assert!(said.contains("out.tif.parts") && said.contains("another bake"), "{said}");
     assert!(place.failed("out.tif", &["--shard", "2/4", "--max-error", "0.5"]).contains("another bake"));
     assert_eq!(place.parts("out.tif").len(), 5);
-    // The folder of another output, and one that is none of ours.
+    // The work folder of another output, and a folder that is not a work folder.
     fs::rename(place.path("out.tif.parts"), place.path("other.tif.parts")).unwrap();
     assert!(place.failed("other.tif", &[]).contains("another pyramid"));
     fs::create_dir(place.path("mine.tif.parts")).unwrap();
     fs::write(place.path("mine.tif.parts/letter.txt"), "dear").unwrap();
     assert!(place.failed("mine.tif", &[]).contains("not a work folder"));
     assert!(place.path("mine.tif.parts/letter.txt").exists());
-    // A part under the name of another is none.
+    // A part under the name of another part does not count.
     fs::rename(place.path("other.tif.parts"), place.path("out.tif.parts")).unwrap();
     let parts = place.parts("out.tif");
     fs::copy(&parts[0], &parts[1]).unwrap();
     assert_eq!(place.done("out.tif", &["--resume"])["resumed_chunks"], 4);
-    // Without --resume stale parts are replaced.
+    // Without --resume, stale parts are replaced.
     place.done("out.tif", &["--shard", "1/4"]);
     assert_eq!(place.done("out.tif", &["--max-error", "0.5"])["resumed_chunks"], 0);
     assert!(!place.path("out.tif.parts").exists());

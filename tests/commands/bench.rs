@@ -1,4 +1,4 @@
-//! `bench`: the report's names, what is null in it, and whether its numbers are measured.
+//! `bench`: the names in the report, what is null in it, and whether its numbers are measured.
 
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
@@ -7,7 +7,7 @@ use serde_json::Value;
 use crate::Place;
 use crate::dem::{SIZE, SPACING_M, dem};
 
-/// Whether there is a GPU to draw with; a software driver is enough.
+/// Returns whether there is a GPU; a software driver is enough.
 fn has_gpu() -> bool {
     match Gpu::open(&AdapterWish::Best) {
         Ok(_) => true,
@@ -19,7 +19,7 @@ fn has_gpu() -> bool {
     }
 }
 
-/// A flight over the synthetic DEM.
+/// Writes the synthetic DEM and a flight over it.
 fn place_with_flight() -> Place {
     let place = Place::empty();
     dem(&place);
@@ -28,12 +28,12 @@ fn place_with_flight() -> Place {
 }
 
 fn keys(value: &Value, expected: &[&str]) -> Result<(), String> {
-    let object = value.as_object().ok_or_else(|| format!("{value} is no object"))?;
+    let object = value.as_object().ok_or_else(|| format!("{value} is not an object"))?;
     let mut found: Vec<&str> = object.keys().map(String::as_str).collect();
     let mut expected = expected.to_vec();
     found.sort_unstable();
     expected.sort_unstable();
-    if found == expected { Ok(()) } else { Err(format!("{found:?}, and it must be {expected:?}")) }
+    if found == expected { Ok(()) } else { Err(format!("found the keys {found:?}, expected {expected:?}")) }
 }
 
 fn all_numbers(value: &Value, names: &[&str]) -> Result<(), String> {
@@ -48,24 +48,28 @@ fn all_numbers(value: &Value, names: &[&str]) -> Result<(), String> {
 }
 
 fn is_null(value: &Value, name: &str) -> Result<(), String> {
-    if value[name].is_null() { Ok(()) } else { Err(format!("{name} is {}, and it was not measured", value[name])) }
+    if value[name].is_null() {
+        Ok(())
+    } else {
+        Err(format!("{name} is {}, expected null, since it was not measured", value[name]))
+    }
 }
 
-/// What scripts rely on.
+/// Checks the names and types that scripts rely on.
 fn check_schema(report: &Value) -> Result<(), String> {
     keys(report, &["adapter", "size", "world", "runs"])?;
     keys(&report["world"], &["samples", "extent_m"])?;
-    for run in report["runs"].as_array().ok_or("runs is no list")? {
+    for run in report["runs"].as_array().ok_or("runs is not a list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
         let more =
             ["antialias", "triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
         keys(run, &[&names[..], &more, &["allowed_error_px", "over_budget_frames"]].concat())?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
-        // Null where the GPU has no timers.
+        // Null where the GPU has no timestamp queries.
         if !run["gpu_ms"].is_null() {
             all_numbers(&run["gpu_ms"], &["p50", "p95", "p99", "max"])?;
         }
-        for pass in run["passes"].as_array().ok_or("passes is no list")? {
+        for pass in run["passes"].as_array().ok_or("passes is not a list")? {
             keys(pass, &["name", "gpu_ms", "frames", "mean_ms", "bytes_read", "bytes_written"])?;
             if !pass["gpu_ms"].is_null() {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
@@ -75,12 +79,12 @@ fn check_schema(report: &Value) -> Result<(), String> {
         let counts = ["loaded", "evicted", "cancelled", "failed", "late_frames"];
         keys(&run["tiles"], &[&counts[..], &["late_frames_after_1s", "full_detail_ms"]].concat())?;
         if let Some(name) = counts.iter().find(|name| !run["tiles"][**name].is_number()) {
-            return Err(format!("{name} is no number"));
+            return Err(format!("{name} is not a number"));
         }
         all_numbers(&run["lod_error_px"], &["p50", "p99", "max"])?;
         all_numbers(&run["allowed_error_px"], &["p50", "p99", "max"])?;
         if run["over_budget_frames"] != 0 {
-            return Err(format!("{} frames of ordinary land are over the budget", run["over_budget_frames"]));
+            return Err(format!("{} frames of ordinary land exceed the budget", run["over_budget_frames"]));
         }
         check_steadiness(&run["temporal"], run["style"] == "plain")?;
         ["strokes", "strokes_left_out", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
@@ -88,7 +92,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
     Ok(())
 }
 
-/// Of styles without strokes; plain draws no lines either.
+/// Checks the steadiness of styles without strokes; `plain` draws no lines either.
 fn check_steadiness(temporal: &Value, is_plain: bool) -> Result<(), String> {
     let lines = ["line_coverage", "line_masked", "flicker", "flicker_births", "flicker_deaths", "flicker_ink"];
     let lines = [&lines[..], &["flicker_ink_births", "flicker_ink_deaths"]].concat();
@@ -130,18 +134,18 @@ fn a_bench_writes_what_scripts_rely_on() {
         assert!(run["memory"]["gpu_bytes"].as_u64().unwrap() > run["memory"]["tile_cache_bytes"].as_u64().unwrap());
         assert!(run["memory"]["tile_cache_bytes"].as_u64().unwrap() > 0);
         assert_eq!((&run["tiles"]["failed"], &run["tiles"]["late_frames"]), (&0.into(), &0.into()));
-        // A pass of all pixels writes the picture: 8 bytes for each of them.
+        // The last pass writes the picture: 8 bytes per pixel.
         let last = run["passes"].as_array().unwrap().last().unwrap();
         assert_eq!(last["bytes_written"], 96 * 54 * 8);
         assert!(last["bytes_read"].as_u64().unwrap() > 96 * 54 * 8);
-        // The passes that ran are those of the style, in their order.
+        // The passes are those of the style, in order.
         let ran: Vec<_> = run["passes"].as_array().unwrap().iter().map(|pass| pass["name"].as_str().unwrap()).collect();
         assert_eq!((ran[0], ran[ran.len() - 1]), ("surface/land/vertices", "composite/composite"));
         for (pass, of_ink) in [("lines/lsa", true), ("lines/smooth", true), ("tones/plain", false)] {
             assert_eq!(ran.contains(&pass), of_ink == (name == "ink"), "{name}: {ran:?}");
         }
     }
-    // Both drew the same mesh.
+    // Both styles drew the same mesh.
     assert_eq!(runs[0]["triangles"], runs[1]["triangles"]);
     assert_eq!(runs[0]["lod_error_px"], runs[1]["lod_error_px"]);
 
@@ -150,10 +154,13 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert_eq!(frames.lines().count(), 1 + 2 * 5);
     assert!(frames.lines().nth(5).unwrap().starts_with("ink,mono,4,1,"), "{frames}");
     let page = std::fs::read_to_string(place.path("deep/out/report.html")).unwrap();
-    assert!(page.contains("<svg") && !page.contains("http"), "the page stands alone");
+    assert!(
+        page.contains("<svg") && !page.contains("http"),
+        "the page must contain a diagram and refer to no other site"
+    );
     assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
-    // The check itself finds a wrong name, and a 0 where nothing was measured.
+    // Planted errors: a wrong name, and a 0 where nothing was measured.
     let text = report.to_string();
     for (right, wrong) in [
         ("\"frame_ms\"", "\"frame_time\""),
@@ -178,7 +185,7 @@ fn the_steadiness_of_strokes_is_measured() {
         let more = ["--frames", frames, "--temporal", pairs, "-o", "out", "--json"];
         place.json(&[&flight[..], &more].concat())["runs"][0].clone()
     };
-    // The same way in fewer frames: each is farther from the one before.
+    // The same path in fewer frames has larger steps.
     let (slow, fast) = (of("81", "3"), of("5", "3"));
     for run in [&slow, &fast] {
         let temporal = &run["temporal"];
@@ -190,7 +197,7 @@ fn the_steadiness_of_strokes_is_measured() {
     let e_warp = |run: &Value| run["temporal"]["e_warp"].as_f64().unwrap();
     assert!(e_warp(&fast) > 0.0 && e_warp(&slow) > 0.0);
     assert!(of("5", "0")["temporal"].is_null());
-    // Whoever follows the clock is compared too.
+    // With --real-time, pairs of frames are compared too.
     let real_time = place.json(&[&flight[..], &["--real-time", "-o", "out", "--json"]].concat());
     assert!(real_time["runs"][0]["temporal"]["pairs"].as_f64().unwrap() >= 1.0, "{real_time}");
 }
@@ -218,7 +225,7 @@ fn strokes_that_found_no_room_are_told() {
     assert_eq!(left_out(0), serde_json::json!({"edges": 0, "segments": 0, "strokes": 0}));
     assert!(left_out(1)["strokes"].as_u64().unwrap() > 0, "{}", left_out(1));
     assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["segments"].as_u64()), (Some(0), Some(0)));
-    // One line, of the style that has too little.
+    // One line, for the style whose budget is too small.
     for told in [&text, &page] {
         assert_eq!(told.matches("exceed the limits").count(), 1, "{told}");
         assert!(told.contains(&format!("{} strokes exceed the limits", left_out(1)["strokes"])), "{told}");
@@ -240,9 +247,9 @@ fn the_level_of_detail_error_is_measured() {
         error_px
     };
     let (fine_px, coarse_px) = (error_px("1"), error_px("40"));
-    assert!(fine_px > 0.0 && fine_px < 1.5, "{fine_px}");
-    // A mesh that may be wrong is wrong, and the measure sees it.
-    assert!(coarse_px > 3.0 * fine_px, "{coarse_px} after {fine_px}");
+    assert!(fine_px > 0.0 && fine_px < 1.5, "measured {fine_px} px, allowed 1 px");
+    // A mesh with a larger allowed error has a larger error, and the measurement finds it.
+    assert!(coarse_px > 3.0 * fine_px, "measured {coarse_px} px with 40 px allowed, {fine_px} px with 1 px");
 }
 
 #[test]
@@ -252,7 +259,7 @@ fn frames_without_room_for_their_tiles_are_late() {
     }
     let place = place_with_flight();
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "96x54", "--frames", "3", "--styles", "plain"];
-    // 1 MiB has room for three tiles; the view wants four and the one above them.
+    // 1 MiB has room for three tiles; the view needs four and the one above them.
     let report = place.json(&[&flight[..], &["-o", "out", "--json", "--tile-memory", "1"]].concat());
     assert_eq!(report["runs"][0]["tiles"]["late_frames"], 3, "{report}");
 }
@@ -266,7 +273,7 @@ fn the_table_has_a_row_for_each_style() {
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "64x36", "--styles", "ink,ink"];
     let table = place.text(&[&flight[..], &["--frames", "2", "-o", "out"]].concat());
     let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("ink ")).collect();
-    // Times, and steadiness.
+    // Two rows of times, and two of steadiness.
     assert_eq!(rows.len(), 4, "{table}");
     assert!(rows[0].contains("1.00") && table.contains("report.html"), "{table}");
     assert!(table.contains("flicker %"), "{table}");
@@ -297,6 +304,6 @@ fn a_bench_of_two_eyes_tells_how_they_agree() {
             run["passes"].as_array().unwrap().iter().filter_map(|pass| pass["name"].as_str()).collect();
         assert!(run["antialias"] == "temporal" && passes.contains(&"composite/temporal_aa"), "{passes:?}");
     }
-    // One eye has nobody to agree with.
+    // A single eye has no other eye to agree with.
     assert!(of(&[]).iter().all(|run| run["stereo"].is_null()));
 }

@@ -1,4 +1,4 @@
-//! A height file through `info` and `bake`.
+//! A height file in `info` and `bake`.
 
 use std::path::PathBuf;
 
@@ -8,14 +8,14 @@ use serde_json::Value;
 
 use crate::Place;
 
-/// Samples per row and rows of the synthetic DEM: more than one tile, and odd.
+/// Columns and rows of the synthetic DEM: more than one tile, and odd.
 pub const SIZE: [u32; 2] = [301, 261];
 pub const SPACING_M: f64 = 10.0;
 const VOIDS: u64 = 20 * 10;
-/// On the border between two tiles.
+/// The column and row of the no-data area, on the border between two tiles.
 const VOID_CORNER: [usize; 2] = [250, 100];
 
-/// Hills of several sizes with sharp ridges, and a hole.
+/// Returns the height of hills of several sizes with sharp ridges; -9999 in the no-data area.
 fn height_m(column: usize, row: usize) -> f32 {
     let (x, y) = (column as f32, row as f32);
     if (VOID_CORNER[0]..VOID_CORNER[0] + 20).contains(&column) && (VOID_CORNER[1]..VOID_CORNER[1] + 10).contains(&row) {
@@ -25,7 +25,7 @@ fn height_m(column: usize, row: usize) -> f32 {
     900.0 + 400.0 * ridge(x / 60.0, y / 60.0) + 90.0 * ridge(x / 13.0, y / 11.0) + 12.0 * ridge(x / 2.3, y / 2.9)
 }
 
-/// Writes the synthetic DEM.
+/// Writes the synthetic DEM and returns its path.
 pub fn dem(place: &Place) -> PathBuf {
     let path = place.path("dem.tif");
     let [width, height] = SIZE;
@@ -41,7 +41,7 @@ pub fn dem(place: &Place) -> PathBuf {
 }
 
 fn number(value: &Value) -> f64 {
-    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+    value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"))
 }
 
 fn range_m() -> [f32; 2] {
@@ -81,7 +81,7 @@ fn what_is_baked_is_what_info_tells() {
     dem(&place);
     let mut before_bytes = u64::MAX;
     for (arguments, max_error_m) in [(&["--max-error", "0"][..], 0.0), (&[], 0.01), (&["--max-error", "0.5"], 0.5)] {
-        // The second and third bake replace the file of the one before.
+        // The second and third bake replace the output of the previous one.
         let arguments = [&["bake", "dem.tif", "-o", "baked.tif", "--json", "--voids", "holes"], arguments].concat();
         let baked = place.json(&arguments);
         let info = place.json(&["info", "baked.tif", "--json"]);
@@ -96,14 +96,14 @@ fn what_is_baked_is_what_info_tells() {
             levels.iter().map(|level| ["width", "height", "tiles"].map(|key| level[key].as_u64().unwrap())).collect();
         assert_eq!(sizes, [[301, 261, 4], [151, 131, 1]]);
         assert_eq!((&info["tiles"], info["patches"].as_u64().unwrap() > 90), (&5.into(), true), "{info}");
-        // Samples are served as f32 with a bit less.
+        // Samples are stored as f32, which adds a rounding error.
         assert!(number(&levels[0]["largest_error_m"]) <= max_error_m + 2e-4, "{info}");
         assert!(number(&levels[1]["largest_error_m"]) > 1.0, "{info}");
         let bytes = std::fs::metadata(place.path("baked.tif")).unwrap().len();
         assert_eq!(info["tif_bytes"], bytes);
         let bits = bytes as f64 * 8.0 / f64::from(SIZE[0] * SIZE[1]);
         assert!((number(&info["bits_per_sample"]) - bits).abs() < 1e-9);
-        assert!(bytes < before_bytes, "{bytes} after {before_bytes}");
+        assert!(bytes < before_bytes, "a larger error gave {bytes} bytes, a smaller one {before_bytes}");
         before_bytes = bytes;
     }
     let text = place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
@@ -131,7 +131,7 @@ fn a_bake_does_not_touch_its_input_nor_a_failed_one_its_output() {
         std::fs::remove_file(&link).unwrap();
     }
     assert_eq!(std::fs::read(&dem).unwrap(), bytes);
-    // A damaged input leaves an older output alone.
+    // A bake of a damaged input does not change an existing output.
     place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
     let baked = std::fs::read(place.path("baked.tif")).unwrap();
     hachure::file::atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();

@@ -1,4 +1,4 @@
-//! An installed program, without its sources: its scenes and camera paths are inside.
+//! An installed program without its source tree has built-in scenes and camera paths.
 
 use std::path::Path;
 use std::process::{Command, Output};
@@ -7,7 +7,7 @@ use hachure::file::png::read_rgba8;
 
 use super::{Place, checked_in};
 
-/// Runs a copy of the program from the root of the file system.
+/// Runs a copy of the program in the root of the file system.
 fn installed(place: &Place, arguments: &[&str]) -> Output {
     let copy = place.path("hachure");
     if !copy.exists() {
@@ -42,7 +42,7 @@ fn an_installed_program_tells_its_scenes_and_paths() {
         let output = installed(&place, &["info", name]);
         assert!(output.status.success() && text(&output).contains(told), "{name}: {}", text(&output));
     }
-    // What is no name of one is told which there are; what looks like a file is not.
+    // An unknown name gives the list of built-in scenes; a name that looks like a file does not.
     let output = installed(&place, &["render", "hutch", "-o", place.path("a.png").to_str().unwrap()]);
     assert_eq!(output.status.code(), Some(1));
     let names = "hutch: there is no such file; the built-in scenes are continent, continent_small, forest, hut";
@@ -63,7 +63,7 @@ fn a_file_of_the_same_name_comes_first() {
 #[test]
 fn a_scene_inside_draws_as_its_file_does() {
     if hachure::gpu::Gpu::open(&hachure::gpu::device::AdapterWish::Best).is_err() {
-        println!("skipped: there is no GPU");
+        println!("skipped: no GPU");
         return;
     }
     let place = Place::empty();
@@ -77,7 +77,7 @@ fn a_scene_inside_draws_as_its_file_does() {
         assert!(output.status.success(), "{world}: {}", text(&output));
         pictures.push(read_rgba8(Path::new(&path)).unwrap());
     }
-    assert!(pictures[0] == pictures[1], "the scene inside draws another picture than terrain/hut.toml");
-    // The planted error: without its huts it is another one.
+    assert!(pictures[0] == pictures[1], "the built-in scene and terrain/hut.toml give different pictures");
+    // Planted error: the scene without its huts.
     assert!(pictures[0] != pictures[2]);
 }

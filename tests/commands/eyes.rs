@@ -1,4 +1,4 @@
-//! `render --eyes`: two eyes in files.
+//! `render --eyes`: stereo pairs in files.
 
 use glam::DVec3;
 use hachure::file::exr::read_exr;
@@ -20,7 +20,7 @@ fn has_no_gpu() -> bool {
     none
 }
 
-/// The bytes of a drawing, rows of `4 * width`.
+/// Draws into `file` and returns its RGBA bytes, row by row.
 fn drawn(place: &Place, file: &str, more: &[&str]) -> Vec<u8> {
     place.text(&[&RENDER[..], &["-o", file], more].concat());
     let picture = read_rgba8(&place.path(file)).unwrap();
@@ -48,12 +48,15 @@ fn a_pair_is_its_eyes_and_eyes_at_one_place_are_mono() {
                 .collect()
         };
         let [left, right] = [of("left", &wide), of("right", &wide)];
-        assert!(left == half(0) && right == half(1), "{style}");
-        assert!(left != half(1), "{style}: planted, eyes exchanged");
+        assert!(left == half(0) && right == half(1), "{style}: the halves of the pair differ from single eyes");
+        assert!(left != half(1), "{style}: planted error, eyes exchanged");
         let mono = drawn(&place, "out.png", &["--style", style]);
-        assert!(left != mono && right != mono, "{style}");
+        assert!(left != mono && right != mono, "{style}: an eye of a wide pair equals mono");
         let none = ["--ipd", "0"];
-        assert!(of("left", &none) == mono && of("right", &none) == mono, "{style}: eyes at one place");
+        assert!(
+            of("left", &none) == mono && of("right", &none) == mono,
+            "{style}: eyes with a distance of 0 differ from mono"
+        );
     }
 }
 
@@ -66,19 +69,23 @@ fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
     dem(&place);
     let of = |eyes: &str| drawn(&place, "out.png", &["--style", "ink", "--eyes", eyes, "--ipd", "40"]);
     let [grey, coloured, left] = ["grey-anaglyph", "anaglyph", "left"].map(of);
-    // Red is the left eye's luma; green and blue are the right eye's, and the same.
+    // Red is the left eye's luma; green and blue are both the right eye's.
     let is_grey = |picture: &[u8]| picture.chunks_exact(4).all(|texel| texel[1] == texel[2]);
     assert!(is_grey(&grey) && !is_grey(&coloured));
     let near = |a: u8, b: u8| a.abs_diff(b) < 16;
     assert!(grey.chunks_exact(4).zip(left.chunks_exact(4)).all(|(grey, left)| near(grey[0], left[1])));
-    assert!(!grey.chunks_exact(4).zip(left.chunks_exact(4)).all(|(grey, left)| near(grey[1], left[1])), "planted");
+    assert!(
+        !grey.chunks_exact(4).zip(left.chunks_exact(4)).all(|(grey, left)| near(grey[1], left[1])),
+        "planted error, the left eye in green"
+    );
     let ipd_m = |more: &[&str]| {
         let told = place.json(&[&RENDER[..], &["-o", "out.png", "--json"], more].concat());
         told["ipd_m"].as_f64()
     };
-    // 150 m above the ground, looking down by 12 degrees with 60 across: the nearest land is some 200 m away.
+    // 150 m above the ground, looking 12 degrees down with a field of view of 60 degrees, the nearest land is about 200
+    // m away.
     let auto_m = ipd_m(&["--eyes", "left", "--ipd", "auto"]).unwrap();
-    assert!((4.0..10.0).contains(&auto_m), "{auto_m}");
+    assert!((4.0..10.0).contains(&auto_m), "--ipd auto gave {auto_m} m, expected 4 m to 10 m");
     assert_eq!((ipd_m(&["--eyes", "left"]), ipd_m(&[])), (Some(0.065), None));
 }
 
@@ -104,7 +111,8 @@ fn the_layers_of_a_pair_are_its_eyes() {
             assert_eq!(bits(layer), bits(one.f32(channel).unwrap()), "{eyes} {channel}");
         }
     }
-    // Positions count from the camera, 20 m beside each eye; the rays are those of yaw 40, pitch -12, 60 degrees.
+    // Positions are relative to the camera, which is 20 m from each eye; the rays are those of yaw 40, pitch -12, 60
+    // degrees.
     let (yaw, pitch) = (40_f64.to_radians(), -12_f64.to_radians());
     let forward = DVec3::new(yaw.sin() * pitch.cos(), yaw.cos() * pitch.cos(), pitch.sin());
     let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
@@ -124,7 +132,7 @@ fn the_layers_of_a_pair_are_its_eyes() {
     };
     for (eye, aside_m) in [("left", -20.0), ("right", 20.0)] {
         assert!(farthest_off_m(eye, aside_m) < 0.05, "{eye}: {} m", farthest_off_m(eye, aside_m));
-        // Planted: eyes exchanged.
+        // Planted error: eyes exchanged.
         assert!(farthest_off_m(eye, -aside_m) > 39.0);
     }
 }
@@ -140,7 +148,7 @@ fn a_drawing_of_two_eyes_has_two_inks() {
         place.text(&[&RENDER[..], &["-o", "a.svg", "--style", "pen", "--ipd", "40", "--eyes", eyes]].concat());
         std::fs::read_to_string(place.path("a.svg")).unwrap()
     };
-    // The paths of each layer, without what stands at the layer.
+    // The paths of each layer, without the layer's own attributes.
     let paths = |text: &str| -> Vec<Vec<String>> {
         let layers = text.split("<g id=").skip(1);
         layers
@@ -153,7 +161,7 @@ fn a_drawing_of_two_eyes_has_two_inks() {
     let inks = paths(&both);
     let [left, right] = ["left", "right"].map(|eye| paths(&of(eye)).concat());
     assert!(!left.is_empty() && inks == [left.clone(), right.clone()]);
-    assert!(left != right, "planted: eyes exchanged");
+    assert!(left != right, "planted error, eyes exchanged");
 }
 
 #[test]

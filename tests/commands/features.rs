@@ -1,4 +1,4 @@
-//! What a build without a feature says of it: one line. CI builds one without both and runs this.
+//! The one line with which a build without a feature reports that. CI builds one without both features and runs this.
 
 use super::Place;
 
@@ -15,7 +15,7 @@ fn what_is_left_out_is_told() {
     let without_headset = vr.starts_with("--vr: this build of hachure has no headset (feature `headset`");
     assert_eq!(without_headset, cfg!(not(feature = "headset")), "{vr}");
 
-    // Nobody listens there: with a network it says so.
+    // Nothing listens at this port: a build with a network reports that.
     let address = "http://127.0.0.1:9/land.tif";
     let error = place.error(&["render", address, "-o", "a.png"]);
     let without_network =

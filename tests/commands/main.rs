@@ -1,6 +1,6 @@
 //! The program as scripts use it: exit statuses, one-line errors, and what the commands print and write.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test, in helpers too")]
 
 mod bench;
 mod dem;
@@ -21,21 +21,21 @@ use std::process::{Command, Output};
 use hachure::file::atomic;
 use serde_json::Value;
 
-/// A folder that goes with the test, with a cache of its own.
+/// A temporary folder with its own cache.
 pub struct Place(tempfile::TempDir);
 
 impl Place {
-    /// With nothing in it.
+    /// Creates an empty folder.
     pub fn empty() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    /// Of a file in it, there or not.
+    /// Returns the path of a file in the folder, which need not exist.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// Writes a text and says where.
+    /// Writes a text file and returns its path.
     pub fn file(&self, name: &str, text: &str) -> PathBuf {
         let path = self.path(name);
         atomic::write(&path, text.as_bytes()).unwrap();
@@ -48,31 +48,31 @@ impl Place {
             .args(arguments)
             .current_dir(self.0.path())
             .env("HACHURE_CACHE", self.path("cache"))
-            // As without a desktop: Mesa has nothing to say of it.
+            // As without a desktop, so that Mesa prints no warning.
             .env_remove("XDG_RUNTIME_DIR")
             .env_remove("RUST_LOG")
             .output()
             .unwrap()
     }
 
-    /// What the program prints when it succeeds.
+    /// Runs the program, which must succeed; returns its standard output.
     pub fn text(&self, arguments: &[&str]) -> String {
         let output = self.hachure(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The same as JSON.
+    /// Runs the program, which must succeed; parses its standard output as JSON.
     pub fn json(&self, arguments: &[&str]) -> Value {
         serde_json::from_str(&self.text(arguments)).unwrap()
     }
 
-    /// The one line with which the program fails.
+    /// Runs the program, which must fail (exit status 1); returns its one-line error.
     pub fn error(&self, arguments: &[&str]) -> String {
         self.line(arguments, 1)
     }
 
-    /// The one line with which the program refuses arguments.
+    /// Runs the program, which must refuse its arguments (exit status 2); returns its one-line error.
     pub fn misuse(&self, arguments: &[&str]) -> String {
         self.line(arguments, 2)
     }
@@ -87,7 +87,7 @@ impl Place {
         line.to_owned()
     }
 
-    /// The names in the folder, without the cache.
+    /// Returns the names in the folder, without the cache.
     pub fn names(&self) -> Vec<String> {
         let entries = fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<String> =
@@ -182,7 +182,7 @@ fn styles_are_listed_shown_and_checked() {
     for style in listed {
         let [name, description] = ["name", "description"].map(|key| style[key].as_str().unwrap());
         assert!(text.lines().any(|line| line.starts_with(name) && line.ends_with(description)), "{text}");
-        // What is shown holds, under whatever name.
+        // The printed style is valid as a file of any name.
         let shown = place.text(&["styles", "show", name]);
         let file = place.file(&format!("{name}.mine"), &shown);
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": valid"));
@@ -192,7 +192,7 @@ fn styles_are_listed_shown_and_checked() {
         assert_eq!(draws.contains(&"lines by lsa"), shown.contains("detector = \"lsa\""), "{name}: {draws:?}");
         assert!(draws.iter().any(|part| part.ends_with(" shading")), "{name}: {draws:?}");
     }
-    // Those of measurements too.
+    // The styles of the benchmarks are valid too.
     for file in fs::read_dir(checked_in("benches/styles")).unwrap() {
         let file = file.unwrap().path();
         assert!(place.text(&["styles", "check", file.to_str().unwrap()]).trim_end().ends_with(": valid"));
@@ -200,7 +200,7 @@ fn styles_are_listed_shown_and_checked() {
     let wrong = place.text(&["styles", "show", "ink"]).replace("ramp", "slope");
     assert!(place.error(&["styles", "check", place.file("wrong.toml", &wrong).to_str().unwrap()]).contains("slope"));
 
-    // Marks that are not there are told before anything is drawn with them.
+    // Unknown marks are reported before anything is drawn.
     let hatched = place.text(&["styles", "show", "stipple"]);
     let unknown = place.file("unknown.toml", &hatched.replace("\"dots\"\nsize", "\"spots\"\nsize"));
     assert!(place.error(&["styles", "check", unknown.to_str().unwrap()]).contains("spots"));

@@ -1,4 +1,4 @@
-//! What the program says of models and their materials.
+//! What the program prints about models and their materials.
 
 use super::Place;
 
@@ -27,7 +27,7 @@ fn materials_are_told_and_what_is_wrong_with_them_once() {
     }
     assert_eq!(warned.lines().count(), 2, "{warned}");
     assert_eq!(place.json(&["info", "a.toml", "--json"])["meshes"][0]["materials"], 3);
-    // Planted: nothing is told of a model without materials.
+    // Planted error: a model without materials, of which nothing may be printed.
     place.file("tree.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let output = place.hachure(&["info", "a.toml"]);
     assert!(output.stderr.is_empty() && !String::from_utf8(output.stdout).unwrap().contains("material"));
@@ -59,7 +59,7 @@ fn trees_of_a_forest_are_told_and_read() {
         told.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
         "{told}"
     );
-    // Planted: other rules, and wind, are told otherwise.
+    // Planted error: other rules, and wind, which must be printed.
     place.file(
         "b.toml",
         &scene.replace(
@@ -78,12 +78,12 @@ fn trees_of_a_forest_are_told_and_read() {
     assert!(other.contains("wind      8 m/s from 270°\n") && !told.contains("wind"), "{other}");
     let models = &place.json(&["info", "a.toml", "--json"])["tree_models"];
     assert!(models[0]["triangles"] == 4 && models[0]["up"] == "y" && models[1].is_null(), "{models}");
-    // No picture replaces what it is made of.
+    // An output may not replace a file that the scene reads.
     place.file("tree.mtl", "newmtl bark\nKd 1 0 0\nmap_Kd bark.png\n");
     place.file("bark.png", "a texture");
     let error = place.error(&["render", "a.toml", "-o", "bark.png"]);
     assert!(error.contains("bark.png: is the input"), "{error}");
-    // Planted: one that is not there.
+    // Planted error: a missing model.
     std::fs::remove_file(place.path("tree.obj")).unwrap();
     let error = String::from_utf8(place.hachure(&["info", "a.toml"]).stderr).unwrap();
     assert!(error.contains("tree.obj does not exist") && error.lines().count() == 1, "{error}");

@@ -1,4 +1,4 @@
-//! What succeeds writes nothing to standard error.
+//! Successful commands print nothing to standard error.
 
 use std::process::Command;
 
@@ -17,18 +17,18 @@ fn a_drawing_without_a_desktop_is_silent() {
     let place = Place::empty();
     dem(&place);
     let arguments = ["render", "dem.tif", "--camera=-900,-900,+150,40,-12,60", "--size", "96x54", "-o", "out.png"];
-    // The first run bakes, and says so.
+    // The first run bakes, and reports it.
     place.text(&arguments);
     let output = place.hachure(&arguments);
     assert!(output.status.success());
     assert_eq!(String::from_utf8_lossy(&output.stderr), "");
-    // Planted: a folder that libwayland does not accept, where Mesa was built with it.
+    // Planted error: a runtime folder that libwayland does not accept, where Mesa was built with it.
     let mut program = Command::new(env!("CARGO_BIN_EXE_hachure"));
     program.args(arguments).current_dir(place.path("")).env("HACHURE_CACHE", place.path("cache"));
     let output = program.env("XDG_RUNTIME_DIR", "no/whole/path").env_remove("RUST_LOG").output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr).into_owned();
     match told.contains("XDG_RUNTIME_DIR") {
-        true => println!("Mesa speaks where it may: {told}"),
-        false => println!("this driver never speaks of XDG_RUNTIME_DIR"),
+        true => println!("Mesa printed its warning: {told}"),
+        false => println!("this driver prints no warning about XDG_RUNTIME_DIR"),
     }
 }

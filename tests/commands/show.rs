@@ -1,4 +1,4 @@
-//! `render --show NAME`: pictures of a frame as its passes left them.
+//! `render --show NAME`: intermediate pictures of a frame, as its passes wrote them.
 
 use hachure::file::exr::read_exr;
 use hachure::file::png::read_rgba8;
@@ -24,7 +24,7 @@ fn a_picture_of_the_frame_is_written_as_it_stands() {
         place.text(&[&RENDER[..], &[file, "--show", name]].concat());
         place.path(file)
     };
-    // Raw, and the same to the bit as the channels that have a name of their own.
+    // In an EXR, values are raw and bit-identical to those of the corresponding channels.
     for (name, channels) in [("normal", ["normal.X", "normal.Y"]), ("position", ["position.X", "position.Y"])] {
         let shown = read_exr(&show(name, "shown.exr")).unwrap();
         assert_eq!([shown.width, shown.height], [96, 54]);
@@ -32,23 +32,23 @@ fn a_picture_of_the_frame_is_written_as_it_stands() {
         for (channel, name) in ["R", "G"].into_iter().zip(channels) {
             assert_eq!(bits(shown.f32(channel).unwrap()), bits(drawn.f32(name).unwrap()), "{name}");
         }
-        // Planted: another channel.
+        // Planted error: another channel.
         assert_ne!(bits(shown.f32("R").unwrap()), bits(drawn.f32(channels[1]).unwrap()));
     }
     let ids = read_exr(&show("surface id", "ids.exr")).unwrap();
     assert_eq!(ids.u32("id").unwrap(), drawn.u32("surface.id").unwrap());
-    // In a PNG a hyphen is as good as a space, and each number has its colour.
+    // For a PNG, the name may have a hyphen in place of the space; each id has its own colour.
     let png = read_rgba8(&show("surface-id", "ids.png")).unwrap();
     assert_eq!([png.width, png.height], [96, 54]);
     let color = |i: usize| &png.rgba[4 * i..4 * i + 3];
     let numbers = ids.u32("id").unwrap();
     assert!((1..numbers.len()).all(|i| numbers[i] != numbers[i - 1] || color(i) == color(i - 1)));
     assert!((1..numbers.len()).any(|i| color(i) != color(i - 1)));
-    // What is drawn is shown as it is drawn.
+    // The final picture is shown as it is rendered.
     place.text(&[&RENDER[..], &["drawn.png"]].concat());
     let picture = read_rgba8(&show("picture", "picture.png")).unwrap();
     assert!(picture == read_rgba8(&place.path("drawn.png")).unwrap());
-    // An array has as many layers as the picture has room for: here one of 260 × 260.
+    // An array shows as many layers as fit into the picture's size: here one of 260 × 260.
     let tiles = read_exr(&show("height tiles", "tiles.exr")).unwrap();
     assert_eq!([tiles.width, tiles.height], [260, 260]);
     assert!(tiles.f32("Y").unwrap().iter().any(|height_m| *height_m > 100.0));

@@ -6,7 +6,7 @@ use crate::Place;
 
 fn row<'a>(rows: &'a Value, key: &str) -> &'a Value {
     let rows = rows["parameters"].as_array().unwrap();
-    rows.iter().find(|row| row["key"] == key).unwrap_or_else(|| panic!("there is no row {key}"))
+    rows.iter().find(|row| row["key"] == key).unwrap_or_else(|| panic!("no row {key}"))
 }
 
 #[test]
@@ -26,7 +26,7 @@ fn every_parameter_is_shown_with_its_value() {
     assert!(line("  detector").starts_with("detector – lsa, sobel, roystan, curvature required Method that detects"));
     assert!(line("[hatching], not in this style").ends_with("none are drawn."));
     assert!(line("[paper]").starts_with("[paper]: The paper on which the picture is drawn."));
-    // Columns begin at one place.
+    // Columns are aligned.
     let at = |begins: &str, word: &str| {
         let line = text.lines().find(|line| line.starts_with(begins)).unwrap();
         line[..line.find(word).unwrap()].chars().count()
@@ -35,7 +35,7 @@ fn every_parameter_is_shown_with_its_value() {
     assert_eq!(at("* width_px", "Width of"), at("  crease_deg", "Edges"));
     assert!(text.lines().all(|line| line.trim_end() == line));
 
-    // For programs the same, and every key of the preset is marked, no other is.
+    // The JSON has the same content; exactly the keys of the preset are marked as set.
     let rows = place.json(&["styles", "show", "strokes", "--all", "--json"]);
     let width = row(&rows, "strokes.width_px");
     assert_eq!((&width["value"], &width["is_set"], &width["is_required"]), (&2.6.into(), &true.into(), &true.into()));
@@ -58,7 +58,7 @@ fn every_parameter_is_shown_with_its_value() {
 #[test]
 fn a_file_is_shown_as_it_is_read() {
     let place = Place::empty();
-    // A style has its layers sorted; the marks of what is set follow them.
+    // The layers of a style are sorted, and the marks of keys that are set move with them.
     let own = "name = \"own\"\ndescription = \"\"\npaper = { grain = 0.5 }\n[tone]\nkind = \"plain\"\n\
                [[hatching.layers]]\nmarks = \"line\"\nfrom = 0.5\nsize = 2\n[[hatching.layers]]\nmarks = \"dash\"\n";
     place.file("own.toml", own);

@@ -31,7 +31,7 @@ fn strokes_are_written_as_paths() {
     assert_eq!(told("title"), "hachure: strokes");
     assert!(told("desc").contains("style strokes") && told("desc").contains("within 0.25 px"), "{}", told("desc"));
 
-    // Coarser curves are fewer. The line on the terminal has the same numbers.
+    // A larger tolerance gives fewer curves. The line on the terminal has the same numbers.
     let said = place.text(&render(&["-o", "b.svg", "--tolerance-px", "3", "--paper", "a5", "--margin", "5"]));
     assert!(said.starts_with(&format!("{count} strokes (")) && said.lines().count() == 1, "{said}");
     assert!(said.contains(" mm, pen up ") && said.contains(" mm before ordering)"), "{said}");
@@ -40,7 +40,7 @@ fn strokes_are_written_as_paths() {
     assert!(coarse.matches('C').count() < text.matches('C').count());
     assert!(coarse.contains("width=\"210mm\" height=\"148mm\" viewBox=\"0 0 210 148\""));
 
-    // A picture has no such numbers, and a view of the sky no paths.
+    // A PNG has no such numbers, and a view of the sky has no paths.
     assert_eq!(place.json(&render(&["-o", "a.png", "--json"]))["svg"], serde_json::Value::Null);
     let sky = place.text(&[
         "render",
@@ -57,7 +57,7 @@ fn strokes_are_written_as_paths() {
     assert_eq!(paths(&fs::read_to_string(place.path("sky.svg")).unwrap()), 0);
 }
 
-/// The names of layers, and the widths, opacities and colours of the paths in each.
+/// Returns the names of layers, and the widths, opacities and colours of the paths in each.
 fn layers(text: &str) -> Vec<(String, Vec<[Option<String>; 3]>)> {
     let document = Document::parse(text).unwrap();
     let groups = document.descendants().filter(|node| node.has_tag_name("g"));
@@ -86,7 +86,7 @@ fn marks_are_written_as_paths() {
     assert!(names.starts_with(&["marks-1", "marks-2"]) && names.contains(&"contours"), "{names:?}");
     assert!(drawn.iter().all(|(_, paths)| !paths.is_empty()));
 
-    // Pens have one width each, and no faint ink.
+    // With --pens, each layer has one width, and no ink is faint.
     let report = place.json(&render(&["-o", "b.svg", "--style", "hachures", "--pens", "2", "--json"]));
     assert_eq!(report["svg"]["pens"].as_array().unwrap().len(), 2);
     assert!(report["svg"]["marks"].as_u64().unwrap() > 100, "{report}");
@@ -97,11 +97,11 @@ fn marks_are_written_as_paths() {
         );
         assert!(paths.windows(2).all(|pair| pair[0] == pair[1]) && paths[0][1..] == [None, None], "{name}");
     }
-    // The same again, of what the file says of itself.
+    // --like draws the same again from the description in the file.
     place.text(&["render", "--like", "b.svg", "-o", "c.svg"]);
     let paths = |name: &str| layers(&fs::read_to_string(place.path(name)).unwrap());
     assert_eq!(paths("b.svg"), paths("c.svg"));
-    // Planted: another style.
+    // Planted error: another style.
     assert_ne!(paths("a.svg"), paths("c.svg"));
 }
 

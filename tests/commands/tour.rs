@@ -1,4 +1,4 @@
-//! The camera path that comes with the program, over the world that comes with it.
+//! The built-in camera path `tour` over the embedded world.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use hachure::source::{HeightGrid, Silent, WorldMapping, procedural};
 
 use crate::checked_in;
 
-/// Between the four samples around a place; more than the surface itself cannot be far from it in metres.
+/// Returns the height of the ground by bilinear interpolation, which is within metres of the surface itself.
 fn ground_m(grid: &HeightGrid, mapping: &WorldMapping, east_m: f64, north_m: f64) -> f64 {
     let at = mapping.grid_from_world(DVec2::new(east_m, north_m));
     let (column, row) = (at.x.floor() as usize, at.y.floor() as usize);
@@ -34,6 +34,6 @@ fn the_tour_stays_30_m_above_ground_and_inside() {
         let speed_m_per_s = before.replace(at).map_or(0.0, |before| at.distance(before) * 60.0);
         assert!(speed_m_per_s < 1000.0, "{speed_m_per_s} m/s at {camera}");
     }
-    assert!(lowest_m > 30.0, "{lowest_m} m above ground");
+    assert!(lowest_m > 30.0, "the tour comes within {lowest_m} m of the ground");
     println!("never lower than {lowest_m:.0} m above ground");
 }

@@ -1,4 +1,4 @@
-//! Many threads that ask for tiles at random, change their minds, and hold what comes against the truth.
+//! Threads that request random tiles, cancel some requests, and compare what arrives with the truth.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
@@ -11,29 +11,29 @@ use hachure::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 
 use crate::faulty_server::next;
 
-/// Of each tile its address and what it must be.
+/// Each tile's address and the fingerprint that it must have.
 pub type Truth = Vec<(TileAddress, u64)>;
 
-/// Distinguishes tiles: all samples, to the bit, and the statistics.
+/// Returns a hash of all samples, bit for bit, and of the statistics.
 pub fn fingerprint(loaded: &LoadedTile) -> u64 {
     let add = |hash: u64, bits: u32| (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3).rotate_left(7);
     let statistics = &loaded.statistics;
     let numbers = [statistics.min_m, statistics.max_m, statistics.error_m];
-    // A minimum of nothing is some NaN.
+    // The minimum of an empty tile is NaN, whose bits may vary.
     let numbers = numbers.map(|number| if number.is_nan() { 0 } else { number.to_bits() });
     loaded.tile.samples.iter().map(|sample| sample.to_bits()).chain(numbers).fold(1, add)
 }
 
-/// How to fly.
+/// The parameters of a flight.
 pub struct Flight {
     pub requests: u64,
     pub threads: u64,
     pub seed: u64,
-    /// How often a tile that cannot be decoded is asked for, as the loader does.
+    /// How often a tile that cannot be decoded is requested, as the loader does.
     pub tries: u32,
 }
 
-/// What came.
+/// The number of tiles by outcome.
 #[derive(Debug, Default)]
 pub struct Outcome {
     pub right: u64,
@@ -41,7 +41,7 @@ pub struct Outcome {
     pub cancelled: u64,
     pub failed: u64,
     pub panicked: u64,
-    /// Tiles that came after a failure.
+    /// Tiles that arrived after a failure.
     pub retried: u64,
 }
 
@@ -67,7 +67,7 @@ impl Flight {
         let left = AtomicU64::new(self.requests);
         let (cancels, cancelled) = mpsc::channel::<Cancel>();
         std::thread::scope(|scope| {
-            // Changes minds while tiles are on their way.
+            // Cancels requests while tiles are on their way.
             scope.spawn(move || {
                 for cancel in cancelled {
                     std::thread::sleep(Duration::from_micros(300));
@@ -140,7 +140,7 @@ impl Flight {
     }
 }
 
-/// What the process holds.
+/// The resources of this process.
 #[derive(Debug)]
 pub struct System {
     pub threads: u64,
@@ -149,7 +149,7 @@ pub struct System {
 }
 
 impl System {
-    /// All 0 where there is no `/proc`.
+    /// Reads the resources; all are 0 where there is no `/proc`.
     pub fn now() -> Self {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let number = |name: &str| {

@@ -1,4 +1,4 @@
-//! The files of these tests, and what is true of them.
+//! The files of these tests, and the tiles expected from them.
 
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -17,20 +17,20 @@ use crate::flight::{Truth, fingerprint};
 const WIDTH: u32 = 601;
 const HEIGHT: u32 = 487;
 
-/// A folder of files.
+/// A folder with the test files.
 pub struct World {
     folder: PathBuf,
 }
 
-/// What a cache holds.
+/// The content of a cache.
 #[derive(Debug, Default)]
 pub struct Found {
     pub blocks: u64,
-    /// Files that a reader would throw away.
+    /// Files that a reader would discard.
     pub damaged: u64,
-    /// Bytes that bear on a height, other than they are in the file.
+    /// Bytes that affect a height and differ from the file.
     pub wrong_bytes: u64,
-    /// Others: in the frames around tiles, which no decoder needs.
+    /// Other bytes that differ: in the frames around tiles, which no decoder reads.
     pub harmless_bytes: u64,
 }
 
@@ -51,7 +51,7 @@ fn grid(voids: bool) -> HeightGrid {
     HeightGrid { width: WIDTH, height: HEIGHT, heights_m: heights_m.collect(), georeference }
 }
 
-/// The baked pyramids, which are also served without their sidecars, as foreign COGs.
+/// The baked pyramids, which are also served without their sidecars, as COGs of other programs.
 const BAKED: [&str; 3] = ["deflate.tif", "lerc.tif", "voids.tif"];
 
 pub fn all(store: Arc<dyn TileStore>) -> Truth {
@@ -100,7 +100,7 @@ impl World {
         std::fs::read(self.folder.join(name)).unwrap()
     }
 
-    /// Puts all files onto the server, without what lies beside the baked ones.
+    /// Serves all files; the baked ones both with and without their sidecars.
     pub fn serve(&self, server: &Server) {
         for name in ["deflate.tif", "lerc.tif", "voids.tif", "plain.tif", "large.tif"] {
             server.put(name, self.bytes(name));
@@ -111,17 +111,17 @@ impl World {
         }
     }
 
-    /// All tiles of a baked pyramid, as its own reader has them.
+    /// Returns all tiles of a baked pyramid, as `Pyramid` reads them.
     pub fn baked_truth(&self, name: &str) -> Truth {
         all(Arc::new(Pyramid::open(&self.folder.join(name)).unwrap()))
     }
 
-    /// All tiles as they come from the file itself.
+    /// Returns all tiles as they are read from the file as a COG.
     pub fn truth(&self, name: &str) -> Truth {
         all(pyramid::store::open_local_cog(&self.folder.join(name)).unwrap().unwrap())
     }
 
-    /// Holds every block in the cache against the file.
+    /// Compares every block in the cache with the file.
     pub fn compare(&self, name: &str, cache: &Path) -> Found {
         let truth = self.bytes(name);
         let frames = self.frames(name);
@@ -143,7 +143,7 @@ impl World {
         found
     }
 
-    /// The bytes around tiles: four with the size before it, the last four again behind it.
+    /// Returns the ranges of bytes around tiles: four with the size before each, and its last four repeated after it.
     fn frames(&self, name: &str) -> Vec<Range<u64>> {
         let file = tiff_reader::TiffFile::open(self.folder.join(name)).unwrap();
         let tiles = file.ifds().iter().flat_map(|ifd| {

@@ -1,4 +1,4 @@
-//! Colours that are heights, and colours that are a picture.
+//! Colours that encode heights, and colours that are a picture.
 
 use std::path::Path;
 
@@ -9,7 +9,7 @@ use crate::write;
 
 const SIZE: usize = 96;
 
-/// Hills of 3 to 9 metres for each pixel.
+/// Returns the height of hills that rise 3 to 9 metres per pixel.
 fn height_m(column: usize, row: usize) -> f64 {
     700.0 + 200.0 * (column as f64 * 0.04).sin() + 90.0 * (row as f64 * 0.07 + column as f64 * 0.02).cos()
 }
@@ -44,7 +44,7 @@ fn carries_prove_heights() {
     for encoding in Encoding::ALL {
         picture(&path, |column, row| packed(encoding, column, row));
         assert!(is_right(&open(&path, None).unwrap()), "{encoding:?}");
-        // Planted: a byte that runs the other way carries nothing.
+        // Planted error: a byte that runs the other way does not carry.
         picture(&path, |column, row| {
             let [red, green, blue] = packed(encoding, column, row);
             if encoding == Encoding::Mapbox { [red, green, 255 - blue] } else { [red, 255 - green, blue] }
@@ -69,17 +69,17 @@ fn pictures_prove_nothing_and_ask() {
         assert!(error.len() - name.len() < 200, "{error}");
         error
     };
-    // Dark blues and greens are heights near -10 km to 0 in Mapbox's.
+    // Dark blues and greens are heights of -10 km to 0 in the encoding `mapbox`.
     let blues = asks(&|column, row| [0, 90 + (column / 8) as u8, (row * 2) as u8]);
     assert!(blues.contains("--encoding mapbox ("), "{blues}");
     asks(&|column, _| [1, 30, column as u8]);
     asks(&|column, row| [1, 100 + noise(column * 97 + row) % 8, noise(row * 89 + column)]);
-    // Greys and greens of a map are plausible in Terrarium's.
+    // Greys and greens of a map are plausible heights in the encoding `terrarium`.
     let map = asks(&|column, row| [120 + (column / 12) as u8, 130 + (row / 2) as u8, 90]);
     assert!(map.contains("--encoding terrarium ("), "{map}");
     asks(&|column, row| [(column * 2) as u8, (row * 2) as u8, noise(column + row * 7)]);
     asks(&|_, _| [128, 0, 0]);
-    // Who says it is believed.
+    // An encoding that is given is not questioned.
     let said = open(&path, Some(Encoding::Terrarium)).unwrap();
     assert!(said.heights_m.iter().all(|height| *height == 0.0));
     std::fs::write(folder.path().join("picture.png.toml"), "encoding = \"terrarium\"").unwrap();
@@ -97,7 +97,7 @@ fn the_drawings_of_the_documentation_are_no_heights() {
     let mut looked_at = 0;
     for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
         if path.extension().is_some_and(|ending| ending == "png") {
-            assert!(open(&path, None).is_err(), "{}", path.display());
+            assert!(open(&path, None).is_err(), "{} was read as heights", path.display());
             looked_at += 1;
         }
     }

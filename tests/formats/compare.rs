@@ -1,4 +1,4 @@
-//! Whether a file gives what it should.
+//! Comparison of a file with the grid that it should contain.
 
 use std::path::Path;
 
@@ -7,10 +7,10 @@ use hachure::source::{self, HeightGrid, Silent};
 use crate::dem::Dem;
 use crate::write;
 
-/// The first difference in words.
+/// Describes the first difference.
 pub fn compare(grid: &HeightGrid, dem: &Dem, crs_from_grid: [f64; 6]) -> Result<(), String> {
     if [grid.width as usize, grid.height as usize] != [dem.width, dem.height] {
-        return Err(format!("{}×{} samples", grid.width, grid.height));
+        return Err(format!("the grid has {}×{} samples", grid.width, grid.height));
     }
     for (index, (ours, expected)) in grid.heights_m.iter().zip(dem.expected()).enumerate() {
         if !(ours.is_nan() && expected.is_nan() || *ours == expected) {
@@ -19,13 +19,13 @@ pub fn compare(grid: &HeightGrid, dem: &Dem, crs_from_grid: [f64; 6]) -> Result<
     }
     for (ours, expected) in grid.georeference.crs_from_grid.iter().zip(crs_from_grid) {
         if (ours - expected).abs() > 1e-12 * expected.abs().max(1.0) {
-            return Err(format!("lies at {:?}, not {crs_from_grid:?}", grid.georeference.crs_from_grid));
+            return Err(format!("the grid is at {:?}, expected {crs_from_grid:?}", grid.georeference.crs_from_grid));
         }
     }
     Ok(())
 }
 
-/// Opens a file and holds it against the grid that was written to it.
+/// Opens a file and compares it with the grid that was written to it.
 pub fn check(path: &Path, dem: &Dem, crs_from_grid: [f64; 6]) -> HeightGrid {
     let grid = source::open(path, &Silent).unwrap_or_else(|error| panic!("{error}"));
     compare(&grid, dem, crs_from_grid).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
@@ -52,11 +52,14 @@ fn planted_errors_are_found() {
     let mut one_row = bytes.clone();
     one_row[5 * 80..6 * 80].reverse();
     one_row[5 * 80..6 * 80].chunks_mut(2).for_each(<[u8]>::reverse);
-    assert!(found(&one_row).starts_with("sample 2"), "row 5 begins with sample 200");
+    assert!(
+        found(&one_row).starts_with("sample 2"),
+        "the first difference must be in row 5, whose first sample is 200"
+    );
 
     std::fs::write(&path, &bytes).unwrap();
     let header = std::fs::read_to_string(path.with_extension("hdr")).unwrap();
     std::fs::write(path.with_extension("hdr"), header.replace("XDIM 30", "XDIM 31")).unwrap();
     let moved = compare(&source::open(&path, &Silent).unwrap(), &dem, place).unwrap_err();
-    assert!(moved.starts_with("lies at"), "{moved}");
+    assert!(moved.starts_with("the grid is at"), "{moved}");
 }

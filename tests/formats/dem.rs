@@ -1,17 +1,17 @@
-//! The grid that all formats are to hold.
+//! The grid that the tests write in all formats.
 
-/// Whole metres, by rows from the north.
+/// A grid of heights in whole metres, in rows from the north.
 #[derive(Clone)]
 pub struct Dem {
     pub width: usize,
     pub height: usize,
-    /// -32768 where there is no data.
+    /// Heights in metres; -32768 is no-data.
     pub heights: Vec<i16>,
 }
 
 impl Dem {
-    /// Waves from below the sea to above the clouds, different in every row and column, with `voids` of every hundred
-    /// samples void.
+    /// Returns waves from below sea level to high mountains, different in every row and column; `voids` of every
+    /// hundred samples are no-data.
     pub fn new(width: usize, height: usize, voids: usize) -> Self {
         let heights = (0..width * height).map(|index| {
             let (column, row) = ((index % width) as f64, (index / width) as f64);
@@ -27,7 +27,7 @@ impl Dem {
         self.heights[row * self.width + column]
     }
 
-    /// In metres, NaN where there is no data.
+    /// Returns the heights in metres, with NaN for no-data.
     pub fn expected(&self) -> Vec<f32> {
         self.heights.iter().map(|&it| if it == i16::MIN { f32::NAN } else { f32::from(it) }).collect()
     }
@@ -36,7 +36,7 @@ impl Dem {
         self.heights.chunks(self.width)
     }
 
-    /// With heights of at least 0, for formats of unsigned samples.
+    /// Raises heights to at least 1 m, for formats of unsigned samples.
     pub fn above_sea(mut self) -> Self {
         self.heights.iter_mut().filter(|it| **it != i16::MIN).for_each(|it| *it = (*it).max(1));
         self

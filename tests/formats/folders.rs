@@ -20,7 +20,7 @@ fn tiles(folder: &Path) -> Dem {
     for row in 256..512 {
         dem.heights[row * 512..][..256].fill(i16::MIN);
     }
-    // A coarser level is passed over.
+    // A coarser level is ignored.
     std::fs::create_dir_all(folder.join("2/2")).unwrap();
     write::terrain_rgb(&folder.join("2/2/1.png"), &Dem::new(256, 256, 0), false);
     dem
@@ -41,7 +41,7 @@ fn tiles_are_one_grid() {
     assert!(error.contains("2.png: is damaged") && !error.contains('\n'), "{error}");
     std::fs::remove_file(folder.path().join("3/4/2.png")).unwrap();
     assert_ne!(source::open_reader(folder.path()).unwrap().identity(), before);
-    // Numbers that level 3 does not have.
+    // A tile number that level 3 does not have.
     std::fs::copy(folder.path().join("3/5/2.png"), folder.path().join("3/5/8.png")).unwrap();
     let error = source::open(folder.path(), &Silent).unwrap_err().to_string();
     assert!(error.contains("8×8 tiles"), "{error}");
@@ -70,9 +70,9 @@ fn members_are_the_height_files() {
     std::fs::write(at("a.bil.aux.xml"), "<PAMDataset/>").unwrap();
     std::fs::write(at("empty.tif"), "").unwrap();
     write::png(&at("photo.png"), [8, 8], png::ColorType::Grayscale, png::BitDepth::Eight, &[7; 64]);
-    // A damaged one is a member: passing it over in silence would leave a hole.
+    // A damaged file is a member: ignoring it would leave a hole without a message.
     std::fs::write(at("broken.tif"), b"II*\0garbage").unwrap();
-    // A mask and overviews belong to the file that they stand beside.
+    // A mask and overviews belong to the file next to them.
     std::fs::write(at("broken.tif.msk"), b"II*\0mask").unwrap();
     std::fs::write(at("broken.tif.ovr"), b"II*\0overviews").unwrap();
     std::fs::create_dir(at("tiles")).unwrap();

@@ -1,4 +1,5 @@
-//! What GDAL writes is read as what GDAL was given. Skipped where `gdal_translate` is not installed.
+//! Files written by GDAL are read with the heights that GDAL was given. Skipped where `gdal_translate` is not
+//! installed.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +9,7 @@ use hachure::source::{self, HeightGrid, Silent};
 
 use crate::dem::Dem;
 
-/// Converts a file, or says why not.
+/// Converts a file; returns `false` and prints why if GDAL is not installed.
 fn translate(from: &Path, to: &Path, arguments: &[&str]) -> bool {
     let output = Command::new("gdal_translate").args(["-q", "-of"]).args(arguments).arg(from).arg(to).output();
     match output {
@@ -21,7 +22,7 @@ fn translate(from: &Path, to: &Path, arguments: &[&str]) -> bool {
     }
 }
 
-/// A file of 16-bit heights whose first sample is centred at `first`.
+/// Writes a file of 16-bit heights whose first sample is centred at `first`, and opens it.
 fn tiff(path: &Path, dem: &Dem, epsg: u16, first: [f64; 2], step: f64) -> HeightGrid {
     let samples = ndarray::Array2::from_shape_fn((dem.height, dem.width), |(row, column)| dem.at(column, row));
     let model = match epsg {
@@ -44,11 +45,14 @@ fn check(path: &Path, original: &HeightGrid, with_place: bool) {
     let name = path.display();
     assert_eq!([grid.width, grid.height], [original.width, original.height], "{name}");
     let same = |(ours, theirs): (&f32, &f32)| ours.is_nan() && theirs.is_nan() || ours == theirs;
-    assert!(grid.heights_m.iter().zip(&original.heights_m).all(same), "{name}: other heights");
+    assert!(grid.heights_m.iter().zip(&original.heights_m).all(same), "{name}: the heights differ");
     if with_place {
         let both = grid.georeference.crs_from_grid.iter().zip(original.georeference.crs_from_grid);
         for (ours, theirs) in both {
-            assert!((ours - theirs).abs() <= 1e-11 * theirs.abs().max(1.0), "{name}: {ours} not {theirs}");
+            assert!(
+                (ours - theirs).abs() <= 1e-11 * theirs.abs().max(1.0),
+                "{name}: georeference {ours}, expected {theirs}"
+            );
         }
     }
 }
@@ -76,7 +80,7 @@ fn projected_grids_of_gdal() {
         if !translate(&at("dem.tif"), &at(name), arguments) {
             return;
         }
-        // XYZ has no word for voids.
+        // XYZ cannot represent no-data.
         if name != "f.xyz" {
             check(&at(name), &original, true);
         }
@@ -109,7 +113,7 @@ fn geographic_grids_of_gdal() {
         let crs = source::open(&at(name), &Silent).unwrap().georeference.crs;
         assert!(matches!(crs, Crs::Geographic { .. }), "{name}: {crs:?}");
     }
-    // DTED has another mark for voids, which gdal_translate does not put in the place of the old one.
+    // DTED has another no-data value, which gdal_translate does not substitute for the old one.
     let whole = tiff(&at("whole.tif"), &Dem::new(1201, 1201, 0), 4326, [8.0, 47.0], 1.0 / 1200.0);
     assert!(translate(&at("whole.tif"), &at("whole.dt1"), &["DTED"]));
     check(&at("whole.dt1"), &whole, true);
@@ -166,18 +170,18 @@ fn shapes_of_gdal() {
             continue;
         }
         assert!(output.status.success(), "{options:?}: {said}");
-        // The profile leaves no-data and place to the .aux.xml beside the file.
+        // Without a GeoTIFF profile, no-data and georeference are in the .aux.xml sidecar.
         check(&name, &original, true);
         let crs = source::open(&name, &Silent).unwrap().georeference.crs;
         assert!(matches!(crs, Crs::Projected { metres_per_unit: 1.0, .. }), "{options:?}: {crs:?}");
     }
 }
 
-/// Some 600 rasters, which takes minutes: where `HACHURE_GDAL_SUITE` names a Python that has GDAL's bindings.
+/// Compares about 600 rasters, which takes minutes, where `HACHURE_GDAL_SUITE` names a Python that has GDAL's bindings.
 #[test]
 fn the_whole_suite_of_gdal() {
     let Some(python) = std::env::var_os("HACHURE_GDAL_SUITE") else {
-        println!("skipped: HACHURE_GDAL_SUITE names no Python with GDAL");
+        println!("skipped: HACHURE_GDAL_SUITE does not name a Python with GDAL");
         return;
     };
     let folder = tempfile::tempdir().unwrap();

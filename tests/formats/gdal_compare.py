@@ -1,14 +1,14 @@
 #!/usr/bin/env python3
-"""Holds what hachure reads against what GDAL reads, file by file.
+"""Compares what hachure reads with what GDAL reads, file by file.
 
-    tests/formats/gdal_compare.py make FOLDER                 rasters in all shapes that GDAL writes
-    tests/formats/gdal_compare.py compare HACHURE FOLDER...   a line for each file; status 1 if one differs
-    tests/formats/gdal_compare.py golden FILE...              lines for tests/golden/heights.csv
+    tests/formats/gdal_compare.py make FOLDER                 writes rasters in all variants that GDAL writes
+    tests/formats/gdal_compare.py compare HACHURE FOLDER...   prints a line for each file; status 1 if one differs
+    tests/formats/gdal_compare.py golden FILE...              prints lines for tests/golden/heights.csv
 
 Needs GDAL 3 with its Python bindings and numpy. `compare` bakes each file without loss and reads the pyramid with GDAL:
-heights in metres and voids must be what GDAL says of the file, the grid must lie where GDAL puts it, and a refusal must be
-one line that names the file. GDAL's mask, scale, offset and unit are applied to its values; what hachure takes as void by
-its own rules (beyond 1000 km, undeclared -32768 and -32767 in 16 bits) is void there, too.
+heights in metres and no-data must equal those that GDAL reads from the file, the georeference must be the same, and a
+refusal must be one line that names the file. GDAL's mask, scale, offset and unit are applied to its values; what hachure
+treats as no-data by its own rules (beyond 1000 km, undeclared -32768 and -32767 in 16 bits) is no-data there, too.
 """
 
 import os
@@ -23,27 +23,27 @@ from osgeo import gdal, osr
 gdal.UseExceptions()
 gdal.PushErrorHandler("CPLQuietErrorHandler")
 
-# Differences that are meant, by the names of files: see docs/formats.md.
+# Intended differences, by file name: see docs/formats.md.
 KNOWN = [
-    (r"alpha_(band|pixel)_(i16|f32)|greyalpha_uint32", "a band of opacity is a mask for every type of sample"),
+    (r"alpha_(band|pixel)_(i16|f32)|greyalpha_uint32", "an alpha band is a mask for every type of sample"),
     (r"(?i)jpeg", "JPEG decoders round differently"),
-    (r"no_transform", "a CRS without a place"),
-    (r"spearfish", "the void mark of GRASS, which GDAL reads as 0"),
-    (r"terrarium|mapbox", "terrain-RGB, of which GDAL reads the colours"),
+    (r"no_transform", "a CRS without a geotransform"),
+    (r"spearfish", "the no-data mark of GRASS, which GDAL reads as 0"),
+    (r"terrarium|mapbox", "terrain-RGB, which GDAL reads as colours"),
 ]
 UNITS = {"ft": 0.3048, "foot": 0.3048, "feet": 0.3048, "us survey foot": 1200 / 3937, "us-ft": 1200 / 3937, "km": 1e3,
          "cm": 0.01}
-SIZE = (83, 61)  # a prime of neither strips nor tiles
+SIZE = (83, 61)  # not a multiple of the size of strips or tiles
 
 
 def heights(kind=np.float64):
-    """Hills with steps of a tenth of a metre, between 300 and 2700 m."""
+    """Returns hills with steps of a tenth of a metre, between 300 and 2700 m."""
     x, y = np.meshgrid(np.arange(SIZE[0]), np.arange(SIZE[1]))
     return np.round(1500 + 800 * np.sin(x * 0.11) + 400 * np.cos(y * 0.17 + x * 0.02), 1).astype(kind)
 
 
 def make(folder):
-    """Writes every shape; what this GDAL cannot write is left out and told."""
+    """Writes every variant; prints and skips what this GDAL cannot write."""
     os.makedirs(folder, exist_ok=True)
     driver = gdal.GetDriverByName("GTiff")
     utm = osr.SpatialReference()
@@ -123,7 +123,7 @@ def make(folder):
     write("rgb", "u8", ["PHOTOMETRIC=RGB"], 3)
     write("palette", "u8", ["PHOTOMETRIC=PALETTE"])
 
-    # Without all of its blocks.
+    # Files that omit some of their blocks.
     for value in [None, -9999]:
         for layout in ["strip", "tile"]:
             path = os.path.join(folder, f"sparse_{layout}_{value}.tif")
@@ -135,7 +135,7 @@ def make(folder):
             file.GetRasterBand(1).WriteArray(heights(np.float32)[:16], 0, 16)
             file = None
 
-    # What is void.
+    # No-data.
     def no_data(value):
         return lambda file: file.GetRasterBand(1).SetNoDataValue(value)
 
@@ -185,7 +185,7 @@ def make(folder):
                 cog.CreateCopy(os.path.join(folder, f"cog_{source}_{codec.lower()}.tif"), gdal.Open(path),
                                options=[f"COMPRESS={codec}", "BLOCKSIZE=128"])
 
-    # What samples mean.
+    # Scale, offset and unit.
     def meaning(scale=None, offset=None, unit=None):
         def then(file):
             band = file.GetRasterBand(1)
@@ -201,7 +201,7 @@ def make(folder):
     for unit in ["m", "ft", "US survey foot", "metre", "foot"]:
         write("unit_" + unit.replace(" ", "_"), "i16", then=meaning(None, None, unit))
 
-    # Where samples lie.
+    # Georeferences.
     def crs(text):
         reference = osr.SpatialReference()
         reference.SetFromUserInput(text)
@@ -243,7 +243,7 @@ def make(folder):
     write("world_file_and_tags", options=["TFW=YES"])
     points = [gdal.GCP(594000, 5195000, 0, 0, 0), gdal.GCP(596490, 5195000, 0, 83, 0), gdal.GCP(594000, 5193170, 0, 0, 61)]
     write("gcps", place=None, srs=None, then=lambda file: file.SetGCPs(points, utm.ExportToWkt()))
-    # What stands beside the file. The profile keeps it out of the tags.
+    # Sidecar files. The profile keeps these values out of the tags.
     write("aux_all", options=["PROFILE=BASELINE"], then=no_data(-9999), data=holes)
     write("aux_scale", options=["PROFILE=BASELINE"], then=meaning(0.1, 5, "ft"))
     write("aux_over_tags", then=no_data(-9999), data=holes)
@@ -261,7 +261,7 @@ def make(folder):
                 gdal.GetDriverByName(other).CreateCopy(os.path.join(folder, f"other_{other}.{extension}"), gdal.Open(path), strict=0)
             except Exception as error:
                 print(f"not made: {other}: {error}", file=sys.stderr)
-    # An Erdas file that an ENVI header stands beside.
+    # An Erdas file with an ENVI header of the same name.
     erdas = os.path.join(folder, "other_HFA.img")
     if os.path.exists(erdas):
         with open(erdas, "rb") as file, open(os.path.join(folder, "erdas_with_hdr.img"), "wb") as out:
@@ -271,10 +271,10 @@ def make(folder):
 
 
 def said_by_gdal(path):
-    """Heights in metres with NaN for voids, the transform for centres, and the kind of CRS."""
+    """Returns heights in metres with NaN for no-data, the transform to sample centres, and the kind of CRS."""
     file = gdal.Open(path)
     band = file.GetRasterBand(1)
-    # GDAL passes a sidecar's scale through the band, and a vertical unit likewise.
+    # GDAL applies the scale and the vertical unit of a sidecar through the band.
     values, shown = band.ReadAsArray(), band.GetMaskBand().ReadAsArray()
     kind = values.dtype
     if np.iscomplexobj(values):
@@ -303,7 +303,7 @@ def said_by_gdal(path):
 
 
 def said_by_hachure(binary, path, scratch):
-    """The same, or the line in which it refuses."""
+    """Returns the same for a bake by hachure, or the line with which hachure refuses the file."""
     out = os.path.join(scratch, "baked.tif")
     for left in (out, out + ".tiles"):
         if os.path.exists(left):
@@ -317,8 +317,8 @@ def said_by_hachure(binary, path, scratch):
 
 
 def compare_one(binary, path, scratch):
-    """(verdict, words): same, known, refused, differs, GDAL (it does not open the file), or BAD (a refusal that does not
-    name the file)."""
+    """Returns (verdict, words): same, known, refused, differs, GDAL (GDAL does not open the file), or BAD (a refusal that
+    does not name the file)."""
     name = os.path.basename(path)
     try:
         theirs = said_by_gdal(path)
@@ -333,16 +333,16 @@ def compare_one(binary, path, scratch):
     (metres, centre, crs), (expected, place, expected_crs) = ours, theirs
     words = []
     if metres.shape != expected.shape:
-        return "differs", f"{metres.shape[::-1]} samples, not {expected.shape[::-1]}"
+        return "differs", f"{metres.shape[::-1]} samples, expected {expected.shape[::-1]}"
     same = (np.isnan(metres) & np.isnan(expected)) | (np.abs(metres - expected) <= 1e-6 * np.abs(expected) + 1e-6)
     if not same.all():
         row, column = np.argwhere(~same)[0]
-        words.append(f"{(~same).sum()} heights, first ({column}, {row}) {metres[row, column]} not {expected[row, column]}")
+        words.append(f"{(~same).sum()} heights, first ({column}, {row}) {metres[row, column]}, expected {expected[row, column]}")
     if place and (not centre or any(abs(a - b) > 1e-9 * max(1.0, abs(b)) for a, b in zip(centre, place))):
-        words.append(f"lies at {centre}, not {place}")
-    # A grid without a CRS is one of metres; where its coordinates can only be degrees it is told so.
+        words.append(f"the transform is {centre}, expected {place}")
+    # A grid without a CRS is in metres; where its coordinates can only be degrees, hachure warns.
     if expected_crs != crs and expected_crs not in ("local", "none"):
-        words.append(f"CRS is {crs}, not {expected_crs}")
+        words.append(f"the CRS is {crs}, expected {expected_crs}")
     if not words:
         return "same", ""
     known = next((reason for pattern, reason in KNOWN if re.search(pattern, name)), None)
@@ -350,7 +350,7 @@ def compare_one(binary, path, scratch):
 
 
 def compare(binary, folders):
-    """Prints a line for each file and the sums."""
+    """Prints a line for each file, and the number of files by verdict."""
     counts = {}
     with tempfile.TemporaryDirectory() as scratch:
         for folder in folders:
@@ -367,7 +367,7 @@ def compare(binary, folders):
 
 
 def golden(paths):
-    """Sums as tests/source.rs makes them."""
+    """Prints sums as src/tests/source.rs computes them."""
     for path in paths:
         metres, centre, _ = said_by_gdal(path)
         voids = int(np.isnan(metres).sum())

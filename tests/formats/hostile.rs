@@ -1,4 +1,4 @@
-//! Headers that claim more than their files hold are refused before anything is allocated.
+//! Headers that claim more than their files contain are refused before memory is allocated.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -30,7 +30,7 @@ fn sizes_are_held_against_the_file() {
     at("huge.bil", &[0; 100]);
     at("huge.hdr", b"NROWS 4000000000\nNCOLS 4000000000\nNBITS 16\nBYTEORDER I\n");
     refused(&folder.path().join("huge.bil"), "truncated");
-    // Rows that all lie in one place would be any number of samples in few bytes.
+    // Rows that all start at one place would be any number of samples in a few bytes.
     at("flat.bil", &[0; 100]);
     at("flat.hdr", b"NROWS 40000\nNCOLS 40\nNBITS 16\nBYTEORDER I\nTOTALROWBYTES 0\n");
     refused(&folder.path().join("flat.bil"), "rows are longer");
@@ -40,7 +40,7 @@ fn sizes_are_held_against_the_file() {
     refused(&folder.path().join("many.img"), "too many bands");
     refused(&at("alone.hdr", b"NROWS 2\nNCOLS 2\n"), "its data file is missing");
 
-    // A header of a picture and nothing behind it.
+    // The header of a picture without the data.
     let mut png = Vec::new();
     let mut encoder = png::Encoder::new(&mut png, 16_000, 16_000);
     encoder.set_color(png::ColorType::Grayscale);

@@ -1,5 +1,5 @@
-//! Every format that is read: written here byte by byte, and by GDAL where it is installed.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Every format that hachure reads: files written here byte by byte, and by GDAL where it is installed.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 mod colours;
 mod compare;

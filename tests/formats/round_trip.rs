@@ -1,4 +1,4 @@
-//! What is written in a format is what is read from it, to the last bit.
+//! Files written in each format are read with the same heights, bit for bit.
 
 use hachure::source::georeference::Crs;
 
@@ -22,7 +22,7 @@ fn srtm_tiles() {
     let path = folder.path().join("s33W071.SRTMGL3.hgt");
     write::hgt(&path, &dem);
     check(&path, &dem, [-71.0, step, 0.0, -32.0, 0.0, -step]);
-    // In an archive the member has the name.
+    // In an archive, the position is in the name of the member.
     let path = folder.path().join("tile.zip");
     write::hgt_zip(&path, "folder/N46E008.hgt", &dem);
     check(&path, &dem, [8.0, step, 0.0, 47.0, 0.0, -step]);
@@ -47,7 +47,7 @@ fn ascii_grids() {
     let path = folder.path().join("grass.txt");
     let place = write::grass(&path, &dem);
     check(&path, &dem, place);
-    // Cells that are not square, decimal commas, words for voids, the header in any order.
+    // Cells that are not square, decimal commas, words for no-data, and a header in any order.
     let path = folder.path().join("odd.asc");
     std::fs::write(&path, "dx 2,5\ndy 5\nnrows 2 ncols 2\nyllcorner 10 xllcorner 0\nnan 1,5\n-1.#IND 2E1").unwrap();
     let grid = hachure::source::open(&path, &hachure::source::Silent).unwrap();
@@ -99,12 +99,12 @@ fn dted() {
     let path = folder.path().join("n46.dt0");
     let place = write::dted(&path, &dem, 61);
     assert_eq!(check(&path, &dem, place).georeference.geokeys.epsg, Some(4326));
-    // A wrong checksum is told and passed over.
+    // A wrong checksum gives a warning, and the file is read.
     let mut bytes = std::fs::read(&path).unwrap();
     *bytes.last_mut().unwrap() ^= 1;
     std::fs::write(&path, &bytes).unwrap();
     check(&path, &dem, place);
-    // Columns that are not there are void.
+    // Missing columns are no-data.
     write::dted(&path, &dem, 50);
     let mut partial = dem.clone();
     partial.heights.chunks_mut(61).for_each(|row| row[50..].fill(i16::MIN));
@@ -140,7 +140,8 @@ fn pictures_and_raw_files() {
     for is_mapbox in [false, true] {
         let path = folder.path().join("colours.png");
         write::terrain_rgb(&path, &dem, is_mapbox);
-        // Slopes of a hundred metres from pixel to pixel prove Terrarium, whose bytes carry at 256 m, and not Mapbox.
+        // Slopes of a hundred metres per pixel prove the encoding `terrarium`, whose bytes carry at 256 m, but not
+        // `mapbox`.
         if is_mapbox {
             let error = hachure::source::open(&path, &hachure::source::Silent).unwrap_err().to_string();
             assert!(error.contains("--encoding mapbox"), "{error}");

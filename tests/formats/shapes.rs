@@ -1,4 +1,4 @@
-//! Shapes of GeoTIFFs that libtiff, and so GDAL, reads: each was damaged or wrong for somebody.
+//! Variants of GeoTIFF that libtiff, and so GDAL, reads; each was once read wrongly or refused.
 
 use std::path::Path;
 
@@ -16,10 +16,10 @@ fn scratch() -> tempfile::TempDir {
     tempfile::tempdir().unwrap()
 }
 
-/// A codec.
+/// A function that compresses a block.
 type Pack = fn(&[u8]) -> Vec<u8>;
 
-/// In strips of `rows`, of which the last is filled up with `padding`.
+/// Returns the strips of `rows` rows; the last one is filled up with `padding`.
 fn strips(dem: &Dem, rows: usize, padding: i16) -> Vec<Vec<u8>> {
     let mut all: Vec<Vec<i16>> = dem.heights.chunks(rows * dem.width).map(<[i16]>::to_vec).collect();
     if let Some(last) = all.last_mut() {
@@ -31,7 +31,7 @@ fn strips(dem: &Dem, rows: usize, padding: i16) -> Vec<Vec<u8>> {
 #[test]
 fn a_last_strip_may_be_padded() {
     let folder = scratch();
-    // Four strips of 4 rows for 14: the last has 2 too many.
+    // Four strips of 4 rows for 14 rows: the last one has 2 too many.
     let dem = Dem::new(50, 14, 4);
     let codecs: [(u16, Pack); 5] =
         [(1, <[u8]>::to_vec), (5, tiff::lzw), (8, tiff::deflate), (32_773, tiff::pack_bits), (50_000, tiff::zstd)];
@@ -42,8 +42,7 @@ fn a_last_strip_may_be_padded() {
         picture.blocks = strips(&dem, 4, 8000).iter().map(|strip| pack(strip)).collect();
         write(&path, std::slice::from_ref(&picture));
         check(&path, &dem, NOWHERE);
-        // One whose last row is not there is damaged all the same. (Of samples that are not packed any bytes may
-        // follow.)
+        // A file whose last row is missing is still damaged. (Uncompressed samples may be followed by any bytes.)
         if ![1, 50_000].contains(&code) {
             let mut short_of_a_row = picture.clone();
             short_of_a_row.blocks[3] = pack(&bytes(&dem.heights[12 * 50..13 * 50]));
@@ -51,7 +50,7 @@ fn a_last_strip_may_be_padded() {
             let error = source::open(&path, &Silent).unwrap_err().to_string();
             assert!(error.contains("damaged") && error.contains(&format!("{code}.tif")), "{error}");
         }
-        // Planted: the padding in the place of the rows.
+        // Planted error: the padding in place of the rows.
         let mut moved = picture.clone();
         moved.blocks[3] = pack(&bytes(&[8000; 200]));
         write(&path, &[moved]);
@@ -80,7 +79,7 @@ fn places_of_tiles_may_stand_under_the_tags_of_strips() {
     }
 }
 
-/// `100 + 10 i - 3 (i mod 7)` for 48 samples, as `xz` of liblzma 5.4 packs it with the filters of libtiff.
+/// The values `100 + 10 i - 3 (i mod 7)` for 48 samples, as packed by `xz` of liblzma 5.4 with the filters of libtiff.
 const LZMA: [u8; 76] = [
     253, 55, 122, 88, 90, 0, 0, 1, 105, 34, 222, 54, 2, 1, 3, 1, 1, 33, 1, 0, 77, 242, 172, 162, 224, 0, 95, 0, 20, 93,
     0, 49, 255, 252, 244, 3, 254, 20, 124, 254, 194, 35, 176, 3, 79, 152, 21, 242, 44, 96, 0, 0, 226, 85, 93, 220, 0,
@@ -97,7 +96,7 @@ fn lzma_is_read() {
     picture.blocks = vec![LZMA.to_vec()];
     write(&path, std::slice::from_ref(&picture));
     check(&path, &dem, NOWHERE);
-    // A flipped byte is found by the checksum.
+    // The checksum finds a changed byte.
     picture.blocks[0][35] ^= 4;
     write(&path, &[picture]);
     let error = source::open(&path, &Silent).unwrap_err();
@@ -117,18 +116,18 @@ fn samples_of_odd_sizes_are_read() {
     let heights = open(16, 3, halves.iter().flat_map(|it| it.to_le_bytes()).collect());
     assert_eq!(heights[..7], [1.0, -2.0, 512.0, 65_504.0, 0.0, 0.5, 3.140_625]);
     assert!(heights[7].is_nan());
-    // 12 bits, and 20: a row begins with a new byte.
+    // 12 bits and 20 bits per sample; each row begins with a new byte.
     let twelve = [0x00, 0x10, 0x02, 0x00, 0x3f, 0xff, 0x10, 0x00, 0x01, 0xff, 0xe0, 0x00];
     assert_eq!(open(12, 1, twelve.to_vec()), [1.0, 2.0, 3.0, 4095.0, 256.0, 1.0, 4094.0, 0.0]);
     let mut twenty = vec![0, 0, 0x10, 0, 0x02, 0x01, 0, 0x0f, 0xff, 0xff];
     twenty.extend([0; 10]);
-    // 1048575 is beyond every height.
+    // 1048575 m is beyond the limit of heights.
     let heights = open(20, 1, twenty);
     assert_eq!(heights[..3], [1.0, 2.0, 4096.0]);
     assert!(heights[3].is_nan());
 }
 
-/// Heights where `is_shown`, and the rows of a mask of one bit for each sample.
+/// Returns the heights where `is_shown`, and a mask of one bit per sample.
 fn masked(dem: &Dem, is_shown: impl Fn(usize, usize) -> bool) -> (Dem, Picture) {
     let mut expected = dem.clone();
     let mut rows = Vec::new();
@@ -159,7 +158,7 @@ fn masks_are_voids() {
     let path = folder.path().join("internal.tif");
     write(&path, &[Picture::of_i16(&dem), mask.clone()]);
     check(&path, &expected, NOWHERE);
-    // A COG's mask may be packed, and the heights with it.
+    // The mask of a COG may be compressed, like the heights.
     let mut packed = Picture::of_i16(&dem).with(259, short(8));
     packed.blocks[0] = tiff::deflate(&packed.blocks[0]);
     let mut packed_mask = mask.clone().with(259, short(8));
@@ -167,12 +166,12 @@ fn masks_are_voids() {
     write(&path, &[packed, packed_mask.clone()]);
     check(&path, &expected, NOWHERE);
     let hidden = source::open_reader(&path).unwrap().identity();
-    // Flown over as it is.
-    let store = open_local_cog(&path).unwrap().expect("it is a COG of one level");
+    // The COG is drawn without a bake.
+    let store = open_local_cog(&path).unwrap().expect("the file must be accepted as a COG of one level");
     let tile = store.load(TileAddress { level: 0, x: 0, y: 0 }).unwrap();
     assert_ne!(tile.statistics.voids, Voids::None);
 
-    // Planted: without its mask, and with one that cannot be decoded.
+    // Planted errors: a file without its mask, and a mask that cannot be decoded.
     write(&path, &[Picture::of_i16(&dem)]);
     assert!(compare(&source::open(&path, &Silent).unwrap(), &expected, NOWHERE).is_err());
     assert_ne!(source::open_reader(&path).unwrap().identity(), hidden);
@@ -181,15 +180,19 @@ fn masks_are_voids() {
     let error = source::open(&path, &Silent).unwrap_err().to_string();
     assert!(error.contains("internal.tif: is damaged"), "{error}");
 
-    // In a file of its own, as GDAL writes it by default.
+    // A mask in a separate file, as GDAL writes it by default.
     let path = folder.path().join("beside.tif");
     write(&path, &[Picture::of_i16(&dem)]);
     let bare = source::open_reader(&path).unwrap().identity();
     write(&folder.path().join("beside.tif.msk"), std::slice::from_ref(&mask));
     check(&path, &expected, NOWHERE);
-    assert_ne!(source::open_reader(&path).unwrap().identity(), bare, "a cache of before shows what is hidden now");
-    assert!(open_local_cog(&path).unwrap().is_none(), "its mask is beside it");
-    // One of another size belongs to something else.
+    assert_ne!(
+        source::open_reader(&path).unwrap().identity(),
+        bare,
+        "the mask does not change the identity, so a stale cache would be used"
+    );
+    assert!(open_local_cog(&path).unwrap().is_none(), "a file with a separate mask must not be drawn as a COG");
+    // A mask of another size is ignored.
     write(&folder.path().join("beside.tif.msk"), &[masked(&Dem::new(20, 21, 0), is_shown).1]);
     check(&path, &dem, NOWHERE);
 }
@@ -204,7 +207,7 @@ fn a_band_of_opacity_hides_heights() {
     let mut picture = Picture::of_i16(&dem).with(277, short(2)).with(258, Value::Short(vec![16; 2]));
     picture = picture.with(339, Value::Short(vec![2; 2]));
     picture.blocks = vec![dem.heights.iter().enumerate().flat_map(|(i, &it)| bytes(&[it, opacity(i)])).collect()];
-    // 338: 2 is opacity, 0 is anything.
+    // ExtraSamples (338): 2 is alpha, 0 is unspecified.
     write(&path, &[picture.clone().with(338, short(2))]);
     check(&path, &expected, NOWHERE);
     write(&path, &[picture.with(338, short(0))]);
@@ -221,7 +224,7 @@ fn what_stands_beside_a_tiff_places_it() {
     std::fs::write(folder.path().join("scan.tfw"), "30\n0\n0\n-30\n594015\n5194985\n").unwrap();
     check(&path, &dem, [594_015.0, 30.0, 0.0, 5_194_985.0, 0.0, -30.0]);
     assert_ne!(source::open_reader(&path).unwrap().identity(), bare);
-    // GDAL's own side file goes before it, and says what the samples are.
+    // GDAL's .aux.xml takes precedence over the world file, and gives no-data too.
     let aux = folder.path().join("scan.tif.aux.xml");
     let utm = r#"PROJCS["x",UNIT["metre",1],AUTHORITY["EPSG","32610"]]"#;
     let place = "<GeoTransform>600000, 20, 0, 5200000, 0, -20</GeoTransform>";
@@ -249,7 +252,7 @@ fn an_erdas_file_beside_an_envi_header_is_called_by_its_name() {
         let error = refusal(&folder.path().join(name));
         assert!(error.contains("dem.img: is an ERDAS Imagine file") && error.contains("gdal_translate"), "{error}");
     }
-    // Without the signature the header is right.
+    // Without the Erdas signature, the ENVI header applies.
     bytes[0] = 0;
     std::fs::write(folder.path().join("dem.img"), &bytes).unwrap();
     assert!(source::open(&folder.path().join("dem.img"), &Silent).is_ok());

@@ -1,4 +1,4 @@
-//! Files that do not say all of themselves: side files and options.
+//! Files that lack information: sidecar files and options supply it.
 
 use hachure::source::georeference::Crs;
 use hachure::source::{OpenOptions, Silent, open, open_reader_with, read_all};
@@ -20,12 +20,12 @@ fn a_side_file_says_what_raw_samples_mean() {
                 crs = \"EPSG:32610\"\norigin = [594000.0, 5195010.0]\n";
     std::fs::write(&side, text).unwrap();
     assert_eq!(check(&path, &dem, write::PLACE).georeference.geokeys.epsg, Some(32610));
-    // In feet on the ground: the spacing is metres all the same.
+    // With a CRS in feet, spacing_m is still in metres.
     std::fs::write(&side, text.replace("32610", "2853")).unwrap();
     let grid = open(&path, &Silent).unwrap();
     let Crs::Projected { metres_per_unit, .. } = grid.georeference.crs else { panic!("{:?}", grid.georeference.crs) };
     assert!((grid.georeference.crs_from_grid[1] * metres_per_unit - 30.0).abs() < 1e-9);
-    // What is said twice is taken from the caller.
+    // Options take precedence over the sidecar file.
     let options = OpenOptions { height_scale_m: Some(0.5), height_offset_m: Some(-7.0), ..OpenOptions::default() };
     let reader = open_reader_with(&path, &options).unwrap();
     let grid = read_all(&*reader, &path, &Silent).unwrap();
@@ -77,7 +77,7 @@ fn pictures_of_something_else_are_refused() {
     refusal(png::ColorType::Rgb, png::BitDepth::Sixteen, &noise);
     let grey: Vec<u8> = (0..256).flat_map(|index| [100 + (index % 16) as u8; 3]).collect();
     refusal(png::ColorType::Rgb, png::BitDepth::Eight, &grey);
-    // A side file is believed.
+    // An encoding in a sidecar file is not questioned.
     std::fs::write(folder.path().join("picture.png.toml"), "encoding = \"terrarium\"\nspacing_m = 10").unwrap();
     assert_eq!(open(&path, &Silent).unwrap().heights_m[0], 100.0 * 256.0 + 100.0 + 100.0 / 256.0 - 32_768.0);
 }

@@ -1,4 +1,4 @@
-//! TIFFs written byte by byte: shapes that libtiff reads and few writers make.
+//! TIFFs written byte by byte: variants that libtiff reads and few programs write.
 
 use std::path::Path;
 
@@ -15,13 +15,13 @@ pub enum Value {
     Ascii(String),
 }
 
-/// A picture of a file. What it leaves out is one band of 16-bit signed samples in one strip, not compressed.
+/// One image of a TIFF file. The defaults are one band of signed 16-bit samples in one uncompressed strip.
 #[derive(Clone)]
 pub struct Picture {
     pub size: [u32; 2],
-    /// Tags beside the size and the places of blocks; a later one goes before an earlier one.
+    /// All tags apart from the size and the offsets and lengths of blocks; a later tag replaces an earlier one.
     pub tags: Vec<(u16, Value)>,
-    /// The tags under which the places and lengths of blocks stand.
+    /// The tags of the offsets and lengths of blocks.
     pub places: [u16; 2],
     pub blocks: Vec<Vec<u8>>,
 }
@@ -44,7 +44,7 @@ pub fn short(value: u16) -> Value {
     Value::Short(vec![value])
 }
 
-/// Bits of a sample and its format: 1 unsigned, 2 signed, 3 floating-point.
+/// Returns the tags for bits per sample and sample format: 1 unsigned, 2 signed, 3 floating-point.
 pub fn samples(bits: u16, format: u16) -> Vec<(u16, Value)> {
     [(258, bits), (259, 1), (262, 1), (277, 1), (339, format)].into_iter().map(|(tag, it)| (tag, short(it))).collect()
 }
@@ -96,7 +96,7 @@ fn file(pictures: &[Picture]) -> Vec<u8> {
     file
 }
 
-/// A zlib stream of one stored block.
+/// Returns a zlib stream of one stored block.
 pub fn deflate(bytes: &[u8]) -> Vec<u8> {
     let length = bytes.len() as u16;
     let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), &byte| {
@@ -107,7 +107,7 @@ pub fn deflate(bytes: &[u8]) -> Vec<u8> {
     [&head[..], &length.to_le_bytes(), &(!length).to_le_bytes(), bytes, &(b << 16 | a).to_be_bytes()].concat()
 }
 
-/// LZW that begins anew before its codes grow beyond nine bits.
+/// Returns LZW data with a clear code before codes grow beyond nine bits.
 pub fn lzw(bytes: &[u8]) -> Vec<u8> {
     const CLEAR: u16 = 256;
     const END: u16 = 257;
@@ -121,12 +121,12 @@ pub fn lzw(bytes: &[u8]) -> Vec<u8> {
     bits.chunks(8).map(|bits| bits.iter().enumerate().fold(0, |byte, (at, bit)| byte | bit << (7 - at))).collect()
 }
 
-/// Literal runs.
+/// Returns PackBits data of literal runs.
 pub fn pack_bits(bytes: &[u8]) -> Vec<u8> {
     bytes.chunks(128).flat_map(|run| std::iter::once(run.len() as u8 - 1).chain(run.iter().copied())).collect()
 }
 
-/// A Zstandard frame of one block as it is (RFC 8878).
+/// Returns a Zstandard frame with one raw block (RFC 8878).
 pub fn zstd(bytes: &[u8]) -> Vec<u8> {
     let block = (bytes.len() as u32) << 3 | 1;
     let size = (bytes.len() as u16 - 256).to_le_bytes();

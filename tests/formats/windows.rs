@@ -1,4 +1,4 @@
-//! Any window of any format is that part of the whole.
+//! Any window of any format equals that part of the whole.
 
 use std::path::{Path, PathBuf};
 
@@ -7,7 +7,7 @@ use hachure::source::{HeightReader, Silent, Window, open_reader, read_all};
 use crate::dem::Dem;
 use crate::write;
 
-/// One small file of each format.
+/// Writes one small file in each format.
 pub fn one_of_each(folder: &Path) -> Vec<PathBuf> {
     let dem = Dem::new(50, 50, 3).above_sea();
     let at = |name: &str| folder.join(name);
@@ -26,7 +26,7 @@ pub fn one_of_each(folder: &Path) -> Vec<PathBuf> {
     let tiff = geotiff_writer::GeoTiffBuilder::new(50, 50).tile_size(16, 16).nodata("-32768").pixel_scale(3.0, 3.0);
     let tiff = tiff.origin(5.0, 7.0).compression(geotiff_writer::Compression::Deflate);
     tiff.write_2d(at("l.tif"), samples.view()).unwrap();
-    // One strip, not compressed: the samples lie there as they are.
+    // One uncompressed strip, so the samples can be read in place.
     let plain = geotiff_writer::GeoTiffBuilder::new(50, 50).nodata("-32768").pixel_scale(3.0, 3.0).origin(5.0, 7.0);
     plain.compression(geotiff_writer::Compression::None).write_2d(at("n.tif"), samples.view()).unwrap();
     let mut files: Vec<PathBuf> =

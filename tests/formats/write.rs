@@ -1,4 +1,4 @@
-//! Writers of every format, by their specifications; each returns `crs_from_grid` of what it wrote.
+//! Writers of every format, by their specifications; each returns the `crs_from_grid` of its file.
 
 use std::fmt::Write as _;
 use std::io::Write as _;
@@ -7,19 +7,19 @@ use std::path::Path;
 use crate::dem::Dem;
 
 pub const WEST: f64 = 594_000.0;
-/// A whole multiple of the spacing, as USGS DEMs in UTM have it.
+/// A multiple of the spacing, as in USGS DEMs in UTM.
 pub const NORTH: f64 = 5_195_010.0;
 pub const SPACING: f64 = 30.0;
-/// Of a grid whose first sample is centred at (`WEST`, `NORTH`).
+/// The `crs_from_grid` of a grid whose first sample is centred at (`WEST`, `NORTH`).
 pub const PLACE: [f64; 6] = [WEST, SPACING, 0.0, NORTH, 0.0, -SPACING];
-/// Without a place.
+/// The `crs_from_grid` of a file without a georeference.
 pub const NOWHERE: [f64; 6] = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
 
 pub const UTM_PRJ: &str = r#"PROJCS["WGS_1984_UTM_Zone_10N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",
 SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],
 PROJECTION["Transverse_Mercator"],PARAMETER["Central_Meridian",-123.0],UNIT["Meter",1.0]]"#;
 
-/// A tile of 1201 × 1201 samples.
+/// Returns the bytes of an .hgt tile.
 pub fn hgt_bytes(dem: &Dem) -> Vec<u8> {
     dem.heights.iter().flat_map(|height| height.to_be_bytes()).collect()
 }
@@ -38,14 +38,14 @@ pub fn hgt_zip(path: &Path, member: &str, dem: &Dem) {
     archive.finish().unwrap();
 }
 
-/// `is_centre`: by the centre of the lower left sample instead of its corner.
+/// Writes an ESRI ASCII grid; `is_centre` gives the centre of the lower left sample instead of its corner.
 pub fn ascii(path: &Path, dem: &Dem, is_centre: bool) -> [f64; 6] {
     let (word, half) = if is_centre { ("CENTER", 0.0) } else { ("CORNER", SPACING / 2.0) };
     let (x, y) = (WEST - half, NORTH - (dem.height - 1) as f64 * SPACING - half);
     let (width, height) = (dem.width, dem.height);
     let mut text = format!("NCOLS {width}\r\nnrows {height}\nXLL{word} {x}\nyll{word} {y}\nCellSize {SPACING}\n");
     text += "NODATA_value -32768\n";
-    // Broken over lines as it comes.
+    // Lines may break anywhere.
     for (index, height) in dem.heights.iter().enumerate() {
         let _ = write!(text, "{height}{}", if index % 13 == 12 { "\r\n  " } else { "\t" });
     }
@@ -80,7 +80,7 @@ pub fn xyz(path: &Path, dem: &Dem) -> [f64; 6] {
     PLACE
 }
 
-/// `order`: `I` for little-endian, `M` for big-endian.
+/// Writes an EHdr raster; `order` is `I` for little-endian, `M` for big-endian.
 pub fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
     let sample = |it: &i16| if order == "I" { it.to_le_bytes() } else { it.to_be_bytes() };
     let bytes: Vec<u8> = dem.heights.iter().flat_map(sample).collect();
@@ -95,7 +95,7 @@ pub fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
     PLACE
 }
 
-/// GridFloat as the USGS wrote it.
+/// Writes a GridFloat raster with the sidecar files of the USGS.
 pub fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
     let sample = |it: &i16| if *it == i16::MIN { -9999.0 } else { f32::from(*it) }.to_le_bytes();
     std::fs::write(path, dem.heights.iter().flat_map(sample).collect::<Vec<u8>>()).unwrap();
@@ -109,7 +109,7 @@ pub fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
     PLACE
 }
 
-/// Three bands in one file, of which the first holds the heights; `interleave` is `bip`, `bil` or `bsq`.
+/// Writes an ENVI raster of three bands, the first of which has the heights; `interleave` is `bip`, `bil` or `bsq`.
 pub fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
     let (width, height) = (dem.width, dem.height);
     let mut bytes = vec![0xee; 11];
@@ -134,7 +134,7 @@ pub fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
     PLACE
 }
 
-/// Level 0 at 8° east, 46° north, with columns twice as far apart as rows; it ends after so many columns.
+/// Writes DTED level 0 at 8° east, 46° north, with columns twice as far apart as rows; the file ends after `columns`.
 pub fn dted(path: &Path, dem: &Dem, columns: usize) -> [f64; 6] {
     let mut header = vec![b' '; 80 + 648 + 2700];
     let mut put = |at: usize, text: &str| header[at..at + text.len()].copy_from_slice(text.as_bytes());
@@ -172,13 +172,13 @@ pub fn png(path: &Path, [width, height]: [usize; 2], color: png::ColorType, dept
     encoder.write_header().unwrap().write_image_data(bytes).unwrap();
 }
 
-/// Voids are 0.
+/// Writes a 16-bit PNG; no-data is 0.
 pub fn png16(path: &Path, dem: &Dem) {
     let bytes: Vec<u8> = dem.heights.iter().flat_map(|&it| (it.max(0) as u16).to_be_bytes()).collect();
     png(path, [dem.width, dem.height], png::ColorType::Grayscale, png::BitDepth::Sixteen, &bytes);
 }
 
-/// Voids are 0.
+/// Writes raw unsigned 16-bit samples; no-data is 0.
 pub fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
     let sample = |&it: &i16| {
         let it = it.max(0) as u16;
@@ -187,7 +187,7 @@ pub fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
     std::fs::write(path, dem.heights.iter().flat_map(sample).collect::<Vec<u8>>()).unwrap();
 }
 
-/// Voids are black.
+/// Writes a terrain-RGB PNG; no-data is black.
 pub fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
     let pixel = |&it: &i16| {
         let code = match it {
@@ -201,7 +201,8 @@ pub fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
     png(path, [dem.width, dem.height], png::ColorType::Rgb, png::BitDepth::Eight, &bytes);
 }
 
-/// A quadrangle in UTM zone 10 on NAD27; columns begin above their voids in the south. `line_breaks` after each record.
+/// Writes a USGS DEM in UTM zone 10 on NAD27. Columns begin above their no-data samples in the south; `line_breaks`
+/// puts a line break after each record.
 pub fn usgs_dem(path: &Path, dem: &Dem, line_breaks: bool) -> [f64; 6] {
     let d = |value: f64| format!("{:>24}", format!("{value:.15E}").replace('E', "D+0").replace("D+0-", "D-0"));
     let e = |value: f64| format!("{:>12}", format!("{value:.6E}").replace('E', "E+0"));

@@ -1,6 +1,6 @@
-//! Rasters of any size are described in bounded memory, and memory that cannot be had is an error of one line.
+//! Rasters of any size are described in bounded memory, and a lack of memory is an error of one line.
 //!
-//! Memory belongs to a process, so each measurement runs in one of its own: this test again, with a file to look at.
+//! Peak memory is measured per process, so each measurement runs this test program again, with a file to read.
 
 use std::io::Write;
 use std::path::Path;
@@ -13,7 +13,7 @@ use super::{memory, sparse};
 const FILE: &str = "HACHURE_FUZZ_MEASURED_FILE";
 const HOW: &str = "HACHURE_FUZZ_MEASURED_HOW";
 
-/// How much memory it takes to look at `file` in a new process, in MB; `how` is for [`measured`].
+/// Returns how much memory a new process needs to read `file`, in MB; `how` is passed to [`measured`].
 fn megabytes(file: &Path, how: &str) -> Option<u64> {
     let mut child = Command::new(std::env::current_exe().unwrap());
     child.args(["--exact", "bounded::measured", "--ignored", "--nocapture"]).env(FILE, file).env(HOW, how);
@@ -25,7 +25,7 @@ fn megabytes(file: &Path, how: &str) -> Option<u64> {
 }
 
 #[test]
-#[ignore = "runs in a process of its own for the tests below"]
+#[ignore = "run as a separate process by the tests below"]
 fn measured() {
     let Some(file) = std::env::var_os(FILE) else { return };
     let path = Path::new(&file);
@@ -50,12 +50,12 @@ fn measured() {
     }
 }
 
-/// Holds the memory for three ways to look at a file against bounds.
+/// Compares the memory for several ways of reading a file with bounds, in MB.
 fn check(path: &Path, bounds: &[(&str, std::ops::Range<u64>)]) {
     for (how, bound) in bounds {
         match megabytes(path, how) {
-            Some(found) => assert!(bound.contains(&found), "{}, {how}: {found} MB", path.display()),
-            None => println!("skipped: the system does not tell how much memory a process took"),
+            Some(found) => assert!(bound.contains(&found), "{}, {how}: {found} MB, expected {bound:?}", path.display()),
+            None => println!("skipped: the system does not report the memory of a process"),
         }
     }
 }
@@ -67,13 +67,13 @@ fn a_sparse_raster_takes_no_more_than_what_it_stores() {
     let side = 40_448;
     sparse::write(&path, side);
     assert!(std::fs::metadata(&path).unwrap().len() < 2_000_000);
-    // All of it would be 6.5 GB.
+    // The whole raster would be 6.5 GB.
     check(&path, &[("statistics", 0..300), ("windows", 0..300)]);
 
     let reader = source::open_reader(&path).unwrap();
     let found = source::statistics(&*reader, &path, &Silent).unwrap();
     assert_eq!(([found.min_m, found.max_m], found.void_samples), sparse::expected(side));
-    // What is known without reading is what reading gives.
+    // Heights that are known without reading equal those that are read.
     let window = Window { x: 5000, y: 512, width: 700, height: 30 };
     assert!(reader.known_m(window).unwrap().is_nan() && reader.read(window).unwrap().iter().all(|it| it.is_nan()));
     assert_eq!(reader.known_m(Window { x: 500, y: 500, ..window }), None);
@@ -96,7 +96,7 @@ fn a_picture_is_decoded_by_rows() {
     }
     rows.finish().unwrap();
     drop(writer);
-    // 134 MB as the file has it, 268 MB as heights; whoever reads all of it into memory is noticed.
+    // The file has 134 MB uncompressed, and 268 MB as heights, so reading all of it into memory would be noticed.
     check(&path, &[("statistics", 0..60), ("windows", 100..200), ("whole", 250..400)]);
 
     let reader = source::open_reader(&path).unwrap();
@@ -111,13 +111,13 @@ fn memory_that_cannot_be_had_is_told_in_one_line() {
     let path = folder.path().join("large.asc");
     let header = "ncols 16000\nnrows 16000\nxllcorner 0\nyllcorner 0\ncellsize 1\n".to_owned();
     std::fs::write(&path, header + &"7 ".repeat(2000)).unwrap();
-    // A hole in the file: it takes no room on the disk.
+    // A hole in the file, which takes no space on disk.
     std::fs::File::options().append(true).open(&path).unwrap().set_len(600_000_000).unwrap();
     let script = "ulimit -v 900000 && exec \"$0\" info \"$1\"";
     let output = Command::new("sh").args(["-c", script, env!("CARGO_BIN_EXE_hachure")]).arg(&path).output().unwrap();
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{error}");
-    // A warning that the grid names no CRS comes before it.
+    // It is preceded by a warning that the grid has no CRS.
     let expected = "large.asc: not enough memory: reading 16000×16000 samples at once needs 1024 MB\n";
     assert!(error.ends_with(expected) && error.lines().count() == 2, "{error}");
 }

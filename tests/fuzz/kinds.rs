@@ -1,4 +1,4 @@
-//! The kinds of input: whole files of each, and what the program does with them.
+//! The kinds of input: valid files of each, and how the program reads them.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -22,13 +22,13 @@ use super::dem::Dem;
 use super::seeds::Seed;
 use super::{sparse, world, write};
 
-/// See the head of the file.
+/// A kind of input file.
 pub struct Kind {
     pub name: &'static str,
     pub open: fn(&Path) -> anyhow::Result<()>,
-    /// Writes whole files below a folder.
+    /// Writes valid files below a folder.
     pub seeds: fn(&Path) -> Vec<Seed>,
-    /// How the program is asked about such a file; the file comes last.
+    /// The arguments of the program for such a file; the file comes last.
     pub arguments: Option<&'static [&'static str]>,
 }
 
@@ -116,7 +116,7 @@ fn file_name(path: &Path) -> &str {
     path.file_name().and_then(|name| name.to_str()).unwrap()
 }
 
-/// A seed in a folder of its own, with all that `write` puts beside the file.
+/// Creates a seed in its own folder, with all files that `write` writes there.
 fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
     let folder = home.join(name.replace('.', "_"));
     std::fs::create_dir_all(&folder).unwrap();
@@ -124,9 +124,9 @@ fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
     vec![Seed::of(&folder, name)]
 }
 
-// What is read.
+// Readers.
 
-/// As `info` reads it, and some windows as a bake has them.
+/// Reads heights as `info` does, and some windows as a bake does.
 fn read_heights(path: &Path) -> anyhow::Result<()> {
     let reader = source::open_reader(path)?;
     let found = source::statistics(&*reader, path, &Silent)?;
@@ -138,13 +138,16 @@ fn read_heights(path: &Path) -> anyhow::Result<()> {
         let heights_m = reader.read(window)?;
         ensure!(heights_m.len() == window.samples(), "{} heights of {window:?}", heights_m.len());
         let inside = heights_m.iter().all(|height| height.is_nan() || (found.min_m..=found.max_m).contains(height));
-        ensure!(inside, "a window has other heights than the whole");
+        ensure!(inside, "a window has heights outside the range of the whole");
     }
-    ensure!(reader.georeference().crs_from_grid.iter().all(|number| number.is_finite()), "lies nowhere");
+    ensure!(
+        reader.georeference().crs_from_grid.iter().all(|number| number.is_finite()),
+        "the georeference is not finite"
+    );
     Ok(())
 }
 
-/// As heights, and as a pyramid that is drawn as it is.
+/// Reads a file as heights, and as a COG that is drawn without a bake.
 fn fly_over(path: &Path) -> anyhow::Result<()> {
     if let Some(store) = open_local_cog(path)? {
         let levels = store.levels().len() as u32;
@@ -185,11 +188,11 @@ fn read_strokes(path: &Path) -> anyhow::Result<()> {
 fn read_path(path: &Path) -> anyhow::Result<()> {
     let found = CameraPath::read_on_ground(path, |_, _| 0.0)?;
     ensure!(found.frame_count(30.0) > 0, "has no frame");
-    ensure!(found.spread(100).all(|camera| camera.position_m.is_finite()), "leads nowhere");
+    ensure!(found.spread(100).all(|camera| camera.position_m.is_finite()), "has a position that is not finite");
     Ok(())
 }
 
-/// As `--water` has it, on land in UTM.
+/// Reads water as `--water` does, for land in UTM.
 fn read_water(path: &Path) -> anyhow::Result<()> {
     let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
     let crs_from_grid = [500_000.0, 30.0, 0.0, 5_215_000.0, 0.0, -30.0];
@@ -197,7 +200,7 @@ fn read_water(path: &Path) -> anyhow::Result<()> {
     Ok(GivenWater::load(&WaterFiles::default().with(path), &place, [513, 513]).map(drop)?)
 }
 
-// What is written.
+// Writers.
 
 fn geotiffs(home: &Path) -> Vec<Seed> {
     let heights = small();
@@ -221,7 +224,7 @@ fn geotiffs(home: &Path) -> Vec<Seed> {
     seeds.into_iter().flatten().collect()
 }
 
-/// Every encoding and every oddity of GDAL's, where the real data is.
+/// Returns real files, where the data exists: every encoding and many unusual variants that GDAL writes.
 fn real_geotiffs(home: &Path) -> Vec<Seed> {
     let data = std::env::var_os("HACHURE_TEST_DATA")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data"), PathBuf::from);
@@ -241,7 +244,7 @@ fn real_geotiffs(home: &Path) -> Vec<Seed> {
     let seed = |(number, file): (usize, PathBuf)| {
         let bytes = std::fs::read(&file).unwrap();
         let is_tiff = bytes.starts_with(b"II") || bytes.starts_with(b"MM");
-        // What is refused as it is would be refused again.
+        // A file that is refused without damage tests nothing.
         let is_wanted = is_tiff && bytes.len() < 400_000 && read_heights(&file).is_ok();
         is_wanted.then(|| one(home, &format!("{number}.tif"), |path| std::fs::write(path, bytes).unwrap()))
     };

@@ -1,18 +1,18 @@
-//! Mutated inputs of every kind that the program reads: none may end in a panic, take over 20 s or more than 1 GB, and
-//! every refusal is one line under 200 characters that names the file.
+//! Mutated inputs of every kind that the program reads: none may cause a panic, take over 20 s or more than 1 GB, and
+//! every refusal must be one line under 200 characters that names the file.
 //!
-//! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends on the seed,
-//! the kind and its number alone. The one that fails is named, and its files are kept.
+//! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends only on the
+//! seed, the kind and its number. A failure prints how to repeat the case, and its files are kept.
 //!
 //! - `HACHURE_FUZZ_CASES`: cases of each kind (100)
 //! - `HACHURE_FUZZ_FIRST`: number of the first case (0)
 //! - `HACHURE_FUZZ_SEED`: another seed gives other cases (1)
-//! - `HACHURE_FUZZ_TELL`: prints what came of each case
-//! - `HACHURE_FUZZ_KIND`: this kind alone, or several separated by commas
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! - `HACHURE_FUZZ_TELL`: prints the result of each case
+//! - `HACHURE_FUZZ_KIND`: only this kind, or several separated by commas
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 mod bounded;
-#[allow(dead_code, reason = "the other tests of the formats use more of it")]
+#[allow(dead_code, reason = "tests/formats uses the rest")]
 #[path = "../formats/dem.rs"]
 mod dem;
 mod kinds;
@@ -26,7 +26,7 @@ mod sparse;
 mod watch;
 #[path = "../../src/tests/pyramid/world.rs"]
 mod world;
-#[allow(dead_code, reason = "the other tests of the formats use more of it")]
+#[allow(dead_code, reason = "tests/formats uses the rest")]
 #[path = "../formats/write.rs"]
 mod write;
 
@@ -36,10 +36,10 @@ use kinds::KINDS;
 use seeds::Seed;
 use watch::{Limits, Watch};
 
-/// A number from the environment.
+/// Reads a number from the environment.
 fn number(name: &str, default: u64) -> u64 {
     match std::env::var(name) {
-        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} is {text:?}, which is no whole number")),
+        Ok(text) => text.parse().unwrap_or_else(|_| panic!("{name} is {text:?}, expected a whole number")),
         Err(_) => default,
     }
 }
@@ -50,10 +50,10 @@ fn mutated_inputs_are_read_or_refused() {
     let run_seed = number("HACHURE_FUZZ_SEED", 1);
     let only = std::env::var("HACHURE_FUZZ_KIND").ok();
     let is_wanted = |name: &str| only.as_ref().is_none_or(|only| only.split(',').any(|wanted| wanted == name));
-    assert!(KINDS.iter().any(|kind| is_wanted(kind.name)), "there is no kind {only:?}");
+    assert!(KINDS.iter().any(|kind| is_wanted(kind.name)), "no kind is named {only:?}");
 
     let folder = tempfile::tempdir().unwrap();
-    // A case that ends the whole process leaves its files there.
+    // A case that kills the whole process leaves its files there.
     println!("files are mutated in {}", folder.path().display());
     let mut watch = Watch::new(Limits::default());
     let mut failures = Vec::new();
@@ -105,11 +105,11 @@ fn mutated_inputs_are_read_or_refused() {
             peak_bytes / 1_000_000,
             start.elapsed().as_secs_f64()
         );
-        // Where nothing is refused, nothing was damaged.
+        // If no case is refused, the damage has no effect.
         assert!(cases < 100 || refused > 0, "{}: no case was refused", kind.name);
     }
     if !memory::is_measured() {
-        println!("skipped: the system does not tell how much memory a case took");
+        println!("skipped: the system does not report the memory of a process");
     }
     assert!(failures.is_empty(), "{} cases failed:\n{}", failures.len(), failures.join("\n"));
 }

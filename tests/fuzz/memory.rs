@@ -1,14 +1,13 @@
-//! How much memory a case took: the highest share of the machine's memory that the process had, which Linux tells and
-//! lets one reset.
+//! The memory that a case needed: the peak resident size of the process, which Linux reports and allows to be reset.
 
-/// Begins anew; the memory that is there now in bytes.
+/// Resets the peak; returns the current resident size in bytes.
 pub fn reset() -> Option<u64> {
-    // 5 sets the peak to what is there: see proc_pid_clear_refs(5).
+    // 5 resets the peak to the current size: see proc_pid_clear_refs(5).
     std::fs::write("/proc/self/clear_refs", "5").ok()?;
     peak_bytes()
 }
 
-/// The most that there was since.
+/// Returns the peak resident size since the last reset, in bytes.
 pub fn peak_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let (_, rest) = status.split_once("VmHWM:")?;

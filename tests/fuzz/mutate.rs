@@ -1,11 +1,11 @@
-//! The damage that is done to files: to their bytes, to the numbers in them, to the words of a text.
+//! The damage that is done to files: to their bytes, to numbers in them, to the words of a text.
 
 use std::ops::Range;
 
-/// Half of the damage goes into so many bytes at the beginning, where it hurts.
+/// Half of the damage is done to this many bytes at the beginning, where it has the most effect.
 const HEADER_BYTES: usize = 1100;
 
-/// Numbers that parsers forget.
+/// Numbers that parsers often handle wrongly.
 const NUMBERS: &[&str] = &[
     "0",
     "-1",
@@ -44,7 +44,7 @@ const NUMBERS: &[&str] = &[
     "-0.5",
 ];
 
-/// Words and signs that a text does not expect.
+/// Words and characters that are unexpected in a text.
 const WORDS: &[&str] = &[
     "\0",
     "\u{1b}[31m",
@@ -76,7 +76,7 @@ const WORDS: &[&str] = &[
     "%s",
 ];
 
-/// A xorshift generator: the same damage in every run.
+/// A xorshift generator, so that the damage is the same in every run.
 pub struct Random(u64);
 
 impl Random {
@@ -84,7 +84,7 @@ impl Random {
         // FNV-1a, and never 0.
         let fold = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         let mut random = Self(text.bytes().fold(0xcbf2_9ce4_8422_2325, fold) | 1);
-        // Texts that differ in their last letter begin alike.
+        // Texts that differ only in the last letter give similar first numbers.
         for _ in 0..8 {
             random.next();
         }
@@ -98,7 +98,7 @@ impl Random {
         self.0.wrapping_mul(0x2545_f491_4f6c_dd1d)
     }
 
-    /// From 0 to below the limit; 0 for a limit of 0.
+    /// Returns a number from 0 to below the limit; 0 for a limit of 0.
     pub fn below(&mut self, limit: usize) -> usize {
         ((self.next() >> 11) % limit.max(1) as u64) as usize
     }
@@ -113,11 +113,12 @@ impl Random {
     }
 }
 
-/// A damaged copy; `donor` is some other file of the kind.
+/// Returns a damaged copy; `donor` is another file of the kind.
 pub fn damaged(bytes: &[u8], donor: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let is_text = bytes.iter().take(4096).all(|&byte| byte != 0) && std::str::from_utf8(&bytes).is_ok();
-    // Half of the copies have a single flaw, mostly a number: what is spoiled more is refused at the first of them.
+    // Half of the copies have a single flaw, mostly in a number, because a file with several flaws is refused at the
+    // first.
     let is_gentle = random.below(2) == 0;
     for _ in 0..if is_gentle { 1 } else { 1 + random.below(4) } {
         if is_text && (is_gentle || random.below(4) > 0) {
@@ -126,7 +127,7 @@ pub fn damaged(bytes: &[u8], donor: &[u8], random: &mut Random) -> Vec<u8> {
             in_bytes(&mut bytes, donor, random);
         }
     }
-    // A wrong checksum would keep most damage of a PNG from its parser.
+    // A wrong checksum would keep most damage of a PNG from the parser.
     if random.below(4) > 0 {
         mend_png(&mut bytes);
     }
@@ -150,7 +151,7 @@ fn in_bytes(bytes: &mut Vec<u8>, donor: &[u8], random: &mut Random) {
                 *byte = random.below(256) as u8;
             }
         }
-        // A field that holds a number becomes one that few expect.
+        // A field that holds a number is replaced by an unusual number.
         5..=7 => {
             let length = *random.one_of(&[1, 2, 2, 4, 4, 8]);
             let file_bytes = bytes.len() as u64;
@@ -166,7 +167,7 @@ fn in_bytes(bytes: &mut Vec<u8>, donor: &[u8], random: &mut Random) {
             if is_big_endian {
                 field.reverse();
             }
-            // Fields lie at whole multiples of two.
+            // Fields begin at even offsets.
             let at = at & !1;
             for (byte, new) in bytes.iter_mut().skip(at).zip(field) {
                 *byte = new;
@@ -191,7 +192,7 @@ fn in_bytes(bytes: &mut Vec<u8>, donor: &[u8], random: &mut Random) {
     }
 }
 
-/// Ranges of the words of a text: what stands between spaces and signs.
+/// Returns the ranges of words of a text, which are separated by spaces and signs.
 fn words(text: &str) -> Vec<Range<usize>> {
     let is_part = |c: char| c.is_alphanumeric() || matches!(c, '.' | '-' | '+' | '_');
     let mut words: Vec<Range<usize>> = Vec::new();
@@ -226,7 +227,7 @@ fn in_text(text: &str, is_gentle: bool, random: &mut Random) -> String {
             lines.splice(line..line, copies);
             lines.concat()
         }
-        // Brackets in brackets: a parser that calls itself has a stack to lose.
+        // Nested brackets: a recursive parser could overflow its stack.
         3 => {
             let (open, close) = *random.one_of(&[("[", "]"), ("{a=", "}"), ("(", ")"), ("[", "")]);
             let depth = *random.one_of(&[3, 200, 20_000]);
@@ -251,7 +252,7 @@ fn in_text(text: &str, is_gentle: bool, random: &mut Random) -> String {
             };
             let new = match is_for_numbers {
                 true => (*random.one_of(NUMBERS)).to_owned(),
-                // A key that nobody knows, or the name of another.
+                // An unknown key, or another word of the text.
                 false if random.below(2) == 0 => format!("{}x", &text[word.clone()]),
                 false => text[random.one_of(&words).clone()].to_owned(),
             };
@@ -268,7 +269,7 @@ fn insert(text: &str, new: &str, random: &mut Random) -> String {
     format!("{}{new}{}", &text[..at], &text[at..])
 }
 
-/// Gives the chunks of a PNG the checksums that they should have, as far as they can be followed.
+/// Corrects the checksums of a PNG's chunks, as far as the chunks can be followed.
 fn mend_png(bytes: &mut [u8]) {
     if !bytes.starts_with(b"\x89PNG") {
         return;
@@ -294,7 +295,7 @@ fn a_case_is_the_same_each_time_and_others_differ() {
     for input in [bytes, text] {
         let case = |number: u32| damaged(&input, b"other", &mut Random::new(&format!("1 kind {number}")));
         let all: std::collections::HashSet<Vec<u8>> = (0..500).map(case).collect();
-        assert!(all.len() > 300, "{}", all.len());
+        assert!(all.len() > 300, "500 cases gave only {} different files", all.len());
         assert_eq!(case(7), case(7));
     }
 }

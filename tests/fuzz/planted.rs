@@ -1,5 +1,4 @@
-//! The harness notices what it is there to notice: parsers that panic, hang, eat memory, and refuse in other words than
-//! they should.
+//! The harness finds planted errors: parsers that panic, hang, use too much memory, and refuse with a wrong message.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -28,7 +27,7 @@ fn hangs(_: &Path) -> anyhow::Result<()> {
 }
 
 fn eats(_: &Path) -> anyhow::Result<()> {
-    // Touched, or the system does not count it.
+    // Written to, because the system counts only used pages.
     let bytes = vec![1_u8; 200 << 20];
     anyhow::ensure!(std::hint::black_box(bytes).len() > 5, "toy.bin: is small");
     Ok(())
@@ -53,13 +52,13 @@ fn planted_errors_are_found() {
     assert!(found(panics).contains("planted"));
     assert!(found(hides_a_panic).contains("hidden"));
     assert!(found(hangs).contains("a hang"));
-    // And goes on after it.
+    // The harness goes on after a hang.
     assert!(found(|_| says("it is damaged")).contains("does not name the file"));
     assert!(found(|path| says(&format!("{}: {}", path.display(), "x".repeat(200)))).contains("longer than"));
     assert!(found(|_| says("toy.bin: has \u{1b}[31m in it")).contains("control characters"));
     match memory::is_measured() {
         true => assert!(found(eats).contains("MB of memory")),
-        false => println!("skipped: the system does not tell how much memory a case took"),
+        false => println!("skipped: the system does not report the memory of a process"),
     }
     IS_OVER.store(true, Ordering::Relaxed);
 }

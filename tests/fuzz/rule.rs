@@ -1,4 +1,4 @@
-//! What a refusal looks like: one line under 200 characters that names the file.
+//! The form of a refusal: one line under 200 characters that names the file.
 
 use std::path::Path;
 
@@ -10,8 +10,8 @@ const CONTROL: &str = "has more than one line, or control characters";
 const LONG: &str = "is longer than 199 characters";
 const NAMELESS: &str = "does not name the file";
 
-/// What is wrong with a refusal of these files. The folder that they are in does not count: its name is as long as it
-/// is.
+/// Returns what is wrong with a refusal of these files. The path of their folder does not count, since its length
+/// varies.
 pub fn fault(seed: &Seed, message: &str) -> Option<String> {
     let folder = if seed.entry.is_empty() { seed.folder.parent() } else { Some(seed.folder.as_path()) };
     let folder = format!("{}/", folder.unwrap_or(Path::new("")).display());

@@ -1,20 +1,20 @@
-//! Files that belong together, the damage to one of them, and their repair.
+//! Groups of files, the damage to one of them, and their repair.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::mutate::{self, Random};
 
-/// Whole files of a kind.
+/// Valid files of a kind, some of which belong together.
 pub struct Seed {
     pub folder: PathBuf,
-    /// What is opened: a name in the folder, or empty for the folder.
+    /// The path to open: the name of a file in the folder, or empty for the folder itself.
     pub entry: String,
     files: Vec<(String, Vec<u8>)>,
 }
 
 impl Seed {
-    /// All that lies in a folder, and in the folders in it.
+    /// Creates a seed of all files in a folder and its subfolders.
     pub fn of(folder: &Path, entry: &str) -> Self {
         let mut files = Vec::new();
         let mut folders = vec![folder.to_owned()];
@@ -29,7 +29,7 @@ impl Seed {
                 }
             }
         }
-        // A folder lists its files in any order, and a case has to be the same each time.
+        // A folder lists its files in any order, but a case must be the same each time.
         files.sort();
         assert!(!files.is_empty(), "{}: holds no files", folder.display());
         Self { folder: folder.to_owned(), entry: entry.to_owned(), files }
@@ -42,20 +42,20 @@ impl Seed {
         }
     }
 
-    /// Any of these in a message names the file.
+    /// Returns the names of which a message must contain one.
     pub fn names(&self) -> impl Iterator<Item = &str> {
         let folder = self.folder.file_name().and_then(|name| name.to_str()).filter(|_| self.entry.is_empty());
         self.files.iter().map(|(name, _)| name.as_str()).chain(folder)
     }
 
-    /// Damages one of the files on the disk.
+    /// Damages one of the files on disk.
     pub fn mutate(&self, donor: &Self, random: &mut Random) {
         let (name, bytes) = &self.files[random.below(self.files.len())];
         let (_, donor) = &donor.files[random.below(donor.files.len())];
         fs::write(self.folder.join(name), mutate::damaged(bytes, donor, random)).unwrap();
     }
 
-    /// Makes all files what they were.
+    /// Restores all files.
     pub fn restore(&self) {
         for (name, bytes) in &self.files {
             let path = self.folder.join(name);
@@ -65,7 +65,7 @@ impl Seed {
         }
     }
 
-    /// Copies the files as they are to where they outlive the test.
+    /// Copies the current files to a folder that outlives the test.
     pub fn keep(&self, kind: &str, run_seed: u64, number: u64) -> PathBuf {
         let kept = std::env::temp_dir().join(format!("hachure-fuzz-{kind}-{run_seed}-{number}"));
         for (name, _) in &self.files {

@@ -1,26 +1,26 @@
-//! A sparse GeoTIFF, byte by byte: tiles of 512 × 512 floats, all but two of which the file leaves out.
+//! A sparse GeoTIFF, written byte by byte: tiles of 512 × 512 floats, of which the file stores only two.
 
 use std::io::Write;
 use std::path::Path;
 
 const TILE: u32 = 512;
 
-/// The height in metres of a sample of a tile that is stored.
+/// Returns the height in metres of a sample of a stored tile.
 fn height_m(column: u32, row: u32) -> f32 {
     (row + 2 * column) as f32
 }
 
-/// Tiles that are stored, counted by rows.
+/// Returns the numbers of the stored tiles, in row order.
 fn stored(tiles: u32) -> [u32; 2] {
     [0, tiles / 2]
 }
 
-/// Lowest and highest height, and the voids.
+/// Returns the lowest and highest height, and the number of no-data samples.
 pub fn expected(side: u32) -> ([f32; 2], u64) {
     ([0.0, height_m(TILE - 1, TILE - 1)], u64::from(side).pow(2) - 2 * u64::from(TILE).pow(2))
 }
 
-/// Writes a square of `side` samples, which is to end where a tile does.
+/// Writes a square of `side` samples; `side` must be a multiple of the tile size.
 pub fn write(path: &Path, side: u32) {
     assert_eq!(side % TILE, 0);
     let tiles = (side / TILE).pow(2);
@@ -70,16 +70,16 @@ pub fn write(path: &Path, side: u32) {
         let values = (0..tiles).map(|tile| if stored(tiles).contains(&tile) { value } else { 0 });
         values.flat_map(u32::to_le_bytes).collect::<Vec<u8>>()
     };
-    // The tables are as long whatever they say; both tiles have the same bytes.
+    // The length of the tables does not depend on their content; both tiles have the same bytes.
     let end = header(table(0), table(0)).len() as u32;
     let mut bytes = header(table(end), table(stored_bytes.len() as u32));
     bytes.append(&mut stored_bytes);
     std::fs::File::create(path).unwrap().write_all(&bytes).unwrap();
 }
 
-/// A zlib stream that packs nothing.
+/// Returns a zlib stream without compression.
 fn zlib(bytes: &[u8]) -> Vec<u8> {
-    // Stored blocks: two bytes of header, blocks of at most 65535 bytes, and Adler's checksum.
+    // Stored blocks: two bytes of header, blocks of at most 65535 bytes, and an Adler-32 checksum.
     let mut stream = vec![0x78, 0x01];
     let mut blocks = bytes.chunks(0xffff).peekable();
     while let Some(block) = blocks.next() {

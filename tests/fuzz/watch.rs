@@ -1,5 +1,4 @@
-//! One case on a thread of its own, watched: for panics, also those that are caught on the way, for time and for
-//! memory.
+//! Runs a case on a separate thread and watches it for panics (also those that are caught), time and memory.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -13,7 +12,7 @@ use super::{memory, rule};
 use hachure::file::message::chain;
 use hachure::file::one_line;
 
-/// What a case may take.
+/// The limits of a case.
 #[derive(Clone, Copy)]
 pub struct Limits {
     pub time: Duration,
@@ -26,30 +25,30 @@ impl Default for Limits {
     }
 }
 
-/// What came of a case.
+/// The result of a case.
 #[derive(Debug)]
 pub struct Case {
-    /// What went wrong.
+    /// Description of the failure, if any.
     pub what: Option<String>,
     /// The line with which the file was refused.
     pub refusal: Option<String>,
-    /// More than there was before.
+    /// The increase of the peak memory during the case.
     pub peak_bytes: Option<u64>,
 }
 
-/// A refusal or nothing, by a call that may do anything.
+/// A function that reads a file or refuses it, and may fail in any other way.
 type Open = fn(&Path) -> anyhow::Result<()>;
 type Answer = Result<Option<String>, ()>;
 
-/// The first panic of a case, and where.
+/// The first panic of a case, with its place.
 static PANIC: Mutex<Option<String>> = Mutex::new(None);
 
 fn first_panic() -> Option<String> {
     PANIC.lock().unwrap_or_else(PoisonError::into_inner).take()
 }
 
-/// Panics are kept and not printed: those of a decoder that is guarded would be passed over otherwise. Tests of this
-/// file alone run on threads with names.
+/// Records panics instead of printing them, because those that a decoder catches would be missed otherwise. Tests run
+/// on threads with names and keep the usual hook.
 fn listen() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {
@@ -65,7 +64,7 @@ fn listen() {
     });
 }
 
-/// See the head of the file.
+/// Runs cases on a worker thread within limits.
 pub struct Watch {
     limits: Limits,
     work: Sender<(Open, PathBuf)>,
@@ -75,7 +74,7 @@ pub struct Watch {
 fn worker() -> (Sender<(Open, PathBuf)>, Receiver<Answer>) {
     let (work, todo) = channel::<(Open, PathBuf)>();
     let (answer, answers) = channel();
-    // As large as the stack of the program's first thread.
+    // As large as the stack of a program's main thread.
     let thread = std::thread::Builder::new().name("case".into()).stack_size(8 << 20);
     let run = move || {
         for (open, path) in todo {
@@ -97,9 +96,9 @@ impl Watch {
         Self { limits, work, answers }
     }
 
-    /// Opens what the seed's files are now.
+    /// Opens the current files of a seed.
     pub fn run(&mut self, kind: &Kind, seed: &Seed) -> Case {
-        // Memory and panics are those of the whole process, and tests run beside each other.
+        // Memory and panics belong to the whole process, and tests run in parallel.
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);
         let before = memory::reset();
@@ -111,7 +110,7 @@ impl Watch {
         let mut case = Case { what: None, refusal: None, peak_bytes };
         match answer {
             Err(RecvTimeoutError::Timeout) => {
-                // The thread cannot be ended; another one goes on in its place.
+                // The thread cannot be ended, so another one takes its place.
                 (self.work, self.answers) = worker();
                 case.what = Some(format!("a hang: no answer in {:?}", self.limits.time));
             }

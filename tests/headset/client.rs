@@ -1,6 +1,7 @@
-//! A small program that does what the specification does not allow: the runtime and the validation layer notice.
+//! Runs a small program that does what the specification forbids; the runtime and the validation layer must detect it.
 //!
-//! The runtime is a part of the process that uses it, so each mistake is made in a process of its own: this test, called
+//! The runtime is a part of the process that uses it, so each mistake is made in its own process: this test executable,
+//! run again with [`client`].
 //! again for [`client`].
 
 use hachure::headset::session::{Life, VIEWS};
@@ -42,13 +43,16 @@ fn mistakes_are_noticed() {
     }
     match made(&room, "wrong layout").layer {
         Some(messages) => {
-            assert!(messages.iter().any(|message| message.contains("layout")), "the layer heard nothing: {messages:?}");
+            assert!(
+                messages.iter().any(|message| message.contains("layout")),
+                "the validation layer did not report a layout: {messages:?}"
+            );
         }
-        None => println!("skipped: there is no validation layer of Khronos (vulkan-validationlayers)"),
+        None => println!("skipped: the Khronos validation layer is not installed (vulkan-validationlayers)"),
     }
 }
 
-/// Not a test: see above.
+/// Makes one mistake; the other test of this file starts it in its own process.
 #[test]
 #[ignore = "a part of another test"]
 fn client() {
@@ -58,7 +62,7 @@ fn client() {
     if mistake == "begin before wait" {
         assert!(headset.stream.begin().is_err());
     }
-    // Until something is to be rendered.
+    // Waits for a frame that should be rendered.
     let state = loop {
         let state = headset.waiter.wait().unwrap();
         headset.stream.begin().unwrap();
@@ -115,7 +119,7 @@ fn client() {
     }
 }
 
-/// Clears an image of each eye, and gives it back in a state.
+/// Clears an image of each eye, and releases it in the given state.
 fn drawn(headset: &mut Headset, state: wgpu::TextureUses) {
     let gpu = headset.gpu.clone();
     for eye in &mut headset.eyes {
@@ -140,7 +144,7 @@ fn shown(headset: &mut Headset, time: xr::Time, views: impl FnOnce(&mut Headset)
     end(headset, time, &views, 0)
 }
 
-/// Ends a frame with a part of the images that begins so many pixels aside.
+/// Ends a frame with a part of the images that begins `aside_px` pixels to the right.
 fn end(headset: &mut Headset, time: xr::Time, views: &[xr::View], aside_px: i32) -> xr::Result<()> {
     let projections = [0, 1].map(|eye: usize| {
         let [width, height] = headset.eyes[eye].size_px().map(|side| side as i32);

@@ -1,14 +1,15 @@
-//! Flights from begin to end: styles, sizes, states of the session, buttons, and what is told when something is missing.
+//! Tests flights from start to end: styles, sizes, states of the session, buttons, and error messages for missing
+//! things.
 
 use crate::Room;
 
-/// One of each kind: lines, chained strokes, marks, colour that runs.
+/// One style of each kind: lines, chained strokes, marks, and running colour.
 const STYLES: [&str; 4] = ["ink", "pen", "crosshatch", "wash"];
 
 #[test]
 fn flights_end_well_and_nobody_complains() {
     let Some(room) = Room::with_hill() else { return };
-    // With a mask of what nobody sees, and without; and one that changes.
+    // With a visibility mask, with one that changes, and without a mask.
     for (style, mask) in STYLES.into_iter().zip([&[][..], &[("MASK", "corners")], &[("MASK", "7")], &[]]) {
         let told = room.fly(mask, &["--frames", "24", "--style", style]);
         let report = told.well(style);
@@ -17,7 +18,7 @@ fn flights_end_well_and_nobody_complains() {
     }
 }
 
-/// Some minutes: `cargo test --release --test headset -- --ignored a_thousand`.
+/// Takes some minutes: `cargo test --release --test headset -- --ignored a_thousand`.
 #[test]
 #[ignore = "it takes many minutes"]
 fn a_thousand_frames_of_every_style() {
@@ -49,13 +50,13 @@ fn every_kind_of_format_is_drawn_on() {
 fn the_session_goes_through_its_states() {
     let Some(room) = Room::with_hill() else { return };
     for (script, frames) in [
-        // Taken off and put on again: ten frames are not drawn.
+        // The headset is taken off and put on again; ten frames are not drawn.
         (("OFF", "5-15"), 30),
-        // The runtime ends the session, and lets it begin again: one frame is still ended.
+        // The runtime ends the session and lets it begin again; one more frame is ended.
         (("PAUSE", "5"), 21),
-        // Nobody knows where the head is for a while.
+        // The head is not tracked for a while.
         (("TRACKING", "4-9"), 25),
-        // No room was set up.
+        // No stage was set up.
         (("STAGE", "none"), 20),
         // The user ends the program.
         (("STOP", "7"), 8),
@@ -84,7 +85,7 @@ fn what_is_lost_is_one_line() {
 #[test]
 fn what_is_missing_is_one_line() {
     let Some(room) = Room::with_hill() else { return };
-    // A loader that is none.
+    // A file that is not a loader.
     std::fs::create_dir(room.path("libraries")).unwrap();
     std::fs::write(room.path("libraries/libopenxr_loader.so.1"), "no library").unwrap();
     let folder = room.path("libraries");
@@ -100,7 +101,7 @@ fn what_is_missing_is_one_line() {
         let line = told.line();
         assert!(line.starts_with("--vr: ") && line.contains(words), "{line}");
     }
-    // The world is told of before the headset.
+    // An error in the world is reported before a missing headset.
     let mut command = room.command(env!("CARGO_BIN_EXE_hachure").as_ref(), &[("HEADSET", "none")]);
     command.args(["fly", "nowhere.tif", "--vr"]);
     assert!(room.told(command).line().contains("nowhere.tif"));
@@ -119,9 +120,12 @@ fn buttons_are_heard() {
     ] {
         let told = room.fly(script, &["--frames", "16", "--style", "plain"]);
         let report = told.well("a button");
-        assert!(report.starts_with(&format!("96x80 and 96x80 {next}: ")), "held once is one step: {report}");
+        assert!(
+            report.starts_with(&format!("96x80 and 96x80 {next}: ")),
+            "holding a button once must be one step: {report}"
+        );
     }
-    // Another hand has no such button.
+    // The other hand has no such button.
     let told = room.fly(&[("PUSHES", "4-7:/user/hand/left/input/b/click")], &["--frames", "12", "--style", "plain"]);
     assert!(told.well("no button").contains(" plain: "));
 }

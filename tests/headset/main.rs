@@ -1,6 +1,6 @@
-//! The program in a headset that does not exist: the loader of OpenXR loads a runtime of our own (`runtime`), which
-//! plays a script, checks every call, and writes down what is wrong.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Tests the program in a simulated headset: the OpenXR loader loads our own runtime (`runtime`), which plays a script,
+//! checks every call, and logs violations.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 #![cfg(target_os = "linux")]
 
 #[path = "../../src/tests/common/mod.rs"]
@@ -18,28 +18,26 @@ use hachure::headset::{HeadsetError, Runtime};
 
 use crate::common::hill::Hill;
 
-/// Of the validation layer's synchronisation checks.
+/// Name of the validation layer's synchronisation checks.
 const SYNCHRONISATION: &str = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT";
 
-/// A folder with a world, a manifest of the runtime, and what a run leaves.
+/// A folder with a world, a manifest of the runtime, and the logs of a run.
 pub struct Room(tempfile::TempDir);
 
-/// What a run told.
+/// Output of a run.
 pub struct Told {
-    /// Of the process.
+    /// Exit status of the process.
     pub status: Option<i32>,
-    /// All of it.
     pub stdout: String,
-    /// The same.
     pub stderr: String,
     /// The runtime's log.
     pub log: String,
-    /// What the validation layer complained of. None where there is no layer.
+    /// Messages of the validation layer, or `None` if the layer is not installed.
     pub layer: Option<Vec<String>>,
 }
 
 impl Room {
-    /// None with a word about why, where the loader or a driver is missing.
+    /// Returns `None` with a printed reason if the loader or a driver is missing.
     pub fn new() -> Option<Self> {
         static MISSING: OnceLock<Option<String>> = OnceLock::new();
         let missing = MISSING.get_or_init(|| match Runtime::connect() {
@@ -60,7 +58,7 @@ impl Room {
         Some(room)
     }
 
-    /// With a hill of 3 km in `world.tif`.
+    /// Returns a folder with a hill of 3 km in `world.tif`.
     pub fn with_hill() -> Option<Self> {
         let room = Self::new()?;
         let grid = Hill::square(321, 10.0).1;
@@ -69,12 +67,12 @@ impl Room {
         Some(room)
     }
 
-    /// Of a file in it, there or not.
+    /// Returns the path of a file in the folder, whether it exists or not.
     pub fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
-    /// A program with the runtime and the validation layer around it.
+    /// Returns a command that runs a program with the runtime and the validation layer.
     pub fn command(&self, program: &Path, script: &[(&str, &str)]) -> Command {
         let settings = format!(
             "khronos_validation.enables = {SYNCHRONISATION}\n\
@@ -95,11 +93,11 @@ impl Room {
             .env("XR_RUNTIME_JSON", self.path("runtime.json"))
             .env("HACHURE_XR_LOG", self.path("runtime.log"))
             .env_remove("RUST_LOG")
-            // Without a mirror.
+            // Without a mirror window.
             .env_remove("DISPLAY")
             .env_remove("WAYLAND_DISPLAY");
         for (name, value) in script {
-            // A variable of the system has its whole name.
+            // A name that begins with `=` is the full name of an environment variable.
             match name.strip_prefix('=') {
                 Some(name) => command.env(name, value),
                 None => command.env(format!("HACHURE_XR_{name}"), value),
@@ -108,7 +106,7 @@ impl Room {
         command
     }
 
-    /// Runs it.
+    /// Runs a command and collects its output and logs.
     pub fn told(&self, mut command: Command) -> Told {
         for log in ["layer.log", "runtime.log"] {
             let _ = std::fs::remove_file(self.path(log));
@@ -125,7 +123,7 @@ impl Room {
         }
     }
 
-    /// Flies over the hill with the script and arguments.
+    /// Flies over the hill with a script and arguments.
     pub fn fly(&self, script: &[(&str, &str)], arguments: &[&str]) -> Told {
         let mut command = self.command(Path::new(env!("CARGO_BIN_EXE_hachure")), script);
         command.args(["fly", "world.tif", "--vr", "--camera=900,-900,+20,315,3,60"]).args(arguments);
@@ -134,19 +132,19 @@ impl Room {
 }
 
 impl Told {
-    /// A flight that ends well, with nothing to complain of. What it printed.
+    /// Checks that a flight ended well and caused no complaints. Returns its output.
     pub fn well(&self, what: &str) -> &str {
         assert_eq!(self.status, Some(0), "{what}: {}", self.stderr);
         assert!(self.stderr.is_empty(), "{what}: {}", self.stderr);
         assert!(self.log.contains(" with 0 violations"), "{what}: {}", self.log);
         match &self.layer {
             Some(messages) => assert!(messages.is_empty(), "{what}: {}", messages.join("\n")),
-            None => println!("skipped: there is no validation layer of Khronos (vulkan-validationlayers)"),
+            None => println!("skipped: the Khronos validation layer is not installed (vulkan-validationlayers)"),
         }
         &self.stdout
     }
 
-    /// The one line with which a flight fails.
+    /// Checks that a flight failed, and returns its one line of error.
     pub fn line(&self) -> &str {
         assert_eq!(self.status, Some(1), "{}", self.stderr);
         assert!(!self.log.contains("violation:"), "{}", self.log);
@@ -156,7 +154,7 @@ impl Told {
     }
 }
 
-/// What the layer says of the program, and not of itself or its cache.
+/// Returns the layer's messages about the program, without those about the layer itself or its cache.
 fn complaints(text: &str) -> Vec<String> {
     let mut all: Vec<String> = Vec::new();
     for line in text.lines() {
@@ -171,8 +169,8 @@ fn complaints(text: &str) -> Vec<String> {
     all
 }
 
-/// The library of the runtime, which cargo builds with the examples; `cargo test --test headset` does not, so then it is
-/// built here.
+/// Returns the runtime's library, which cargo builds with the examples. `cargo test --test headset` does not build it,
+/// so in that case it is built here.
 fn runtime() -> PathBuf {
     let test = std::env::current_exe().unwrap();
     let library = test.parent().unwrap().parent().unwrap().join("examples/libhachure_test_runtime.so");
@@ -180,6 +178,7 @@ fn runtime() -> PathBuf {
         let mut cargo = Command::new(env!("CARGO"));
         cargo.args(["build", "--release", "--example", "hachure_test_runtime"]);
         cargo.current_dir(env!("CARGO_MANIFEST_DIR"));
+        cargo.env_remove("RUSTC_BOOTSTRAP");
         cargo.env("CARGO_TARGET_DIR", library.ancestors().nth(3).unwrap());
         let built = cargo.output().unwrap();
         assert!(library.exists(), "{}", String::from_utf8_lossy(&built.stderr));

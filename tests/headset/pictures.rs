@@ -1,4 +1,5 @@
-//! What each eye is shown is what the library draws for its pose, computed here from the runtime's numbers alone.
+//! Tests that each eye shows what the library draws for its pose, which is computed here from the runtime's numbers
+//! alone.
 
 use glam::{DMat3, DQuat, DVec3};
 use hachure::composite::PICTURE;
@@ -12,13 +13,14 @@ use crate::Room;
 use crate::common::draw::halves;
 
 const SIZES_PX: [[u32; 2]; 2] = [[96, 80], [80, 72]];
-/// As `Room::fly` has it.
+/// The same values as in `Room::fly`.
 const YAW_DEG: f64 = 315.0;
 const CAMERA_EAST_NORTH_M: [f64; 2] = [900.0, -900.0];
 const CAMERA_ABOVE_GROUND_M: f64 = 20.0;
 const EYES_ABOVE_FLOOR_M: f64 = 1.6;
 
-/// What the runtime wrote of the last frame: position, orientation, angles of the lens; and the bytes.
+/// Returns for each eye what the runtime dumped of the last frame: position, orientation and angles of the lens, and
+/// the bytes of the image.
 fn last_frame(room: &Room) -> [([f64; 11], Vec<u8>); 2] {
     let table = std::fs::read_to_string(room.path("dump/poses.csv")).unwrap();
     let rows: Vec<Vec<f64>> =
@@ -32,7 +34,7 @@ fn last_frame(room: &Room) -> [([f64; 11], Vec<u8>); 2] {
     })
 }
 
-/// The eyes as the specification of OpenXR has them: y up, −z ahead, in a room whose floor is at `floor_m`.
+/// Returns the eyes in the axes of the OpenXR specification (y up, −z ahead), in a room whose floor is at `floor_m`.
 fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
     let yaw = YAW_DEG.to_radians();
     let north = DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y);
@@ -56,7 +58,7 @@ fn rig(eyes: &[[f64; 11]; 2], floor_m: DVec3, scale: f64) -> Rig {
     Rig { origin_m, eyes: views.to_vec() }
 }
 
-/// The part of the pixels of which a channel is more than 2 of 255 off.
+/// Returns the part of the pixels in which a channel differs by more than 2 of 255.
 fn off(shown: &[u8], drawn: &[[f64; 4]]) -> f64 {
     let encoded = |linear: f64| {
         let linear = linear.clamp(0.0, 1.0);
@@ -69,7 +71,7 @@ fn off(shown: &[u8], drawn: &[[f64; 4]]) -> f64 {
     wrong.count() as f64 / drawn.len() as f64
 }
 
-/// Flies with a script, and draws the last frame once more from a floor.
+/// Flies with a script, draws the last frame again with the library, and compares the two.
 fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     let _ = std::fs::remove_dir_all(room.path("dump"));
     std::fs::create_dir(room.path("dump")).unwrap();
@@ -87,7 +89,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
         DVec3::new(east_m, north_m, world.ground_m(east_m, north_m) + CAMERA_ABOVE_GROUND_M - EYES_ABOVE_FLOOR_M);
     let eyes = [shown[0].0, shown[1].0];
     if scale != 1.0 {
-        // A giant stands where the person's head was, and has the ground at a table's height.
+        // A giant's head is at the same position as the person's, and the ground is at table height.
         let head_m = rig(&eyes, floor_m, 1.0).origin_m;
         floor_m += head_m - rig(&eyes, floor_m, scale).origin_m;
         floor_m.z = world.ground_m(head_m.x, head_m.y) - 0.7 * scale;
@@ -97,7 +99,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     assert!((apart_m - 0.063 * scale).abs() < 1e-3 * scale, "{apart_m} m");
     let (light, style) = (world.light(), Style::load(style).unwrap());
     let mut renderer = Renderer::new(&gpu).unwrap();
-    // Tiles and horizons come at once; the second frame has all of them.
+    // Tiles and horizon maps are loaded synchronously; the second frame has all of them.
     for _ in 0..2 {
         let prepared = frame::prepare(&gpu, &mut world.surfaces, &rig, &style, &light);
         renderer.render_rig(&gpu, &world.surfaces, &prepared, &rig, &style, &light).unwrap();
@@ -109,7 +111,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
         println!("{} at 1:{scale}, eye {eye}: {off} of the pixels differ", style.name);
         assert!(off < 0.01, "{}, eye {eye}: {off} of the pixels differ", style.name);
     }
-    // Planted: eyes exchanged. They are of different sizes here, so the lenses and poses are exchanged instead.
+    // Planted: swapped eyes. Their sizes differ, so lenses and poses are swapped instead.
     let mut exchanged = rig.clone();
     exchanged.eyes.swap(0, 1);
     for (view, size_px) in exchanged.eyes.iter_mut().zip(SIZES_PX) {
@@ -119,7 +121,7 @@ fn compare(room: &Room, script: &[(&str, &str)], style: &str, scale: f64) {
     renderer.render_rig(&gpu, &world.surfaces, &prepared, &exchanged, &style, &light).unwrap();
     for (eye, (_, shown)) in shown.iter().enumerate() {
         let off = off(shown, &halves(&gpu, renderer.eye_target(eye, &PICTURE).unwrap()));
-        assert!(off > 0.03, "{}: exchanged eyes are not noticed ({off})", style.name);
+        assert!(off > 0.03, "{}: swapped eyes were not detected ({off})", style.name);
     }
 }
 
@@ -142,7 +144,7 @@ fn a_giants_eyes_stand_far_apart() {
 fn the_border_is_dark_on_the_way() {
     let Some(room) = Room::with_hill() else { return };
     let dump = room.path("dump");
-    // The red of the upper left corner and of the middle, for each eye.
+    // Returns the red of the upper left corner and of the middle, for each eye.
     let seen = |script: &[(&str, &str)]| {
         let _ = std::fs::remove_dir_all(&dump);
         std::fs::create_dir(&dump).unwrap();
@@ -157,8 +159,11 @@ fn the_border_is_dark_on_the_way() {
     let rest = seen(&[]);
     let flying = seen(&[("PUSHES", "5-999:/user/hand/left/input/thumbstick:0:1")]);
     for (rest, flying) in rest.iter().zip(flying) {
-        assert!(rest.iter().all(|red| *red > 60), "at rest the picture is bright: {rest:?}");
-        assert!(flying[0] < 48 && flying[1] > 60, "on the way: {flying:?}");
+        assert!(rest.iter().all(|red| *red > 60), "at rest the picture must be bright: {rest:?}");
+        assert!(
+            flying[0] < 48 && flying[1] > 60,
+            "in flight the border must be dark and the middle bright: {flying:?}"
+        );
     }
 }
 
@@ -173,21 +178,21 @@ fn what_nobody_sees_is_not_drawn() {
         room.fly(&script, &["--frames", "14", "--style", style, "--antialias", "none"]).well(style);
         last_frame(&room).map(|(_, bytes)| bytes)
     };
-    // A cap counts lines in windows, some of which reach into what is hidden.
+    // A cap counts lines in windows, some of which extend into hidden parts.
     let mut ink = Style::load("ink").unwrap();
     ink.lines.as_mut().unwrap().crowd = 1.0;
-    // Level land is paper, as what is not drawn.
+    // Level land would be white, like parts that are not drawn.
     ink.light.level_deg = 0.0;
     let ink_file = room.path("ink.toml");
     std::fs::write(&ink_file, ink.text()).unwrap();
     for style in ["plain", ink_file.to_str().unwrap()] {
         let whole = shown(style, &[]);
-        // The runtime's corners are a quarter of each side; after frame 5 they are two fifths.
+        // The runtime's hidden corners are a quarter of each side; after frame 5 they are two fifths.
         for (mask, part) in [("corners", 0.25), ("5", 0.4)] {
             let masked = shown(style, &[("MASK", mask)]);
             for eye in [0, 1] {
                 let [width, height] = SIZES_PX[eye].map(|side| side as usize);
-                // 0 in the corner, 1 at the edge of what is hidden.
+                // 0 in the corner, 1 at the edge of the hidden part.
                 let depth = |pixel: usize| {
                     let along = |at: usize, side: usize| (at.min(side - 1 - at) as f64 + 0.5) / (part * side as f64);
                     along(pixel % width, width) + along(pixel / width, height)
@@ -195,7 +200,7 @@ fn what_nobody_sees_is_not_drawn() {
                 let differs = |pixel: usize| whole[eye][4 * pixel..][..3] != masked[eye][4 * pixel..][..3];
                 let all = 0..width * height;
                 let seen = all.clone().filter(|pixel| depth(*pixel) >= 1.0 && differs(*pixel)).count();
-                // Of the land: the upper corners are sky all the same.
+                // Only hidden pixels of land count, because the upper corners are sky in any case.
                 let below = width * height / 2;
                 let hidden: Vec<_> = all.filter(|pixel| *pixel > below && depth(*pixel) < 0.5).collect();
                 let undrawn = hidden.iter().filter(|pixel| differs(**pixel)).count();

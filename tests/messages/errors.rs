@@ -1,4 +1,4 @@
-//! The errors of the library: what they say has the words of their causes, each once.
+//! Tests the errors of the library: each message contains the words of its causes once.
 
 use std::error::Error;
 use std::io;
@@ -15,7 +15,7 @@ use hachure::style::{Style, StyleError};
 use hachure::tiles::terrain::TerrainError;
 use hachure::world::WorldError;
 
-/// Whether what an error says holds what its causes say, each once, and whether the program adds nothing to it.
+/// Checks that a message contains the message of each cause once, and that the program adds nothing to it.
 fn tells_all(error: &(dyn Error + 'static)) -> Result<(), String> {
     let told = error.to_string();
     let mut cause = error.source();

@@ -1,4 +1,4 @@
-//! Arguments, names and contents of files that are long or would act on a terminal.
+//! Tests arguments, file names and file contents that are long or contain control characters of a terminal.
 
 use crate::Place;
 use crate::toml::{STYLE, WORLD};
@@ -15,7 +15,7 @@ fn foreign_texts_are_cut_and_escaped() {
         let status = if arguments[1] == "-o" { 2 } else { 1 };
         place.refused(arguments, status, &[escaped]);
     }
-    // A file that is there, in what is printed and in warnings.
+    // An existing file, in what is printed and in warnings.
     place.file("red\u{1b}[31m.r16", [1; 128]);
     let output = place.hachure(&["info", "red\u{1b}[31m.r16"]);
     let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
@@ -36,7 +36,7 @@ fn foreign_texts_are_cut_and_escaped() {
     ] {
         place.refused_within(arguments, status, &["x…x"], 260);
     }
-    // The end of a long name is what tells files apart.
+    // The end of a long name is kept, because it distinguishes files.
     let deep = format!("{}ridge.tif", "deep/".repeat(60));
     place.refused(&["info", &deep], 1, &["deep/ridge.tif: cannot be opened"]);
 

@@ -1,7 +1,7 @@
-//! What the program says when something is wrong, as a newcomer reads it: one line that names the thing and the cause,
-//! in the words of the field, with nothing in it that a terminal would obey.
+//! Tests error messages as a newcomer reads them: one line that names the thing and the cause, in words of the field,
+//! without control characters.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 mod errors;
 mod foreign;
@@ -14,7 +14,7 @@ use std::process::{Command, Output};
 
 use hachure::file::atomic;
 
-/// Words of the program's own language, which say nothing to its users.
+/// Words of the programming language, which mean nothing to users.
 const OF_RUST: [&str; 18] = [
     "u8",
     "u16",
@@ -36,10 +36,10 @@ const OF_RUST: [&str; 18] = [
     "panicked",
 ];
 
-/// What is wrong with what the program says of arguments that it refuses.
+/// Returns the flaw of an error message, if it has one.
 fn flaw(stderr: &str, longest: usize) -> Option<String> {
     let Some(line) = stderr.strip_suffix('\n').and_then(|line| line.strip_prefix("hachure: ")) else {
-        return Some("it is no line of the program".to_owned());
+        return Some("it is not a line of the program".to_owned());
     };
     if line.chars().any(char::is_control) {
         return Some("it has control characters, or several lines".to_owned());
@@ -90,14 +90,14 @@ impl Place {
             .env("HACHURE_CACHE", self.0.path().join("cache"))
             .env("XDG_RUNTIME_DIR", self.0.path())
             .env_remove("RUST_LOG")
-            // There is no display for tests.
+            // Tests have no display.
             .env_remove("DISPLAY")
             .env_remove("WAYLAND_DISPLAY")
             .output()
             .unwrap()
     }
 
-    /// Runs the program, which must refuse with `status` and say all of `words`, in one good line.
+    /// Runs the program, which must fail with `status` and one good line that contains all of `words`.
     fn refused(&self, arguments: &[&str], status: i32, words: &[&str]) {
         self.refused_within(arguments, status, words, 200);
     }
@@ -106,10 +106,10 @@ impl Place {
         let output = self.hachure(arguments);
         let said = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(status), "{arguments:?}: {said}");
-        assert!(output.stdout.is_empty(), "{arguments:?} prints something");
+        assert!(output.stdout.is_empty(), "{arguments:?} must not print to standard output");
         assert_eq!(flaw(&said, longest), None, "{arguments:?}: {said}");
         for word in words {
-            assert!(said.contains(word), "{arguments:?} does not say {word}: {said}");
+            assert!(said.contains(word), "{arguments:?}: the message lacks {word}: {said}");
         }
     }
 }

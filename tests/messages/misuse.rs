@@ -1,4 +1,4 @@
-//! Arguments that cannot be meant.
+//! Tests arguments that are rejected.
 
 use std::fs;
 
@@ -13,7 +13,7 @@ fn misuse_is_told_in_one_line() {
     let svg = ["render", "-o", "o.svg", "--style", "strokes"];
     let bench = ["bench", "--path", "p.csv", "-o", "out"];
     let cases: &[(&[&str], &[&str], &[&str])] = &[
-        // Values.
+        // Invalid values.
         (&render, &["--fps", "0"], &["--fps", "\"0\"", "above 0"]),
         (&render, &["--fps", "-3"], &["--fps", "\"-3\""]),
         (&render, &["--fps", "fast"], &["--fps", "\"fast\"", "number"]),
@@ -48,7 +48,7 @@ fn misuse_is_told_in_one_line() {
         (&["bake", "x.tif", "-o", "y.tif"], &["--spacing", "0"], &["--spacing", "above 0"]),
         (&["bake", "x.tif", "-o", "y.tif"], &["--raw-size", "3"], &["--raw-size"]),
         (&["styles", "show"], &["pencl"], &["did you mean \"pencil\"?"]),
-        // Samples.
+        // Samples and anti-aliasing.
         (&render, &["--samples", "0"], &["--samples", "1 to 1024"]),
         (&render, &["--antialias", "fxaa"], &["--antialias", "none or temporal"]),
         (&render, &["--antialias", "temporal"], &["--antialias temporal", "--path", "--samples"]),
@@ -72,12 +72,12 @@ fn misuse_is_told_in_one_line() {
             &["--antialias", "temporal"],
             &["--antialias temporal", ".svg"],
         ),
-        // Outputs.
+        // Output names.
         (&["render", "x.tif"], &["-o", "o.gif"], &["o.gif", ".png"]),
         (&["render", "x.tif"], &["-o", "o"], &["o: an output must end in"]),
         (&["render", "x.tif"], &["-o", "%x.png", "--path", "p.csv"], &["%x.png", "%05d"]),
         (&["bake", "x.tif"], &["-o", "o.png"], &["o.png", ".tif"]),
-        // One picture or many.
+        // A single picture or several.
         (&["render", "x.tif"], &["-o", "o.mp4"], &["o.mp4", "--path"]),
         (&["render", "x.tif"], &["-o", "o%04d.png"], &["o%04d.png", "--path"]),
         (&["render", "x.tif", "--path", "p.csv"], &["-o", "o.png"], &["o.png", "%05d.png", "--camera"]),
@@ -111,7 +111,7 @@ fn misuse_is_told_in_one_line() {
         place.refused(&[*start, *rest].concat(), 2, words);
     }
     let left: Vec<_> = fs::read_dir(place.0.path()).unwrap().map(|entry| entry.unwrap().file_name()).collect();
-    assert_eq!(left.len(), 2, "nothing was begun: {left:?}");
+    assert_eq!(left.len(), 2, "nothing may have been written: {left:?}");
 }
 
 #[test]
@@ -129,7 +129,7 @@ fn options_of_all_commands_stand_anywhere() {
         let output = place.hachure(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
     }
-    // Without a command they are a flight's, which asks for a display or begins with its world.
+    // Without a command, these options belong to `fly`, which requires a display or first opens its world.
     place.refused(&["-v", "none.tif"], 1, &["none.tif: there is no such file"]);
     place.refused(&["none.tif", "--adapter", "software", "-v"], 1, &["none.tif: there is no such file"]);
     place.refused(&["--adapter", "software", "render", "none.tif", "-o", "o.png"], 1, &["none.tif"]);

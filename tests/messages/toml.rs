@@ -1,4 +1,4 @@
-//! Scenes, styles, recipes and side files with mistakes in them.
+//! Tests scenes, styles, recipes and sidecar files with mistakes.
 
 use crate::Place;
 
@@ -90,7 +90,7 @@ fn toml_has_places_and_near_names() {
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"none.toml\"\n"),
             "f.toml:7:11: none.toml: cannot read the stroke texture: ",
         ),
-        // The second layer of the text is the first of the style, which has them sorted.
+        // The second layer in the text is the first one of the style, which sorts its layers.
         (
             format!(
                 "{STYLE}[[hatching.layers]]\nmarks = \"line\"\nfrom = 0.5\n[[hatching.layers]]\nmarks = \"stack.toml\"\n"
@@ -101,7 +101,7 @@ fn toml_has_places_and_near_names() {
         place.file("f.toml", &text);
         place.refused(&["info", "f.toml"], 1, &[words]);
     }
-    // Side files.
+    // Sidecar files.
     place.file("h.r16", [0; 32]);
     for (text, words) in [
         ("spacing = 3\n", "h.r16.toml:1:1: unknown key \"spacing\"; did you mean \"spacing_m\"?"),

@@ -1,10 +1,10 @@
-//! An input is never an output, whatever it is, and under whatever name.
+//! Tests that an input is never overwritten by an output, under whatever name.
 
 use hachure::source::members;
 
 use crate::place::{PATH, Place, changed, has_gpu};
 
-/// Two height files in a folder.
+/// Returns a folder that contains a folder of two DEMs.
 fn place_with_folder() -> Place {
     let place = Place::empty();
     place.geotiff("dems/a.tif", 0);
@@ -44,11 +44,11 @@ fn a_bake_replaces_nothing_that_it_reads() {
             }
         }
     }
-    // A file under another case is the same where the file system says so.
+    // A name in another case is the same file if the file system says so.
     if place.path("dems/A.TIF").exists() {
         assert!(place.refused(&["bake", "dems", "-o", "dems/A.TIF"]).contains("is the input"));
     }
-    // The work folder is emptied and removed in the end.
+    // The work folder of a bake is emptied and finally removed.
     place.geotiff("out.tif.parts/c.tif", 0);
     assert!(place.refused(&["bake", "out.tif.parts/c.tif", "-o", "out.tif"]).contains("is the input"));
 }
@@ -60,7 +60,7 @@ fn a_bake_into_the_folder_that_it_reads_is_refused() {
         let line = place.refused(&["bake", "dems", "-o", output]);
         assert!(line.contains(output) && line.contains("in the input folder dems"), "{line}");
     }
-    // Beside single files it stands where they do, and in a folder that is not looked into.
+    // The output may be next to single input files, or in a folder that is not searched.
     std::fs::create_dir_all(place.path("dems/more/deep")).unwrap();
     let before = place.files();
     place.text(&["bake", "dems/a.tif", "dems/more/b.tif", "-o", "dems/all.tif"]);
@@ -102,7 +102,7 @@ fn a_picture_replaces_nothing_that_its_world_is_made_of() {
         (vec!["scene.toml", "-o", "./heights.png"], "./heights.png"),
         (vec!["scene.toml", "-o", "hut.png"], "hut.png"),
         (vec!["-o", "light.png", "--style", "mine.toml"], "light.png"),
-        // The first of two frames, and the second.
+        // The output would replace the first of two frames, then the second.
         ([&["-o", "%03d.svg", "--style", "strokes"], &flight[..]].concat(), "000.svg"),
         ([&["001.png", "-o", "%03d.png"], &flight[..]].concat(), "001.png"),
         ([&["frame.toml", "-o", "%03d.png"], &flight[..]].concat(), "001.png"),
@@ -138,7 +138,7 @@ fn a_report_replaces_nothing_that_was_measured() {
         let line = place.refused(&[&["bench"], arguments, &["-o", "out"]].concat());
         assert!(line.contains(name) && line.contains("is the input"), "{line}");
     }
-    // Nothing is made before all is known.
+    // Nothing is created before all inputs are known.
     place.file("flight.csv", PATH);
     assert!(place.refused(&["bench", "nowhere.toml", "--path", "flight.csv", "-o", "new"]).contains("nowhere.toml"));
 }
@@ -146,7 +146,7 @@ fn a_report_replaces_nothing_that_was_measured() {
 #[test]
 fn a_tile_is_no_output_of_its_own_folder() {
     let place = Place::empty();
-    // 1000 m in Terrarium's colours.
+    // A height of 1000 m in Terrarium's colours.
     let tile = [131, 232, 0, 255].repeat(16 * 16);
     std::fs::create_dir_all(place.path("tiles/3/4")).unwrap();
     hachure::file::png::write_rgba8(&place.path("tiles/3/4/2.png"), 16, 16, &tile).unwrap();
@@ -161,7 +161,7 @@ fn a_tile_is_no_output_of_its_own_folder() {
     }
 }
 
-/// What was drawn of a folder of heights is none of them the next time.
+/// Tests that a picture drawn into a folder of DEMs is not read as a DEM the next time.
 #[test]
 fn drawings_lie_in_a_folder_of_heights_unread() {
     if !has_gpu() {
@@ -175,7 +175,7 @@ fn drawings_lie_in_a_folder_of_heights_unread() {
     place.text(&render);
     assert_eq!(changed(&before.0, &place.files()), [place.path("dems/view.png")]);
     assert_eq!(members(&place.path("dems")).unwrap(), before.1);
-    // A picture that reads as heights, but for who wrote it.
+    // A picture that could be read as heights, if hachure had not written it.
     let heights = [131, 232, 0, 255].repeat(64 * 64);
     hachure::file::png::write_rgba8(&place.path("dems/plain.png"), 64, 64, &heights).unwrap();
     assert_eq!(members(&place.path("dems")).unwrap(), before.1);

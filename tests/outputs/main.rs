@@ -1,7 +1,7 @@
-//! The program beside its files, run as scripts run it: an input is never an output, texts are read from files only,
-//! standard output may be closed or full, and a scene reaches no farther than it may.
+//! Tests the program with its files, run as by scripts: inputs are never overwritten, texts are read from files only,
+//! standard output may be closed or full, and a scene reads no files outside its folder without trust.
 
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 #[path = "../../src/tests/common/faulty_server.rs"]
 mod faulty_server;

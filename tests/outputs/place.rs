@@ -1,4 +1,4 @@
-//! A folder of files, the program in it, and whether anything in it has changed.
+//! A temporary folder of files in which the program runs, with detection of changes.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -12,16 +12,16 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use ndarray::Array2;
 
-/// No run takes longer, on whatever machine; a run that waits for a pipe would.
+/// No run takes longer on any machine; a run that waits for a pipe would.
 const LONGEST: Duration = Duration::from_secs(100);
 
-/// A path over whatever is there.
+/// A camera path over any land.
 pub const PATH: &str = "t,x,y,z,yaw,pitch,fov\n0,0,0,+50,0,-10,60\n1,10,10,+50,0,-10,60\n";
 
-/// A folder that goes with the test, with a cache of its own.
+/// A temporary folder with its own cache.
 pub struct Place(tempfile::TempDir);
 
-/// Every file with its bytes, every link with its target.
+/// Every file with its bytes, and every link with its target.
 pub type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 impl Place {
@@ -39,7 +39,7 @@ impl Place {
         self.0.path().join(name)
     }
 
-    /// Writes a file, and the folders above it.
+    /// Writes a file, and creates its folders.
     pub fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -47,7 +47,7 @@ impl Place {
         path
     }
 
-    /// Writes a small GeoTIFF whose west edge lies `column` samples to the east.
+    /// Writes a small GeoTIFF whose western edge is `column` samples further east.
     pub fn geotiff(&self, name: &str, column: u32) {
         let path = self.path(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
@@ -60,7 +60,7 @@ impl Place {
             .unwrap();
     }
 
-    /// Writes a heightmap of 16 bits with its side file.
+    /// Writes a heightmap of 16 bits with its sidecar file.
     pub fn heightmap(&self, name: &str) {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, 48, 40);
@@ -75,13 +75,13 @@ impl Place {
     pub fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
         command.args(arguments).current_dir(self.root()).env("HACHURE_CACHE", self.path("cache"));
-        // Else Mesa speaks in between.
+        // Without this folder, Mesa prints a warning.
         command.env("XDG_RUNTIME_DIR", self.root()).env_remove("RUST_LOG").stdin(Stdio::null());
         command.stdout(Stdio::piped()).stderr(Stdio::piped());
         command
     }
 
-    /// What a run comes to, which must come to something.
+    /// Runs the program and returns its output; the run must end.
     pub fn run(&self, arguments: &[&str]) -> Output {
         finished(self.command(arguments).spawn().unwrap(), arguments)
     }
@@ -92,12 +92,12 @@ impl Place {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// The one line with which a run fails.
+    /// Returns the one line of error with which a run fails.
     pub fn error(&self, arguments: &[&str]) -> String {
         one_line(&self.run(arguments), arguments)
     }
 
-    /// As [`Place::error`], of a run after which everything is as it was.
+    /// Like [`Place::error`], and checks that the run changed no file.
     pub fn refused(&self, arguments: &[&str]) -> String {
         let before = self.files();
         let line = self.error(arguments);
@@ -105,7 +105,7 @@ impl Place {
         line
     }
 
-    /// All files but the cache.
+    /// Returns all files except the cache.
     pub fn files(&self) -> Files {
         let mut files = Files::new();
         let mut folders = vec![self.root().to_owned()];
@@ -128,7 +128,7 @@ impl Place {
     }
 }
 
-/// What is in one and not in the other, or not the same.
+/// Returns the paths that are in only one of the two, or differ.
 pub fn changed(before: &Files, after: &Files) -> Vec<PathBuf> {
     let mut paths: Vec<&PathBuf> = before.keys().chain(after.keys()).collect();
     paths.sort();
@@ -136,13 +136,13 @@ pub fn changed(before: &Files, after: &Files) -> Vec<PathBuf> {
     paths.into_iter().filter(|path| before.get(*path) != after.get(*path)).cloned().collect()
 }
 
-/// Waits for the end, and ends what does not end.
+/// Waits for a process, and kills it if it takes too long.
 pub fn finished(mut child: Child, arguments: &[&str]) -> Output {
     let start = Instant::now();
     while child.try_wait().unwrap().is_none() {
         if start.elapsed() > LONGEST {
             child.kill().unwrap();
-            panic!("{arguments:?} does not end: {:?}", child.wait_with_output().unwrap());
+            panic!("{arguments:?} did not end in time: {:?}", child.wait_with_output().unwrap());
         }
         std::thread::sleep(Duration::from_millis(5));
     }
@@ -157,7 +157,7 @@ pub fn one_line(output: &Output, arguments: &[&str]) -> String {
     line.to_owned()
 }
 
-/// Whether there is a GPU to draw with; a software driver is enough.
+/// Returns whether there is a GPU to draw with; a software driver is enough.
 pub fn has_gpu() -> bool {
     match Gpu::open(&AdapterWish::Best) {
         Ok(_) => true,

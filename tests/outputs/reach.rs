@@ -1,4 +1,5 @@
-//! How far a scene file reaches: beside and below itself, unless the user trusts it. And where a server may send us.
+//! Tests which files a scene may read: those in and below its folder, unless the user trusts the scene; and redirects
+//! of a server.
 
 use std::time::Duration;
 
@@ -9,7 +10,7 @@ use crate::place::Place;
 
 const NOTES: &str = "notes that are none of a scene's business\n";
 
-/// Scenes in a folder with a folder in it; what they shall not reach lies above.
+/// Returns a folder of scenes with a subfolder; files that scenes must not read are above it.
 fn place() -> Place {
     let place = Place::empty();
     place.geotiff("scenes/sub/dem.tif", 0);
@@ -24,7 +25,7 @@ fn scene(place: &Place, dem: &str, mesh: &str) {
     place.file("scenes/scene.toml", text);
 }
 
-/// All commands that open a scene, with what they say of it.
+/// Runs all commands that open a scene, and returns their errors.
 fn told(place: &Place, more: &[&str]) -> Vec<String> {
     place.file("flight.csv", crate::place::PATH);
     [
@@ -46,11 +47,11 @@ fn beside_and_below_is_inside() {
         scene(&place, dem, "sub/hut.obj");
         assert!(place.text(&["info", "scenes/scene.toml"]).contains("dem.tif"), "{dem}");
     }
-    // From within the folder, where the scene has no folder in its name.
+    // Run from within the folder, where the scene's name has no folder.
     scene(&place, "\"sub/dem.tif\"", "sub/hut.obj");
     let output = place.command(&["info", "scene.toml"]).current_dir(place.path("scenes")).output().unwrap();
     assert!(output.status.success(), "{output:?}");
-    // What is not there is told as that.
+    // A missing file is reported as missing.
     scene(&place, "\"sub/nowhere.tif\"", "sub/hut.obj");
     let line = place.refused(&["render", "scenes/scene.toml", "-o", "x.png"]);
     assert!(line.contains("nowhere.tif") && !line.contains("--trust-scene"), "{line}");
@@ -103,7 +104,7 @@ fn what_leads_out_needs_trust() {
             assert!(line.starts_with("scenes/scene.toml: ") && says(named), "{dem}, {mesh}: {line}");
             assert!(says("is outside the scene's folder; --trust-scene"), "{dem}, {mesh}: {line}");
         }
-        // Whoever trusts it hears what is wrong with the file itself.
+        // With trust, the error is about the file itself.
         let output = place.run(&["info", "scenes/scene.toml", "--trust-scene"]);
         let error = String::from_utf8_lossy(&output.stderr);
         let is_its_own = ["cannot read the mesh", "not exist"].iter().any(|what| error.contains(what));
@@ -125,7 +126,7 @@ fn addresses_need_trust_and_keep_their_secrets() {
     assert_eq!(asked(), 0);
     let line = place.refused(&["render", "scenes/scene.toml", "--trust-scene", "-o", "x.png"]);
     assert!(line.contains("there is no such file") && asked() > 0, "{line}");
-    // An address by hand needs no more trust than that.
+    // An address on the command line needs no trust.
     let line = place.refused(&["render", &server.url("nowhere.tif"), "-o", "x.png"]);
     assert!(line.contains("there is no such file"), "{line}");
 }
@@ -143,7 +144,7 @@ fn a_server_sends_nobody_to_a_file() {
         assert!(line.contains(name) && line.contains("which is not followed"), "{line}");
         assert!(!line.contains("business"), "{line}");
     }
-    // To another place of the web it may.
+    // A redirect to another address on the web is followed.
     server.redirect("good.tif", &server.url("real.tif"));
     let settings = Settings { first_pause: Duration::from_millis(1), tries: 2, ..Settings::default() };
     let open = |name: &str| RemoteFile::open(&server.url(name), settings.clone());

@@ -1,4 +1,4 @@
-//! Standard output that nobody reads any more, or that has no room.
+//! Tests standard output whose reader has gone, or that is on a full disk.
 
 #![cfg(target_os = "linux")]
 
@@ -15,7 +15,7 @@ fn into_closed_pipe(place: &Place, arguments: &[&str]) {
     assert!(output.status.success(), "{arguments:?}: {output:?}");
 }
 
-/// Runs with standard output onto a full disk.
+/// Runs with standard output on a full disk.
 fn onto_full_disk(place: &Place, arguments: &[&str]) {
     let full = File::options().write(true).open("/dev/full").unwrap();
     let output = finished(place.command(arguments).stdout(full).spawn().unwrap(), arguments);
@@ -52,7 +52,7 @@ fn pictures_are_written_even_if_nobody_hears_of_them() {
     let render = |more: &[&'static str]| [&["render", "dem.tif", "--size", "64x36"], more].concat();
     for (name, arguments) in [
         ("a.png", render(&["-o", "a.png", "--style", "plain", "--json"])),
-        // A style of which nothing is left out, so that the one line is of the failure.
+        // A style for which nothing is left out, so that the only line is the failure.
         ("b.svg", render(&["-o", "b.svg", "--style", "engraving"])),
     ] {
         into_closed_pipe(&place, &arguments);
@@ -67,7 +67,7 @@ fn a_complaint_that_cannot_be_written_is_still_a_failure() {
     place.geotiff("folder/a.tif", 0);
     for (arguments, status) in [
         (&["info", "nowhere.tif"][..], 1),
-        // With a log in between.
+        // A run that also writes a log.
         (&["bake", "nowhere.tif", "-o", "x.tif", "-vv"], 1),
         (&["styles", "list", "-vv"], 0),
     ] {

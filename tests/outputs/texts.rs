@@ -1,5 +1,5 @@
-//! Styles, scenes, recipes, camera paths and models are read from regular files of a bounded size, and from pipes that
-//! the shell has opened.
+//! Tests that styles, scenes, recipes, camera paths and models are read only from regular files of a bounded size, and
+//! from pipes that the shell has opened.
 
 #![cfg(target_os = "linux")]
 
@@ -10,7 +10,7 @@ use std::process::{Command, Stdio};
 
 use crate::place::{PATH, Place, finished};
 
-/// Every kind of input as the command line reaches it: its name, and the arguments that have it read.
+/// Returns every kind of input: its name, and the arguments with which the command line reads it.
 fn uses(place: &Place, input: &str) -> Vec<(&'static str, Vec<String>)> {
     let words = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<String>>();
     let hatched = place.text(&["styles", "show", "stipple"]);
@@ -79,7 +79,7 @@ fn what_is_no_file_is_told_by_its_name() {
 #[test]
 fn what_is_too_long_is_told_with_its_size() {
     let place = Place::empty();
-    // Files with holes: they take no room on the disk.
+    // Sparse files, which take no room on the disk.
     let long = |name: &str, mebibytes: u64| {
         let file = fs::File::create_new(place.path(name)).unwrap();
         file.set_len((mebibytes << 20) + 1).unwrap();
@@ -113,7 +113,7 @@ fn what_is_no_text_is_told() {
     }
 }
 
-/// `hachure … <(generate)` and `generate | hachure … /dev/stdin`: the shell has opened the pipe, and it ends.
+/// Tests `hachure … <(generate)` and `generate | hachure … /dev/stdin`, where the shell has opened a pipe that ends.
 #[test]
 fn pipes_of_the_shell_are_read() {
     let place = Place::empty();
@@ -121,7 +121,7 @@ fn pipes_of_the_shell_are_read() {
         let mut child = place.command(arguments).stdin(Stdio::piped()).spawn().unwrap();
         let mut stdin = child.stdin.take().unwrap();
         let text = text.to_owned();
-        // The program may refuse what it has not read yet.
+        // The program may fail before it has read everything.
         let writer = std::thread::spawn(move || stdin.write_all(text.as_bytes()).is_ok());
         let output = finished(child, arguments);
         (output, writer.join().unwrap())
@@ -131,7 +131,7 @@ fn pipes_of_the_shell_are_read() {
     assert!(output.status.success(), "{output:?}");
     let (output, _) = with_stdin(&["styles", "check", "/dev/fd/0"], &style.replace("tone", "tune"));
     assert!(!output.status.success());
-    // The path is good, and so it is the world that fails.
+    // The path is valid, so the error is about the world.
     for command in ["render nowhere.tif -o %d.png --path /dev/stdin", "bench nowhere.tif -o out --path /dev/stdin"] {
         let arguments: Vec<&str> = command.split(' ').collect();
         let line = String::from_utf8(with_stdin(&arguments, PATH).0.stderr).unwrap();
@@ -142,7 +142,7 @@ fn pipes_of_the_shell_are_read() {
         let line = String::from_utf8(with_stdin(&arguments, "t,x\n").0.stderr).unwrap();
         assert!(line.contains("stdin"), "{line}");
     }
-    // A pipe without an end ends at the limit.
+    // A pipe that does not end is read up to the limit.
     let (output, whole) = with_stdin(&["styles", "check", "/dev/stdin"], &"#\n".repeat(1 << 20));
     let line = String::from_utf8(output.stderr).unwrap();
     assert!(line.contains("it has more than the limit of 1 MiB") && !whole, "{line}");

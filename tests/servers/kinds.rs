@@ -1,13 +1,13 @@
-//! The kinds of server, by name, and what must come of each.
+//! The kinds of server, by name, and the expected outcome of each.
 
-/// What must come of a kind.
+/// The expected outcome of a kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Expected {
     /// The right picture.
     Right,
-    /// An error with these words in it.
+    /// An error that contains these words.
     Error(&'static str),
-    /// One or the other.
+    /// The right picture or an error.
     Either,
 }
 use Expected::{Either, Error, Right};
@@ -15,7 +15,7 @@ use Expected::{Either, Error, Right};
 /// All kinds of server.
 pub const KINDS: &[(&str, Expected)] = &[
     ("as it should be", Right),
-    // Odd, and no reason to fail.
+    // Unusual, but valid.
     ("chunked", Right),
     ("chunked in small pieces", Right),
     ("no length, closed at the end", Right),
@@ -35,7 +35,7 @@ pub const KINDS: &[(&str, Expected)] = &[
     ("slow, but on the way", Right),
     ("redirects once", Right),
     ("redirects five times", Right),
-    // Wrong now and then: it is tried again.
+    // Sometimes wrong: the request is repeated.
     ("sometimes drops the connection", Right),
     ("sometimes ends in the middle", Right),
     ("sometimes 500", Right),
@@ -48,7 +48,7 @@ pub const KINDS: &[(&str, Expected)] = &[
     ("sometimes changes bytes", Either),
     ("sometimes 404", Either),
     ("sometimes another ETag", Either),
-    // Never ends.
+    // Does not end.
     ("silence", Error("no data for")),
     ("100 bytes, then nothing", Error("after 100 bytes")),
     ("all but the last byte", Error("no data for")),
@@ -77,14 +77,14 @@ pub const KINDS: &[(&str, Expected)] = &[
     ("416", Error("shorter than it was")),
     ("500 for the last third", Error("the server answers 500")),
     ("silence for the last third", Error("no data for")),
-    // Redirects to nowhere.
+    // Invalid redirects.
     ("redirects in a circle", Error("in a circle")),
     ("redirects for ever", Error("in a circle")),
     ("redirects to a file", Error("redirects to file:///etc/passwd")),
     ("redirects to ftp", Error("redirects to ftp://")),
     ("redirects without a place", Error("without a Location header")),
     ("redirects to nobody", Error("no connection")),
-    // Lies.
+    // Wrong data.
     ("the whole file, 200", Error("does not support requests for a part")),
     ("the whole file, 206", Error("instead of")),
     ("no Content-Range", Error("does not say which part")),
@@ -100,7 +100,7 @@ pub const KINDS: &[(&str, Expected)] = &[
     ("a file half as long", Error("")),
     ("a length that is too long", Error("")),
     ("a length that is too short", Error("bytes came")),
-    // Changes.
+    // Changes between answers.
     ("another ETag each time", Error("differ")),
     ("another size each time", Error("")),
     ("another file after a while", Error("has changed")),

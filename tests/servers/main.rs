@@ -1,9 +1,9 @@
-//! More than eighty kinds of server, most of them faulty: a picture of a file behind one is right to the bit, or there
-//! is an error of one line that says what the server did, in bounded time.
+//! Tests more than eighty kinds of server, most of them faulty: the picture of a file on one is bit-identical to that
+//! of the local file, or there is an error of one line that says what the server did, in bounded time.
 //!
-//! `HACHURE_SERVERS=all` has the program itself render from every kind with its own patience, which takes minutes, and
-//! prints how long each takes; `HACHURE_SERVERS=silence` only those kinds with the word in their name.
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+//! `HACHURE_SERVERS=all` has the program itself render from every kind with its own timeouts, which takes minutes, and
+//! prints how long each takes; `HACHURE_SERVERS=silence` does this only for the kinds with the word in their name.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 #[path = "../../src/tests/common/mod.rs"]
 mod common;
@@ -31,16 +31,16 @@ use odd::Server;
 
 const SIZE_PX: [u32; 2] = [64, 36];
 
-/// What stands for a second while a server stalls, and while nobody should notice that it is slow.
+/// Durations that replace a second: a short one while a server stalls, and a longer one where slowness must not matter.
 const HURRY: Duration = Duration::from_millis(20);
 const LEISURE: Duration = Duration::from_millis(150);
 
-/// The default deadlines with another second.
+/// Returns the default deadlines, with another duration for a second.
 fn settings(second: Duration) -> Settings {
     let default = Settings::default();
     let scaled = |time: Duration| second.mul_f64(time.as_secs_f64());
     Settings {
-        // The loopback is quick, and a loaded machine is not.
+        // The loopback is fast, but a loaded machine may not be.
         connect_timeout: Duration::from_secs(5),
         idle_timeout: scaled(default.idle_timeout),
         request_timeout: scaled(default.request_timeout),
@@ -51,7 +51,7 @@ fn settings(second: Duration) -> Settings {
     }
 }
 
-/// A COG of several tiles, `height_m` above the sea.
+/// Bakes a COG of several tiles, `height_m` above the sea.
 fn file(folder: &Path, name: &str, height_m: f64) -> PathBuf {
     let height = |x: f64, y: f64| {
         let rough = random((x / 10.0).round() as i64, (y / 10.0).round() as i64);
@@ -64,7 +64,7 @@ fn file(folder: &Path, name: &str, height_m: f64) -> PathBuf {
 
 type Picture = Vec<[f32; 4]>;
 
-/// As `render` does it: the picture, or the error in one line.
+/// Draws like `render`: returns the picture, or the error in one line.
 fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Picture, String> {
     let style = Style::load("plain").unwrap();
     let mut world =
@@ -79,7 +79,7 @@ fn picture_of(gpu: &Gpu, store: Result<Arc<dyn TileStore>, String>) -> Result<Pi
     let report = picture::render(gpu, &mut None, &mut world.surfaces, &request, take).unwrap();
     match world.surfaces.terrain.failure() {
         Some(failure) => Err(chain(&*failure)),
-        None if report.tiles_failed > 0 => Err("tiles failed, and nobody knows why".into()),
+        None if report.tiles_failed > 0 => Err("tiles failed without an error".into()),
         None => Ok(picture),
     }
 }
@@ -93,12 +93,12 @@ fn chain(error: &dyn std::error::Error) -> String {
     causes.map(ToString::to_string).collect::<Vec<_>>().join(": ")
 }
 
-/// What is wrong with an outcome; none if nothing is.
+/// Returns the fault of an outcome, or `None` if it is as expected.
 fn fault(expected: Expected, outcome: &Result<Picture, String>, truth: &Picture) -> Option<String> {
     match (expected, outcome) {
         (Expected::Right | Expected::Either, Ok(picture)) if picture == truth => None,
         (_, Ok(picture)) if picture != truth => Some("the picture is wrong".into()),
-        (Expected::Error(_), Ok(_)) => Some("it should not have worked".into()),
+        (Expected::Error(_), Ok(_)) => Some("it should have failed".into()),
         (Expected::Right, Err(error)) => Some(format!("failed: {error}")),
         (_, Err(error)) if error.contains('\n') => Some(format!("more than one line: {error}")),
         (_, Err(error)) if !error.contains("world.tif") => Some(format!("does not name the file: {error}")),
@@ -109,7 +109,7 @@ fn fault(expected: Expected, outcome: &Result<Picture, String>, truth: &Picture)
     }
 }
 
-/// Does `work` for all kinds, some at a time.
+/// Calls `work` for all kinds, on several threads.
 fn for_all(kinds: &[(&'static str, Expected)], threads: usize, work: impl Fn(&'static str, Expected) + Sync) {
     let next = AtomicUsize::new(0);
     std::thread::scope(|scope| {
@@ -148,14 +148,14 @@ fn whatever_a_server_does() {
     let faults = faults.into_inner().unwrap();
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 
-    // Planted: a server that serves another file without a word.
+    // Planted: a server that serves another file.
     let other = std::fs::read(file(folder.path(), "other.tif", 1010.0)).unwrap();
     let server = Server::start("as it should be", other, LEISURE);
     let outcome = picture_of(&gpu, remote(&server.url(), settings(LEISURE)));
     assert_eq!(fault(Expected::Either, &outcome, &truth).as_deref(), Some("the picture is wrong"));
 }
 
-/// The program itself with its own deadlines.
+/// Tests the program itself with its own deadlines.
 #[test]
 fn the_program_gives_up_in_time() {
     let Ok(chosen) = std::env::var("HACHURE_SERVERS") else {
@@ -176,7 +176,7 @@ fn the_program_gives_up_in_time() {
             .env_remove("RUST_LOG")
             .output()
             .unwrap();
-        // The file has no coordinate reference system, which is told.
+        // The warning that the file has no coordinate reference system is expected.
         let stderr = String::from_utf8_lossy(&output.stderr);
         let said: Vec<_> = stderr.lines().filter(|line| !line.contains("coordinate reference system")).collect();
         (output.status.code(), std::fs::read(out).ok(), said.join("\n"))

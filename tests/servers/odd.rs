@@ -1,4 +1,4 @@
-//! A web server that is bad in one way of many, told by a name, on the loopback.
+//! A web server on the loopback that is faulty in one of many ways, chosen by name.
 
 use std::io::{self, Read, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
@@ -10,14 +10,14 @@ use std::time::Duration;
 struct Shared {
     kind: &'static str,
     file: Vec<u8>,
-    /// What stands for a second: tests are in a hurry.
+    /// Duration that replaces a second, so that tests are quick.
     second: Duration,
     asked: AtomicU64,
     stopping: AtomicBool,
     connections: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// Serves `/world.tif` until it is dropped.
+/// A server that serves `/world.tif` until it is dropped.
 pub struct Server {
     address: SocketAddr,
     shared: Arc<Shared>,
@@ -44,7 +44,7 @@ impl Server {
                 }
                 let Ok(stream) = stream else { continue };
                 let theirs = ours.clone();
-                // A connection that fails is what this is for.
+                // A connection that fails is one purpose of this server.
                 let serve = move || drop(theirs.serve(stream));
                 ours.connections.lock().unwrap().push(std::thread::spawn(serve));
             }
@@ -70,19 +70,19 @@ impl Drop for Server {
     }
 }
 
-/// A request for a range.
+/// A request for a range of bytes.
 struct Ask {
     number: u64,
     path: String,
     first: usize,
-    /// One beyond the last.
+    /// One beyond the last byte.
     end: usize,
 }
 
-/// What is different from a right answer.
+/// The answer, which the kinds of server change.
 struct Answer {
     status: &'static str,
-    /// Lines.
+    /// Lines of headers.
     head: String,
     length: Option<usize>,
     body: Vec<u8>,
@@ -324,7 +324,7 @@ impl Shared {
             "redirects without a place" => {
                 return stream.write_all(status("302 Found").as_bytes());
             }
-            // A port that nobody listens on without being asked.
+            // A port on which nothing listens.
             "redirects to nobody" => return stream.write_all(redirect("http://127.0.0.1:1/world.tif").as_bytes()),
             "the whole file, 200" | "the whole file, 206" => {
                 answer.body = self.file.clone();

@@ -12,7 +12,9 @@
 // Triangles in a hole are not drawn, and their heights are not measured: they have no edges.
 //
 // Edges are in the order of patches and quads (edge_list.wgsl): `stage` 0 examines the quads and stores the result, two
-// bits for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number.
+// bits for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number. Stage 0 is a
+// variant of its own (FIND), and so is one for patches with holes (HOLES): a software driver executes both sides of
+// every branch, and would examine all quads at each stage.
 #import hachure::view::{View, from_eye}
 #import hachure::mesh::{Patch, QUADS, VERTICES}
 #import hachure::terrain::{terrain, grid_from_world, world_from_grid}
@@ -28,7 +30,7 @@
 @group(0) @binding(3) var<uniform> edge_rules: EdgeRules;
 
 const RING: i32 = QUADS + 3;
-const RING_VERTICES: u32 = 361u;
+const RING_VERTICES: u32 = 72u;
 const RING_QUADS: i32 = QUADS + 2;
 
 // The patch's vertices, with one more on each side.
@@ -40,6 +42,15 @@ var<workgroup> lower: array<vec3<f32>, 324>;
 fn vertex_of(ij: vec2<i32>) -> vec3<f32> {
     let place = ij + 1;
     return at_m[place.y * RING + place.x];
+}
+
+// Returns the column and row of a vertex around the patch, by its number: the row above, the row below, and both columns.
+fn ring_vertex(number: i32) -> vec2<i32> {
+    if number < 2 * RING {
+        return vec2<i32>(number % RING - 1, select(-1, QUADS + 1, number >= RING));
+    }
+    let place = number - 2 * RING;
+    return vec2<i32>(select(-1, QUADS + 1, place > QUADS), place % (QUADS + 1));
 }
 
 // Returns a vertex beyond the patch, at the position of its neighbour.
@@ -69,49 +80,49 @@ fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
 
 const QUAD_EDGES: u32 = 5u;
 
+#ifdef HOLES
 // Whether the patch has holes.
 var<private> has_holes: bool;
+#endif
 
-// Returns two bits for a quad's edge, shifted to its slot: 0 for none, or its kind plus 1.
-fn found(a: vec3<f32>, b: vec3<f32>, kind: u32, slot: u32) -> u32 {
-    var is_there = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
-    if is_there && has_holes {
+// Returns whether the edge from a to b may be drawn: it is in view, has a length, and is not in a hole.
+fn may_be_drawn(a: vec3<f32>, b: vec3<f32>) -> bool {
+    var may = !is_outside(a, b, view.clip_from_camera, view.near_m) && any(a != b);
+#ifdef HOLES
+    if may && has_holes {
         let flat_m = unbend(0.5 * (a + b)).flat_m;
-        is_there = !is_void(grid_from_world(flat_m.xy).g, length(flat_m));
+        may = !is_void(grid_from_world(flat_m.xy).g, length(flat_m));
     }
-    return select(0u, (kind + 1u) << (2u * slot), is_there);
+#endif
+    return may;
 }
 
-// Examines the edge from a to b between triangles with normals m and n.
-fn consider(a: vec3<f32>, b: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
-    if all(m == vec3<f32>(0.0)) || all(n == vec3<f32>(0.0)) {
-        return 0u;
-    }
-    if faces(m, a) != faces(n, a) {
-        return found(a, b, KIND_CONTOUR, slot);
-    }
-    if dot(m, n) < edge_rules.crease_cosine && faces(m, a) {
-        return found(a, b, KIND_CREASE, slot);
-    }
-    return 0u;
+// Returns two bits for an edge through a between triangles with normals m and n, shifted to its slot: 0 for none, or its
+// kind plus 1.
+fn consider(a: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
+    let have_sides = any(m != vec3<f32>(0.0)) && any(n != vec3<f32>(0.0));
+    let is_contour = faces(m, a) != faces(n, a);
+    let is_crease = dot(m, n) < edge_rules.crease_cosine && faces(m, a);
+    let kind = select(select(0u, KIND_CREASE + 1u, is_crease), KIND_CONTOUR + 1u, is_contour);
+    return select(0u, kind << (2u * slot), have_sides);
 }
 
-fn border(a: vec3<f32>, b: vec3<f32>, slot: u32) -> u32 {
-    return select(0u, found(a, b, KIND_BORDER, slot), edge_rules.borders == 1u);
+fn border(slot: u32) -> u32 {
+    return select(0u, (KIND_BORDER + 1u) << (2u * slot), edge_rules.borders == 1u);
 }
 
 // Computes the vertices and normals of a patch, for all threads.
 fn look(quads: Patch, step: i32, group: u32, thread: u32) {
+    for (var i = thread; i < VERTICES; i += 256u) {
+        let ij = vec2<i32>(i32(i) % (QUADS + 1), i32(i) / (QUADS + 1)) + 1;
+        at_m[ij.y * RING + ij.x] = positions[group * VERTICES + i].xyz;
+    }
     for (var i = thread; i < RING_VERTICES; i += 256u) {
-        let ij = vec2<i32>(i32(i) % RING, i32(i) / RING) - 1;
-        if all(ij >= vec2<i32>(0)) && all(ij <= vec2<i32>(QUADS)) {
-            at_m[i] = positions[group * VERTICES + u32(ij.y * (QUADS + 1) + ij.x)].xyz;
-        } else {
-            // On the patch's current level.
-            let out = select(vec2<i32>(0), vec2<i32>(1 - step), ij < vec2<i32>(0))
-                + select(vec2<i32>(0), vec2<i32>(step - 1), ij > vec2<i32>(QUADS));
-            at_m[i] = beyond(quads, ij + out);
-        }
+        let ij = ring_vertex(i32(i));
+        // On the patch's current level.
+        let out = select(vec2<i32>(0), vec2<i32>(1 - step), ij < vec2<i32>(0))
+            + select(vec2<i32>(0), vec2<i32>(step - 1), ij > vec2<i32>(QUADS));
+        at_m[(ij.y + 1) * RING + ij.x + 1] = beyond(quads, ij + out);
     }
     workgroupBarrier();
 
@@ -132,7 +143,7 @@ fn look(quads: Patch, step: i32, group: u32, thread: u32) {
     workgroupBarrier();
 }
 
-// Returns the kinds of a quad's edges.
+// Returns the kinds of a quad's edges, two bits each, whether or not they may be drawn.
 fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     if any((ij & vec2<i32>(step - 1)) != vec2<i32>(0)) {
         return 0u;
@@ -142,8 +153,7 @@ fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     let nw = vertex_of(ij);
     let ne = vertex_of(vec2<i32>(end.x, ij.y));
     let sw = vertex_of(vec2<i32>(ij.x, end.y));
-    let se = vertex_of(end);
-    var edges_found = consider(nw, se, upper[here], lower[here], 0u);
+    var edges_found = consider(nw, upper[here], lower[here], 0u);
     // The previous quads: one index away outside of the patch, and a step away inside.
     let west = select(here - step, here - 1, ij.x == 0);
     let north = select(here - step * RING_QUADS, here - RING_QUADS, ij.y == 0);
@@ -151,30 +161,30 @@ fn edges_of(quads: Patch, step: i32, ij: vec2<i32>) -> u32 {
     let side = i32(1u << quads.stride_exponent) * QUADS;
     if ij.x > 0 || (quads.sides & 1u) != 0u {
         if ij.x == 0 && origin.x <= terrain.extent_units.x {
-            edges_found |= border(nw, sw, 1u);
+            edges_found |= border(1u);
         } else {
-            edges_found |= consider(nw, sw, upper[west], lower[here], 1u);
+            edges_found |= consider(nw, upper[west], lower[here], 1u);
         }
     }
     if ij.y > 0 || (quads.sides & 4u) != 0u {
         if ij.y == 0 && origin.y <= terrain.extent_units.y {
-            edges_found |= border(nw, ne, 2u);
+            edges_found |= border(2u);
         } else {
-            edges_found |= consider(nw, ne, lower[north], upper[here], 2u);
+            edges_found |= consider(nw, lower[north], upper[here], 2u);
         }
     }
     if end.x == QUADS && (quads.sides & 2u) != 0u {
         if origin.x + side >= terrain.extent_units.z {
-            edges_found |= border(ne, se, 3u);
+            edges_found |= border(3u);
         } else {
-            edges_found |= consider(ne, se, upper[here], lower[(ij.y + 1) * RING_QUADS + QUADS + 1], 3u);
+            edges_found |= consider(ne, upper[here], lower[(ij.y + 1) * RING_QUADS + QUADS + 1], 3u);
         }
     }
     if end.y == QUADS && (quads.sides & 8u) != 0u {
         if origin.y + side >= terrain.extent_units.w {
-            edges_found |= border(sw, se, 4u);
+            edges_found |= border(4u);
         } else {
-            edges_found |= consider(sw, se, lower[here], upper[(QUADS + 1) * RING_QUADS + ij.x + 1], 4u);
+            edges_found |= consider(sw, lower[here], upper[(QUADS + 1) * RING_QUADS + ij.x + 1], 4u);
         }
     }
     return edges_found;
@@ -190,18 +200,34 @@ fn main(
         return;
     }
     let quads = patches[group.x];
+#ifdef HOLES
     has_holes = quads.has_holes == 1u;
+#endif
     // Near the end of a morph quads are slivers, and count as gone.
     let step = 1 << u32(quads.inner_level + 0.01);
     let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
     let kept_at = groups.x + 1u + group.x * 256u + thread;
     clear_marks(thread);
-    if order.stage == 0u {
-        look(quads, step, group.x, thread);
-        order.starts[kept_at] = edges_of(quads, step, ij);
+#ifdef FIND
+    look(quads, step, group.x, thread);
+    var corners = array<vec2<i32>, 4>(ij, vec2<i32>(ij.x + step, ij.y), vec2<i32>(ij.x, ij.y + step), ij + step);
+    var begins = array<u32, 5>(0u, 0u, 0u, 1u, 2u);
+    var ends = array<u32, 5>(3u, 2u, 1u, 3u, 3u);
+    // Few quads have an edge, so only those edges are looked at further.
+    var edges_found = 0u;
+    for (var rest = edges_of(quads, step, ij); rest != 0u;) {
+        let slot = firstTrailingBit(rest) / 2u;
+        let bits = 3u << (2u * slot);
+        if may_be_drawn(vertex_of(corners[begins[slot]]), vertex_of(corners[ends[slot]])) {
+            edges_found |= rest & bits;
+        }
+        rest &= ~bits;
     }
-    workgroupBarrier();
+    order.starts[kept_at] = edges_found;
+#else
     let edges_found = order.starts[kept_at];
+#endif
+    workgroupBarrier();
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {
         if ((edges_found >> (2u * slot)) & 3u) != 0u {
             mark(thread * QUAD_EDGES + slot);
@@ -211,6 +237,7 @@ fn main(
     if has_counted(group.x, thread) {
         return;
     }
+#ifndef FIND
     if edges_found == 0u {
         return;
     }
@@ -231,4 +258,5 @@ fn main(
             index += 1u;
         }
     }
+#endif
 }

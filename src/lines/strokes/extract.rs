@@ -18,6 +18,6 @@ pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, view: &
         lists.counts(),
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));
-    Ordered { shader: "lines/strokes/extract".into(), stages: 2, groups: Groups::Of(groups), kept: 0 }
+    Ordered { shader: "lines/strokes/extract".into(), find: None, stages: 2, groups: Groups::Of(groups), kept: 0 }
         .run(recorder, &resources);
 }

@@ -81,6 +81,6 @@ impl Bilinear {
 
 /// Returns the sampler of the passes that read between pixels; it is created once.
 fn bilinear(recorder: &mut Recorder<'_>) -> Resource {
-    let Ok(sampler) = recorder.kept(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
+    let Ok(sampler) = recorder.cached(|_: &Bilinear| true, |gpu| Ok::<_, Infallible>(Bilinear::new(gpu)));
     Resource::Sampler(sampler.0.clone())
 }

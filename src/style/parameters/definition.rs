@@ -71,7 +71,7 @@ impl Definition {
         range: Range,
         absent: Option<T>,
     ) -> Self {
-        let unit = unit.first().copied().or_else(|| unit_of(key));
+        let unit = self::unit(unit, key);
         let is_required = absent.is_none();
         let default = absent.and_then(|value| value.item());
         Self { key, help: help.trim_ascii(), unit, range, kind: T::kind(), is_required, default }
@@ -130,6 +130,11 @@ impl ValueKind {
             _ => "values",
         }
     }
+}
+
+/// Returns the unit of a parameter: the one given, if there is one, or the one that the key ends with.
+pub(crate) fn unit(given: &[&'static str], key: &str) -> Option<&'static str> {
+    given.first().copied().or_else(|| unit_of(key))
 }
 
 /// Returns the unit that the suffix of a key stands for.

@@ -34,6 +34,9 @@ pub trait Setting: Sized {
         Ok(())
     }
 
+    /// Multiplies lengths on the picture, which are those with the unit `px`, by `factor`, and clamps them to `range`.
+    fn scale_lengths(&mut self, _factor: f32, _unit: Option<&str>, _range: &Range) {}
+
     /// Returns the value as TOML; `None` for an absent optional value.
     fn item(&self) -> Option<Item>;
 }
@@ -75,6 +78,13 @@ impl Setting for f32 {
             }
             Range::Above(low) => need(*self > low && self.is_finite(), key, || format!(" is {self}, not above {low}")),
             _ => Ok(()),
+        }
+    }
+
+    fn scale_lengths(&mut self, factor: f32, unit: Option<&str>, range: &Range) {
+        if unit == Some("px") {
+            let [low, high] = range.ends();
+            *self = (*self * factor).clamp(low.unwrap_or(f32::MIN), high.unwrap_or(f32::MAX));
         }
     }
 
@@ -189,6 +199,10 @@ impl<T: Setting> Setting for Option<T> {
         self.as_ref().map_or(Ok(()), |value| value.check(key, range))
     }
 
+    fn scale_lengths(&mut self, factor: f32, unit: Option<&str>, range: &Range) {
+        self.iter_mut().for_each(|value| value.scale_lengths(factor, unit, range));
+    }
+
     fn item(&self) -> Option<Item> {
         self.as_ref().and_then(T::item)
     }
@@ -206,6 +220,10 @@ impl<T: Setting> Setting for Vec<T> {
         }
         T::check_list(self, key)?;
         self.iter().enumerate().try_for_each(|(number, entry)| entry.check(&format!("{key}[{number}]"), &Range::Any))
+    }
+
+    fn scale_lengths(&mut self, factor: f32, unit: Option<&str>, _: &Range) {
+        self.iter_mut().for_each(|entry| entry.scale_lengths(factor, unit, &Range::Any));
     }
 
     fn item(&self) -> Option<Item> {

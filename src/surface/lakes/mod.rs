@@ -75,7 +75,7 @@ struct GivenBuffer {
 
 /// Returns the buffer of `water`. It is cached as long as every frame uses it.
 fn given_buffer(recorder: &mut Recorder<'_>, water: &Arc<GivenWater>) -> Buffer {
-    let made = recorder.kept(
+    let made = recorder.cached(
         |known: &GivenBuffer| Arc::ptr_eq(&known.water, water),
         |gpu| {
             let buffer = Buffer::with(gpu, &GIVEN, &water.words);

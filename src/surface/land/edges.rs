@@ -2,6 +2,7 @@
 
 use super::vertices::PatchMesh;
 use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{Groups, Ordered};
 use crate::pyramid::tile::PATCH_QUADS;
@@ -29,6 +30,13 @@ pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     resources.extend(inputs.mesh.resources(inputs.batch));
     resources.extend(edges.resources());
     resources.extend(inputs.terrain.iter().cloned());
-    let shader = "surface/land/edges".into();
-    Ordered { shader, stages: 3, groups: Groups::Of([inputs.batch[1], 1]), kept: KEPT }.run(recorder, &resources);
+    let shader = |definitions| Compute { name: "surface/land/edges", definitions };
+    let groups = Groups::Of([inputs.batch[1], 1]);
+    for has_holes in [false, true] {
+        // A prewarming run requests both variants, since a later frame may show other land.
+        if has_holes == inputs.mesh.has_holes() || recorder.prewarms() {
+            let find = shader(if has_holes { &["FIND", "HOLES"] } else { &["FIND"] });
+            Ordered { shader: shader(&[]), find: Some(find), stages: 3, groups, kept: KEPT }.run(recorder, &resources);
+        }
+    }
 }

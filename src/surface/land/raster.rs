@@ -64,7 +64,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
 struct Indices(GrowingBuffer);
 
 fn indices(recorder: &mut Recorder<'_>) -> std::sync::Arc<Indices> {
-    let made = recorder.kept(
+    let made = recorder.cached(
         |_: &Indices| true,
         |gpu| {
             let mut buffer = GrowingBuffer::new(gpu, "patch indices", wgpu::BufferUsages::INDEX);

@@ -86,7 +86,7 @@ pub struct DrawnMeshes {
 impl DrawnMeshes {
     /// Allocates the buffers of a frame; the meshes are uploaded if `placed` is another world's than before.
     pub fn of(recorder: &mut Recorder<'_>, placed: &Arc<Placed>) -> Self {
-        let meshes = recorder.kept(
+        let meshes = recorder.cached(
             |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
             |gpu| Ok::<_, Infallible>(MeshBuffers::new(gpu, placed)),
         );

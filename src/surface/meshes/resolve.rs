@@ -64,7 +64,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut definitions: &[&str] = &[];
     if let Some(local_color) = inputs.local_color {
         let placed = &inputs.meshes.meshes.placed;
-        let made = recorder.kept(
+        let made = recorder.cached(
             |known: &MeshColors| Arc::ptr_eq(&known.placed, placed),
             |gpu| {
                 let colors = Buffer::with(gpu, &COLORS, &colors_of(placed));

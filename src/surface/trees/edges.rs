@@ -99,5 +99,5 @@ pub fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
     let shader = Compute { name: "surface/trees/edges", definitions };
     let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_species.groups };
-    Ordered { shader, stages: 3, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader, find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

@@ -206,7 +206,7 @@ struct CoverTexture {
 
 /// Returns the binding of the rasters.
 fn cover_texture(recorder: &mut Recorder<'_>, cover: &Arc<Cover>) -> Named {
-    let made = recorder.kept(
+    let made = recorder.cached(
         |known: &CoverTexture| Arc::ptr_eq(&known.cover, cover),
         |gpu| Ok::<_, Infallible>(CoverTexture { cover: Arc::clone(cover), view: cover_view(gpu, cover) }),
     );

@@ -1,4 +1,4 @@
-//! Frames that follow each other: lines that do not flicker, that stay sharp, and that leave nothing behind.
+//! Successive frames with temporal anti-aliasing: lines do not flicker, stay sharp, and leave no ghosts behind.
 
 use glam::{DQuat, DVec3};
 use hachure::frame::{Antialias, Renderer};
@@ -11,14 +11,14 @@ use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west};
 
 const FRAMES: u32 = 44;
-/// Of the picture that a frame should be.
+/// Samples of each pixel in the reference picture that a frame should match.
 const SAMPLES: u32 = 32;
-/// So many frames have no history to be steady by.
+/// The first frames, which have too little history to be steady; they are not measured.
 const SETTLING: u32 = 12;
-/// Near the ground.
+/// A camera near the ground.
 const LOW: &str = "-300,-2500,+60,20,-4,60";
 
-/// A slow path: a metre and an eighth of a degree in a frame, as `--test coherence` has it.
+/// Returns the pose of one frame of a slow path: a metre and an eighth of a degree per frame, as in `--test coherence`.
 fn slow(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose(VIEW);
     pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(renderer);
@@ -62,7 +62,7 @@ fn draw_rig(world: &mut World, renderer: &mut Renderer, style: &Style, rig: &Rig
     world.gpu.check().unwrap();
 }
 
-/// Each pixel the mean with the two to its right.
+/// Blurs the picture: each pixel becomes the mean of itself and the two to its right.
 fn blurred(picture: &[[f64; 4]]) -> Vec<[f64; 4]> {
     picture
         .windows(3)
@@ -73,9 +73,11 @@ fn blurred(picture: &[[f64; 4]]) -> Vec<[f64; 4]> {
 #[test]
 fn lines_flicker_half_as_much_and_stay_sharp() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    // Lines of a detector crawl, strokes do not: half of the little that strokes flicker is what is born and what goes.
+    // Lines of a detector crawl and strokes do not. Half of the little that strokes flicker comes from strokes that
+    // appear and disappear.
     for (name, most) in [("ink", 0.5), ("strokes", 0.6)] {
-        // Those that a cap of crowded ones leaves are calmer, of which just a little more than half is left.
+        // The lines that remain under a cap on crowded lines are calmer, and anti-aliasing removes a little less than
+        // half of their flicker; so this style has no cap.
         let style = crate::tests::common::all_lines(name);
         let [alone, together] =
             [Antialias::None, Antialias::Temporal].map(|antialias| fly(&mut world, &style, antialias, FRAMES));
@@ -86,16 +88,19 @@ fn lines_flicker_half_as_much_and_stay_sharp() {
         let truth = supersampled(&mut world, &mut None, &style, together.last, SAMPLES);
         let sharp = [&alone.picture, &together.picture].map(|picture| sharpness(picture) / sharpness(&truth));
         println!("{name}: sharpness {:.3} and {:.3} of the supersampled picture's", sharp[0], sharp[1]);
-        assert!(number(&together, "flicker") <= most * number(&alone, "flicker"), "{name}");
-        assert!(number(&together, "e_warp") <= 0.7 * number(&alone, "e_warp"), "{name}");
-        assert!(sharp[1] >= 0.8, "{name}: {sharp:?}");
-        // Planted: nothing that could flicker less; a blur by a pixel.
+        assert!(number(&together, "flicker") <= most * number(&alone, "flicker"), "{name}: frames flicker too much");
+        assert!(number(&together, "e_warp") <= 0.7 * number(&alone, "e_warp"), "{name}: the warp error is too large");
+        assert!(
+            sharp[1] >= 0.8,
+            "{name}: sharpness relative to the supersampled picture, expected at least 0.8: {sharp:?}"
+        );
+        // Planted errors: frames that cannot flicker less, and a blur by a pixel.
         assert!(number(&alone, "flicker") > 0.0, "{name}");
         assert!(sharpness(&blurred(&together.picture)) < 0.8 * sharpness(&truth), "{name}");
     }
 }
 
-/// A fast flight past near land: what comes into the picture, and what comes to light behind a ridge, has no history.
+/// In a fast flight past near land, what enters the picture and what a ridge uncovers has no history.
 #[test]
 fn nothing_is_left_behind() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
@@ -116,15 +121,16 @@ fn nothing_is_left_behind() {
         previous = pose;
         let truth = supersampled(&mut world, &mut None, &style, pose, SAMPLES);
         let shown = picture(&world, &renderer);
-        // Planted: the picture of the frame before.
+        // Planted error: the picture of the previous frame.
         let stale = stale.replace(shown.clone()).unwrap_or_else(|| shown.clone());
         for (off, picture) in off.iter_mut().zip([&shown, &picture(&world, &one), &stale]) {
             *off += apart(picture, &truth) / 8.0;
         }
     }
-    println!("off by {off:.4?}: temporal, alone, the frame before");
-    assert!(off[0] < 1.1 * off[1] && off[2] > 1.3 * off[0], "{off:?}");
-    // After a cut there is no history: nothing of the other place shows. Planted: a frame that says that it goes on.
+    println!("difference from the supersampled picture {off:.4?}: temporal, single frame, previous frame");
+    assert!(off[0] < 1.1 * off[1] && off[2] > 1.3 * off[0], "temporal, single frame, previous frame: {off:?}");
+    // After a cut there is no history, so nothing of the previous position may be visible. Planted error: a view that
+    // claims to continue the flight.
     let there = slow(&world, 0);
     let off = [there, previous].map(|before| {
         let mut cut = View::whole(before, there, SIZE_PX);
@@ -135,11 +141,11 @@ fn nothing_is_left_behind() {
         let mut fresh = Renderer::new(&world.gpu).unwrap();
         fresh.set_antialias(Antialias::Temporal);
         draw_rig(&mut world, &mut fresh, &style, &Rig::mono(cut));
-        // Back to where it was.
+        // Return to the previous position.
         let back = renderer.jittered(&Rig::mono(View::whole(there, previous, SIZE_PX)), &style);
         draw_rig(&mut world, &mut renderer, &style, &back);
         apart(&shown, &picture(&world, &fresh))
     });
-    println!("after a cut off by {off:.5?}: as it is, as if it went on");
-    assert!(off[0] < 1e-3 && off[1] > 1e-3, "{off:?}");
+    println!("difference after a cut {off:.5?}: declared as a cut, declared as a continuation");
+    assert!(off[0] < 1e-3 && off[1] > 1e-3, "declared as a cut, as a continuation: {off:?}");
 }

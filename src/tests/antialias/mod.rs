@@ -1,6 +1,5 @@
-//! Edges that are smoothed by more than one sample of each pixel: those of one picture, and those of frames that follow
-//! each other.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Anti-aliasing with more than one sample per pixel: within one picture, and over successive frames.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -22,15 +21,20 @@ const SIZE_PX: [u32; 2] = [192, 108];
 const VIEW: &str = "-300,-2500,+350,20,-14,60";
 
 fn rough() -> Option<World> {
+    World::new(grid_of(257, 257, 30.0, rough_height_m), 1.0)
+}
+
+/// The same land with triangles that are as fine for a small picture as for a large one.
+fn fine_rough() -> Option<World> {
     World::new(grid_of(257, 257, 30.0, rough_height_m), 0.25)
 }
 
-/// What the last frame shows.
+/// Returns the picture of the last frame.
 fn picture(world: &World, renderer: &Renderer) -> Vec<[f64; 4]> {
     halves(&world.gpu, renderer.target(&PICTURE).unwrap())
 }
 
-/// The picture of so many samples.
+/// Renders the picture with `samples` samples per pixel.
 fn supersampled(
     world: &mut World,
     renderer: &mut Option<Renderer>,
@@ -48,13 +52,13 @@ fn supersampled(
     texels
 }
 
-/// Root of the mean squared difference.
+/// Returns the root mean square difference.
 fn apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     let squared: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).powi(2)).sum();
     (squared / (4 * a.len()) as f64).sqrt()
 }
 
-/// The mean squared step in brightness from a pixel to the next, across and down.
+/// Returns the mean squared difference in brightness between neighbouring pixels, horizontally and vertically.
 fn sharpness(picture: &[[f64; 4]]) -> f64 {
     let width = SIZE_PX[0] as usize;
     let step = |pixel: usize| {

@@ -1,4 +1,4 @@
-//! Two eyes have one sequence of samples.
+//! Both eyes use the same sequence of samples.
 
 use hachure::composite::PICTURE;
 use hachure::frame::{Antialias, Renderer};
@@ -11,7 +11,7 @@ use crate::tests::antialias::{SIZE_PX, VIEW};
 use crate::tests::common::World;
 use crate::tests::common::draw::north_west;
 
-/// The pictures of the eyes after a few steps.
+/// Returns the pictures of all eyes after a few steps.
 fn flown(world: &mut World, style: &Style, rig_of: impl Fn(&View) -> Rig) -> Vec<Vec<u8>> {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_antialias(Antialias::Temporal);
@@ -39,14 +39,17 @@ fn eyes_at_one_place_are_one_and_exchanged_ones_exchange() {
         let pair = |ipd_m| Pair { ipd_m, convergence_m: None };
         let mono = flown(&mut world, &style, |view| Rig::mono(*view));
         let together = flown(&mut world, &style, |view| pair(0.0).rig(view));
-        assert!(together.iter().all(|eye| *eye == mono[0]), "{name}");
+        assert!(together.iter().all(|eye| *eye == mono[0]), "{name}: eyes at one position differ from the single eye");
         let apart = flown(&mut world, &style, |view| pair(20.0).rig(view));
         let exchanged = flown(&mut world, &style, |view| {
             let mut rig = pair(20.0).rig(view);
             rig.eyes.reverse();
             rig
         });
-        assert!(apart[0] == exchanged[1] && apart[1] == exchanged[0], "{name}");
-        assert!(apart[0] != apart[1], "{name}: planted, both eyes the same");
+        assert!(
+            apart[0] == exchanged[1] && apart[1] == exchanged[0],
+            "{name}: exchanged eyes do not have exchanged pictures"
+        );
+        assert!(apart[0] != apart[1], "{name}: planted error, both eyes show the same picture");
     }
 }

@@ -1,4 +1,4 @@
-//! A picture at rest becomes the mean of its samples.
+//! A picture at rest converges to the mean of its samples.
 
 use glam::DVec3;
 use hachure::frame::{Antialias, Renderer, SAMPLES_AT_REST};
@@ -9,7 +9,7 @@ use crate::tests::antialias::{SIZE_PX, apart, picture, supersampled};
 use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west};
 
-/// From a frame to the next.
+/// Time between frames, in seconds.
 const STEP_S: f64 = 1.0 / 30.0;
 
 fn flies(renderer: &mut Renderer, world: &mut World, style: &Style, previous: Pose, pose: Pose) {
@@ -41,14 +41,14 @@ fn a_picture_at_rest_converges() {
             assert!(frames < 200, "{name} does not settle");
         }
         let at_rest = picture(&world, &renderer);
-        // Of the strokes that it drew.
+        // The reference continues the strokes that the renderer drew.
         renderer.set_step_s(0.0);
         let truth = supersampled(&mut world, &mut Some(renderer), &style, pose, SAMPLES_AT_REST);
         let mut one = Renderer::new(&world.gpu).unwrap();
         flies(&mut one, &mut world, &style, pose, pose);
         let off = [&at_rest, &on_the_way, &picture(&world, &one)].map(|picture| apart(picture, &truth));
-        println!("{name}: after {frames} frames at rest, on the way, and alone, off by {off:.5?}");
-        // A 255th, of what is linear; and planted: what did not rest.
-        assert!(off[0] < 1.0 / 255.0 && off[1] > 2.0 * off[0], "{name}: {off:?}");
+        println!("{name}: after {frames} frames, differences at rest, in motion, and of a single frame: {off:.5?}");
+        // The tolerance is 1/255 of linear light. Planted error: a picture that was not at rest.
+        assert!(off[0] < 1.0 / 255.0 && off[1] > 2.0 * off[0], "{name}: at rest, in motion, single frame: {off:?}");
     }
 }

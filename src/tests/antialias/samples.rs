@@ -1,4 +1,5 @@
-//! A picture of several samples is what a much larger one would be, made small; its channels are not touched.
+//! A picture with several samples per pixel equals a much larger picture scaled down; its channels (AOVs) do not
+//! change.
 
 use hachure::file::exr::Samples;
 use hachure::picture::{Band, PictureRequest, aov, render};
@@ -9,7 +10,7 @@ use crate::tests::common::draw::north_west;
 
 const SIZE_PX: [u32; 2] = [96, 54];
 
-/// Flat colours without lines: what a larger picture has as well.
+/// Returns a style of flat colours without lines, whose content does not depend on the size of the picture.
 fn plain() -> Style {
     let mut style = Style::load("plain").unwrap();
     style.paper.grain = 0.0;
@@ -31,7 +32,7 @@ fn shoot(world: &mut World, style: &Style, size_px: [u32; 2], samples: u32) -> B
     bands.pop().unwrap()
 }
 
-/// Each pixel the mean of `side` × `side`.
+/// Scales the picture down: each pixel is the mean of `side` × `side` pixels.
 fn shrunk(picture: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let mean = |x: usize, y: usize, channel: usize| {
@@ -41,7 +42,7 @@ fn shrunk(picture: &[[f32; 4]], side: usize) -> Vec<[f32; 4]> {
     (0..width * height).map(|pixel| std::array::from_fn(|i| mean(pixel % width, pixel / width, i))).collect()
 }
 
-/// Root of the mean squared difference.
+/// Returns the root mean square difference.
 fn apart(a: &[[f32; 4]], b: &[[f32; 4]]) -> f64 {
     let squared: f64 = a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| f64::from((a - b).powi(2))).sum();
     (squared / (4 * a.len()) as f64).sqrt()
@@ -53,9 +54,9 @@ fn samples_are_a_larger_picture_made_small() {
     let style = plain();
     let truth = shrunk(&shoot(&mut world, &style, SIZE_PX.map(|side| 6 * side), 1).picture, 6);
     let off = [1, 4, 16, 64].map(|samples| apart(&shoot(&mut world, &style, SIZE_PX, samples).picture, &truth));
-    println!("1, 4, 16, 64 samples differ from 36 pixels for each by {off:.5?}");
+    println!("1, 4, 16, 64 samples differ from the mean of 36 pixels by {off:.5?}");
     assert!(off[1] < 0.75 * off[0] && off[2] < 0.35 * off[0] && off[3] < 0.7 * off[2], "{off:?}");
-    // Planted: a larger picture that is moved by a pixel.
+    // Planted error: a larger picture that is shifted by a pixel.
     let mut moved = truth.clone();
     moved.rotate_right(1);
     assert!(apart(&moved, &truth) > 2.0 * off[2]);
@@ -77,6 +78,6 @@ fn lines_converge_and_channels_stay() {
             };
             band.planes.iter().flat_map(of).collect()
         };
-        assert!(bits(&one) == bits(&most), "{name}");
+        assert!(bits(&one) == bits(&most), "{name}: the channels depend on the number of samples");
     }
 }

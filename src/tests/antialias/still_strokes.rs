@@ -1,4 +1,5 @@
-//! Strokes cover their borders exactly, and stay where they are when the picture is moved by a part of a pixel.
+//! The coverage of strokes is exact at their edges, and strokes stay where they are when the lens is jittered by a
+//! fraction of a pixel.
 
 use glam::DVec2;
 use hachure::frame::Renderer;
@@ -20,7 +21,7 @@ fn ink(world: &mut World, style: &Style, jitter_px: DVec2) -> Vec<f64> {
     halves.into_iter().map(|bits| half::f16::from_bits(bits).to_f64()).collect()
 }
 
-/// By how much a picture has to be moved to become another one, by least squares (Lucas and Kanade 1981), in pixels.
+/// Returns by how many pixels `to` is shifted against `from`, by least squares (Lucas and Kanade 1981).
 fn moved_px(from: &[f64], to: &[f64]) -> DVec2 {
     let width = SIZE_PX[0] as usize;
     let (mut product, mut square) = ([0.0; 3], DVec2::ZERO);
@@ -41,14 +42,14 @@ fn moved_px(from: &[f64], to: &[f64]) -> DVec2 {
 #[test]
 fn strokes_are_not_moved() {
     let Some(mut world) = crate::tests::antialias::rough() else { return };
-    // What a cap leaves out changes a little with the picture of the depth.
+    // The lines that a cap on crowded lines leaves out depend a little on the depth picture.
     let style = common::all_lines("strokes");
     let still = ink(&mut world, &style, DVec2::ZERO);
     for jitter_px in [DVec2::new(0.4, 0.0), DVec2::new(-0.4, 0.3), DVec2::new(0.1, -0.5)] {
         let found_px = moved_px(&still, &ink(&mut world, &style, jitter_px));
-        println!("jitter {jitter_px:.2}: strokes are moved by {found_px:.3}");
-        assert!(found_px.length() < 0.1, "{found_px}");
-        // Planted: moved as the picture is, between its pixels.
+        println!("jitter {jitter_px:.2}: strokes are shifted by {found_px:.3}");
+        assert!(found_px.length() < 0.1, "strokes are shifted by {found_px} px");
+        // Planted error: strokes that shift with the picture, interpolated between its pixels.
         let width = SIZE_PX[0] as usize;
         let at = |pixel: usize, step: f64, stride: usize| {
             let beside = if step > 0.0 { pixel.saturating_sub(stride) } else { (pixel + stride).min(still.len() - 1) };

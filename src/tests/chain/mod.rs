@@ -1,9 +1,10 @@
-//! Chains of line segments: the GPU's are the twin's, to the bit, and they are what chains must be.
+//! Chains of line segments on the GPU: they equal those of the CPU twin bit for bit, and satisfy the definition of
+//! chains.
 //!
-//! 10,000 inputs: 9,400 small scenes (none to some 40 segments; 21 kinds) that lie 1024 px apart in planes of 470, and
-//! 600 that have the GPU to themselves. Each scene of a plane is compared with the twin of that scene alone: chains
-//! stand in the order of their first segments, so a scene's chains are a stretch of the plane's.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! There are 10,000 inputs: 9,400 small scenes (0 to about 40 segments, of 21 kinds), placed 1024 px apart in planes of
+//! 470, and 600 that each use the GPU alone. Each scene of a plane is compared with the twin's result for that scene
+//! alone: chains are ordered by their first segments, so the chains of a scene are a contiguous range of the plane's.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -22,7 +23,7 @@ use hachure::lines::strokes::chain;
 use hachure::lines::strokes::twin::Chained;
 use hachure::lines::strokes::{ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts};
 
-/// A GPU and what chaining needs there.
+/// A GPU with the buffers that chaining needs.
 struct Bench {
     gpu: Gpu,
     timer: Timer,
@@ -45,7 +46,7 @@ impl Bench {
 
     fn upload(&self, segments: &[Segment], said: u32) {
         self.gpu.queue.write_buffer(&self.segments.raw, 0, bytemuck::cast_slice(segments));
-        // What a frame before left must not matter.
+        // Counts that remain from an earlier frame must have no effect.
         let counts = StrokeCounts { segments: said, chains: 77, points: 5, ..StrokeCounts::default() };
         self.gpu.queue.write_buffer(&self.counts.raw, 0, bytemuck::bytes_of(&counts));
     }
@@ -68,7 +69,7 @@ impl Bench {
         self.gpu.check().unwrap();
         let counts = read_buffer::<StrokeCounts>(&self.gpu, &self.counts.raw, 1).unwrap()[0];
         let raw = |kind| self.pools.buffers.get(kind).unwrap().raw;
-        assert_eq!(counts.points, 5, "only the number of chains is ours");
+        assert_eq!(counts.points, 5, "chaining may write only the number of chains");
         let segments: Vec<SegmentInOrder> = read_buffer(&self.gpu, &raw(&chain::PLACES), segments).unwrap();
         Chained {
             ordered: segments.iter().map(|segment| segment.state).collect(),

@@ -1,4 +1,4 @@
-//! What chains must be, whatever the twin says; what differs is found.
+//! The properties that chains must have, checked without the twin; planted errors are found.
 
 use std::collections::BTreeSet;
 
@@ -8,11 +8,11 @@ use hachure::lines::strokes::{ChainRules, Segment};
 use crate::tests::chain::Bench;
 use crate::tests::chain::scenes::{Dice, moved, segment, shuffled, wander};
 
-/// What chains must be, whatever the twin says.
+/// Checks the properties that chains must have, whatever the twin says.
 pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules) {
     let mut seen = vec![false; segments.len()];
     for state in &chained.ordered {
-        assert!(!std::mem::replace(&mut seen[*state as usize / 2], true), "segment {} twice", state / 2);
+        assert!(!std::mem::replace(&mut seen[*state as usize / 2], true), "segment {} is in two chains", state / 2);
     }
     assert_eq!(chained.ordered.len(), segments.len());
     let end = |end: u32| {
@@ -30,7 +30,7 @@ pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules
         if length(u) > 0.0 && length(v) > 0.0 {
             let widest = (f64::from(rules.least_cos_squared) / 4096.0).sqrt().acos();
             let angle = ((u[0] * v[0] + u[1] * v[1]) / length(u) / length(v)).clamp(-1.0, 1.0).acos();
-            // Directions are rounded to 1/64 at worst, one end each.
+            // Directions are rounded to 1/64 at worst, at each of the two ends.
             assert!(angle <= widest + 0.04, "{left} to {entered} turns by {angle}");
         }
         length(delta)
@@ -42,7 +42,7 @@ pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules
         assert!(chain.count > 0);
         let states = &chained.ordered[place..place + chain.count as usize];
         let head = states[0] / 2;
-        assert!(previous_head < Some(head), "chains stand in the order of their heads");
+        assert!(previous_head < Some(head), "chains are not in the order of their first segments");
         previous_head = Some(head);
         assert_eq!(chain.key, segments[head as usize].key);
         let mut sum = 0.0;
@@ -52,7 +52,7 @@ pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules
             }
             let begin = chained.places[place + i];
             assert_eq!(begin.chain as usize, number);
-            // Two lengths are rounded down for each segment, by a unit or by 2^-14.
+            // For each segment, two lengths are rounded down, by a unit or by 2^-14.
             assert!((sum - f64::from(begin.begin_units)).abs() <= 2.0 * i as f64 + sum / 16000.0, "{sum} {begin:?}");
             sum += length(vector(end(*state), end(state ^ 1)));
         }
@@ -65,7 +65,7 @@ pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules
     assert_eq!(place, segments.len());
 }
 
-/// What differs is seen: a link, an order, a distance, an angle.
+/// Planted errors are found: a wrong link, order, distance and angle.
 #[test]
 fn planted_errors_are_found() {
     let rules = ChainRules::default();
@@ -75,25 +75,25 @@ fn planted_errors_are_found() {
     assert_eq!(chained, twin::chain(&segments, &rules));
     assert!(chained.chains.iter().any(|chain| chain.count > 3));
 
-    // A link: a segment moved out of the reach of its neighbours.
+    // Link: a segment moved out of the reach of its neighbours.
     let mut changed = segments.clone();
     let middle = chained.ordered[chained.chains.iter().find(|chain| chain.count > 3).unwrap().first as usize + 1];
     changed[middle as usize / 2] = moved(&changed[middle as usize / 2], [0, 5000]);
     assert_ne!(bench.chain(&changed), twin::chain(&segments, &rules));
-    // An order: two segments change places in memory.
+    // Order: two segments exchanged in memory.
     let mut swapped = segments.clone();
     swapped.swap(0, 1);
     assert_ne!(bench.chain(&swapped), twin::chain(&segments, &rules));
-    // D a unit shorter, where a gap has just that.
+    // Distance: a reach that is a unit shorter, where a gap is exactly as long as the reach.
     let gap = [segment([0, 0], [100, 0], 1), segment([164, 0], [300, 0], 2)];
     assert_eq!(bench.chain(&gap), twin::chain(&gap, &rules));
     assert_eq!(bench.chain(&gap).chains.len(), 1);
     bench.rules = ChainRules { reach_units: 63, ..rules };
     assert_ne!(bench.chain(&gap), twin::chain(&gap, &rules));
-    // A, on the wandering line.
+    // Angle: another largest angle, on the wandering line.
     bench.rules = ChainRules::new(4.0, 0.3);
     assert_ne!(bench.chain(&segments), twin::chain(&segments, &rules));
-    // The properties see a chain that runs the wrong way, and one that is torn.
+    // The properties reject a reversed segment and a torn chain.
     let spoiled = |spoil: fn(&mut Chained)| {
         let mut wrong = chained.clone();
         spoil(&mut wrong);

@@ -1,10 +1,10 @@
-//! Inputs: small scenes of many kinds, large ones, and lines such as a picture has.
+//! Input segments: small scenes of many kinds, large ones, and lines such as a picture has.
 
 use hachure::lines::strokes::Segment;
 
 use crate::tests::common::random;
 
-/// Random whole numbers, the same in each run.
+/// Random integers, the same in each run.
 pub struct Dice {
     seed: i64,
     thrown: i64,
@@ -15,7 +15,7 @@ impl Dice {
         Self { seed, thrown: 0 }
     }
 
-    /// In begin..end.
+    /// Returns a number in begin..end.
     pub fn range(&mut self, begin: i32, end: i32) -> i32 {
         self.thrown += 1;
         begin + (random(self.seed, self.thrown) * f64::from(end - begin)) as i32
@@ -35,7 +35,7 @@ pub fn moved(segment: &Segment, by: [i32; 2]) -> Segment {
     Segment { a: to(segment.a), b: to(segment.b), ..*segment }
 }
 
-/// A polygon around a middle, its segments in mixed directions.
+/// Returns a polygon around a centre, with segments in mixed directions.
 pub fn ring(dice: &mut Dice, middle: [i32; 2], radius: f64, count: i32) -> Vec<Segment> {
     let corner = |i: i32| {
         let angle = std::f64::consts::TAU * f64::from(i) / f64::from(count);
@@ -50,7 +50,7 @@ pub fn ring(dice: &mut Dice, middle: [i32; 2], radius: f64, count: i32) -> Vec<S
         .collect()
 }
 
-/// A line of segments with small gaps and turns, half of them turned around.
+/// Returns a line of segments with small gaps and turns, half of them reversed.
 pub fn wander(dice: &mut Dice, count: i32, step: i32, gap: i32) -> Vec<Segment> {
     let mut at = [0, 0];
     let mut angle = f64::from(dice.range(0, 628)) / 100.0;
@@ -75,7 +75,7 @@ pub fn shuffled(dice: &mut Dice, mut segments: Vec<Segment>) -> Vec<Segment> {
 
 pub const KINDS: i64 = 21;
 
-/// A small scene, of one of several kinds, within some 500 px.
+/// Returns a small scene of one of several kinds, within about 500 px.
 pub fn scene(number: i64) -> Vec<Segment> {
     let mut dice = Dice::new(number);
     let dice = &mut dice;
@@ -84,7 +84,7 @@ pub fn scene(number: i64) -> Vec<Segment> {
     let segments: Vec<Segment> = match number % KINDS {
         0 => Vec::new(),
         1 => vec![segment(dice.point(500), dice.point(500), 7)],
-        // All in one pixel, and in a few.
+        // All segments in one pixel, and in a few.
         2 => (0..count).map(|_| segment(dice.point(16), dice.point(16), key(dice))).collect(),
         3 => (0..count).map(|_| segment(dice.point(64), dice.point(64), key(dice))).collect(),
         4 => (0..count).map(|_| segment(dice.point(400), dice.point(400), key(dice))).collect(),
@@ -95,7 +95,7 @@ pub fn scene(number: i64) -> Vec<Segment> {
                 segment(a, [a[0] + dice.range(-40, 41), a[1] + dice.range(-40, 41)], key(dice))
             })
             .collect(),
-        // A grid: ties everywhere.
+        // A grid, which has ties everywhere.
         7 => (0..count)
             .flat_map(|i| {
                 let a = [i % 6 * 32, i / 6 * 32];
@@ -115,12 +115,12 @@ pub fn scene(number: i64) -> Vec<Segment> {
         10 => ring(dice, [500, 500], 400.0, count.max(8)),
         11 => [ring(dice, [0, 0], 200.0, 12), ring(dice, [900, 0], 220.0, 9)].concat(),
         12 => [ring(dice, [0, 0], 200.0, 12), ring(dice, [0, 0], 230.0, 15)].concat(),
-        // Two segments, bent towards each other: a loop where the angle is wide.
+        // Two segments bent towards each other: a loop if the largest angle allows it.
         13 => {
             let gap = dice.range(0, 40);
             vec![segment([0, 0], [gap, 10], key(dice)), segment([gap, 10 + dice.range(0, 9)], [0, dice.range(0, 9)], 2)]
         }
-        // Zigzag: sharp turns are not joined, blunt ones are.
+        // A zigzag: sharp turns are not joined, blunt ones are.
         14 => {
             let height = dice.range(5, 60);
             let corner = |i: i32| [i * 40, (i % 2) * height];
@@ -148,7 +148,7 @@ pub fn scene(number: i64) -> Vec<Segment> {
     if dice.range(0, 2) == 0 { segments } else { shuffled(dice, segments) }
 }
 
-/// Inputs that have the GPU to themselves.
+/// Returns an input that uses the GPU alone.
 pub fn alone(number: i64) -> Vec<Segment> {
     let dice = &mut Dice::new(1_000_000 + number);
     let count = dice.range(1, 400);
@@ -156,12 +156,12 @@ pub fn alone(number: i64) -> Vec<Segment> {
         0 => scene(number / 8),
         1 => (0..count).map(|_| segment(dice.point(16), dice.point(16), dice.range(0, 9) as u32)).collect(),
         2 => {
-            // Far outside, on all sides, and beyond what is allowed.
+            // Far outside on all sides, beyond the allowed range.
             let far = |dice: &mut Dice| dice.point(1 << 23).map(|units| units - (1 << 22));
             (0..count).map(|_| segment(far(dice), far(dice), 1)).collect()
         }
         3 => {
-            // At the border of what is allowed, where the cells begin and end.
+            // At the border of the allowed range, where the cells begin and end.
             let edge = 1 << 21;
             let signs = [dice.range(0, 2) * 2 - 1, dice.range(0, 2) * 2 - 1];
             wander(dice, count, 30, 5)
@@ -184,11 +184,12 @@ pub fn alone(number: i64) -> Vec<Segment> {
     }
 }
 
-/// Lines such as a picture has, wandering or closed. Their segments are shuffled, which is the worst order for memory.
+/// Returns lines such as a picture has, wandering or closed. Their segments are shuffled, which is the worst order for
+/// memory access.
 pub fn picture(count: usize) -> Vec<Segment> {
     let dice = &mut Dice::new(count as i64);
     let mut segments = Vec::with_capacity(count + 300);
-    // As many pixels for each segment, however many there are.
+    // The area per segment is the same for all counts.
     let side = (300.0 * (count as f64).sqrt()) as i32;
     while segments.len() < count {
         let by = dice.point(side);

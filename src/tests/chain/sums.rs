@@ -1,4 +1,4 @@
-//! Prefix sums.
+//! Prefix sums on the GPU equal those of a loop.
 
 use hachure::gpu::buffer::{Buffer, BufferKind};
 use hachure::gpu::pools::Pools;
@@ -43,6 +43,6 @@ fn prefix_sums() {
         }
         let found = read_buffer::<u32>(&gpu, &values.raw, MAX_VALUES as usize + 1).unwrap();
         gpu.check().unwrap();
-        assert!(found == expected, "{count} of {capacity}");
+        assert!(found == expected, "the prefix sums of {count} values with capacity {capacity} are wrong");
     }
 }

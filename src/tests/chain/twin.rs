@@ -1,4 +1,4 @@
-//! The GPU's chains are the twin's, to the bit.
+//! The GPU's chains equal those of the CPU twin, bit for bit.
 
 use std::collections::BTreeSet;
 use std::time::Instant;
@@ -11,7 +11,7 @@ use crate::tests::chain::Bench;
 use crate::tests::chain::must::assert_chains;
 use crate::tests::chain::scenes::{Dice, alone, moved, picture, ring, scene, segment, shuffled, wander};
 
-/// The chains of segments first..first + count, as if they were alone.
+/// Returns the chains of the segments first..first + count, numbered as if these segments were alone.
 fn part(all: &Chained, first: usize, count: usize) -> Chained {
     let of_place = |place: usize| all.ordered[place] as usize / 2;
     let begin = all.chains.partition_point(|chain| of_place(chain.first as usize) < first);
@@ -39,7 +39,7 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
     let mut compared = 0;
     let (mut closed, mut longest) = (0, 0);
     for plane in 0..PLANES {
-        // Most with the usual rules, some with others.
+        // Most planes use the default rules, some use others.
         rules = match plane {
             17 => ChainRules::new(1.0, 0.5),
             18 => ChainRules::new(20.0, 1.5),
@@ -67,7 +67,7 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
             compared += 1;
         }
     }
-    assert!(closed > 1000 && longest > 20, "{closed} loops, at most {longest} segments: the scenes try nothing");
+    assert!(closed > 1000 && longest > 20, "{closed} loops, at most {longest} segments: the scenes test too little");
     rules = ChainRules::default();
     bench.rules = rules;
     for number in 0..600 {
@@ -91,20 +91,22 @@ fn a_loop_is_one_closed_chain() {
         assert_eq!(chained.chains.len(), 1, "{count}");
         assert_eq!((chained.chains[0].count, chained.chains[0].is_closed), (count as u32, 1));
         let least = (0..segments.len()).min_by_key(|&p| (segments[p].key, p)).unwrap();
-        assert_eq!(chained.ordered[0], 2 * least as u32, "begins at its least segment, from a to b");
+        assert_eq!(chained.ordered[0], 2 * least as u32, "the loop does not begin at its least segment, from a to b");
         let Some(mut bench) = Bench::new(1 << 13, rules) else { continue };
         assert_eq!(bench.chain(&segments), chained, "{count}");
     }
-    // Two segments face each other: a turn of nearly 90 degrees at each end, and each end a little before the other.
+    // Two segments face each other, with a turn of nearly 90 degrees at each end; each end is a little before the
+    // other.
     let rules = ChainRules { reach_units: 200, least_cos_squared: 0 };
     let segments = [segment([0, 0], [300, 0], 9), segment([300, 0], [0, 0], 4)];
-    assert_eq!(twin::chain(&segments, &rules).chains.len(), 2, "a turn back is no joint");
+    assert_eq!(twin::chain(&segments, &rules).chains.len(), 2, "a reversal was joined");
     let segments = [segment([0, 0], [0, 0], 9), segment([3, 0], [3, 0], 4)];
     let chained = twin::chain(&segments, &rules);
     assert_eq!((chained.chains.len(), chained.chains[0].is_closed, chained.ordered[0]), (1, 1, 2));
 }
 
-/// A chain by what lasts: key, direction and beginning of each segment; whether it is closed; its length.
+/// A chain described independently of the order of segments: key, direction and beginning of each segment; whether the
+/// chain is closed; its length.
 type Named = (Vec<(u32, u32, u32)>, u32, u32);
 
 #[test]
@@ -176,7 +178,7 @@ fn a_million_segments_and_how_long_they_take() {
         }
         assert!(bench.read(count) == expected, "{count} segments differ");
     }
-    // One chain, and one loop, as long as there can be.
+    // One chain, and one loop, each as long as the capacity allows.
     let side = 1 << 20;
     let row = |i: i32| [(i % side) * 3 - (side * 3) / 2, 0];
     let line: Vec<Segment> = (0..side).map(|i| segment(row(i), [row(i)[0] + 3, 0], (i ^ 0x5555) as u32)).collect();

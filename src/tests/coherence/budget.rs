@@ -1,4 +1,4 @@
-//! No more line than the budget allows, and what it leaves out is told.
+//! Strokes stay within the budget, and strokes that are left out are reported.
 
 use std::collections::HashMap;
 
@@ -21,11 +21,11 @@ fn the_budget_leaves_out_the_shortest() {
     let (few, kept) = lengths(500.0);
     assert!(few.samples <= 250 && few.samples > 125 && few.left_out > 0, "{few:?}");
     assert_eq!(few.strokes + few.left_out, all.strokes);
-    // Those that are kept are the longest: to a quarter of an octave.
+    // The strokes that are kept are the longest, within a quarter of an octave.
     let shortest = kept.values().min().unwrap();
     let longest_lost = every.iter().filter(|(stroke, _)| !kept.contains_key(stroke)).map(|(_, size)| size).max();
     assert!(*longest_lost.unwrap() as f64 <= *shortest as f64 * 1.3, "{longest_lost:?} {shortest}");
-    // A budget for less than a single stroke cuts that one off.
+    // A budget smaller than a single stroke cuts that stroke off.
     let (one, _) = lengths(100.0);
     assert!(one.samples <= 50 && one.samples > 1, "{one:?}");
 }
@@ -37,23 +37,23 @@ fn what_found_no_room_is_told_without_waiting() {
         let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
         let mut numbers = NumbersLater::default();
         assert_eq!(numbers.last(), None);
-        // More than are open at once; between updates too, where nothing is counted anew.
+        // More readbacks than can be open at once, also in frames between updates, where nothing is recounted.
         for frame in 0..12 {
             let (_, counts, _) = flight.fly(&mut world, frame);
             let passes = flight.renderer.strokes();
             numbers.ask(&world.gpu, passes);
             let left_out = passes.unwrap().left_out(&world.gpu).unwrap();
             assert_eq!(left_out.strokes, counts.left_out);
-            // The GPU has been waited for: the answer is there.
+            // The GPU has finished, so the numbers have arrived.
             let last = numbers.last().unwrap();
             assert_eq!((last.left_out, last.drawn), (left_out, counts.strokes), "frame {frame}");
         }
         let last = numbers.last().unwrap().left_out;
-        // Nobody polls in between: questions that are too many are not asked, and the others are answered.
+        // Without polling, excess readbacks are not started, and the others finish.
         (0..20).for_each(|_| numbers.ask(&world.gpu, flight.renderer.strokes()));
         world.gpu.wait();
         assert_eq!(numbers.last().unwrap().left_out, last);
-        // A style without strokes: what was asked before does not come.
+        // After a change to a style without strokes, earlier readbacks are discarded.
         numbers.ask(&world.gpu, flight.renderer.strokes());
         numbers.ask(&world.gpu, None);
         world.gpu.wait();

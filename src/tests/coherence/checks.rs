@@ -1,4 +1,4 @@
-//! What must hold of what was read back; each says where it does not.
+//! The checks on samples and ink that were read back; each error names the place.
 
 use glam::{Vec2, Vec3};
 use hachure::lines::strokes::samples::{MOST_SAMPLES, SPACING_PX, Sample, SampleCounts};
@@ -11,21 +11,21 @@ fn check(holds: bool, place: impl FnOnce() -> String) -> Result<(), String> {
     if holds { Ok(()) } else { Err(place()) }
 }
 
-/// The sample `at`, and what is wrong with it.
+/// Describes what is wrong with sample `at`.
 fn named(at: usize, samples: &[Sample], what: &str) -> String {
     format!("sample {at} {what}: {:?}", samples[at])
 }
 
-/// Positions in the world and places on the picture are the same.
+/// Checks that the position of each sample in the world projects to its position in the picture.
 pub fn where_they_say(view: &View, samples: &[Sample]) -> Result<(), String> {
     samples.iter().enumerate().try_for_each(|(at, own)| {
         let there = view.place_px(Vec3::from(own.position_m).as_dvec3());
         let apart_px = there.map_or(f64::INFINITY, |there| there.distance(Vec2::from(own.px).as_dvec2()));
-        check(apart_px < 0.05, || named(at, samples, &format!("is {apart_px} px from where it says")))
+        check(apart_px < 0.05, || named(at, samples, &format!("is {apart_px} px from its projection")))
     })
 }
 
-/// Strokes begin and end, one after the other.
+/// Checks that strokes begin and end, one after the other.
 pub fn in_strokes(counts: &SampleCounts, samples: &[Sample]) -> Result<(), String> {
     let mut strokes = 0;
     let mut is_inside = false;
@@ -38,39 +38,40 @@ pub fn in_strokes(counts: &SampleCounts, samples: &[Sample]) -> Result<(), Strin
         is_inside = !ends;
     }
     check(!is_inside, || "the last stroke does not end".to_owned())?;
-    check(strokes >= counts.strokes, || format!("{strokes} strokes begin, and there are {counts:?}"))
+    check(strokes >= counts.strokes, || format!("{strokes} strokes begin, fewer than counted: {counts:?}"))
 }
 
-/// Neighbours on a stroke are at most [`SPACING_PX`] apart, and never in one place: where they belong, that is, without
-/// what the line before holds them by, which adds a little.
+/// Checks that neighbouring samples of a stroke are at most [`SPACING_PX`] apart and never coincide. This holds for
+/// their own positions, without the offset by which the previous line holds them, which adds a little.
 pub fn evenly_apart(samples: &[Sample]) -> Result<(), String> {
     for (at, pair) in samples.windows(2).enumerate().filter(|(_, pair)| pair[0].flags & Sample::LAST == 0) {
         let drawn_px = Vec2::from(pair[0].px).distance(Vec2::from(pair[1].px));
-        check(drawn_px < SPACING_PX + 6.0, || named(at, samples, &format!("is {drawn_px:.2} px from the next")))?;
-        // What fades is where it was, and the world has moved on.
+        check(drawn_px < SPACING_PX + 6.0, || named(at, samples, &format!("is {drawn_px:.2} px from the next one")))?;
+        // Fading samples keep their positions while the world moves on.
         if pair[0].flags & Sample::FADING != 0 {
             continue;
         }
         let [a, b] = [pair[0], pair[1]].map(|own| Vec2::from(own.px) - Vec2::from(own.held_px));
         let apart_px = a.distance(b);
         let is_even = (LEAST_PX..MOST_PX).contains(&apart_px);
-        check(is_even, || named(at, samples, &format!("is {apart_px:.2} px from the next")))?;
+        check(is_even, || named(at, samples, &format!("is {apart_px:.2} px from the next one")))?;
     }
     Ok(())
 }
 
-/// The shortest stroke, of 4 px and a little more, has three segments.
+/// Least distance between samples: the shortest stroke, a little longer than 4 px, has three segments.
 const LEAST_PX: f32 = 4.0 / 3.0 - 0.08;
-/// Lengths are rounded to 1/16 px, and ten frames of a slow flight move neighbours apart by less than the rest.
+/// Largest distance between samples: lengths are rounded to 1/16 px, and in ten frames of a slow flight neighbours move
+/// apart by less than the rest of the margin.
 const MOST_PX: f32 = SPACING_PX + 0.1;
 
-/// How far lines grow in a frame of 1/30 s.
+/// Returns how far lines grow in a frame of 1/30 s, in pixels.
 pub fn growth_px(style: &Style) -> f32 {
     16.0 / (30.0 * style.strokes.as_ref().expect("a style of strokes").fade_s)
 }
 
-/// From a frame to the next, without an update between them: what comes grows by no more than `growth_px`, what goes
-/// shrinks by just that.
+/// Checks two successive frames without an update between them: new lines grow by no more than `growth_px`, and fading
+/// lines shrink by exactly that.
 pub fn grows(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), String> {
     check(before.len() == now.len(), || format!("{} samples became {}", before.len(), now.len()))?;
     before.iter().zip(now).enumerate().try_for_each(|(at, (old, new))| {
@@ -83,9 +84,9 @@ pub fn grows(before: &[Sample], now: &[Sample], growth_px: f32) -> Result<(), St
     })
 }
 
-/// From a frame to the next of a slow flight, with an update between them or without: lines begin to grow in a place,
-/// or go on from where they were shown. What lay outside of the picture at the update before, of which `updated` is the
-/// view, may come at once.
+/// Checks two successive frames of a slow flight, with or without an update between them: lines start to grow, or
+/// continue from where they were shown. Lines that were outside the picture at the previous update, whose view is
+/// `updated`, may appear at once.
 pub fn comes_from(
     before: &[Sample],
     updated: &View,
@@ -99,7 +100,7 @@ pub fn comes_from(
     })
 }
 
-/// Whether a sample of `view` lies on what the picture of `updated` showed, a pixel at its border aside.
+/// Returns whether a sample of `view` was inside the picture of `updated`, apart from a border of one pixel.
 pub fn was_in_picture(updated: &View, view: &View, own: &Sample) -> bool {
     let step_m = view.pose.position_m - updated.pose.position_m;
     let before_px = updated.place_px(Vec3::from(own.position_m).as_dvec3() + step_m);
@@ -107,20 +108,20 @@ pub fn was_in_picture(updated: &View, view: &View, own: &Sample) -> bool {
     before_px.is_some_and(|px| (1.0..size_px[0] - 1.0).contains(&px.x) && (1.0..size_px[1] - 1.0).contains(&px.y))
 }
 
-/// As far as what was shown before reaches: [`Sample::shown_px`] at the place of a sample.
+/// Returns the [`Sample::shown_px`] that the lines of the previous frame reach at the position of a sample.
 pub fn reached_px(before: &[Sample], own: &Sample) -> f32 {
     let reach_px = |old: &Sample| old.shown_px - Vec2::from(old.px).distance(Vec2::from(own.px));
     before.iter().map(reach_px).fold(f32::NEG_INFINITY, f32::max)
 }
 
-/// By no more than this the world moves on the picture from a frame to the next.
+/// Largest movement of the world in the picture between two frames, in pixels.
 const FRAME_PX: f32 = 2.0;
 
-/// Numbers are numbers, in their ranges.
+/// Checks that all numbers are finite and in their ranges.
 pub fn finite(counts: &SampleCounts, samples: &[Sample]) -> Result<(), String> {
     let all = counts.samples as usize;
     let fit = counts.samples <= MOST_SAMPLES && counts.fresh <= counts.samples && all == samples.len();
-    check(fit, || format!("{} samples were read, and there are {counts:?}", samples.len()))?;
+    check(fit, || format!("{} samples were read, which does not match {counts:?}", samples.len()))?;
     samples.iter().enumerate().try_for_each(|(at, own)| {
         let numbers = [own.pressure, own.along_px, own.half_width_px, own.shown_px, own.depth_m];
         let mut all = own.position_m.iter().chain(&own.px).chain(&own.held_px).chain(&numbers);
@@ -130,7 +131,7 @@ pub fn finite(counts: &SampleCounts, samples: &[Sample]) -> Result<(), String> {
     })
 }
 
-/// Ink is from 0 to 1, and belongs to segments that there are.
+/// Checks that ink is from 0 to 1 and belongs to existing segments.
 pub fn inked(ink: &[f32], ids: &[u32], samples: &[Sample]) -> Result<(), String> {
     let width = SIZE_PX[0] as usize;
     ink.iter().zip(ids).enumerate().try_for_each(|(pixel, (ink, id))| {
@@ -138,6 +139,6 @@ pub fn inked(ink: &[f32], ids: &[u32], samples: &[Sample]) -> Result<(), String>
         check((0.0..=1.0).contains(ink), || format!("{} has {ink} of ink", at()))?;
         let Some(number) = (*id as usize).checked_sub(1) else { return Ok(()) };
         let begins_segment = number + 1 < samples.len() && samples[number].flags & Sample::LAST == 0;
-        check(begins_segment, || format!("{} is of sample {id} - 1, where no segment begins", at()))
+        check(begins_segment, || format!("{} refers to sample {id} - 1, where no segment begins", at()))
     })
 }

@@ -1,4 +1,4 @@
-//! Strange cameras and styles: all numbers are finite and in their ranges.
+//! With extreme cameras and styles, all numbers are finite and in their ranges.
 
 use glam::DVec3;
 use hachure::gpu::readback::read_as;
@@ -11,7 +11,7 @@ use crate::tests::coherence::checks::{finite, inked};
 use crate::tests::coherence::{Flight, SIZE_PX, START, mountains, strokes};
 use crate::tests::common::World;
 
-/// The ink of the last frame, and whose it is.
+/// Reads the ink of the last frame and the sample to which each pixel belongs.
 fn pictures(world: &World, flight: &Flight) -> (Vec<f32>, Vec<u32>) {
     let target = |kind| flight.renderer.target(kind).unwrap();
     let ink: Vec<u16> = read_as(&world.gpu, target(&INK), [0, 0], SIZE_PX).unwrap();
@@ -26,7 +26,7 @@ fn extremes_are_finite() {
         START,
         "-300,-2500,+350,20,-6,1",
         "-300,-2500,+350,20,-6,150",
-        // In the midst of edges, below the ground, at the zenith, and where there is nothing.
+        // Among edges, below the ground, looking straight down from high above, and where nothing is in view.
         "0,0,+0.1,20,0,60",
         "0,0,-50,20,0,60",
         "0,0,+90000,20,-90,60",
@@ -102,7 +102,7 @@ fn numbers_that_are_none_or_too_large_are_found() {
         let error = inked(&spoiled, &ids, &samples).unwrap_err();
         assert!(error.starts_with("pixel 100, 50") && error.contains(&format!("{bad}")), "{error}");
     }
-    // Of a sample that there is not, and of one from which no segment begins.
+    // The number of a sample that does not exist, and of one at which no segment begins.
     let last = samples.iter().position(|own| own.flags & Sample::LAST != 0).unwrap();
     for bad in [samples.len() as u32 + 1, u32::MAX, last as u32 + 1] {
         let mut spoiled = ids.clone();

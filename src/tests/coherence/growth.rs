@@ -1,4 +1,4 @@
-//! Lines come and go along themselves, by a bounded step in a frame.
+//! Lines appear and disappear by growing and shrinking, by a bounded step per frame.
 
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
 use hachure::scene::view::View;
@@ -7,7 +7,7 @@ use hachure::style::Style;
 use crate::tests::coherence::checks::{comes_from, grows, growth_px, reached_px, was_in_picture};
 use crate::tests::coherence::{Flight, mountains, pose, strokes};
 
-/// Lines beside each other are not merged: more of them come and go.
+/// Returns a style without merging of parallel lines, so that more of them appear and disappear.
 fn crowded(update_every: u32) -> Style {
     strokes(|own| {
         own.update_every = update_every;
@@ -19,10 +19,10 @@ fn crowded(update_every: u32) -> Style {
 fn new_lines_grow_and_old_ones_shrink() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, strokes(|own| own.update_every = 1));
-    // A picture of its own is whole.
+    // The first picture is drawn whole.
     let (_, _, samples) = flight.fly(&mut world, 0);
     assert!(samples.iter().all(|sample| sample.shown_px > 0.0));
-    // What comes into view at the side, and what is not seen any more, takes its time.
+    // Lines that enter the view at its side, and lines that become hidden, take their time.
     let (mut growing, mut fading) = (0, 0);
     for frame in 1..25 {
         let (_, _, samples) = flight.fly(&mut world, 4 * frame);
@@ -30,7 +30,7 @@ fn new_lines_grow_and_old_ones_shrink() {
         fading += samples.iter().filter(|own| own.flags & Sample::FADING != 0 && own.shown_px > 0.0).count();
     }
     assert!(growing > 20 && fading > 5, "{growing} {fading}");
-    // At rest all of it ends.
+    // At rest all growing and fading ends.
     let rest = pose(&world, 96);
     let mut frames = 0;
     while flight.renderer.is_settling() && frames < 200 {
@@ -40,14 +40,14 @@ fn new_lines_grow_and_old_ones_shrink() {
     let (_, _, samples) = flight.draw(&mut world, rest);
     assert!(frames > 10 && frames < 200, "{frames}");
     let hidden = samples.iter().filter(|own| own.shown_px <= 0.0 || own.flags & Sample::FADING != 0).count();
-    // Under another stroke that lies on it, a stroke cannot find itself.
+    // A stroke that lies under another one cannot find itself again.
     assert!(hidden <= samples.len() / 100, "{hidden} of {}", samples.len());
 }
 
 #[test]
 fn lines_grow_no_faster_than_their_speed() {
     let Some(mut world) = mountains() else { return };
-    // With updates in between, and with nothing else.
+    // With updates in between only, and with an update in every frame.
     for update_every in [10, 1] {
         let mut flight = Flight::new(&world, crowded(update_every));
         let growth_px = growth_px(&flight.style);
@@ -59,7 +59,7 @@ fn lines_grow_no_faster_than_their_speed() {
             if let (Some((old_counts, old)), Some(updated)) = (before, &updated) {
                 assert_eq!(comes_from(&old, updated, (&view, &samples), growth_px), Ok(()), "frame {frame}");
                 growing += samples.iter().filter(|own| own.flags & Sample::FADING == 0 && own.shown_px < 0.0).count();
-                // Counts are those of the last update.
+                // The counts are those of the last update, so equal counts mean that there was no update.
                 if update_every > 1 && old_counts == counts {
                     assert_eq!(grows(&old, &samples, growth_px), Ok(()), "frame {frame}");
                     between += 1;
@@ -81,7 +81,7 @@ fn lines_that_jump_are_found() {
     let Some(mut world) = mountains() else { return };
     let mut flight = Flight::new(&world, strokes(|_| {}));
     let growth_px = growth_px(&flight.style);
-    // Far enough for lines that come and go, and then a frame between updates.
+    // Fly until some lines grow and others fade, and then take a frame between updates.
     let mut pair = None;
     let mut before: Option<(SampleCounts, Vec<Sample>)> = None;
     for frame in 0..60 {
@@ -109,7 +109,7 @@ fn lines_that_jump_are_found() {
     for error in [error(going, 0.1), error(going, -2.0)] {
         assert!(error.starts_with(&format!("sample {going} ")) && error.contains("fades"), "{error}");
     }
-    // The frame after the next is one too far.
+    // A step of twice the allowed growth is rejected.
     let twice = grows(&old, &new, 0.5 * growth_px).unwrap_err();
     assert!(twice.starts_with("sample "), "{twice}");
 }
@@ -122,7 +122,7 @@ fn lines_that_come_at_once_are_found() {
     let (mut updated, _, mut old) = flight.fly(&mut world, 0);
     for frame in 1..60 {
         let (view, _, new) = flight.fly(&mut world, frame);
-        // Of a line that is not there yet, and apart from any that is.
+        // A sample of a line that has not appeared yet and is apart from all lines that have.
         let is_coming = |own: &Sample| own.flags & Sample::FADING == 0 && own.shown_px < -1.0;
         let is_apart = |own: &Sample| reached_px(&old, own) < 4.0 && was_in_picture(&updated, &view, own);
         if let Some(at) = new.iter().position(|own| is_coming(own) && is_apart(own)) {

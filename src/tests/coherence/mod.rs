@@ -1,6 +1,6 @@
-//! Strokes from frame to frame: they stay where they are, take over from those before, come and go along themselves,
-//! and are never more than the budget allows.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Strokes from frame to frame: they stay in place, take over from the strokes of the previous update, grow and shrink
+//! along their own length, and stay within the budget.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 
@@ -23,11 +23,11 @@ use hachure::style::{self, Style};
 use crate::tests::common::draw::{NOON, draw};
 
 const SIZE_PX: [u32; 2] = [320, 180];
-/// A slow flight: a metre and an eighth of a degree in a frame.
+/// The start of a slow flight: a metre and an eighth of a degree per frame.
 const START: &str = "-300,-2500,+350,20,-6,60";
 const STEP_M: f64 = 1.0;
 
-/// Mountains of the embedded world's kind, smaller.
+/// Returns mountains like those of the embedded world, but smaller.
 fn mountains() -> Option<World> {
     World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0)
 }
@@ -38,7 +38,7 @@ fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
     style
 }
 
-/// The pose of a frame of the flight.
+/// Returns the pose of one frame of the flight.
 fn pose(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose(START);
     pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(renderer));
@@ -61,7 +61,7 @@ impl Flight {
         Self { style, renderer, last: None }
     }
 
-    /// A frame of the slow flight.
+    /// Draws one frame of the slow flight.
     fn fly(&mut self, world: &mut World, renderer: u32) -> (View, SampleCounts, Vec<Sample>) {
         let pose = pose(world, renderer);
         self.draw(world, pose)

@@ -1,4 +1,5 @@
-//! Where samples are: on the world, evenly along their strokes, and as far from them as a hand strays.
+//! Positions of samples: on the world, evenly along their strokes, and offset by as much as the wobble of the hand
+//! allows.
 
 use glam::{DVec2, Vec2, Vec3};
 use hachure::lines::strokes::samples::{Sample, SampleCounts};
@@ -16,16 +17,16 @@ fn between_updates_strokes_stick_to_the_world() {
     assert!(counts.samples > 250 && counts.samples as usize == samples.len());
     for frame in 1..4 {
         let (view, now, moved) = flight.fly(&mut world, frame);
-        assert_eq!(now, counts, "no update");
+        assert_eq!(now, counts, "an update came between the frames");
         let step_m = first.pose.position_m - view.pose.position_m;
         let far_px = |there: &dyn Fn(&Sample) -> DVec2| {
             let pairs = samples.iter().zip(&moved);
             pairs.map(|(old, new)| (there(old) - Vec2::from(new.px).as_dvec2()).length()).fold(0.0, f64::max)
         };
-        // Lines of a first frame are not held by anything.
+        // Nothing holds the lines of a first frame.
         let with_world = |old: &Sample| view.place_px(Vec3::from(old.position_m).as_dvec3() + step_m).unwrap();
         assert!(far_px(&with_world) < 0.05, "{}", far_px(&with_world));
-        // Planted: with the picture.
+        // Planted error: samples that stick to the picture.
         assert!(far_px(&|old| Vec2::from(old.px).as_dvec2()) > 0.4);
     }
 }
@@ -59,7 +60,7 @@ fn samples_that_are_elsewhere_or_unevenly_apart_are_found() {
     let moved = spoiled(&|all| all[at].px[1] += 0.2);
     let error = where_they_say(&view, &moved).unwrap_err();
     assert!(error.starts_with(&named), "{error}");
-    // A gap of 6 px, and two in one place; the way on is as it was.
+    // A gap of 6 px, and two samples at one point; the rest of the stroke keeps its shape.
     let (here, way) = (Vec2::from(samples[at].px), Vec2::from(samples[at + 1].px) - Vec2::from(samples[at].px));
     let [gap, coinciding] = [6.0, 0.0].map(|apart_px| {
         let by = here + way.normalize() * apart_px - Vec2::from(samples[at + 1].px);
@@ -69,7 +70,7 @@ fn samples_that_are_elsewhere_or_unevenly_apart_are_found() {
         let error = evenly_apart(&wrong).unwrap_err();
         assert!(error.starts_with(&named) && error.contains(told), "{error}");
     }
-    // A stroke that does not end, and more strokes than samples have.
+    // A stroke that does not end, and a count with more strokes than there are.
     let endless = spoiled(&|all| {
         let last = (at..).find(|i| all[*i].flags & Sample::LAST != 0).unwrap();
         all[last].flags &= !Sample::LAST;
@@ -96,19 +97,19 @@ fn hands_stray_and_pens_widen_at_bends() {
     };
     let mean = |values: &[f32]| values.iter().sum::<f32>() / values.len() as f32;
     let strayed = apart(&drawn(|own| own.wobble_px = 4.0));
-    // As far as two octaves together reach, and half the way between samples.
+    // The bound is the amplitude of two octaves plus half of the distance between samples.
     assert!(strayed.iter().all(|apart| *apart < 4.0 * 1.5 + 2.0), "{:?}", strayed.iter().copied().reduce(f32::max));
     assert!(mean(&strayed) > 0.6, "{}", mean(&strayed));
-    // The same again, to the pixel: it is the place that says where the hand goes.
+    // A repetition gives the same result: the wobble depends on the position alone.
     let again = apart(&drawn(|own| own.wobble_px = 4.0));
     assert!((mean(&strayed) - mean(&again)).abs() < 1e-3);
-    // Planted: a hand that does not stray.
+    // Planted error: a hand without wobble.
     assert!(mean(&apart(&drawn(|_| {}))) < 0.01);
 
     let widths = |samples: &[Sample]| mean(&samples.iter().map(|own| own.half_width_px).collect::<Vec<_>>());
     let (wider, thinner) = (drawn(|own| own.curve_width = 1.0), drawn(|own| own.curve_width = -1.0));
     assert!(widths(&wider) > 1.01 * widths(&plain) && widths(&thinner) < 0.99 * widths(&plain));
-    // Straight parts keep their width: most samples do.
+    // Straight parts keep their width, and most samples are on straight parts.
     let same =
         wider.iter().filter(|own| plain.iter().any(|it| (it.half_width_px / own.half_width_px - 1.0).abs() < 0.01));
     assert!(same.count() > wider.len() / 2);
@@ -121,7 +122,7 @@ fn strokes_are_thin_where_the_step_behind_them_is_small() {
     let mut flight = Flight::new(&world, style);
     let (view, _, samples) = flight.fly(&mut world, 0);
     let places = places_m(&world.gpu, &flight.renderer, view.pose.position_m);
-    // The nearness of what a pixel shows; that of the sky is 0.
+    // Returns the nearness (1 / depth in metres) at a pixel; the sky has 0.
     let nearness = |px: Vec2| {
         let pixel = px.floor().clamp(Vec2::ZERO, Vec2::from(SIZE_PX.map(|side| side as f32 - 1.0))).as_uvec2();
         let place = places[(pixel.y * SIZE_PX[0] + pixel.x) as usize];
@@ -131,7 +132,8 @@ fn strokes_are_thin_where_the_step_behind_them_is_small() {
         let sides = [nearness(px + 3.0 * toward), nearness(px - 3.0 * toward)];
         1.0 - sides[0].min(sides[1]) / sides[0].max(sides[1]).max(1e-12)
     };
-    // How far widths are from those of steps across `turn` of the stroke's way: the median and the part that is wrong.
+    // Measures how far widths are from those expected of the depth steps along direction `turn` of the stroke: the
+    // median error, and the fraction of samples that are wrong.
     let misses = |turn: fn(Vec2) -> Vec2| {
         let inner = samples.windows(9).filter(|own| own.iter().all(|it| it.stroke == own[0].stroke));
         let mut misses: Vec<f64> = inner
@@ -149,7 +151,7 @@ fn strokes_are_thin_where_the_step_behind_them_is_small() {
     };
     let (median, wrong) = misses(Vec2::perp);
     assert!(median < 0.02 && wrong < 0.1, "{median} {wrong}");
-    // Planted: steps along strokes.
+    // Planted error: steps measured along strokes instead of across them.
     let (median, wrong) = misses(|way| way);
     assert!(median > 0.1 || wrong > 0.3, "{median} {wrong}");
     let widths: Vec<f32> = samples.iter().map(|own| own.half_width_px).collect();

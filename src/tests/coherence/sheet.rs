@@ -1,4 +1,4 @@
-//! The border of the sheet: strokes run off it, and land that comes in from outside has its strokes at once.
+//! The border of the picture: strokes run off it, and land that enters the picture has its strokes at once.
 
 use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
@@ -12,7 +12,7 @@ use crate::tests::common::draw::{NOON, draw};
 
 const BORDER_PX: usize = 6;
 
-/// Ink of strokes, by rows.
+/// Reads the ink of strokes, in row order.
 fn ink(world: &World, renderer: &Renderer) -> Vec<f64> {
     let ink = renderer.target(&INK).unwrap();
     let halves: Vec<u16> = read_as(&world.gpu, ink, [0, 0], ink.size_px()).unwrap();
@@ -23,7 +23,8 @@ fn sum(ink: &[f64], width: usize, is_counted: impl Fn(usize, usize) -> bool) -> 
     ink.iter().enumerate().filter(|(i, _)| is_counted(i % width, i / width)).map(|(_, ink)| ink).sum()
 }
 
-/// A picture that shows more to all sides by a quarter, of which the middle is what `SIZE_PX` shows.
+/// Returns the pose and size of a picture that shows a quarter more in both directions and whose middle is the picture
+/// of `SIZE_PX`.
 fn wider(pose: Pose) -> (Pose, [u32; 2]) {
     let tangent = (0.5 * pose.fov_rad).tan() * 1.25;
     (Pose { fov_rad: 2.0 * tangent.atan(), ..pose }, SIZE_PX.map(|side| side / 4 * 5))
@@ -51,17 +52,20 @@ fn strokes_run_off_the_sheet() {
         let cut: Vec<f64> = (0..width * height).map(|i| whole[(top + i / width) * wide + left + i % width]).collect();
         own += sum(&sheet, width, is_outer);
         expected += sum(&cut, width, is_outer);
-        // Planted: ends that taper toward the border.
+        // Planted error: ends that taper toward the border.
         let from_border = |x: usize, y: usize| x.min(y).min(width - 1 - x).min(height - 1 - y) as f64;
         let pale = sheet.iter().enumerate().map(|(i, ink)| ink * (from_border(i % width, i / width) / 6.0).min(1.0));
         tapered += sum(&pale.collect::<Vec<f64>>(), width, is_outer);
     }
-    println!("ink of the outer {BORDER_PX} px: {:.3} of what a wider picture has there", own / expected);
+    println!("ink of the outer {BORDER_PX} px: {:.3} of the ink that a wider picture has there", own / expected);
     let is_whole = |ink: f64| (ink / expected - 1.0).abs() <= 0.1;
-    assert!(expected > 50.0 && is_whole(own) && !is_whole(tapered), "{own}, {expected}, {tapered}");
+    assert!(
+        expected > 50.0 && is_whole(own) && !is_whole(tapered),
+        "ink at the border {own}, in a wider picture {expected}, tapered {tapered}"
+    );
 }
 
-/// A frame of a turn to the right of 30 degrees in a second.
+/// Returns the pose of one frame of a turn to the right by 30 degrees per second.
 pub fn turned(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose("-300,-2500,+350,-40,-6,60");
     let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(renderer));
@@ -71,8 +75,8 @@ pub fn turned(world: &World, renderer: u32) -> Pose {
     pose
 }
 
-/// In a turn, the ink of each fifth of the picture from left to right, against strokes made anew; and that of the last
-/// one if nothing were drawn on its outer eight columns.
+/// Measures, during a turn, the ink of each fifth of the picture from left to right, relative to rebuilt strokes; the
+/// sixth number is the last fifth with its outer eight columns left blank.
 fn turn(world: &mut World, style: &Style) -> [f64; 6] {
     let mut flight = Flight::new(world, style.clone());
     let mut frame_anew = Renderer::new(&world.gpu).unwrap();
@@ -83,7 +87,7 @@ fn turn(world: &mut World, style: &Style) -> [f64; 6] {
         flight.draw(world, pose);
         if renderer > 6 && renderer % 3 == 1 {
             let carried = ink(world, &flight.renderer);
-            // A cut: nothing is taken over.
+            // A cut, so nothing is carried over.
             let view = View::whole(pose, pose, SIZE_PX);
             draw(&world.gpu, &mut world.surfaces, &mut frame_anew, &view, style, &NOON);
             let anew = ink(world, &frame_anew);
@@ -102,7 +106,10 @@ fn turn(world: &mut World, style: &Style) -> [f64; 6] {
 fn land_that_enters_the_picture_has_its_strokes() {
     let Some(mut world) = mountains() else { return };
     let fifths = turn(&mut world, &strokes(|_| {}));
-    println!("ink of carried strokes in fifths from left to right: {fifths:.3?} of that of strokes made anew");
+    println!("ink of carried strokes in fifths from left to right: {fifths:.3?} of the ink of rebuilt strokes");
     let is_there = |ink: f64| (ink - 1.0).abs() <= 0.06;
-    assert!(fifths[..5].iter().all(|ink| is_there(*ink)) && !is_there(fifths[5]), "{fifths:?}");
+    assert!(
+        fifths[..5].iter().all(|ink| is_there(*ink)) && !is_there(fifths[5]),
+        "ink in fifths relative to rebuilt strokes: {fifths:?}"
+    );
 }

@@ -1,4 +1,4 @@
-//! How steady lines are that take over, against lines that are made anew.
+//! How steady carried strokes are, compared with strokes that are rebuilt in every frame.
 
 use glam::DVec3;
 use hachure::measure::report::Metrics;
@@ -10,15 +10,15 @@ use crate::tests::coherence::sheet::turned;
 use crate::tests::coherence::{Flight, SIZE_PX, mountains, pose, strokes};
 use crate::tests::common::World;
 
-/// Of the line, in a turn of 30 degrees in a second.
+/// Largest fraction of the line that may flicker in a turn of 30 degrees per second.
 const MOST_FLICKER: f64 = 5e-4;
 
-/// How steady a style's flight is, over so many frames after the first.
+/// Measures how steady a style is along `poses`.
 fn steadiness(world: &mut World, style: Style, poses: &[Pose]) -> Metrics {
     steadiness_of(world, style, poses, |_, _| ())
 }
 
-/// The same of frames that were changed after they were drawn.
+/// Measures the same, with each frame passed through `change` after it is drawn.
 fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl Fn(usize, &mut DrawnFrame)) -> Metrics {
     let mut flight = Flight::new(world, style);
     let mut totals = TemporalTotals::default();
@@ -35,7 +35,7 @@ fn steadiness_of(world: &mut World, style: Style, poses: &[Pose], change: impl F
     totals.metrics().unwrap()
 }
 
-/// The slow flight over mountains of ours, and one over a real one.
+/// Returns the slow flight over procedural mountains, and one over a real mountain.
 fn flights() -> Vec<(&'static str, World, Vec<Pose>)> {
     let mut flights = Vec::new();
     if let Some(world) = mountains() {
@@ -74,13 +74,13 @@ fn lines_that_take_over_are_four_times_as_still() {
             );
             metrics
         };
-        let anew = fly("anew", |own| (own.update_every, own.carry) = (1, false));
+        let anew = fly("rebuilt", |own| (own.update_every, own.carry) = (1, false));
         fly("thesis", |own| (own.update_every, own.carry) = (10, false));
         let each = fly("each frame", |own| own.update_every = 1);
         let ours = fly("default", |_| {});
         let ratio = |metrics: &Metrics, name: &str| metrics[name].unwrap() / anew[name].unwrap();
         for flicker in ["flicker", "flicker_ink"] {
-            // Over smooth land hardly a pixel flickers, and its few cannot be held against each other.
+            // Over smooth land hardly any pixel flickers, and so few cannot be compared.
             if anew[flicker].unwrap() > 1e-3 {
                 assert!(ratio(&ours, flicker) <= 0.25, "{flicker}: {}", ratio(&ours, flicker));
                 assert!(ratio(&each, flicker) <= 0.5, "{flicker}: {}", ratio(&each, flicker));
@@ -90,7 +90,7 @@ fn lines_that_take_over_are_four_times_as_still() {
             assert!((0.9..=1.1).contains(&ratio(metrics, "line_coverage")), "{}", ratio(metrics, "line_coverage"));
             assert!(metrics["slip_px_p50"].unwrap() < 0.5 && metrics["identity_change"].unwrap() < 0.25);
         }
-        // Planted: where nothing is taken over, it is noticed. (Slip is measured against the same stroke alone.)
+        // Planted error: strokes without carry-over are noticed. (Slip is measured against the same stroke alone.)
         assert!(anew["identity_change"].unwrap() > 0.5);
     }
 }
@@ -108,7 +108,7 @@ fn a_turn_brings_its_strokes_with_it() {
     };
     let is_still = |flicker: f64| flicker <= MOST_FLICKER;
     assert!(is_still(flickers(&|_, _| ())));
-    // Planted: in every second frame what has come in has no strokes yet.
+    // Planted error: in every second frame the land that has entered the picture has no strokes yet.
     let width = SIZE_PX[0] as usize;
     let late = |frame: usize, drawn: &mut DrawnFrame| {
         if frame % 2 == 1 {

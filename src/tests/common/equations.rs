@@ -1,7 +1,7 @@
-//! Zaidi et al., Eqs. 1 to 8, in f64 and on the exported positions and normals: what the shader is held against.
+//! Zaidi et al., Eqs. 1 to 8, in f64 and on the exported positions and normals: the reference for the shader.
 //!
-//! Eq. 6 is read as its text has it: above the line the checked pixel, below it the control pixel opposite. The least
-//! and the greatest value on the arc of normals come from the phase of the cosine that the arc is.
+//! Eq. 6 is read as its text has it: the checked pixel is in the numerator, and the opposite control pixel in the
+//! denominator. The least and the greatest value on the arc of normals come from the phase of the cosine along the arc.
 
 use glam::DVec3;
 
@@ -10,13 +10,13 @@ use super::shot::Shot;
 /// How Eq. 6 is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Reading {
-    /// The checked pixel above the line, its control below.
+    /// The checked pixel in the numerator, its control in the denominator.
     Text,
-    /// The other way round: a planted error.
+    /// The reverse: a planted error.
     Swapped,
 }
 
-/// |N · d| for N on the great circle from `a` to `b`: (least, greatest).
+/// Returns the least and greatest |N · d| for N on the great circle from `a` to `b`.
 fn arc(a: DVec3, b: DVec3, d: DVec3) -> (f64, f64) {
     let (a, b) = (a.normalize(), b.normalize());
     let omega = a.cross(b).length().atan2(a.dot(b));
@@ -55,19 +55,19 @@ fn deviation(p: (DVec3, DVec3), q: (DVec3, DVec3), control: (DVec3, DVec3), epsi
     e_curv + e_plane
 }
 
-/// Where Eq. 8 takes the lesser of the far errors.
+/// Which of the far errors Eq. 8 takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum Far {
-    /// As it is printed.
+    /// The lesser one, as printed.
     Least,
-    /// A planted error: the greater one.
+    /// The greater one: a planted error.
     Greatest,
-    /// A planted error: both terms with the far pixel and its own far control.
+    /// Both terms with the far pixel and its own far control: a planted error.
     Both,
 }
 
-/// E(p) of e_aa, Eq. 8 with `ramp`, as the error that the ramp takes to it; clamped to [0, 1]. None where the picture's
-/// border or the sky is near.
+/// Returns E(p) of e_aa (Eq. 8 with `ramp`) as the error that the ramp maps to it, clamped to [0, 1]. Returns `None`
+/// near the picture's border or the sky.
 pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
     error(shot, pixel, epsilon_m, Reading::Text)?;
     let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
@@ -89,7 +89,7 @@ pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 
     Some(worst.min(1.0))
 }
 
-/// E(p), Eq. 1, clamped to [0, 1]; none where the picture's border or the sky is within two pixels.
+/// Returns E(p), Eq. 1, clamped to [0, 1]; `None` where the picture's border or the sky is within two pixels.
 pub fn error(shot: &Shot, pixel: usize, epsilon_m: f64, reading: Reading) -> Option<f64> {
     for dy in -2..=2 {
         for dx in -2..=2 {

@@ -1,9 +1,9 @@
-//! A web server for tests that is as bad as a network: it drops connections, hesitates, cuts answers short, refuses,
-//! and changes bytes on the way. HTTP/1.1 on the loopback in plain `std`, one thread for each connection.
+//! A web server for tests that is as unreliable as a network: it drops connections, delays, truncates and refuses
+//! answers, and changes bytes. HTTP/1.1 on the loopback in plain `std`, one thread per connection.
 //!
-//! It serves files from memory, whole or in ranges, with ETag, on GET and HEAD. An S3 bucket that is asked by path and
-//! without signatures looks the same.
-#![allow(dead_code, reason = "each test uses a part of it")]
+//! It serves files from memory, whole or in ranges, with ETag, on GET and HEAD. An S3 bucket with path-style addresses
+//! and without signatures behaves the same.
+#![allow(dead_code, reason = "each test uses only some of this")]
 
 use std::collections::HashMap;
 use std::fmt::Write as _;
@@ -14,18 +14,18 @@ use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-/// Shares of answers with each fault, from 0 to 1.
+/// The fractions of answers with each fault, from 0 to 1.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Rates {
-    /// The connection ends before a byte comes.
+    /// The connection closes before the first byte.
     pub drop: f64,
-    /// The answer comes up to 100 ms late, and every tenth time after [`Faults::hang`].
+    /// The answer is up to 100 ms late; one in ten is late by [`Faults::hang`].
     pub delay: f64,
-    /// The body ends early; every other time the headers know.
+    /// The body ends early; in half of the cases `Content-Length` is that of the short body.
     pub truncate: f64,
-    /// 500, 503 or 429.
+    /// The status is 500, 503 or 429.
     pub refuse: f64,
-    /// One to three bytes of the body are others.
+    /// One to three bytes of the body are changed.
     pub flip: f64,
 }
 
@@ -35,15 +35,15 @@ impl Rates {
     }
 }
 
-/// What is wrong with a server.
+/// The faults of a server.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Faults {
     pub rates: Rates,
-    /// Longer than the reader waits.
+    /// The delay of an answer that hangs; longer than the reader waits.
     pub hang: Duration,
 }
 
-/// How often it was.
+/// How often each fault occurred.
 #[derive(Default)]
 pub struct Counts {
     pub answers: AtomicU64,
@@ -68,7 +68,7 @@ struct Shared {
     connections: Mutex<Vec<JoinHandle<()>>>,
 }
 
-/// Serves until it is dropped, which waits for all its threads.
+/// A server that runs until it is dropped; dropping waits for all of its threads.
 pub struct Server {
     address: SocketAddr,
     shared: Arc<Shared>,
@@ -96,7 +96,7 @@ impl Server {
                 let Ok(stream) = stream else { continue };
                 let theirs = ours.clone();
                 let connection = std::thread::spawn(move || {
-                    // A connection that fails is what this is for.
+                    // Failing connections are the purpose of this server.
                     let _ = serve(stream, &theirs);
                 });
                 let mut connections = ours.connections.lock().unwrap();
@@ -107,14 +107,14 @@ impl Server {
         Self { address, shared, listener: Some(listener) }
     }
 
-    /// Puts a file at `/path`.
+    /// Serves a file at `/path`.
     pub fn put(&self, path: &str, bytes: Vec<u8>) {
         let hash = bytes.iter().fold(7_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
         let entry = Entry { bytes: Arc::new(bytes), etag: format!("\"{hash:x}\"") };
         self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
     }
 
-    /// Sends whoever asks for `/path` to `location`.
+    /// Redirects requests for `/path` to `location`.
     pub fn redirect(&self, path: &str, location: &str) {
         let entry = Entry { bytes: Arc::new(location.as_bytes().to_vec()), etag: String::new() };
         self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
@@ -132,7 +132,7 @@ impl Server {
         &self.shared.counts
     }
 
-    /// How often what was wrong, in one line.
+    /// Describes in one line how often each fault occurred.
     pub fn told(&self) -> String {
         let counts = self.counts();
         let answers = counts.answers.load(Ordering::Relaxed);
@@ -165,7 +165,7 @@ impl Drop for Server {
     }
 }
 
-/// xorshift64*.
+/// Advances a xorshift64* generator and returns its next number.
 pub fn next(state: &mut u64) -> u64 {
     *state ^= *state >> 12;
     *state ^= *state << 25;
@@ -173,7 +173,7 @@ pub fn next(state: &mut u64) -> u64 {
     state.wrapping_mul(0x2545_F491_4F6C_DD1D)
 }
 
-/// A number from 0 to 1.
+/// Returns a random number in [0, 1).
 pub fn uniform(state: &mut u64) -> f64 {
     (next(state) >> 11) as f64 / (1u64 << 53) as f64
 }
@@ -190,7 +190,7 @@ fn serve(mut stream: TcpStream, shared: &Shared) -> io::Result<()> {
     }
 }
 
-/// The next request's head; none at the end.
+/// Reads the head of the next request; `None` at the end of the connection.
 fn next_head(stream: &mut TcpStream, received: &mut Vec<u8>, shared: &Shared) -> io::Result<Option<String>> {
     loop {
         if let Some(end) = received.windows(4).position(|four| four == b"\r\n\r\n") {
@@ -212,7 +212,7 @@ fn next_head(stream: &mut TcpStream, received: &mut Vec<u8>, shared: &Shared) ->
     }
 }
 
-/// Answers one request; false ends the connection.
+/// Answers one request; returns `false` to end the connection.
 fn answer(stream: &mut TcpStream, head: &str, shared: &Shared) -> io::Result<bool> {
     let count = |counter: &AtomicU64| counter.fetch_add(1, Ordering::Relaxed);
     count(&shared.counts.answers);
@@ -261,7 +261,7 @@ fn answer(stream: &mut TcpStream, head: &str, shared: &Shared) -> io::Result<boo
         write!(stream, "HTTP/1.1 404 Not Found\r\nContent-Length: 0\r\n\r\n")?;
         return Ok(true);
     };
-    // Files have a tag.
+    // Files have a tag; an entry without one is a redirection.
     if etag.is_empty() {
         let location = String::from_utf8_lossy(&bytes);
         write!(stream, "HTTP/1.1 302 Found\r\nLocation: {location}\r\nContent-Length: 0\r\n\r\n")?;

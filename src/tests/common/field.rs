@@ -1,16 +1,16 @@
-//! The surface of decision 6, from the samples of a grid in f64: Keys' bicubic convolution with a = −1/2, written from
-//! its kernel and not from the program's weights.
+//! The surface of decision 6, computed in f64 from the samples of a grid: Keys' bicubic convolution with a = −1/2,
+//! written from its kernel and independent of the program's weights.
 
 use glam::{DVec2, DVec3};
 use hachure::source::{HeightGrid, WorldMapping};
 
-/// The surface between the samples of a grid, in the world.
+/// The surface between the samples of a grid, in world coordinates.
 pub struct Field<'a> {
     pub grid: &'a HeightGrid,
     pub mapping: &'a WorldMapping,
 }
 
-/// Keys 1981, Eq. 8, for a = −1/2: 1 at 0, 0 at the other whole numbers.
+/// Returns the kernel of Keys 1981, Eq. 8, for a = −1/2: 1 at 0, 0 at the other integers.
 fn kernel(x: f64) -> f64 {
     let a = -0.5;
     let x = x.abs();
@@ -24,7 +24,7 @@ fn kernel(x: f64) -> f64 {
 }
 
 impl Field<'_> {
-    /// Height at a grid coordinate; none within `margin` cells of a void or of the border.
+    /// Returns the height at a grid coordinate; `None` within `margin` cells of no-data or of the border.
     fn on_grid_m(&self, c: DVec2, margin: i64) -> Option<f64> {
         let (column, row) = (c.x.floor() as i64, c.y.floor() as i64);
         let at = |column: i64, row: i64| {
@@ -48,12 +48,12 @@ impl Field<'_> {
         Some(sum)
     }
 
-    /// Height at a place in the world; none within three cells of a void or of the border.
+    /// Returns the height at a position in the world; `None` within three cells of no-data or of the border.
     pub fn height_m(&self, place_m: DVec2) -> Option<f64> {
         self.on_grid_m(self.mapping.grid_from_world(place_m), 3)
     }
 
-    /// The unit normal at a place in the world, by central differences of a thousandth of a sample.
+    /// Returns the unit normal at a position in the world, by central differences over a thousandth of a sample.
     pub fn normal(&self, place_m: DVec2, spacing_m: f64) -> Option<DVec3> {
         let step = 1e-3 * spacing_m;
         let slope = |way: DVec2| {

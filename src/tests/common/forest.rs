@@ -1,4 +1,4 @@
-//! Forests of tests, and which trees a frame drew.
+//! Forests for tests, and readback of the trees that a frame drew.
 
 use bytemuck::Zeroable;
 use glam::{DVec3, IVec2};
@@ -17,18 +17,18 @@ use hachure::surface::trees::{DRAW_WORDS, DRAWS, INSTANCES, ORDER, TREE_LEVELS, 
 use super::World;
 use super::draw::{NOON, draw, still};
 
-/// A tree in a list that a frame draws.
+/// A tree in one of the lists that a frame draws.
 #[derive(Clone, Copy, Debug)]
 pub struct DrawnTree {
     pub at_m: DVec3,
     pub species: u32,
     pub level: u32,
-    /// Of the dither pattern.
+    /// The interval of the dither pattern in which the tree is shown, from 0 to 1.
     pub shown: [f32; 2],
     pub instance: TreeInstance,
 }
 
-/// Trees of one form, everywhere.
+/// Returns a forest of trees of one form, everywhere.
 pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
     Forest {
         seed: 7,
@@ -43,20 +43,20 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
     }
 }
 
-/// The trees that a camera's second frame draws, list by list; tiles come with its first.
+/// Returns the trees that a camera's second frame draws, list by list; tiles are loaded in the first frame.
 pub fn drawn_trees(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
     drawn_once(world, renderer, pose, size_px);
     drawn_once(world, renderer, pose, size_px)
 }
 
-/// The same where the tiles are there.
+/// Returns the trees of one frame, where the tiles are already loaded.
 pub fn drawn_once(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
     let style = Style::load("plain").unwrap();
     draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, size_px), &style, &NOON);
     listed(world, renderer, pose.position_m)
 }
 
-/// The trees of the last frame of an eye.
+/// Reads the trees of the last frame of an eye.
 pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnTree> {
     let species = world.surfaces.forest().unwrap().species.len() as u32;
     let buckets = species * TREE_LEVELS;
@@ -65,7 +65,7 @@ pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnT
         read_buffer(&world.gpu, &renderer.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
     let count = words[(lists * DRAW_WORDS) as usize] as usize;
     let capacity = hachure::surface::trees::place::MOST_TREES as usize;
-    assert!(count <= capacity, "{count}");
+    assert!(count <= capacity, "{count} trees, more than the capacity of {capacity}");
     if count == 0 {
         return Vec::new();
     }
@@ -82,7 +82,7 @@ pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnT
     };
     let trees = (0..buckets).flat_map(of_bucket).map(|(bucket, number)| {
         let instance = instances[number as usize];
-        assert_eq!(instance.bucket & 0xffff, bucket, "each stands in the list of its species and level");
+        assert_eq!(instance.bucket & 0xffff, bucket, "a tree is in a list of another species or level");
         DrawnTree {
             at_m: DVec3::from_array(instance.flat_m.map(f64::from)) + origin_m,
             species: bucket / TREE_LEVELS,
@@ -92,12 +92,12 @@ pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnT
         }
     });
     let trees: Vec<DrawnTree> = trees.collect();
-    assert_eq!(trees.len(), count, "no list lacks one");
+    assert_eq!(trees.len(), count, "the lists do not have all trees");
     trees
 }
 
-/// The places of trees on land that is for them everywhere, by a density; of tiles within `reach` of the origin, with the
-/// rank of each.
+/// Returns the positions and ranks of the trees at a density, on land that suits them everywhere, in tiles within
+/// `reach` of the origin.
 pub fn points(reach: i32, trees_per_ha: f64) -> Vec<(DVec3, f64)> {
     let all = Points::new();
     let density = trees_per_ha / Forest::MOST_TREES_PER_HA;

@@ -1,4 +1,4 @@
-//! A smooth hill that is known everywhere: its heights by a formula, what a ray hits by sphere tracing in f64.
+//! A smooth hill that is known exactly: its height is a formula, and rays are intersected by sphere tracing in f64.
 
 use glam::{DVec2, DVec3};
 use hachure::source::HeightGrid;
@@ -9,20 +9,20 @@ use super::grid_of;
 const BUMPS: [(f64, f64, f64, f64); 3] =
     [(0.0, 0.0, 200.0, 420.0), (520.0, -380.0, 90.0, 260.0), (-600.0, 250.0, 60.0, 300.0)];
 
-/// Steeper than it is nowhere: the sum of the steepest slopes, each height / (σ √e).
+/// Bound on the slope: the sum of the steepest slopes of the Gaussians, each height / (σ √e).
 const STEEPEST: f64 = 0.2889 + 0.2100 + 0.1214;
 
-/// The second derivative is nowhere larger: the sum of height / σ².
+/// Bound on the second derivative: the sum of height / σ².
 const MOST_BENT_PER_M: f64 = 0.001_134 + 0.001_332 + 0.000_667;
 
-/// Where the hill stands in the world.
+/// The hill with its position in the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Hill {
     pub middle_m: DVec2,
 }
 
 impl Hill {
-    /// Height above the plain.
+    /// Returns the height above the plain, in metres.
     pub fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
         let at = DVec2::new(x_m, y_m) - self.middle_m;
         BUMPS
@@ -43,13 +43,13 @@ impl Hill {
         slope
     }
 
-    /// The hill on a square grid about the origin.
+    /// Returns the hill on a square grid centred at the origin.
     pub fn square(samples: u32, spacing_m: f64) -> (Self, HeightGrid) {
         let hill = Self { middle_m: DVec2::ZERO };
         (hill, grid_of(samples, samples, spacing_m, |x, y| hill.height_m(x, y)))
     }
 
-    /// The hill near the western end of a strip of land, `away_m` from the origin.
+    /// Returns the hill near the western end of a strip of land, `away_m` from the origin.
     pub fn far(away_m: f64, spacing_m: f64) -> (Self, HeightGrid) {
         let hill = Self { middle_m: DVec2::new(-away_m, 0.0) };
         let width = (2.0 * (away_m + 1600.0) / spacing_m) as u32 + 1;
@@ -57,8 +57,9 @@ impl Hill {
         (hill, grid_of(width, height, spacing_m, |x, y| hill.height_m(x, y)))
     }
 
-    /// The distance in units of `ray` at which it meets the hill or the plain, if it does within `half_m` (east,
-    /// north) of the origin. Never steps over: each step is what slope and bend allow at most.
+    /// Returns the distance, in units of `ray`, at which the ray hits the hill or the plain, or `None` if it does not
+    /// within `half_m` (east, north) of the origin. No step passes through the surface: each is the largest that the
+    /// bounds on slope and second derivative allow.
     pub fn hit(&self, from_m: DVec3, ray: DVec3, half_m: DVec2) -> Option<f64> {
         let across = ray.truncate().length();
         let closing = STEEPEST * across + (-ray.z).max(0.0);
@@ -74,7 +75,7 @@ impl Hill {
             if rising > 0.0 || at.z > 360.0 && ray.z >= 0.0 {
                 return None;
             }
-            // Beyond the land, going away from it.
+            // Outside the land, moving away from it.
             if (at.x.abs() > half_m.x && at.x * ray.x > 0.0) || (at.y.abs() > half_m.y && at.y * ray.y > 0.0) {
                 return None;
             }

@@ -1,6 +1,8 @@
-//! What the tests of the drawing share: a GPU, data, worlds, pictures.
-#![allow(dead_code, reason = "each test file uses a part of this")]
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! What the tests of drawing share: a GPU, data, worlds, pictures.
+//!
+//! Many tests have planted errors: deliberate mistakes that a check must catch, which shows that the check works.
+#![allow(dead_code, reason = "each test file uses only some of this")]
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 pub mod draw;
 pub mod equations;
@@ -15,8 +17,9 @@ pub mod stores;
 pub mod stroke_lines;
 pub mod tones;
 
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::sync::Mutex;
 
 use glam::DVec2;
 use hachure::gpu::Gpu;
@@ -31,21 +34,42 @@ use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;
 
-/// The device that tests share, with its pipelines. Returns `None` where there is no GPU and prints why;
-/// `HACHURE_REQUIRE_GPU=1` turns that into a failure.
+/// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
+/// `None` where there is no GPU and prints why; `HACHURE_REQUIRE_GPU=1` turns that into a failure.
 pub fn gpu() -> Option<Gpu> {
-    static SHARED: OnceLock<Result<Gpu, String>> = OnceLock::new();
-    let shared = SHARED.get_or_init(|| Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()));
-    found(shared.clone())
+    LEASE.with_borrow_mut(|lease| {
+        if lease.is_none() {
+            let spare = SPARE.lock().unwrap().pop();
+            *lease = spare.or_else(own_gpu).map(Lease);
+        }
+        lease.as_ref().map(|lease| lease.0.clone())
+    })
 }
 
-/// A device of its own, for a test that counts what a device makes, gives it other shaders, or breaks it.
+/// The devices that no test is using.
+static SPARE: Mutex<Vec<Gpu>> = Mutex::new(Vec::new());
+
+thread_local! {
+    /// The device of the test that runs on this thread: libtest starts a thread for each test.
+    static LEASE: RefCell<Option<Lease>> = const { RefCell::new(None) };
+}
+
+/// A device that returns to [`SPARE`] when its test ends.
+struct Lease(Gpu);
+
+impl Drop for Lease {
+    fn drop(&mut self) {
+        // The errors of a test that failed are not those of the next one.
+        let _ = self.0.check();
+        if let Ok(mut spare) = SPARE.lock() {
+            spare.push(self.0.clone());
+        }
+    }
+}
+
+/// Opens a separate device, for a test that counts what a device creates, replaces its shaders, or breaks it.
 pub fn own_gpu() -> Option<Gpu> {
-    found(Gpu::open(&AdapterWish::Best).map_err(|error| error.to_string()))
-}
-
-fn found(gpu: Result<Gpu, String>) -> Option<Gpu> {
-    match gpu {
+    match Gpu::open(&AdapterWish::Best) {
         Ok(gpu) => Some(gpu),
         Err(error) => {
             assert!(std::env::var_os("HACHURE_REQUIRE_GPU").is_none_or(|value| value != "1"), "{error}");
@@ -55,30 +79,30 @@ fn found(gpu: Result<Gpu, String>) -> Option<Gpu> {
     }
 }
 
-/// A folder for what takes long to make and is kept between runs.
+/// Returns a folder for data that takes long to make and is reused between runs.
 pub fn between_runs(name: &str) -> PathBuf {
     let target = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
     std::env::var_os("CARGO_TARGET_DIR").map_or(target, PathBuf::from).join("tmp").join(name)
 }
 
-/// A file of the real data (`dem/geotiff/…`), or none with a word about where it was looked for.
+/// Returns the path of a real data file (`dem/geotiff/…`), or prints the path and returns `None` if there is none.
 pub fn real_data(name: &str) -> Option<PathBuf> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
     if path.is_file() {
         return Some(path);
     }
-    println!("skipped: {} is not there", path.display());
+    println!("skipped: {} does not exist", path.display());
     None
 }
 
-/// A file's heights with its small holes filled.
+/// Reads the heights of a file with small holes filled.
 pub fn filled_grid(path: &Path) -> HeightGrid {
     let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
     source::read_all(&*source::open_reader_with(path, &options).unwrap(), path, &Silent).unwrap()
 }
 
-/// A preset that draws all of its lines and strokes: none is thinned out as crowded.
+/// Loads a preset without its cap on crowded lines and strokes, so that it draws all of them.
 pub fn all_lines(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
     style.lines.iter_mut().for_each(|lines| lines.crowd = 1.0);
@@ -86,7 +110,7 @@ pub fn all_lines(name: &str) -> Style {
     style
 }
 
-/// A height grid and its terrain; the folder lives as long.
+/// A height grid and its terrain, with the temporary folder that holds its files.
 pub struct World {
     pub gpu: Gpu,
     pub grid: HeightGrid,
@@ -96,13 +120,13 @@ pub struct World {
 }
 
 impl World {
-    /// Bakes `grid`; none where there is no GPU.
+    /// Bakes `grid` and opens it; `None` where there is no GPU.
     pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = gpu()?;
         Self::on(gpu, grid, lod_error_px)
     }
 
-    /// As [`World::new`], on a device that no other test uses.
+    /// Does the same as [`World::new`] on a device that no other test uses.
     pub fn apart(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = own_gpu()?;
         Self::on(gpu, grid, lod_error_px)
@@ -113,7 +137,7 @@ impl World {
         Self::of_store_on(gpu, grid, folder, std::sync::Arc::new(pyramid), lod_error_px)
     }
 
-    /// The world of a store, whose files lie in `folder`; `grid` is what it will be held against.
+    /// Opens the world of a store whose files are in `folder`; `grid` is the reference for comparisons.
     pub fn of_store(
         grid: HeightGrid,
         folder: tempfile::TempDir,
@@ -138,18 +162,18 @@ impl World {
         Some(Self { gpu, grid, mapping, surfaces, folder })
     }
 
-    /// A real DEM; none where it is not there.
+    /// Opens a real DEM; `None` where the file does not exist.
     pub fn real(name: &str, lod_error_px: f64) -> Option<Self> {
         let grid = source::open(&real_data(name)?, &Silent).unwrap();
         Self::new(grid, lod_error_px)
     }
 
-    /// As [`real`](Self::real), with its small holes filled as pictures have them: jumps at holes are no contours.
+    /// Opens a real DEM with small holes filled, as pictures have them: jumps at holes are no contours.
     pub fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
         Self::new(filled_grid(&real_data(name)?), lod_error_px)
     }
 
-    /// An eye from `x,y,z,yaw,pitch,fov`.
+    /// Returns the pose of a camera `x,y,z,yaw,pitch,fov`.
     pub fn pose(&self, camera: &str) -> Pose {
         let camera: Camera = camera.parse().unwrap();
         pose_of(&camera.on_ground(|x, y| {
@@ -159,7 +183,7 @@ impl World {
     }
 }
 
-/// Of a camera whose height is one above the sea.
+/// Returns the pose of a camera whose height is above sea level.
 pub fn pose_of(camera: &Camera) -> Pose {
     Pose {
         position_m: camera.position_m,
@@ -170,7 +194,7 @@ pub fn pose_of(camera: &Camera) -> Pose {
     }
 }
 
-/// A pyramid in a folder of its own.
+/// Bakes a grid into a pyramid in a temporary folder.
 pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("world.tif");
@@ -179,7 +203,7 @@ pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
     (folder, pyramid)
 }
 
-/// Heights of a function of (east, north) on a grid in metres whose centre is the origin.
+/// Returns the heights of a function of (east, north) on a grid in metres whose centre is the origin.
 pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64) -> HeightGrid {
     let half = [f64::from(width - 1), f64::from(height - 1)].map(|last| 0.5 * last * spacing_m);
     let heights_m = (0..height)
@@ -200,7 +224,7 @@ pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f
     }
 }
 
-/// A number in [0, 1) for each (i, j): SplitMix64.
+/// Returns a pseudorandom number in [0, 1) for each (i, j), by SplitMix64.
 pub fn random(i: i64, j: i64) -> f64 {
     let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (j as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
@@ -208,7 +232,7 @@ pub fn random(i: i64, j: i64) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 53) as f64
 }
 
-/// Rough land: octaves of value noise, down to the sample, of rocks and cliffs.
+/// Returns the height of rough land: octaves of value noise down to the sample spacing, with cliffs.
 pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
     let mut sum = 0.0;
     for octave in 0..9 {
@@ -221,12 +245,12 @@ pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
         let value = (at(0, 0) * (1.0 - s) + at(1, 0) * s) * (1.0 - t) + (at(0, 1) * (1.0 - s) + at(1, 1) * s) * t;
         sum += value * 0.35 * size_m;
     }
-    // Cliffs: terraces of 120 m in a part of the land.
+    // Cliffs: terraces of 120 m in some of the land.
     let terrace = (sum / 120.0).floor() * 120.0 + 120.0 * ((sum / 120.0).fract() * 6.0).min(1.0);
     if random((x_m / 2500.0).floor() as i64, (y_m / 2500.0).floor() as i64 + 77) < 0.4 { terrace } else { sum }
 }
 
-/// The value below which `part` of the values lie; sorts them.
+/// Returns the value below which the fraction `part` of the values is; sorts the values.
 pub fn quantile(values: &mut [f64], part: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);

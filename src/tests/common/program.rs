@@ -1,9 +1,9 @@
-//! `hachure render` as a program, in a folder of its own.
+//! Runs `hachure render` as a process, in a temporary folder.
 
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// Runs it in `folder`, where its cache is too, with arguments that blanks part.
+/// Runs the program in `folder`, which also holds its cache, with arguments separated by spaces.
 pub fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hachure"))
         .arg("render")
@@ -16,7 +16,7 @@ pub fn run(folder: &Path, arguments: &str) -> Output {
         .unwrap()
 }
 
-/// The same, which must succeed.
+/// Runs the program, which must succeed.
 pub fn draw(folder: &Path, arguments: &str) {
     let output = run(folder, arguments);
     assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));

@@ -1,4 +1,4 @@
-//! Shapes that are known, and worlds in which they stand.
+//! Meshes of known shape, and worlds that contain them.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -11,14 +11,14 @@ use hachure::mesh::placed::{Placed, Stance, Standing};
 use super::World;
 use super::hill::Hill;
 
-/// A sphere of radius 1: an icosahedron of which each triangle became four, `times` times.
+/// Returns a sphere of radius 1: an icosahedron with each triangle split into four, `times` times.
 pub fn sphere(times: u32) -> Soup {
     let golden = (1.0 + 5.0_f64.sqrt()) / 2.0;
     let mut places_m: Vec<DVec3> = Vec::new();
     for (a, b) in [(1.0, golden), (-1.0, golden), (1.0, -golden), (-1.0, -golden)] {
         places_m.extend([DVec3::new(0.0, a, b), DVec3::new(a, b, 0.0), DVec3::new(b, 0.0, a)]);
     }
-    // The faces of the hull: triples at the edge's length, 2, from each other.
+    // The faces of the hull are the triples whose vertices are an edge's length (2) apart.
     let mut triangles: Vec<[u32; 3]> = Vec::new();
     let near = |a: usize, b: usize, places: &[DVec3]| (places[a].distance(places[b]) - 2.0).abs() < 1e-9;
     for a in 0..12 {
@@ -52,7 +52,7 @@ pub fn sphere(times: u32) -> Soup {
     Soup { places_m, triangles, normals: Vec::new() }
 }
 
-/// A cube from -1 to 1.
+/// Returns a cube from -1 to 1.
 pub fn cube() -> Soup {
     let places_m = (0..8).map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)) * 2.0 - 1.0);
     let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
@@ -60,7 +60,7 @@ pub fn cube() -> Soup {
     Soup { places_m: places_m.collect(), triangles, normals: Vec::new() }
 }
 
-/// A wavy sheet, open all round, of 12 × 12 quads over a square from -1 to 1.
+/// Returns a wavy open sheet of 12 × 12 quads over the square from -1 to 1.
 pub fn sheet() -> Soup {
     let side = 13;
     let at = |i: i32| f64::from(i) / 6.0 - 1.0;
@@ -77,7 +77,7 @@ pub fn sheet() -> Soup {
     Soup { places_m, triangles, normals: Vec::new() }
 }
 
-/// A tube of radius 1 around a circle of radius `major`, which lies level.
+/// Returns a torus: a tube of radius 1 around a horizontal circle of radius `major`.
 pub fn torus(major: f64, around: u32, across: u32) -> Soup {
     let place = |i: u32, j: u32| {
         let turn = |i: u32, of: u32| std::f64::consts::TAU * f64::from(i) / f64::from(of);
@@ -99,7 +99,7 @@ pub fn mesh(soup: Soup) -> Mesh {
     soup.into_mesh("shape.obj".to_owned()).unwrap()
 }
 
-/// The analytic hill.
+/// Returns the analytic hill and its world.
 pub fn hill() -> Option<(Hill, World)> {
     let (hill, grid) = Hill::square(321, 10.0);
     Some((hill, World::new(grid, 1.0)?))
@@ -109,7 +109,7 @@ pub fn stance(origin_m: DVec3, yaw_deg: f64, scale: f64) -> Stance {
     Stance { origin_m, yaw_deg, scale, z_up: true }
 }
 
-/// Puts one mesh into a world.
+/// Places one mesh in a world, as its only mesh.
 pub fn place(world: &mut World, mesh: &Arc<Mesh>, stance: &Stance) -> Standing {
     let mut placed = Placed::default();
     placed.add(mesh, stance).unwrap();
@@ -118,7 +118,7 @@ pub fn place(world: &mut World, mesh: &Arc<Mesh>, stance: &Stance) -> Standing {
     standing
 }
 
-/// The corners of a triangle in the world, in f64.
+/// Returns the corners of a triangle in the world, in f64.
 pub fn corners_m(mesh: &Mesh, standing: &Standing, triangle: usize) -> [DVec3; 3] {
     let turn: DMat3 = standing.world_from_mesh;
     std::array::from_fn(|k| standing.middle_m + turn * mesh.corner_m(triangle, k))

@@ -1,4 +1,4 @@
-//! A rendered picture with its channels, and what they mean.
+//! A rendered picture with its channels (AOVs) and their geometry.
 
 use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
@@ -11,7 +11,7 @@ use hachure::style::{Style, preset_text};
 use super::World;
 use super::draw::north_west;
 
-/// The ink preset, with the ε of the paper or of the footprint.
+/// Returns the preset `ink` with the ε of the paper or of the footprint.
 pub fn ink(epsilon: &str) -> Style {
     let text = preset_text("ink").unwrap().replace("\"footprint\"", &format!("\"{epsilon}\""));
     let style = Style::parse("ink", &text).unwrap();
@@ -19,13 +19,13 @@ pub fn ink(epsilon: &str) -> Style {
     style
 }
 
-/// All channels of a picture.
+/// A picture with all of its channels.
 pub struct Shot {
     pub size_px: [u32; 2],
     pub view: View,
     pub picture: Vec<[f32; 4]>,
     pub depth_m: Vec<f64>,
-    /// Relative to the camera.
+    /// Relative to the camera, in metres.
     pub position_m: Vec<DVec3>,
     pub normal: Vec<DVec3>,
     pub id: Vec<u32>,
@@ -41,7 +41,7 @@ pub fn shoot(world: &mut World, renderer: &mut Option<Renderer>, pose: Pose, siz
     shoot_style(world, renderer, pose, pose, size_px, &ink("footprint"), &PartRule::default())
 }
 
-/// Renders `pose`.
+/// Renders `pose` in a style, whole or in parts.
 pub fn shoot_style(
     world: &mut World,
     renderer: &mut Option<Renderer>,
@@ -94,12 +94,12 @@ impl Shot {
         self.depth_m[pixel].is_infinite()
     }
 
-    /// Column and row.
+    /// Returns the column and row of a pixel.
     pub fn place(&self, pixel: usize) -> [i64; 2] {
         [pixel as i64 % i64::from(self.size_px[0]), pixel as i64 / i64::from(self.size_px[0])]
     }
 
-    /// The pixel `step` away, if it is in the picture.
+    /// Returns the pixel `step` away, if it is in the picture.
     pub fn neighbour(&self, pixel: usize, step: [i64; 2]) -> Option<usize> {
         let [x, y] = self.place(pixel);
         let (x, y) = (x + step[0], y + step[1]);
@@ -107,13 +107,14 @@ impl Shot {
         inside.then(|| (y * i64::from(self.size_px[0]) + x) as usize)
     }
 
-    /// The direction through a pixel's centre, at unit distance along the view axis, computed from the pose alone.
+    /// Returns the direction through a pixel's centre, at unit distance along the view axis, computed from the pose
+    /// alone.
     pub fn ray(&self, pixel: usize) -> DVec3 {
         let [x, y] = self.place(pixel).map(|at| at as f64 + 0.5);
         self.ray_at(x, y)
     }
 
-    /// The direction through a point of the picture.
+    /// Returns the direction through a point of the picture.
     pub fn ray_at(&self, x_px: f64, y_px: f64) -> DVec3 {
         let pose = &self.view.pose;
         let [width, height] = self.size_px.map(f64::from);
@@ -122,17 +123,17 @@ impl Shot {
         pose.forward + u * pose.right + v * pose.up
     }
 
-    /// Pixels per radian in the middle, from the pose alone.
+    /// Returns the pixels per radian at the centre of the picture, computed from the pose alone.
     pub fn focal_px(&self) -> f64 {
         f64::from(self.size_px[1]) / (2.0 * (0.5 * self.view.pose.fov_rad).tan())
     }
 
-    /// A pixel's place in the world.
+    /// Returns the position of a pixel's surface in the world.
     pub fn world_m(&self, pixel: usize) -> DVec3 {
         self.view.pose.position_m + self.position_m[pixel]
     }
 
-    /// Grey picture of a channel for the eye, when HACHURE_TEST_PICTURES names a folder.
+    /// Writes a channel as a grey picture for inspection, if HACHURE_TEST_PICTURES names a folder.
     pub fn keep(&self, name: &str, value: impl Fn(usize) -> f64) {
         let Some(folder) = std::env::var_os("HACHURE_TEST_PICTURES") else { return };
         let path = std::path::Path::new(&folder).join(format!("{name}.png"));

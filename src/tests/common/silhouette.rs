@@ -1,4 +1,4 @@
-//! The true occluding contour of the hill in a picture: where neighbouring rays meet surfaces that do not join.
+//! The true silhouette of the hill in a picture: where neighbouring rays hit surfaces that are not connected.
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -6,34 +6,35 @@ use rayon::prelude::*;
 use super::hill::Hill;
 use super::shot::Shot;
 
-/// Which pixels lie at the true contour.
+/// The pixels at the true silhouette.
 pub struct Silhouette {
-    /// The surface ends here, or jumps: by a part of its distance, several pixels' size, and more than four times what
-    /// the surface behind goes away per pixel anyway. The pixel is the nearer of the two.
+    /// Pixels where the surface ends, or where depth jumps: by a fraction of the distance, by the size of several
+    /// pixels, and by more than four times the depth step per pixel of the surface behind. The pixel is the nearer of
+    /// the two.
     pub is_contour: Vec<bool>,
-    /// The same with every jump, however small, on both sides: interior pixels stay away from these.
+    /// Pixels at any jump, however small, on both sides of it; interior pixels must be away from these.
     pub may_be_contour: Vec<bool>,
-    /// Pixels that are sky in one and surface in the other.
+    /// The number of pixels that are sky in one and surface in the other.
     pub sky_differs: usize,
 }
 
-/// A jump that a person would draw: this part of the distance, and this many pixels' size.
+/// The least jump that a person would draw: this fraction of the distance, and the size of this many pixels.
 const JUMP_PART: f64 = 0.02;
 const JUMP_PX: f64 = 8.0;
-/// And this many times the way that the surface behind it goes away in a pixel: a contour that begins there has
-/// nothing yet to tell it from the surface's own slant.
+/// The least jump in multiples of the depth step per pixel of the surface behind: where a silhouette begins, it cannot
+/// be distinguished yet from the surface's own slant.
 const JUMP_FLOW: f64 = 4.0;
 
 impl Silhouette {
-    /// By rays against the analytic surface; between pixels whose depths are apart, rays are cast in ever narrower
-    /// halves: what is joined comes together, what is hidden stays apart.
+    /// Finds the silhouette with rays against the analytic surface. Between pixels with different depths, bisection
+    /// casts further rays: on connected surfaces the depths converge, at a silhouette they stay apart.
     pub fn of(hill: &Hill, shot: &Shot, half_m: DVec2) -> Self {
         let from_m = shot.view.pose.position_m;
         let [width, height] = shot.size_px.map(|side| side as usize);
         let at = |place: DVec2| hill.hit(from_m, shot.ray_at(place.x, place.y), half_m);
         let middle = |pixel: usize| DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5);
         let depth: Vec<Option<f64>> = (0..width * height).into_par_iter().map(|pixel| at(middle(pixel))).collect();
-        // The jump between two pixels; infinite towards the sky, 0 where the surface is joined.
+        // The jump between two pixels: infinite toward the sky, 0 where the surface is connected.
         let jump = |a: usize, b: usize| -> f64 {
             let (mut low, mut high) = ((middle(a), depth[a]), (middle(b), depth[b]));
             let apart = |a: Option<f64>, b: Option<f64>| match (a, b) {

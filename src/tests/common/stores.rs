@@ -1,4 +1,4 @@
-//! Stores of tiles that are slow, that fail, or that are wrong.
+//! Tile stores that are slow, that fail, or that return wrong tiles.
 
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -9,21 +9,21 @@ use hachure::pyramid::surface::statistics::PatchStatistics;
 use hachure::pyramid::{LevelSize, PyramidError, TileAddress, TileStore};
 use hachure::source::georeference::Georeference;
 
-/// What happens to a tile on its way: the number of times that it has been asked for before comes with it.
+/// Decides what happens to a fetch of a tile; the second argument is the number of earlier fetches of the same tile.
 pub type Accident = Box<dyn Fn(TileAddress, u64) -> Fate + Send + Sync>;
 
-/// What becomes of a fetch.
+/// The outcome of a fetch.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fate {
-    /// It comes.
+    /// The tile arrives.
     Comes,
-    /// It fails.
+    /// The fetch fails.
     Fails,
-    /// It comes, but as another tile than it is: heights raised by so many metres.
+    /// A wrong tile arrives: its heights are raised by this many metres.
     ComesRaised(f32),
 }
 
-/// Answers as the inner store does, with all but the tiles.
+/// Implements the methods that return what the inner store returns: all but those of tiles.
 macro_rules! as_inner {
     () => {
         fn name(&self) -> String {
@@ -52,7 +52,7 @@ macro_rules! as_inner {
     };
 }
 
-/// Another store, with a delay for every tile and accidents.
+/// Another store, with a delay for every tile and planted outcomes.
 pub struct Bumpy {
     inner: Arc<dyn TileStore>,
     delay: Duration,
@@ -93,26 +93,26 @@ impl TileStore for Bumpy {
     }
 }
 
-/// Another store whose tiles come in a random order, one of them last.
+/// Another store whose tiles arrive in a random order, one of them last.
 pub struct Shuffled {
     inner: Arc<dyn TileStore>,
     seed: u64,
     late: Option<TileAddress>,
     fetched: Mutex<Vec<TileAddress>>,
-    /// Fetches under way, without that of the late tile.
+    /// The number of fetches in progress, apart from that of the late tile.
     others: AtomicU64,
 }
 
-/// The late tile comes when for so long no other has been asked for.
+/// The late tile arrives when no other tile has been requested for this long.
 const QUIET: Duration = Duration::from_millis(15);
 
 impl Shuffled {
-    /// No delays where `late` is none.
+    /// Wraps a store; without a `late` tile there are no delays.
     pub fn new(inner: Arc<dyn TileStore>, seed: u64, late: Option<TileAddress>) -> Arc<Self> {
         Arc::new(Self { inner, seed, late, fetched: Mutex::default(), others: AtomicU64::new(0) })
     }
 
-    /// The tiles in the order in which they were asked for.
+    /// Returns the tiles in the order in which they were requested.
     pub fn fetched(&self) -> Vec<TileAddress> {
         self.fetched.lock().unwrap().clone()
     }

@@ -1,25 +1,25 @@
-//! Strokes as places on the picture, and how well places cover each other.
+//! Points along strokes in the picture, and how well two sets of points cover each other.
 
 use std::collections::HashMap;
 
 use glam::DVec2;
 use hachure::lines::strokes::points::Point;
 
-/// Shorter strokes are not drawn: the style's.
+/// The style's limit: shorter strokes are not drawn.
 const SHORTEST_PX: f64 = 4.0;
-/// A line covers a contour, and a contour bears a line, within this.
+/// A line covers a contour, and a contour supports a line, within this distance.
 pub const NEAR_PX: f64 = 2.0;
 
 fn px(point: &Point) -> DVec2 {
     DVec2::new(point.px[0].into(), point.px[1].into())
 }
 
-/// Places along the strokes that are long enough to be drawn, a quarter of a pixel apart, within the picture.
+/// Returns points along the strokes that are long enough to be drawn, a quarter of a pixel apart, within the picture.
 pub fn along_strokes(points: &[Point], size_px: [u32; 2]) -> Vec<DVec2> {
     along_chains(points, size_px).into_iter().map(|(px, _)| px).collect()
 }
 
-/// The same, with the chain of each.
+/// Returns the same points, each with its chain.
 fn along_chains(points: &[Point], size_px: [u32; 2]) -> Vec<(DVec2, u32)> {
     let mut lengths_px: HashMap<u32, f64> = HashMap::new();
     let pairs = || points.windows(2).filter(|pair| pair[0].chain == pair[1].chain);
@@ -37,7 +37,7 @@ fn along_chains(points: &[Point], size_px: [u32; 2]) -> Vec<(DVec2, u32)> {
     along
 }
 
-/// Places by squares of `side`, for looking around.
+/// Sorts points into squares of `side_px`, for searches of neighbours.
 fn by_square<T: Copy>(places: &[T], side_px: f64, px: impl Fn(T) -> DVec2) -> HashMap<(i64, i64), Vec<T>> {
     let mut squares: HashMap<(i64, i64), Vec<T>> = HashMap::new();
     for place in places {
@@ -54,13 +54,13 @@ fn around((x, y): (i64, i64)) -> impl Iterator<Item = (i64, i64)> {
     (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)))
 }
 
-/// The part of `places` that has one of `others` within [`NEAR_PX`].
+/// Returns the fraction of `places` that has one of `others` within [`NEAR_PX`].
 pub fn covered(places: &[DVec2], others: &[DVec2]) -> f64 {
     let missed = missed(places, others, NEAR_PX).len();
     1.0 - missed as f64 / places.len().max(1) as f64
 }
 
-/// Those of `places` that have none of `others` within a distance.
+/// Returns those of `places` that have none of `others` within a distance.
 pub fn missed(places: &[DVec2], others: &[DVec2], within_px: f64) -> Vec<DVec2> {
     let squares = by_square(others, within_px, |px| px);
     let is_near = |px: &&DVec2| {
@@ -70,7 +70,7 @@ pub fn missed(places: &[DVec2], others: &[DVec2], within_px: f64) -> Vec<DVec2> 
     places.iter().filter(|px| !is_near(px)).copied().collect()
 }
 
-/// The part of the strokes' length that has another stroke within a distance.
+/// Returns the fraction of the strokes' length that has another stroke within a distance.
 pub fn doubled(points: &[Point], size_px: [u32; 2], within_px: f64) -> f64 {
     let along = along_chains(points, size_px);
     let squares = by_square(&along, within_px, |(px, _)| px);

@@ -1,18 +1,18 @@
-//! Tones of a tonal art map, as pictures.
+//! Pictures of the tones of a tonal art map.
 
 use hachure::tones::tonal_art_map::TonalArtMap;
 
-/// Which texels are ink.
+/// Returns which texels are ink at a darkness.
 pub fn tone(map: &TonalArtMap, darkness: f32) -> Vec<bool> {
     (0..map.thresholds.len()).map(|place| map.is_ink(place, darkness)).collect()
 }
 
-/// Whether every picture has all marks of those before it.
+/// Returns whether every picture contains all marks of the lighter ones.
 pub fn are_nested(tones: &[Vec<bool>]) -> bool {
     tones.windows(2).all(|pair| pair[0].iter().zip(&pair[1]).all(|(lighter, darker)| !lighter || *darker))
 }
 
-/// How far a tone's mean is from what was asked, at most.
+/// Returns the largest difference between the mean of a tone and the requested darkness.
 pub fn mean_error(map: &TonalArtMap) -> f64 {
     let error = |i: u32| {
         let darkness = f64::from(i) / 20.0;

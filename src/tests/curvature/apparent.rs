@@ -1,4 +1,4 @@
-//! Apparent ridges and valleys against the view-dependent curvature of closed forms, evaluated for each pixel in f64.
+//! Apparent ridges and valleys compared with the view-dependent curvature of closed forms, computed per pixel in f64.
 
 use glam::{DMat2, DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -10,28 +10,29 @@ use crate::tests::common::{World, grid_of};
 use crate::tests::curvature::suggestive::{SIZE_PX, drawn};
 use crate::tests::curvature::{bend, jet};
 
-/// Height of a land at a place of the map, in metres.
+/// A function from a position on the map to a height, in metres.
 type Height = fn(DVec2) -> f64;
 
 const SPACING_M: f64 = 20.0;
-/// In turns over a feature.
+/// The least turn of the normal over a feature, in radians.
 const LEAST_BEND: f64 = 0.008;
-/// As the pass has it.
+/// The limits of the pass.
 const LEAST_FACING: f64 = 0.2;
 const MOST_ACROSS: f64 = 0.7;
 
-/// Dunes whose crests wander and have unlike heights.
+/// Returns the height of dunes whose crests wander and differ in height.
 fn dunes_m(at: DVec2) -> f64 {
     90.0 * (at.x / 310.0 + 0.8 * (at.y / 900.0).sin()).sin() + 50.0 * (at.y / 430.0 + 0.4 * (at.x / 700.0).cos()).cos()
 }
 
-/// A hill with a rim.
+/// Returns the height of a crater: a ring-shaped rim.
 fn crater_m(at: DVec2) -> f64 {
     260.0 * (-((at.length() - 600.0) / 320.0).powi(2)).exp() + 0.05 * at.x
 }
 
-/// The largest turn of the normal by a step on the picture, positive where the surface is convex; that step's direction in
-/// the world, across the line of sight; the step on the map; the cosine to the eye; the part of that turn across.
+/// The largest turn of the normal per step in the picture, positive where the surface is convex; the direction of that
+/// step in the world, perpendicular to the line of sight; the step on the map; the cosine between normal and eye; and
+/// the ratio of the least to the largest turn.
 struct Apparent {
     turn: f64,
     on_picture: DVec3,
@@ -40,13 +41,14 @@ struct Apparent {
     across: f64,
 }
 
-/// Judd, Durand and Adelson 2007, section 3; `foreshortens` false takes steps on the surface for those on the picture.
+/// Computes this curvature by Judd, Durand and Adelson 2007, section 3. With `foreshortens` false, steps are taken on
+/// the surface instead of in the picture (a planted error).
 fn apparent(height_m: Height, map: DVec2, eye_m: DVec3, foreshortens: bool) -> Apparent {
     let jet = jet(height_m, map);
     let normal = DVec3::new(-jet.1.x, -jet.1.y, 1.0).normalize();
     let to_eye = (eye_m - map.extend(jet.0)).normalize();
     let facing = to_eye.dot(normal);
-    // An orthonormal frame of the surface, and one of the picture; a projection from one to the other.
+    // An orthonormal frame of the surface, one of the picture, and the projection between them.
     let u = DVec3::new(1.0, 0.0, jet.1.x).normalize();
     let v = normal.cross(u);
     let right = to_eye.cross(DVec3::Z).normalize();
@@ -69,8 +71,8 @@ fn apparent(height_m: Height, map: DVec2, eye_m: DVec3, foreshortens: bool) -> A
     Apparent { turn: sign * turn, on_picture, step: in_world.truncate(), facing, across: least / turn }
 }
 
-/// What is drawn: what bends by `least_bend` over a feature, has a cosine of `least_facing` to the eye, and bends across by
-/// a part of `most_across`.
+/// The limits of what is drawn: the normal turns by at least `least_bend` over a feature, the cosine to the eye is at
+/// least `least_facing`, and the turn across is at most a fraction `most_across` of the largest one.
 #[derive(Clone, Copy)]
 struct Bounds {
     least_bend: f64,
@@ -78,7 +80,7 @@ struct Bounds {
     most_across: f64,
 }
 
-/// Places of the picture on crests of that curvature: `side` −1 finds valleys.
+/// Returns the points of the picture on crests of that curvature, in pixels; `side` −1 finds valleys.
 fn crests(
     height_m: Height,
     places_m: &[Option<DVec3>],
@@ -88,7 +90,7 @@ fn crests(
     foreshortens: bool,
 ) -> Vec<DVec2> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
-    // How the curvature changes along its direction, which has the sense of that direction.
+    // The change of the curvature along its direction; its sign depends on the orientation of that direction.
     let look = |place_m: &DVec3| {
         let map = place_m.truncate();
         let own = apparent(height_m, map, eye_m, foreshortens);
@@ -116,7 +118,7 @@ fn crests(
             if place_a.distance(place_b) > 0.05 * place_a.distance(eye_m) {
                 continue;
             }
-            // A maximum: it falls along its direction.
+            // At a maximum the curvature falls along its direction.
             let falls = (change_b - change_a) * a.on_picture.dot(place_b - place_a) < 0.0;
             let is_asked = side * a.turn * SPACING_M >= bounds.least_bend
                 && a.facing >= bounds.least_facing
@@ -156,7 +158,7 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
                     && px.y < f64::from(height) - 8.0;
                 inside && places_m[px.y as usize * width as usize + px.x as usize].is_some()
             };
-            // What is asked is a bound, and what lies beside it may be either.
+            // The limits are sharp in the pass, so points near a limit may be drawn or not.
             let bounds = |by: f64| Bounds {
                 least_bend: LEAST_BEND * by,
                 least_facing: LEAST_FACING * by,
@@ -171,10 +173,10 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
                 let found: Vec<DVec2> = found.iter().copied().filter(is_known).collect();
                 let truth = at(side, sure, true);
                 let (recall, precision) = (covered(&truth, &found), covered(&found, &at(side, may_be, true)));
-                // Planted: curvature as it is on the surface.
+                // Planted error: curvature measured on the surface.
                 let planted = covered(&at(side, sure, false), &found);
                 println!(
-                    "{name}, {camera}, {kind}: {} places of truth, recall {:.1} %, precision {:.1} %; of crests on the \
+                    "{name}, {camera}, {kind}: {} points of truth, recall {:.1} %, precision {:.1} %; of crests on the \
                      surface {:.1} % are drawn",
                     truth.len(),
                     100.0 * recall,
@@ -183,11 +185,11 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
                 );
                 assert!(
                     truth.len() > 100 && recall >= 0.95 && precision >= 0.95,
-                    "{name} {kind}: {recall} {precision}"
+                    "{name} {kind}: recall {recall}, precision {precision}, expected at least 0.95"
                 );
-                assert!(planted < 0.9, "{name} {kind}");
+                assert!(planted < 0.9, "{name} {kind}: crests on the surface pass as apparent ridges");
             }
-            // Planted: ridges for valleys.
+            // Planted error: ridges in place of valleys.
             assert!(covered(&at(1.0, sure, true), &found[1]) < 0.3);
         }
     }

@@ -1,4 +1,4 @@
-//! Crests are lighter and hollows darker, by the mean curvature of closed forms.
+//! Crests are lighter and hollows darker, in proportion to the mean curvature of closed forms.
 
 use glam::DVec2;
 use hachure::composite::PICTURE;
@@ -13,14 +13,14 @@ use crate::tests::common::{World, grid_of};
 use crate::tests::curvature::{LANDS, RADIUS_M, SIZE_PX, jet, principal_of, world_of};
 
 const CRESTS: f32 = 0.8;
-/// As in `shaders/tones/crests.wgsl`.
+/// The constant of `shaders/tones/crests.wgsl`.
 const HALF_AT: f64 = 0.15;
 
 fn style(crests: f32, level_deg: f32) -> Style {
     let mut style = Style::load("cartoon").unwrap();
     (style.water, style.strokes, style.lines) = (None, None, None);
     (style.light.crests, style.light.crests_px, style.light.level_deg) = (crests, 3.0, level_deg);
-    let Tone::Toon(toon) = &mut style.tone else { unreachable!("its light has steps") };
+    let Tone::Toon(toon) = &mut style.tone else { unreachable!("the style cartoon has toon shading") };
     toon.steps = 0;
     style
 }
@@ -45,7 +45,7 @@ fn crests_gain_what_their_mean_curvature_says() {
         let (mut worst, mut planted, mut count) = (0.0_f64, 0.0_f64, 0);
         let wide = SIZE_PX[0].div_ceil(4) as usize + 1;
         for (i, [_, _, _, depth_m]) in normals.iter().enumerate().filter(|(_, normal)| normal[3] > 0.0) {
-            // Between the blocks a pixel has what is between them: at their own pixels it is theirs.
+            // Gains are interpolated between blocks; only at the pixel of a block is the gain that of the block.
             let [x, y] = [i % wide, i / wide].map(|side| side * 4 + 2);
             if x >= SIZE_PX[0] as usize || y >= SIZE_PX[1] as usize {
                 continue;
@@ -65,10 +65,14 @@ fn crests_gain_what_their_mean_curvature_says() {
             planted = planted.max((found + expected).abs());
             count += 1;
         }
-        println!("{}: {count} places, gains off by {worst:.4}", land.name);
-        assert!(count > 300 && worst < 0.01, "{}: {worst}", land.name);
-        // A saddle's mean curvature is nearly none.
-        assert!(planted > 5.0 * worst || land.name.contains("saddle"), "{}: crests must not be hollows", land.name);
+        println!("{}: {count} points, largest error of a gain {worst:.4}", land.name);
+        assert!(count > 300 && worst < 0.01, "{}: largest error of a gain {worst}, expected less than 0.01", land.name);
+        // The mean curvature of a saddle is nearly zero.
+        assert!(
+            planted > 5.0 * worst || land.name.contains("saddle"),
+            "{}: gains of the opposite sign pass",
+            land.name
+        );
     }
 }
 
@@ -78,12 +82,12 @@ fn planes_and_level_land_gain_nothing() {
     let camera = "0,-900,900,0,-45,50";
     let [plain, crests] = [0.0, 1.0].map(|crests| picture(&mut plane, camera, &style(crests, 0.0)).1);
     let off = plain.iter().zip(&crests).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
-    assert!(off <= 1, "a plane has no crests: {off}");
+    assert!(off <= 1, "crests change the picture of a plane, by {off}");
     // Low swells, of up to 3 degrees.
     let swells = |x: f64, y: f64| 4.0 * (x / 80.0).sin() + y * 0.0;
     let Some(mut low) = World::new(grid_of(321, 321, 10.0, swells), 1.0) else { return };
     let [plain, crests] = [0.0, 1.0].map(|crests| picture(&mut low, camera, &style(crests, 4.0)).1);
-    assert!(plain == crests, "what is white for its slope stays white");
+    assert!(plain == crests, "crests change land that is white because of its slope");
     let [plain, crests] = [0.0, 1.0].map(|crests| picture(&mut low, camera, &style(crests, 0.0)).1);
-    assert!(plain != crests, "without that limit swells are seen");
+    assert!(plain != crests, "without the limit on slope, crests do not show on swells");
 }

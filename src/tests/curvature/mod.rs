@@ -1,5 +1,6 @@
-//! Curvature of the land's form against closed forms: a torus, a saddle, a monkey saddle, a cylinder and a Gaussian hill.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Curvature of the land's form compared with closed forms: a torus, a saddle, a monkey saddle, a cylinder and a
+//! Gaussian hill.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
 use crate::tests::common;
 mod apparent;
@@ -20,26 +21,27 @@ use hachure::style::Style;
 use hachure::surface::curvature::{SHAPE_BEND, SHAPE_CHANGE, SHAPE_NORMAL};
 
 const SIZE_PX: [u32; 2] = [360, 280];
-/// Of the smallest radius of curvature.
+/// The smallest radius of curvature.
 const RADIUS_M: f64 = 200.0;
 
-/// A height field with its slopes, second derivatives (xx, xy, yy) and third ones (xxx, xxy, xyy, yyy).
+/// The height of a height field with its slopes, second derivatives (xx, xy, yy) and third ones (xxx, xxy, xyy, yyy).
 type Jet = (f64, DVec2, [f64; 3], [f64; 4]);
 
 struct Land {
     name: &'static str,
     height_m: fn(DVec2) -> f64,
-    /// Principal curvatures, the larger one first, and its direction's line on the map; none where they are not asked.
+    /// The principal curvatures, the larger one first, and the direction of the larger one on the map; `None` where
+    /// they are not compared.
     principal: fn(DVec2) -> Option<([f64; 2], DVec2)>,
 }
 
 const MAJOR_M: f64 = 3.0 * RADIUS_M;
 
-/// The upper half of a tube around a circle.
+/// Returns the height of the upper half of a torus.
 fn torus_m(at: DVec2) -> f64 {
     let off_m = at.length() - MAJOR_M;
     let up_m = RADIUS_M * RADIUS_M - off_m * off_m;
-    // Beyond 50 degrees a slope goes on.
+    // Beyond 50 degrees the surface continues as a straight slope.
     let end_m = RADIUS_M * 50_f64.to_radians().sin();
     if off_m.abs() < end_m {
         return up_m.sqrt();
@@ -47,7 +49,8 @@ fn torus_m(at: DVec2) -> f64 {
     (RADIUS_M * RADIUS_M - end_m * end_m).sqrt() - 50_f64.to_radians().tan() * (off_m.abs() - end_m)
 }
 
-/// Along the tube's own circle it bends by its radius; around the axis by its normal's part away from that.
+/// Returns the curvatures of the torus: 1 / radius along the tube's own circle; around the axis, the horizontal part of
+/// the normal over the distance from the axis.
 fn torus(at: DVec2) -> Option<([f64; 2], DVec2)> {
     let off_m = at.length() - MAJOR_M;
     (off_m.abs() < 0.6 * RADIUS_M).then(|| ([1.0 / RADIUS_M, off_m / RADIUS_M / at.length()], at.normalize()))
@@ -77,7 +80,7 @@ fn hill_m(at: DVec2) -> f64 {
     1.2 * RADIUS_M * (-at.length_squared() / (4.0 * RADIUS_M * RADIUS_M)).exp()
 }
 
-/// Derivatives by differences of an analytic height.
+/// Computes derivatives of an analytic height by differences.
 fn jet(height_m: fn(DVec2) -> f64, at: DVec2) -> Jet {
     let h = 0.5;
     let f = |i: f64, j: f64| height_m(at + h * DVec2::new(i, j));
@@ -96,13 +99,14 @@ fn jet(height_m: fn(DVec2) -> f64, at: DVec2) -> Jet {
     (f(0.0, 0.0), slope, second(0.0, 0.0), third)
 }
 
-/// How a height field bends along tangents with the steps `a` and `b` on the map: how the normal turns along `a`, by `b`.
+/// Returns the second fundamental form of a height field on tangents with the steps `a` and `b` on the map: how the
+/// normal turns along `a`, measured along `b`.
 fn bend(jet: &Jet, a: DVec2, b: DVec2) -> f64 {
     let (_, slope, [xx, xy, yy], _) = jet;
     -(a.x * b.x * xx + (a.x * b.y + a.y * b.x) * xy + a.y * b.y * yy) / (1.0 + slope.length_squared()).sqrt()
 }
 
-/// From the Weingarten map.
+/// Computes principal curvatures from the Weingarten map.
 fn principal_of(jet: &Jet) -> ([f64; 2], DVec2) {
     let slope = jet.1;
     let [e, f, g] = [1.0 + slope.x * slope.x, slope.x * slope.y, 1.0 + slope.y * slope.y];
@@ -111,7 +115,7 @@ fn principal_of(jet: &Jet) -> ([f64; 2], DVec2) {
     let mean = (e * n - 2.0 * f * m + g * l) / (2.0 * area);
     let root = (mean * mean - (l * n - m * m) / area).max(0.0).sqrt();
     let most = mean + root;
-    // (II - k I) d = 0, by the row that is larger.
+    // Solves (II - k I) d = 0 by the larger row.
     let rows = [DVec2::new(l - most * e, m - most * f), DVec2::new(m - most * f, n - most * g)];
     let row = if rows[0].length() > rows[1].length() { rows[0] } else { rows[1] };
     ([most, mean - root], row.perp().normalize_or(DVec2::X))
@@ -125,12 +129,12 @@ const LANDS: [Land; 5] = [
     Land { name: "hill", height_m: hill_m, principal: |at| Some(principal_of(&jet(hill_m, at))) },
 ];
 
-/// What a block of pixels says.
+/// The curvature of a block of pixels.
 #[derive(Clone)]
 struct Block {
     at_m: DVec3,
     normal: DVec3,
-    /// Columns of the frame.
+    /// The tangent vectors of the block's frame.
     u: DVec3,
     v: DVec3,
     bend: [f64; 3],
@@ -138,7 +142,7 @@ struct Block {
     sample_m: f64,
 }
 
-/// As `frame_of` in `shaders/shared/curvature.wgsl`.
+/// Builds the frame as `frame_of` in `shaders/shared/curvature.wgsl` does.
 fn frame_of(n: DVec3) -> [DVec3; 2] {
     let side = if n.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (side + n.z);
@@ -191,12 +195,13 @@ impl Block {
         self.at_m.truncate()
     }
 
-    /// Its form has samples of the land all around.
+    /// Returns whether the block's form has samples of the land on all sides.
     fn is_inside(&self) -> bool {
         self.map().abs().max_element() < 4.0 * (RADIUS_M - self.sample_m)
     }
 
-    /// As `principal_of` in `shaders/shared/curvature.wgsl`; the direction as a unit vector in the world.
+    /// Returns principal curvatures as `principal_of` in `shaders/shared/curvature.wgsl` does, and the direction as a
+    /// unit vector in the world.
     fn principal(&self) -> ([f64; 2], DVec3) {
         let [uu, uv, vv] = self.bend;
         let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
@@ -206,7 +211,7 @@ impl Block {
         ([mean + radius, mean - radius], self.u * along.x + self.v * along.y)
     }
 
-    /// Curvature along the direction to the eye, and how it changes toward the eye.
+    /// Returns the curvature along the direction to the eye, and its derivative toward the eye.
     fn radial(&self, eye_m: DVec3) -> [f64; 2] {
         let to_eye = (eye_m - self.at_m).normalize();
         let w = DVec2::new(to_eye.dot(self.u), to_eye.dot(self.v));
@@ -219,7 +224,7 @@ impl Block {
     }
 }
 
-/// Curvature of a height field along the direction to the eye, at a place of the map.
+/// Returns the curvature of a height field along the direction to the eye, at a position on the map.
 fn radial_at(height_m: fn(DVec2) -> f64, map: DVec2, eye_m: DVec3) -> (f64, DVec3) {
     let jet = jet(height_m, map);
     let normal = DVec3::new(-jet.1.x, -jet.1.y, 1.0).normalize();
@@ -228,14 +233,14 @@ fn radial_at(height_m: fn(DVec2) -> f64, map: DVec2, eye_m: DVec3) -> (f64, DVec
     (bend(&jet, w.truncate(), w.truncate()), w)
 }
 
-/// The largest misses: of curvatures as a part of the largest one there, and of directions in degrees.
+/// Returns the largest errors: of curvatures as a fraction of the largest one there, and of directions in degrees.
 fn misses(land: &Land, blocks: &[Block]) -> ([f64; 2], usize) {
     let mut worst: [f64; 2] = [0.0; 2];
     let mut count = 0;
     for block in blocks {
         let Some((expected, direction)) = (land.principal)(block.map()) else { continue };
         let largest = expected[0].abs().max(expected[1].abs());
-        // Away from where the land is a plane, or bends alike in all directions.
+        // Skips points where the land is nearly a plane, or bends alike in all directions.
         if largest < 0.1 / RADIUS_M || (expected[0] - expected[1]).abs() < 0.3 * largest {
             continue;
         }
@@ -249,7 +254,7 @@ fn misses(land: &Land, blocks: &[Block]) -> ([f64; 2], usize) {
     (worst, count)
 }
 
-/// Over two tiles and more: samples of a tile are 256.
+/// Builds a world of several tiles; a tile has 256 samples per side.
 fn world_of(land: &Land, spacing_m: f64) -> Option<World> {
     let samples = (8.0 * RADIUS_M / spacing_m) as u32 + 1;
     World::new(grid_of(samples, samples, spacing_m, |x_m, y_m| (land.height_m)(DVec2::new(x_m, y_m))), 0.2)
@@ -258,7 +263,7 @@ fn world_of(land: &Land, spacing_m: f64) -> Option<World> {
 #[test]
 fn principal_curvatures_are_those_of_closed_forms() {
     for land in LANDS {
-        // On the finest level, across tiles; and on coarser ones, whose samples are a tenth of the radius at most.
+        // The finest level, across tiles; and coarser ones, whose sample spacing is at most a tenth of the radius.
         for (spacing_m, feature_px) in [(0.05 * RADIUS_M, 1.0), (0.005 * RADIUS_M, 1.0), (0.02 * RADIUS_M, 3.0)] {
             let Some(mut world) = world_of(&land, spacing_m) else { return };
             for camera in ["0,-1400,1400,0,-45,40", "300,-200,1500,20,-80,50"] {
@@ -268,7 +273,7 @@ fn principal_curvatures_are_those_of_closed_forms() {
                 let (worst, count) = misses(&land, &blocks);
                 let largest_m = blocks.iter().map(|block| block.sample_m).fold(0.0, f64::max);
                 println!(
-                    "{}, samples {spacing_m} m, {feature_px} px: {count} places, form of {largest_m:.1} m at most; \
+                    "{}, samples {spacing_m} m, {feature_px} px: {count} points, sample spacing of the form at most {largest_m:.1} m; \
                      curvatures off by {:.2} %, directions by {:.2} deg",
                     land.name,
                     100.0 * worst[0],
@@ -276,7 +281,7 @@ fn principal_curvatures_are_those_of_closed_forms() {
                 );
                 assert!(count > 300);
                 assert!(worst[0] < 0.01 && worst[1] < 1.0);
-                // Planted: a sign, exchanged directions.
+                // Planted errors: a wrong sign, and exchanged directions.
                 let wrong = |change: fn(&mut Block)| {
                     let mut wrong = blocks.clone();
                     wrong.iter_mut().for_each(change);
@@ -289,8 +294,8 @@ fn principal_curvatures_are_those_of_closed_forms() {
     }
 }
 
-/// How curvature toward the eye changes toward the eye: from the pass, and from the analytic curvature a metre ahead and
-/// behind.
+/// Compares the derivative of the curvature toward the eye: from the pass, and from the analytic curvature a metre
+/// ahead and behind.
 #[test]
 fn the_rise_toward_the_eye_is_that_of_the_land() {
     for land in LANDS {
@@ -299,11 +304,12 @@ fn the_rise_toward_the_eye_is_that_of_the_land() {
         let (blocks, eye_m) = blocks(&mut world, "0,-900,800,0,-40,50", 1.0);
         let is_smooth = |block: &&Block| (land.principal)(block.map()).is_some() && block.is_inside();
         let miss = |blocks: &[Block], eye_m: DVec3| {
-            // Seen face on, no direction leads to the eye.
+            // Seen face on, the surface has no direction toward the eye.
             let leads = |block: &&Block| (eye_m - block.at_m).normalize().dot(block.normal) < 0.95;
             let misses = blocks.iter().filter(is_smooth).filter(leads).map(|block| {
                 let (bend, toward) = radial_at(land.height_m, block.map(), eye_m);
-                // As the curve on the surface that leaves toward the eye: its step on the map is as long as the level part.
+                // Follows the curve on the surface toward the eye: its step on the map has the length of the tangent's
+                // horizontal part.
                 let step = 2.0 * toward.truncate();
                 let [ahead, behind] = [step, -step].map(|step| radial_at(land.height_m, block.map() + step, eye_m).0);
                 let [found, rise] = block.radial(eye_m);
@@ -315,12 +321,12 @@ fn the_rise_toward_the_eye_is_that_of_the_land() {
         };
         let (worst, count) = miss(&blocks, eye_m);
         println!(
-            "{}: {count} places, curvature off by {:.4}, rise by {:.4}, by the radius",
+            "{}: {count} points, error of curvature {:.4}, of its derivative {:.4}, in units of the radius",
             land.name, worst[0], worst[1]
         );
         assert!(count > 300);
         assert!(worst[0] < 0.01 && worst[1] < 0.05, "{}", land.name);
-        // Planted: no third derivatives, and an eye elsewhere.
+        // Planted errors: no third derivatives, and another eye position.
         let mut planted = blocks.clone();
         planted.iter_mut().for_each(|block| block.change = [0.0; 4]);
         assert!(land.name == "cylinder" || miss(&planted, eye_m).0[1] > 2.0 * worst[1]);
@@ -333,7 +339,7 @@ fn the_rise_toward_the_eye_is_that_of_the_land() {
     }
 }
 
-/// A torus that stands in the world as a mesh, turned and scaled.
+/// A torus placed in the world as a mesh, rotated and scaled.
 #[test]
 fn a_mesh_bends_as_it_was_found_to_at_load() {
     const SCALE_M: f64 = 40.0;
@@ -350,7 +356,7 @@ fn a_mesh_bends_as_it_was_found_to_at_load() {
             let from_m = block.at_m - middle_m;
             let out_m = from_m.truncate().length();
             let cosine = (out_m - MAJOR * SCALE_M) / SCALE_M;
-            // On the tube; triangles lie within it.
+            // Only points on the tube; triangles are slightly inside it.
             if ((cosine.powi(2) + (from_m.z / SCALE_M).powi(2)).sqrt() - 1.0).abs() > 0.01 {
                 continue;
             }
@@ -362,7 +368,7 @@ fn a_mesh_bends_as_it_was_found_to_at_load() {
         (worst, count)
     };
     let (worst, count) = miss(&blocks);
-    println!("{count} places on the torus, curvatures off by {:.2} %", 100.0 * worst);
+    println!("{count} points on the torus, curvatures off by {:.2} %", 100.0 * worst);
     assert!(count > 300 && worst < 0.02);
     let mut planted = blocks.clone();
     planted.iter_mut().for_each(|block| block.bend = block.bend.map(|part| -part));

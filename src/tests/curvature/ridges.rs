@@ -1,4 +1,4 @@
-//! Ridges and valleys against those of a ring of Gaussian profile, whose curvature is known along its radius.
+//! Ridges and valleys compared with those of a ring of Gaussian profile, whose curvature along the radius is known.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -18,7 +18,7 @@ fn profile_m(away_m: f64) -> f64 {
     150.0 * (-((away_m - RING_M) / WIDE_M).powi(2)).exp()
 }
 
-/// How the land bends across the ring; convex is positive.
+/// Returns the curvature of the land across the ring; convex is positive.
 fn bend(away_m: f64) -> f64 {
     let h = 0.01;
     let slope = (profile_m(away_m + h) - profile_m(away_m - h)) / (2.0 * h);
@@ -26,7 +26,7 @@ fn bend(away_m: f64) -> f64 {
     -second / (1.0 + slope * slope).powf(1.5)
 }
 
-/// Radii at which `value` has its maxima.
+/// Returns the radii at which `value` has its maxima, in metres.
 fn crests_m(value: impl Fn(f64) -> f64) -> Vec<f64> {
     let at_m = |i: u32| 300.0 + 0.1 * f64::from(i);
     let is_crest = |i: &u32| {
@@ -55,7 +55,7 @@ fn style(change: impl Fn(&mut hachure::style::Strokes)) -> Style {
 fn crests_of_curvature_are_ridges_and_valleys() {
     let land = |x_m: f64, y_m: f64| profile_m(x_m.hypot(y_m));
     let Some(mut world) = World::new(grid_of(180, 180, SPACING_M, land), 0.2) else { return };
-    // From above, and obliquely: the near half hides nothing.
+    // Views from above and at an angle, in which the near half hides nothing.
     for camera in ["0,0,2600,0,-90,45", "0,-900,1900,0,-62,60"] {
         let pose = world.pose(camera);
         let view = still(pose, SIZE_PX);
@@ -75,7 +75,7 @@ fn crests_of_curvature_are_ridges_and_valleys() {
             // Away from the picture's border, where cells end.
             let is_inside = px.cmpge(DVec2::splat(6.0)).all() && px.x < width - 6.0 && px.y < height - 6.0;
             let seen = is_inside.then(|| places_m[px.y as usize * SIZE_PX[0] as usize + px.x as usize])??;
-            // Not behind the ring.
+            // Points behind the ring are not visible.
             (seen.distance(at_m) < 40.0).then_some(px)
         };
         let expected = [crests_m(bend), crests_m(|away_m| -bend(away_m))];
@@ -85,12 +85,15 @@ fn crests_of_curvature_are_ridges_and_valleys() {
         for (name, truth, found) in [("ridges", &truth[0], &found[0]), ("valleys", &truth[1], &found[1])] {
             let (recall, precision) = (covered(truth, found), covered(found, truth));
             println!("{camera}, {name}: recall {:.1} %, precision {:.1} %", 100.0 * recall, 100.0 * precision);
-            assert!(truth.len() > 500 && recall >= 0.95 && precision >= 0.95, "{name}: {recall} {precision}");
+            assert!(
+                truth.len() > 500 && recall >= 0.95 && precision >= 0.95,
+                "{name}: recall {recall}, precision {precision}, expected at least 0.95"
+            );
         }
-        // Planted: ridges for valleys, and a bend that is nowhere.
+        // Planted errors: ridges in place of valleys, and a least turn that the land reaches nowhere.
         assert!(covered(&truth[0], &found[1]) < 0.2 && covered(&truth[1], &found[0]) < 0.2);
         assert!(edges(&style(|strokes| strokes.ridge_bend = 2.0)).0.iter().all(Vec::is_empty));
-        // A width of 0 has none.
+        // A width of 0 turns valleys off.
         assert!(edges(&style(|strokes| strokes.valley_width = 0.0)).0[1].is_empty());
     }
 }

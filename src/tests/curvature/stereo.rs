@@ -1,4 +1,4 @@
-//! Each eye of a pair leaves out suggestive contours that are none for the other eye, and no others.
+//! Each eye of a stereo pair leaves out the suggestive contours that the other eye does not have, and no others.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::{self, Renderer};
@@ -17,12 +17,12 @@ const VIEWS: [(&str, &str); 3] = [
     ("dem/geotiff/mt_everest_90m.tif", "4000,-9000,+900,-15,-25,45"),
     ("dem/geotiff/N46E008_alps.tif", "0,0,+900,40,-25,50"),
 ];
-/// Eyes of a giant: some of the land's lines are of one eye only.
+/// Distance between the eyes: so large that some lines of the land belong to one eye only.
 const APART_M: f64 = 200.0;
-/// As the pass has it.
+/// The limit of the pass.
 const AGREE_PX: f64 = 1.5;
 
-/// Where the picture of an eye shows a place, in pixels, and how far away that is along the view axis.
+/// Returns where the picture of an eye shows a position, in pixels, and its depth along the view axis, in metres.
 fn seen_at(pose: Pose, at_m: DVec3) -> (DVec2, f64) {
     let view = View::whole(pose, pose, SIZE_PX);
     let from_eye_m = at_m - pose.position_m;
@@ -37,13 +37,13 @@ fn is_inside(px: DVec2, margin_px: f64) -> bool {
     px.cmpge(DVec2::splat(margin_px)).all() && px.x < width - margin_px && px.y < height - margin_px
 }
 
-/// What an eye sees by itself: middles of its suggestive contours, and the place of each pixel.
+/// The view of one eye: midpoints of its suggestive contours, and the world position of each pixel.
 struct Alone {
     middles_m: Vec<DVec3>,
     places_m: Vec<Option<DVec3>>,
 }
 
-/// The eye of `rig` that is drawn last.
+/// Draws the rig and reads back its last eye.
 fn look(world: &mut World, style: &Style, rig: &Rig) -> Alone {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, rig, style, &NOON);
@@ -59,7 +59,7 @@ fn look(world: &mut World, style: &Style, rig: &Rig) -> Alone {
 #[test]
 fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
     let mut style = crate::tests::curvature::style(12.0);
-    // Long lines, so that partners do not end elsewhere because their rise is near the bound.
+    // Long lines, so that partners do not end early because their rise is near the limit.
     style.strokes.as_mut().unwrap().suggestive_rise = 0.01;
     let mut lone_parts = [0.0; 2];
     for (file, camera) in VIEWS {
@@ -67,12 +67,12 @@ fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
         let pose = world.pose(camera);
         let pair = Pair { ipd_m: APART_M, convergence_m: None }.rig(&View::whole(pose, pose, SIZE_PX));
         let last = pair.eyes[1].pose;
-        assert!(pair.aside_m(1) > pair.aside_m(0), "the right eye is drawn last");
+        assert!(pair.aside_m(1) > pair.aside_m(0), "the right eye must be drawn last");
         let kept = look(&mut world, &style, &pair);
         let first = pair.eyes[0].pose;
         let [other, own] =
             [first, last].map(|pose| look(&mut world, &style, &Rig::mono(View::whole(pose, pose, SIZE_PX))));
-        // On the picture of the last eye, where both see the place.
+        // Midpoints in the picture of the last eye, where both eyes see the position.
         let shared = |middles_m: &[DVec3], margin_px: f64| -> Vec<DVec2> {
             let seen = middles_m.iter().filter_map(|at_m| {
                 let (other_px, depth_m) = seen_at(first, *at_m);
@@ -84,11 +84,11 @@ fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
             });
             seen.collect()
         };
-        // Partners may lie nearer to the border.
+        // Partners may be nearer to the border.
         let [other, own, kept] =
             [(&other, 10.0), (&own, 24.0), (&kept, 24.0)].map(|(eye, margin_px)| shared(&eye.middles_m, margin_px));
         let lone = |places: &[DVec2]| missed(places, &other, 2.0 * AGREE_PX).len() as f64 / places.len() as f64;
-        // With a partner within half of what may be, nothing is left out.
+        // A line with a partner within half of the limit must not be left out.
         let (near, lost) = {
             let apart = missed(&own, &other, 0.5 * AGREE_PX);
             let near: Vec<DVec2> = own.iter().filter(|px| !apart.contains(px)).copied().collect();
@@ -104,9 +104,12 @@ fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
             100.0 * lone(&kept)
         );
         assert!(own.len() > 500 && kept.len() < own.len());
-        // The list of one eye alone is what would be without the test.
+        // The lines of a single eye are what would be drawn without the test of agreement.
         lone_parts = [lone_parts[0] + lone(&own), lone_parts[1] + lone(&kept)];
-        assert!((lost as f64) < 0.05 * near as f64, "{file}");
+        assert!((lost as f64) < 0.05 * near as f64, "{file}: {lost} of {near} lines with a near partner are left out");
     }
-    assert!(lone_parts[1] < 0.7 * lone_parts[0], "{lone_parts:?}");
+    assert!(
+        lone_parts[1] < 0.7 * lone_parts[0],
+        "fraction of lines without a partner, single eye and pair: {lone_parts:?}"
+    );
 }

@@ -1,5 +1,5 @@
-//! Suggestive contours against where the radial curvature of the land is zero, pixel by pixel: of closed forms, and of real
-//! heights under a B-spline that is evaluated here.
+//! Suggestive contours compared, pixel by pixel, with the zeros of the land's radial curvature: for closed forms, and
+//! for real heights under a B-spline that is evaluated here.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -14,17 +14,17 @@ use crate::tests::common::{World, filled_grid, grid_of, real_data};
 use crate::tests::curvature::{LANDS, RADIUS_M, bend, jet, style};
 
 pub const SIZE_PX: [u32; 2] = [480, 320];
-/// About, for how large features are.
+/// Approximate focal length, for the size of features in pixels.
 const FOCAL_PX: f64 = 500.0;
 
-/// Curvature along the direction to the eye, that direction, and the cosine between it and the normal.
+/// The curvature along the direction to the eye, that direction, and the cosine between eye and normal.
 struct Toward {
     curvature: f64,
     tangent: DVec3,
     facing: f64,
 }
 
-/// Slopes and second derivatives (xx, xy, yy) at a place of the map.
+/// A function from a position on the map to height, slopes and second derivatives (xx, xy, yy).
 type Bends<'a> = &'a dyn Fn(DVec2) -> (f64, DVec2, [f64; 3]);
 
 fn toward(bends: Bends<'_>, map: DVec2, eye_m: DVec3) -> Toward {
@@ -37,9 +37,9 @@ fn toward(bends: Bends<'_>, map: DVec2, eye_m: DVec3) -> Toward {
     Toward { curvature: bend(&jet, tangent.truncate(), tangent.truncate()), tangent, facing }
 }
 
-/// Places of the picture on lines where the curvature toward the eye is zero and rises by `least_rise` at least over a
-/// feature of `feature_m`, and where the land faces the eye by a cosine of `most_facing` at most and a feature has
-/// `least_px` at least, as it is foreshortened.
+/// Returns the points of the picture where the curvature toward the eye is zero and rises by at least `least_rise` over
+/// a feature of `feature_m`. The cosine between land and eye is at most `most_facing`, and the foreshortened feature
+/// has at least `least_px` pixels.
 fn zeros(
     shape: &Shape<'_>,
     places_m: &[Option<DVec3>],
@@ -66,7 +66,7 @@ fn zeros(
                 continue;
             }
             let (Some(place_a), Some(place_b)) = (places_m[pixel], places_m[other]) else { continue };
-            // Land behind land is no neighbour.
+            // Pixels across a jump in depth are not neighbours on the land.
             if place_a.distance(place_b) > 0.05 * place_a.distance(eye_m) {
                 continue;
             }
@@ -84,7 +84,7 @@ fn zeros(
     found
 }
 
-/// Along the edges of a kind, half a pixel apart.
+/// Returns points along the edges of a kind, half a pixel apart.
 pub fn drawn(world: &World, renderer: &Renderer, view: &View, pose: Pose, kind: u32) -> Vec<DVec2> {
     let count = strokes_left::<u32>(&world.gpu, renderer, &EDGE_DRAW, 1)[0] as usize / 2;
     let edges: Vec<Edge> = strokes_left(&world.gpu, renderer, &EDGES, count);
@@ -111,21 +111,22 @@ struct Found {
     drawn: usize,
 }
 
-/// What is asked is a bound, and what lies beside it may be either: it counts for neither.
+/// The limits are sharp in the pass, so zeros within this factor of a limit count neither as missed nor as wrong.
 const BESIDE: f64 = 1.5;
 
-/// What is compared: land by its derivatives, where it is as they say, with features of `feature_m`.
+/// The shape to compare with: the land's derivatives, where they are known, with features of `feature_m`.
 struct Shape<'a> {
     bends: Bends<'a>,
     is_known: &'a dyn Fn(DVec2) -> bool,
     feature_m: f64,
-    /// Features that have fewer pixels are not looked for.
+    /// Smaller features, in pixels, are not compared.
     least_px: f64,
-    /// -1 looks for lines where the curvature falls toward the eye.
+    /// With -1, lines are expected where the curvature falls toward the eye (a planted error).
     sign: f64,
 }
 
-/// `eye_off_m`: the truth is that of an eye elsewhere.
+/// Compares drawn contours with the zeros; `eye_off_m` moves the eye for which the zeros are computed (a planted
+/// error).
 fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, eye_off_m: DVec3) -> Found {
     let is_known = shape.is_known;
     let pose = world.pose(camera);
@@ -158,7 +159,7 @@ fn they_lie_where_the_radial_curvature_of_closed_forms_is_zero() {
         let Some(mut world) = World::new(grid_of(samples, samples, spacing_m, height_m), 0.2) else { return };
         let mut style = style(1.0);
         let strokes = style.strokes.as_mut().unwrap();
-        // Samples are small here.
+        // Samples are close together here, so a feature rises little.
         (strokes.suggestive_rise, strokes.suggestive_deg) = (4e-4, 5.0);
         let bends = |map: DVec2| {
             let (height_m, slope, second, _) = jet(land.height_m, map);
@@ -172,17 +173,21 @@ fn they_lie_where_the_radial_curvature_of_closed_forms_is_zero() {
             let Found { recall, precision, zeros, drawn } = at(camera, DVec3::ZERO);
             total += zeros;
             println!(
-                "{}, {camera}: {zeros} pixels of zeros, recall {:.1} %; {drawn} places drawn, precision {:.1} %",
+                "{}, {camera}: {zeros} pixels of zeros, recall {:.1} %; {drawn} points drawn, precision {:.1} %",
                 land.name,
                 100.0 * recall,
                 100.0 * precision
             );
             if land.name == "cylinder" {
-                assert!(drawn == 0, "a cylinder is convex all over");
+                assert!(drawn == 0, "a cylinder is convex everywhere, and has {drawn} points of suggestive contours");
                 continue;
             }
-            assert!(recall >= 0.95 && precision >= 0.95, "{}: {recall} {precision}", land.name);
-            // Planted: the lines of an eye elsewhere.
+            assert!(
+                recall >= 0.95 && precision >= 0.95,
+                "{}: recall {recall}, precision {precision}, expected at least 0.95",
+                land.name
+            );
+            // Planted error: the lines of an eye elsewhere.
             let planted = at(camera, DVec3::new(400.0, 0.0, 200.0));
             assert!(zeros < 50 || planted.recall < 0.5 && planted.precision < 0.5, "{}", land.name);
         }
@@ -190,7 +195,7 @@ fn they_lie_where_the_radial_curvature_of_closed_forms_is_zero() {
     assert!(total > 400);
 }
 
-/// Second derivatives of a uniform cubic B-spline over the samples of a grid.
+/// Returns height, slopes and second derivatives of a uniform cubic B-spline over the samples of a grid.
 fn spline(grid: &HeightGrid, spacing_m: f64, map: DVec2) -> (f64, DVec2, [f64; 3]) {
     let half = DVec2::new(f64::from(grid.width - 1), f64::from(grid.height - 1)) * 0.5;
     let g = DVec2::new(map.x, -map.y) / spacing_m + half;
@@ -221,7 +226,7 @@ fn spline(grid: &HeightGrid, spacing_m: f64, map: DVec2) -> (f64, DVec2, [f64; 3
         y[of_y].iter().enumerate().map(|(row, weight)| weight * of_row(row)).sum::<f64>()
     };
     let by = 1.0 / spacing_m;
-    // Rows go south.
+    // Rows run south.
     let slope = DVec2::new(sum(1, 0), -sum(0, 1)) * by;
     (sum(0, 0), slope, [sum(2, 0) * by * by, -sum(1, 1) * by * by, sum(0, 2) * by * by])
 }
@@ -236,7 +241,7 @@ fn they_lie_where_that_of_real_land_is_zero() {
     for (file, camera) in views {
         let Some(path) = real_data(file) else { return };
         let real = filled_grid(&path);
-        // The heights on a flat map, where they are known.
+        // The same heights on a flat map, where derivatives are known.
         let spacing_m = 90.0;
         let middle = [real.width / 2, real.height / 2];
         let [width, height] = [real.width, real.height].map(|side| side.min(600));
@@ -256,17 +261,20 @@ fn they_lie_where_that_of_real_land_is_zero() {
         let mut at = |shape: &Shape<'_>| compare(&mut world, camera, &style, shape, DVec3::ZERO);
         let Found { recall, precision, zeros, drawn } = at(&shape);
         println!(
-            "{file}: {zeros} pixels of zeros, recall {:.1} % within {NEAR_PX} px; {drawn} places drawn, precision {:.1} %",
+            "{file}: {zeros} pixels of zeros, recall {:.1} % within {NEAR_PX} px; {drawn} points drawn, precision {:.1} %",
             100.0 * recall,
             100.0 * precision
         );
         let planted = at(&Shape { sign: -1.0, ..shape });
         println!(
-            "  planted, where it falls: recall {:.1} %, precision {:.1} %",
+            "  planted error, zeros where the curvature falls: recall {:.1} %, precision {:.1} %",
             100.0 * planted.recall,
             100.0 * planted.precision
         );
-        assert!(zeros > 400 && recall >= 0.95 && precision >= 0.95, "{file}: {recall} {precision}");
-        assert!(planted.recall < 0.5 && planted.precision < 0.5, "{file}");
+        assert!(
+            zeros > 400 && recall >= 0.95 && precision >= 0.95,
+            "{file}: recall {recall}, precision {precision}, expected at least 0.95"
+        );
+        assert!(planted.recall < 0.5 && planted.precision < 0.5, "{file}: zeros where the curvature falls pass");
     }
 }

@@ -1,4 +1,4 @@
-//! Lines of pixels through a stroke texture: they take the ink that strokes take, and the texture runs along them.
+//! Pixel lines drawn with a stroke texture: they have as much ink as strokes have, and the texture runs along them.
 
 use std::sync::Arc;
 
@@ -16,7 +16,7 @@ const SIZE_PX: [u32; 2] = [480, 480];
 const RADIUS_M: f64 = 100.0;
 const AWAY_M: f64 = 300.0;
 const WIDTH_PX: f64 = 16.0;
-/// Sectors of the circle that are compared.
+/// Number of sectors of the circle that are compared.
 const SECTORS: usize = 8;
 
 fn style(texture: Option<&str>) -> Style {
@@ -29,20 +29,20 @@ fn style(texture: Option<&str>) -> Style {
     style
 }
 
-/// The outline of a ball in the middle of the picture.
+/// The outline of a ball in the centre of the picture.
 struct Outline {
     line: Vec<f64>,
     radius_px: f64,
 }
 
 impl Outline {
-    /// Ink at an angle, so far inside the outline.
+    /// Returns the ink at an angle, `inside_px` inside the outline.
     fn ink(&self, angle: f64, inside_px: f64) -> f64 {
         let px = DVec2::from_angle(angle) * (self.radius_px - inside_px) + DVec2::splat(0.5 * f64::from(SIZE_PX[0]));
         self.line[px.y as usize * SIZE_PX[0] as usize + px.x as usize]
     }
 
-    /// Mean change of ink by a step along the line, or across it, in each sector.
+    /// Returns the mean change of ink for a step along the line, or across it, in each sector.
     fn changes(&self, along_px: f64, across_px: f64) -> [f64; SECTORS] {
         std::array::from_fn(|sector| {
             let steps = 400;
@@ -90,7 +90,7 @@ fn textures_run_along_lines_of_pixels() {
         };
         let (along, across) = (by(drawn.changes(4.0, 0.0)), by(drawn.changes(0.0, 4.0)));
         println!(
-            "{name}: ink {:.3}, a wide stroke has {expected:.3}; by 4 px along it changes by {:.3} to {:.3}, across by \
+            "{name}: ink {:.3}, a wide stroke has {expected:.3}; a step of 4 px along it changes ink by {:.3} to {:.3}, across it by \
              {:.3} to {:.3}",
             drawn.mean(),
             along.0,
@@ -99,8 +99,12 @@ fn textures_run_along_lines_of_pixels() {
             across.1
         );
         assert!((drawn.mean() - expected).abs() < 0.06, "{name}");
-        // As much in all sectors: no swirl. Hairs of a brush run along; solid lines change nowhere.
-        assert!(along.1 < 2.2 * along.0 && along.0 > 0.0, "{name}");
+        // The change is similar in all sectors, so the texture does not swirl. The hairs of a brush run along the line;
+        // solid lines do not change at all.
+        assert!(
+            along.1 < 2.2 * along.0 && along.0 > 0.0,
+            "{name}: the change of ink along the line depends on the sector: {along:?}"
+        );
         assert!(name != "brush" || along.1 < 0.6 * across.0);
         assert!(solid.changes(4.0, 0.0)[0] < 1e-3);
     }

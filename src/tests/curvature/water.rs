@@ -1,4 +1,4 @@
-//! Water does not bend, whatever the form of the land is there.
+//! Water has no curvature, whatever the form of the land there.
 
 use hachure::frame::Renderer;
 use hachure::style::Style;
@@ -11,7 +11,7 @@ use crate::tests::curvature::SIZE_PX;
 
 const LAKE_M: f64 = -20.0;
 
-/// Waves that stand in a lake.
+/// Returns the height of hills whose valleys hold lakes.
 fn height_m(x_m: f64, y_m: f64) -> f64 {
     (120.0 * (x_m / 300.0).sin() * (y_m / 260.0).cos() + 0.05 * y_m).max(LAKE_M)
 }
@@ -23,7 +23,7 @@ fn lakes_do_not_bend() {
     let mut style = all_lines("strokes");
     style.strokes.as_mut().unwrap().suggestive_px = Some(6.0);
     style.water = Style::load("strokes").unwrap().water;
-    // Blocks of the lake, and how many of them say that they bend.
+    // The blocks of lakes, and how many of them have curvature.
     let mut lake: Option<Vec<usize>> = None;
     let wide = SIZE_PX[0].div_ceil(4) as usize + 1;
     let mut bent = |style: &Style| {
@@ -40,8 +40,8 @@ fn lakes_do_not_bend() {
         (lake.iter().filter(|block| normals[**block][3] > 0.0).count(), lake.len())
     };
     let (found, count) = bent(&style);
-    // Planted: water that nobody knows of.
+    // Planted error: a style that ignores water.
     let (planted, _) = bent(&Style { water: None, ..style });
-    println!("{count} blocks of lakes: {found} bend, where nobody knows of water {planted}");
+    println!("{count} blocks of lakes: {found} have curvature; without water in the style, {planted}");
     assert!(count > 300 && found == 0 && planted == count);
 }

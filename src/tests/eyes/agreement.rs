@@ -1,4 +1,4 @@
-//! Lines, strokes and marks of two eyes are the same, on land that is far.
+//! Lines, strokes and marks of two eyes agree on distant land.
 
 use glam::DVec2;
 use hachure::measure::stereo::orphans;
@@ -16,7 +16,7 @@ const MOUNTAINS: [(&str, &str); 3] = [
     ("dem/geotiff/N46E008_alps.tif", "0,0,+300,40,0,55"),
 ];
 
-/// Mountains of ours, and as many real ones, each with a camera.
+/// Returns procedural mountains and `real` real ones, each with a camera.
 fn places(real: usize) -> Vec<(String, World, Pose)> {
     let own = World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0);
     let own = own.map(|world| ("procedural", world, "-300,-2500,+350,20,-6,60"));
@@ -29,7 +29,7 @@ fn places(real: usize) -> Vec<(String, World, Pose)> {
     own.into_iter().chain(real).map(place).collect()
 }
 
-/// A thirtieth of the nearest land.
+/// Returns a wide distance between eyes: a thirtieth of the distance to the nearest land.
 fn wide_m(world: &mut World, pose: Pose, style: &Style) -> f64 {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     nearest_m(&world.gpu, &mut renderer, &mut world.surfaces, pose, style).unwrap().unwrap() / 30.0
@@ -53,7 +53,7 @@ fn lines_of_far_land_have_partners() {
         let (alone, _) = at(&ink_alone(), wide_m);
         let orphans_of = |metrics: &Metrics| of(metrics, "orphans");
         println!(
-            "{place}: orphans {:.4} % at 65 mm, {:.4} % at {wide_m:.1} m, alone {:.4} %; ink correlates by {:.3}; \
+            "{place}: orphans {:.4} % at 65 mm, {:.4} % at {wide_m:.1} m, alone {:.4} %; correlation of ink {:.3}; \
              coverage {:.3} of that alone",
             100.0 * orphans_of(&narrow),
             100.0 * orphans_of(&wide),
@@ -61,10 +61,13 @@ fn lines_of_far_land_have_partners() {
             of(&wide, "line_correlation"),
             of(&wide, "line_coverage") / of(&alone, "line_coverage")
         );
-        assert!(orphans_of(&narrow) <= 1e-3 && orphans_of(&wide) <= 1e-3, "{place}");
-        assert!(of(&wide, "line_correlation") >= 0.9, "{place}");
-        assert!((of(&wide, "line_coverage") / of(&alone, "line_coverage") - 1.0).abs() <= 0.15, "{place}");
-        // Planted: parallax of the wrong sign, and lines that are three pixels off.
+        assert!(orphans_of(&narrow) <= 1e-3 && orphans_of(&wide) <= 1e-3, "{place}: too many lines without a partner");
+        assert!(of(&wide, "line_correlation") >= 0.9, "{place}: the correlation of ink is below 0.9");
+        assert!(
+            (of(&wide, "line_coverage") / of(&alone, "line_coverage") - 1.0).abs() <= 0.15,
+            "{place}: agreement changes the coverage of lines"
+        );
+        // Planted errors: parallax of the wrong sign, and lines that are three pixels off.
         let exchanged = [eyes[1].clone(), eyes[0].clone()];
         let swapped = [0, 1].map(|i| DrawnFrame { ink: exchanged[i].ink.clone(), ..eyes[i].clone() });
         assert!(orphans_of(&agreement(&swapped)) > 10.0 * orphans_of(&wide), "{place}");
@@ -74,7 +77,7 @@ fn lines_of_far_land_have_partners() {
     }
 }
 
-/// Lines along the rims of holes are taken away in each eye; those of ridges before holes stay in both.
+/// Lines along the rims of holes are removed in each eye; those of ridges in front of holes stay in both.
 #[test]
 fn holes_take_no_lines_of_pairs() {
     let (file, camera) = MOUNTAINS[0];
@@ -93,7 +96,7 @@ fn holes_take_no_lines_of_pairs() {
 fn what_lacks_a_partner_is_told() {
     let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
     let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("ink").unwrap(), &rig(pose, IPD_M, SIZE_PX));
-    // Planted: a patch of the right eye's lines is gone.
+    // Planted error: the right eye's lines are erased in a rectangle.
     let mut rubbed = eyes[1].clone();
     let (low, high) = (DVec2::new(200.0, 120.0), DVec2::new(360.0, 240.0));
     let is_in = |pixel: usize, by_px: f64| {
@@ -113,7 +116,7 @@ fn what_lacks_a_partner_is_told() {
     let missed = (0..ink.len()).filter(|pixel| is_in(*pixel, -4.0) && ink[*pixel] > 0.5 && lone[*pixel] == 0.0).count();
     let elsewhere = (0..ink.len()).filter(|pixel| !is_in(*pixel, 4.0) && lone[*pixel] > 0.1).count();
     let found = lone.iter().filter(|ink| **ink > 0.5).count();
-    println!("{place}: {found} pixels lack a partner, {missed} are missed, {elsewhere} lie elsewhere");
+    println!("{place}: {found} pixels lack a partner, {missed} are missed, {elsewhere} are elsewhere");
     assert!(found > 100 && missed == 0 && elsewhere == 0);
 }
 
@@ -131,18 +134,18 @@ fn strokes_of_two_eyes_are_the_same_strokes() {
             for (ipd_m, least, most) in [(IPD_M, 0.95, [0.01, 0.002]), (wide_m, 0.93, [0.03, 0.006])] {
                 let (metrics, mut eyes) = at(ipd_m);
                 println!(
-                    "{place}, {name}, eyes {ipd_m:.3} m apart: ink correlates by {:.3}, orphans {:.3} %, other identity \
+                    "{place}, {name}, eyes {ipd_m:.3} m apart: correlation of ink {:.3}, orphans {:.3} %, other identity \
                      {:.2} %, other width {:.2} %",
                     of(&metrics, "line_correlation"),
                     100.0 * of(&metrics, "orphans"),
                     100.0 * of(&metrics, "other_identity"),
                     100.0 * of(&metrics, "other_width")
                 );
-                assert!(of(&metrics, "line_correlation") >= least, "{place}, {name}");
-                assert!(of(&metrics, "other_identity") <= most[0], "{place}, {name}");
-                assert!(of(&metrics, "other_width") <= 0.01, "{place}, {name}");
-                assert!(of(&metrics, "orphans") <= most[1], "{place}, {name}");
-                // Planted: identity and width are not shared.
+                assert!(of(&metrics, "line_correlation") >= least, "{place}, {name}: correlation of ink");
+                assert!(of(&metrics, "other_identity") <= most[0], "{place}, {name}: strokes with another identity");
+                assert!(of(&metrics, "other_width") <= 0.01, "{place}, {name}: strokes of another width");
+                assert!(of(&metrics, "orphans") <= most[1], "{place}, {name}: strokes without a partner");
+                // Planted error: the eyes do not share identities.
                 let centres = eyes[1].centres.as_mut().unwrap();
                 centres.id.iter_mut().for_each(|id| *id = id.wrapping_mul(3));
                 assert!(of(&agreement(&eyes), "other_identity") > 0.9, "{place}, {name}");
@@ -159,11 +162,14 @@ fn marks_of_two_eyes_are_as_dark() {
             let wide_m = wide_m(&mut world, pose, &style);
             let mut eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, wide_m, SIZE_PX));
             let correlation = of(&agreement(&eyes), "mark_correlation");
-            println!("{place}, {name}: the ink of marks correlates by {correlation:.3}");
-            // Each eye chooses among rows by its own picture, so some marks are in one eye only.
+            println!("{place}, {name}: correlation of the ink of marks {correlation:.3}");
+            // Each eye selects rows by its own picture, so some marks are in one eye only.
             let is_of_rows = style.rows.is_some();
-            assert!(correlation >= if is_of_rows { 0.9 } else { 0.93 }, "{place}, {name}");
-            // Planted: marks that lie some pixels off.
+            assert!(
+                correlation >= if is_of_rows { 0.9 } else { 0.93 },
+                "{place}, {name}: correlation {correlation:.3}"
+            );
+            // Planted error: marks shifted by several pixels.
             eyes[1].marks.as_mut().unwrap().rotate_right(6);
             let apart = of(&agreement(&eyes), "mark_correlation");
             assert!(apart < if is_of_rows { 0.8 } else { 0.9 }, "{place}, {name}: {apart:.3}");
@@ -171,7 +177,7 @@ fn marks_of_two_eyes_are_as_dark() {
     }
 }
 
-/// `cargo test --release --test eyes table -- --ignored --nocapture`
+/// Prints a table of agreement: `cargo test --release --test eyes table -- --ignored --nocapture`
 #[test]
 #[ignore = "a measurement"]
 fn table() {

@@ -1,4 +1,4 @@
-//! Eyes that are exchanged exchange their pictures, and eyes at one place see what one eye sees: to the bit.
+//! Exchanged eyes have exchanged pictures, and two eyes at one position see what one eye sees, bit for bit.
 
 use hachure::composite::PICTURE;
 use hachure::gpu::readback::read;
@@ -22,9 +22,12 @@ fn exchanged_eyes_exchange_their_pictures() {
     for name in hachure::style::names() {
         let style = Style::load(name).unwrap();
         let [before, after] = [1.0, -1.0].map(|ipd_m| pictures(&mut world, &style, &rig(pose, ipd_m, SIZE_PX)));
-        assert!(before[0] == after[1] && before[1] == after[0], "{name}");
-        // Planted: they are not the same.
-        assert!(before[0] != after[0], "{name}");
+        assert!(
+            before[0] == after[1] && before[1] == after[0],
+            "{name}: exchanged eyes do not have exchanged pictures"
+        );
+        // Planted error: both eyes have the same picture.
+        assert!(before[0] != after[0], "{name}: both eyes have the same picture");
     }
 }
 
@@ -36,8 +39,11 @@ fn eyes_at_one_place_are_one_eye() {
         let style = Style::load(name).unwrap();
         let mono = pictures(&mut world, &style, &Rig::mono(View::whole(pose, pose, SIZE_PX)));
         let pair = pictures(&mut world, &style, &rig(pose, 0.0, SIZE_PX));
-        assert!(pair[0] == mono[0] && pair[1] == mono[0], "{name}");
-        // Planted: a tenth of a metre is seen.
-        assert!(pictures(&mut world, &style, &rig(pose, 0.1, SIZE_PX))[0] != mono[0], "{name}");
+        assert!(pair[0] == mono[0] && pair[1] == mono[0], "{name}: two eyes at one position differ from one eye");
+        // Planted error: eyes a tenth of a metre apart.
+        assert!(
+            pictures(&mut world, &style, &rig(pose, 0.1, SIZE_PX))[0] != mono[0],
+            "{name}: a distance of 0.1 m between the eyes changes nothing"
+        );
     }
 }

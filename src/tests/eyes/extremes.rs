@@ -1,5 +1,5 @@
-//! Eyes close together and far apart, before a wall, in the ground, looking straight up and down, behind a cliff, with
-//! lenses of a degree and of a hundred and fifty: what is drawn is finite, and lines that both eyes see are not lost.
+//! Eyes close together and far apart, in front of a wall, in the ground, looking straight up and down, behind a cliff,
+//! with fields of view of 1° and 150°: everything drawn is finite, and lines that both eyes see are not lost.
 
 use hachure::lines::smooth::SMOOTHED;
 use hachure::lines::stereo::agree::AGREED;
@@ -10,12 +10,12 @@ use crate::tests::common::{World, all_lines, grid_of};
 
 const SIZE_PX: [u32; 2] = [160, 90];
 
-/// A plain with a wall of 200 m to the north of x = 0.
+/// Returns a plain with a wall of 200 m north of y = 0.
 fn cliff() -> Option<World> {
     World::new(grid_of(257, 257, 4.0, |x, y| if y > 0.0 && x > -40.0 { 200.0 } else { 0.05 * x.sin() }), 1.0)
 }
 
-/// Place, eyes, how far they are apart in metres.
+/// Name, camera, and distance between the eyes in metres.
 const PLACES: [(&str, &str, f64); 10] = [
     ("eyes 1 mm apart", "0,-200,+20,0,5,60", 0.001),
     ("eyes 1 km apart", "0,-200,+20,0,5,60", 1000.0),
@@ -41,26 +41,32 @@ fn what_two_eyes_draw_is_finite_everywhere() {
             let frame = frame_of(&world.gpu, &mut world.surfaces, &style, &rig);
             for eye in 0..2 {
                 let picture = halves(&world.gpu, frame.eye_target(eye, &hachure::composite::PICTURE).unwrap());
-                assert!(picture.iter().flatten().all(|value| value.is_finite()), "{place}, {name}");
+                assert!(
+                    picture.iter().flatten().all(|value| value.is_finite()),
+                    "{place}, {name}: a pixel is not finite"
+                );
             }
             if name != "ink" {
                 continue;
             }
-            // What agreement alone takes.
+            // What agreement between the eyes removes, without the limit on crowded lines.
             let frame = frame_of(&world.gpu, &mut world.surfaces, &all_lines(name), &rig);
             for eye in 0..2 {
                 let lines =
                     [&SMOOTHED, &AGREED].map(|kind| floats::<1>(&world.gpu, frame.eye_target(eye, kind).unwrap()));
                 let sum = |line: &[[f32; 1]]| line.iter().map(|[ink]| f64::from(*ink)).sum::<f64>();
                 let [all, left] = lines.each_ref().map(|line| sum(line));
-                println!("{place}, eye {eye}: {left:.1} of {all:.1} pixels of line are left");
-                assert!(lines[1].iter().zip(&lines[0]).all(|(left, all)| (0.0..=all[0]).contains(&left[0])), "{place}");
+                println!("{place}, eye {eye}: {left:.1} of {all:.1} pixels of line remain");
+                assert!(
+                    lines[1].iter().zip(&lines[0]).all(|(left, all)| (0.0..=all[0]).contains(&left[0])),
+                    "{place}: agreement adds ink"
+                );
                 taken += all - left;
-                // What one eye alone sees stays.
-                assert!(left >= 0.9 * all, "{place}: {left} of {all}");
+                // What only one eye sees remains.
+                assert!(left >= 0.9 * all, "{place}: only {left} of {all} pixels of line remain");
             }
         }
     }
-    // A pass that takes nothing would pass all of this.
-    assert!(taken > 1.0, "{taken}");
+    // A pass that removes nothing would pass all other checks.
+    assert!(taken > 1.0, "agreement removes only {taken} pixels of line");
 }

@@ -1,5 +1,5 @@
-//! Two eyes draw one drawing: how well they agree, and what must not depend on which of them comes first.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Two eyes draw one drawing: how well they agree, and that the result does not depend on which of them comes first.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 mod agreement;
 mod exchange;
@@ -19,12 +19,12 @@ use hachure::world::Surfaces;
 
 const LIGHT: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
 
-/// Two eyes at a camera that rests.
+/// Returns a stereo pair for a camera at rest.
 fn rig(pose: Pose, ipd_m: f64, size_px: [u32; 2]) -> Rig {
     Pair { ipd_m, convergence_m: None }.rig(&View::whole(pose, pose, size_px))
 }
 
-/// The first frame of a style.
+/// Draws the first frame of a style.
 fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Renderer {
     let mut renderer = Renderer::new(gpu).unwrap();
     let prepared = frame::prepare(gpu, surfaces, rig, style, &LIGHT);
@@ -33,7 +33,7 @@ fn frame_of(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Ren
     renderer
 }
 
-/// What all eyes draw of it.
+/// Draws the first frame of a style and reads back all eyes.
 fn draw(gpu: &Gpu, surfaces: &mut Surfaces, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
     let renderer = frame_of(gpu, surfaces, style, rig);
     (0..rig.eyes.len()).map(|eye| read_drawn(gpu, &renderer, rig, eye, style).unwrap()).collect()
@@ -45,14 +45,14 @@ fn agreement(eyes: &[DrawnFrame]) -> Metrics {
     totals.metrics().unwrap()
 }
 
-/// A preset with other lines.
+/// Loads a preset and changes its lines.
 fn with_lines(name: &str, change: impl FnOnce(&mut Lines)) -> Style {
     let mut style = Style::load(name).unwrap();
     change(style.lines.as_mut().unwrap());
     style
 }
 
-/// `ink` whose eyes know nothing of each other.
+/// Loads `ink` without agreement between the eyes.
 fn ink_alone() -> Style {
     with_lines("ink", |lines| lines.stereo = Stereo::Alone)
 }

@@ -1,4 +1,4 @@
-//! Things half a metre to ten metres away: contours lie elsewhere on them for each eye.
+//! Objects 0.2 m to 10 m away, on which contours are at different places for each eye.
 
 use std::sync::Arc;
 
@@ -11,10 +11,10 @@ use crate::tests::common::{World, all_lines, real_data, shapes};
 const SIZE_PX: [u32; 2] = [480, 270];
 const IPD_M: f64 = 0.065;
 
-/// High above the land, which is far below: what is seen is the thing alone, the sky and the land.
+/// A camera high above the land, so that the object is seen alone against land and sky.
 const CAMERA: &str = "0,0,700,20,-20,60";
 
-/// So far away, and so large.
+/// Distance and radius of the object, in metres.
 const PLACES: [(f64, f64); 4] = [(0.2, 0.06), (0.5, 0.12), (2.0, 0.6), (10.0, 3.0)];
 
 const REAL: [&str; 4] = [
@@ -24,7 +24,7 @@ const REAL: [&str; 4] = [
     "obj/trees_quaternius/DeadTree_3.obj",
 ];
 
-/// Puts a thing before the camera.
+/// Places an object in front of the camera.
 fn place(world: &mut World, mesh: &Arc<Mesh>, (away_m, radius_m): (f64, f64), z_up: bool, yaw_deg: f64) -> Pose {
     let pose = world.pose(CAMERA);
     let middle_m = pose.position_m + pose.forward * away_m;
@@ -35,19 +35,20 @@ fn place(world: &mut World, mesh: &Arc<Mesh>, (away_m, radius_m): (f64, f64), z_
     pose
 }
 
-/// Of the ink of `charcoal` in a cell: its texture has gaps, which lie elsewhere on a stroke that is another one's.
+/// Least fraction of the ink of `charcoal` that must remain in a cell. Its texture has gaps, whose positions change
+/// where a stroke takes over another identity.
 const LEAST_LEFT: f64 = 0.3;
 
-/// What eyes draw that know nothing of each other.
+/// Draws each eye alone, without agreement between them.
 fn draw_alone(world: &mut World, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
     let mut of = |eye: usize| draw(&world.gpu, &mut world.surfaces, style, &Rig::mono(rig.eyes[eye])).remove(0);
     vec![of(0), of(1)]
 }
 
-/// How much of the ink that an eye alone draws is left, in the cell of 30 × 30 pixels where that is least.
+/// Returns the fraction of ink, relative to each eye alone, in the cell of 30 × 30 pixels where it is least.
 fn least_left(pair: &[DrawnFrame], alone: &[DrawnFrame]) -> f64 {
     const CELL_PX: u32 = 30;
-    // Fewer pixels than these are ends of lines.
+    // Cells with fewer pixels of ink hold only ends of lines.
     const LEAST_INK: f64 = 30.0;
     let cells = |eye: &DrawnFrame| {
         let mut sums = vec![0.0; (SIZE_PX[0] / CELL_PX * (SIZE_PX[1] / CELL_PX)) as usize];
@@ -66,12 +67,12 @@ struct Measured {
     alone: f64,
     correlation: f64,
     least_left: f64,
-    /// As both eyes drew it.
+    /// The pair as drawn with agreement.
     eyes: Vec<DrawnFrame>,
 }
 
 fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
-    // Of all contours none is lost for the other eye; a cap leaves some out in both.
+    // Without the limit on crowded lines, which omits lines in both eyes, no contour may be lost to agreement.
     let all = all_lines(style);
     let all_eyes = draw(&world.gpu, &mut world.surfaces, &all, rig);
     let least_left = least_left(&all_eyes, &draw_alone(world, &all, rig));
@@ -82,7 +83,7 @@ fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
     let part = |metrics: &Metrics, name: &str| metrics[name].unwrap_or(f64::NAN);
     let orphans = [&pair, &alone].map(|metrics| part(metrics, "orphans"));
     println!(
-        "{thing}, {}: coverage {:.3} %, orphans {:.3} %, alone {:.3} %; ink correlates by {:.3}, alone {:.3}; coverage {:.3} of that \
+        "{thing}, {}: coverage {:.3} %, orphans {:.3} %, alone {:.3} %; correlation of ink {:.3}, alone {:.3}; coverage {:.3} of that \
          alone, in a cell at least {least_left:.3}; other identity {:.2} %, other width {:.2} %",
         style.name,
         100.0 * part(&pair, "line_coverage"),
@@ -109,19 +110,19 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             let thing = format!("{shape} {away_m} m away");
             let lines = measure(&mut world, &thing, "ink", &rig);
             let strokes = measure(&mut world, &thing, "charcoal", &rig);
-            // As near as a hand's breadth, all of the ball is between the contours of both eyes.
+            // At a hand's breadth, the whole ball is between the contours of both eyes.
             let most = if away_m < 0.5 { 0.1 } else { 0.01 };
-            assert!(lines.orphans <= most && strokes.orphans <= most, "{thing}");
-            assert!(lines.least_left >= 0.8 && strokes.least_left >= LEAST_LEFT, "{thing}");
-            // Strokes that run off the sheet leave it at other places in each eye.
-            assert!(away_m < 0.5 || strokes.correlation >= 0.93, "{thing}");
-            // Planted: strokes of the right eye that lie four pixels lower.
+            assert!(lines.orphans <= most && strokes.orphans <= most, "{thing}: lines without a partner");
+            assert!(lines.least_left >= 0.8 && strokes.least_left >= LEAST_LEFT, "{thing}: a cell lost its ink");
+            // Strokes that run off the picture leave it at different places in each eye.
+            assert!(away_m < 0.5 || strokes.correlation >= 0.93, "{thing}: the correlation of strokes is below 0.93");
             let mut eyes = strokes.eyes;
-            // Planted: a column of cells that one eye lost.
+            // Planted error: a column of cells that one eye lost.
             let mut lost = eyes.clone();
             let columns = (210..270).flat_map(|column| (0..SIZE_PX[1] as usize).map(move |row| (row, column)));
             columns.for_each(|(row, column)| lost[0].ink.as_mut().unwrap()[row * SIZE_PX[0] as usize + column] = 0.0);
             assert!(least_left(&lost, &eyes) < LEAST_LEFT && least_left(&eyes, &eyes) == 1.0, "{thing}");
+            // Planted error: strokes of the right eye that are four pixels lower.
             eyes[1].ink.as_mut().unwrap().rotate_right(4 * SIZE_PX[0] as usize);
             let lower = agreement(&eyes);
             assert!(lower["orphans"].unwrap() > 0.05 && lower["line_correlation"].unwrap() < 0.9, "{thing}");
@@ -135,27 +136,30 @@ fn models_have_the_same_lines_for_both_eyes() {
     for (i, name) in REAL.iter().enumerate() {
         let Some(file) = real_data(name) else { continue };
         let mesh = Arc::new(hachure::mesh::obj::read(&file).unwrap());
-        // A model and a tree as near as a hand, and one of each farther away.
+        // A model and a tree at half a metre, and one of each at two metres.
         for at in &PLACES[1 + i % 2..][..1] {
             let pose = place(&mut world, &mesh, *at, false, 30.0);
             let rig = rig(pose, IPD_M, SIZE_PX);
             let thing = format!("{name} {} m away", at.0);
             for style in ["ink", "strokes", "charcoal"] {
                 let measured = measure(&mut world, &thing, style, &rig);
-                // Broad strokes on needles as near as a hand: each eye keeps another outline of those side by side, and
-                // gives it a width by its length.
+                // Broad strokes on needles this near: of several parallel outlines each eye keeps another, whose length
+                // gives it another width.
                 let most = if style == "charcoal" && at.0 < 1.0 { 0.02 } else { 0.01 };
-                assert!(measured.orphans <= most, "{thing}, {style}");
+                assert!(measured.orphans <= most, "{thing}, {style}: lines without a partner");
                 let least = if style == "charcoal" { LEAST_LEFT } else { 0.8 };
-                assert!(measured.least_left >= least, "{thing}, {style}");
-                assert!(measured.orphans <= (0.5 * measured.alone).max(0.001), "{thing}, {style}");
+                assert!(measured.least_left >= least, "{thing}, {style}: a cell lost its ink");
+                assert!(
+                    measured.orphans <= (0.5 * measured.alone).max(0.001),
+                    "{thing}, {style}: agreement does not halve the lines without a partner"
+                );
             }
         }
     }
 }
 
-/// A side of the cube that only the right eye sees, edge-on: the contour runs along its near edge for the left eye, and
-/// along its far edge for the right one.
+/// A side of the cube that only the right eye sees, nearly edge-on: the left eye's contour is the near edge of that
+/// side, the right eye's is its far edge.
 #[test]
 fn a_contour_that_jumps_across_a_face_stays_for_both_eyes() {
     let Some((_, mut world)) = shapes::hill() else { return };
@@ -163,7 +167,8 @@ fn a_contour_that_jumps_across_a_face_stays_for_both_eyes() {
     let pose = place(&mut world, &mesh, PLACES[1], true, 30.0);
     let charcoal = Style::load("charcoal").unwrap();
     let eyes = draw(&world.gpu, &mut world.surfaces, &charcoal, &rig(pose, IPD_M, SIZE_PX));
-    // Of the side alone: right of the middle, between the cube's upper and lower edge, without the land's edge behind.
+    // The ink of the side alone: right of the centre, between the cube's upper and lower edge, without the land's
+    // horizon.
     let of_side = |eye: &DrawnFrame| {
         let ink = eye.ink.as_ref().unwrap();
         let rows = (110..125).chain(150..160);
@@ -172,5 +177,5 @@ fn a_contour_that_jumps_across_a_face_stays_for_both_eyes() {
     };
     let [left, right] = [&eyes[0], &eyes[1]].map(of_side);
     println!("ink of the side: {left:.1} and {right:.1}");
-    assert!(left > 30.0 && (0.7..1.4).contains(&(left / right)), "{left}, {right}");
+    assert!(left > 30.0 && (0.7..1.4).contains(&(left / right)), "ink of the side: left eye {left}, right eye {right}");
 }

@@ -1,4 +1,4 @@
-//! What frames make of trees that lean: both eyes, culling, rest, and the history of temporal anti-aliasing.
+//! Frames with leaning trees: both eyes, culling, rest, and the history of temporal anti-aliasing.
 
 use super::*;
 
@@ -33,7 +33,7 @@ fn both_eyes_see_trees_lean_alike() {
                 continue;
             }
             let there = (row * 320 + column) as usize;
-            // What is nearer hides it.
+            // A nearer surface hides the tree from the right eye.
             if (1e-6..0.9 * left_m).contains(&f64::from(right.1[there][3])) {
                 continue;
             }
@@ -44,22 +44,22 @@ fn both_eyes_see_trees_lean_alike() {
         same / all
     };
     let together = same(&rig);
-    // Planted: an eye that sees them two seconds later.
+    // Planted error: an eye whose clock is two seconds later.
     let mut apart = rig.clone();
     apart.eyes[1].clock.now_s += 2.0;
     let later = same(&apart);
-    println!("same tree in both eyes: {together:.4}, and in one that is two seconds later {later:.4}");
+    println!("same tree in both eyes: {together:.4}, with one eye two seconds later {later:.4}");
     assert!(together > 0.97 && 1.0 - later > 2.0 * (1.0 - together));
 }
 
-/// A part of a picture has all trees that lean into it from beside.
+/// Tests that a part of a picture has all trees that lean into it from outside.
 #[test]
 fn what_leans_into_the_picture_is_not_culled() {
     let storm = Wind { speed_m_s: 60.0, from_deg: 250.0 };
     let Some(mut world) = wooded(Form::Conifer, 60.0, Some(storm)) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     world.surfaces.set_tree_detail(4.0);
-    // Tall ones, of which only the tops are in the part.
+    // Tall trees, of which only the tops are in the part.
     world.surfaces.set_forest(Some(of(Form::Conifer, 60.0, 40.0)));
     let pose = world.pose("-300,-900,35,340,0,70");
     let clock = Clock::still(9.0);
@@ -76,13 +76,13 @@ fn what_leans_into_the_picture_is_not_culled() {
             };
             all += 1;
             other += usize::from(of_part.ids[y * 24 + x] != whole.ids[pixel]);
-            // Whose foot is beside the part.
+            // The foot of this tree is outside the part.
             let foot_px = whole.view.place_px(tree.at_m + DVec3::Z * 20.0 - pose.position_m);
             outside += usize::from(foot_px.is_some_and(|px| !(140.0..164.0).contains(&px.x)));
         }
     }
     println!("{other} of {all} pixels differ; {outside} are of trees that lean in");
-    // Planted by the second bound: without those that stand beside, more than half of the pixels would be others.
+    // Planted error, by the second bound: without the trees outside, more than half of the pixels would differ.
     assert!(all > 150 && outside > 100 && other * 100 < all);
 }
 
@@ -104,16 +104,20 @@ fn a_camera_at_rest_in_wind_goes_on_and_one_without_trees_in_view_rests() {
             clock = Clock { now_s: f64::from(number + 1) / 30.0, before_s: clock.now_s };
         }
         let is_due = renderer.is_settling() || renderer.may_sway();
-        assert_eq!(renderer.is_settling(), renderer.may_sway(), "samples go on as long as trees sway");
+        assert_eq!(
+            renderer.is_settling(),
+            renderer.may_sway(),
+            "sampling must continue exactly as long as trees may sway"
+        );
         !is_due
     };
-    assert!(!settles(among, Some(WIND)), "trees sway");
-    assert!(settles(among, None), "no wind");
-    assert!(settles(sky, Some(WIND)), "no trees");
-    assert!(settles(above, Some(WIND)), "canopies stand still");
+    assert!(!settles(among, Some(WIND)), "the picture rests although trees sway");
+    assert!(settles(among, None), "the picture does not rest without wind");
+    assert!(settles(sky, Some(WIND)), "the picture does not rest without trees in view");
+    assert!(settles(above, Some(WIND)), "the picture does not rest although canopies do not move");
 }
 
-/// In wind the mean of frames is as near to a picture of many samples as it is without.
+/// Tests that in wind the mean of frames is close to a picture of many samples.
 #[test]
 fn the_history_follows_trees_that_sway() {
     let Some(mut world) = wooded(Form::Broadleaf, 150.0, Some(WIND)) else { return };
@@ -125,7 +129,7 @@ fn the_history_follows_trees_that_sway() {
         renderer.set_antialias(Antialias::Temporal);
         for number in (0..frames).rev() {
             let now_s = 50.0 - f64::from(number) * step_s;
-            // Planted: trees that stood elsewhere, of which motion is not told.
+            // Planted error: trees that were elsewhere in the previous frames, unknown to the motion picture.
             if jumps {
                 let elsewhere = Wind { from_deg: WIND.from_deg + 40.0 * f64::from(number), ..WIND };
                 world.surfaces.set_wind(Some(elsewhere));
@@ -151,6 +155,6 @@ fn the_history_follows_trees_that_sway() {
         picture.iter().zip(&truth).map(|(a, b)| (a[1] - b[1]).powi(2)).sum::<f64>() / picture.len() as f64
     };
     let [followed, lost, alone] = [&followed, &lost, &alone].map(|picture| off(picture).sqrt());
-    println!("off by {followed:.5}; where motion does not tell {lost:.5}; one frame alone {alone:.5}");
+    println!("difference from many samples {followed:.5}; without motion of trees {lost:.5}; single frame {alone:.5}");
     assert!(followed < 0.8 * alone && followed < 0.9 * lost);
 }

@@ -1,5 +1,5 @@
-//! Trees sway in the wind as its own numbers say, at every level, and motion knows it.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Trees sway as the wind's own function says, at every level, and the motion picture agrees.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a panic fails the test; files are temporary")]
 
 use crate::tests::common;
 
@@ -27,10 +27,10 @@ use hachure::surface::{POSITION, SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const WIND: Wind = Wind { speed_m_s: 10.0, from_deg: 250.0 };
-/// Among trees of all levels.
+/// A camera among trees of all levels.
 const CAMERA: &str = "-300,-900,25,15,-4,50";
 
-/// A plain with a forest.
+/// Returns a plain with a forest.
 fn wooded(form: Form, trees_per_ha: f64, wind: Option<Wind>) -> Option<World> {
     let mut world = World::new(grid_of(321, 321, 20.0, |_, _| 0.0), 0.02)?;
     world.surfaces.set_forest(Some(of(form, trees_per_ha, 20.0)));
@@ -38,7 +38,7 @@ fn wooded(form: Form, trees_per_ha: f64, wind: Option<Wind>) -> Option<World> {
     Some(world)
 }
 
-/// What a frame shows of trees.
+/// The trees that a frame shows.
 struct Shown {
     ids: Vec<u32>,
     position: Vec<[f32; 4]>,
@@ -48,7 +48,7 @@ struct Shown {
 }
 
 impl Shown {
-    /// The place of a pixel in the world.
+    /// Returns the position of a pixel in the world.
     fn at_m(&self, pixel: usize) -> DVec3 {
         let [x, y, z, _] = self.position[pixel].map(f64::from);
         DVec3::new(x, y, z) + self.view.pose.position_m
@@ -64,7 +64,7 @@ fn centre(pixel: usize) -> DVec2 {
     DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
 }
 
-/// Draws a view; tiles come with the first of two frames.
+/// Draws a view twice; the first frame loads the tiles.
 fn shown(world: &mut World, renderer: &mut Renderer, view: View) -> Shown {
     let style = Style::load("plain").unwrap();
     renderer.set_wants_motion(true);
@@ -98,16 +98,16 @@ fn without_wind_the_clock_is_nothing() {
         halves(&world.gpu, renderer.target(&PICTURE).unwrap())
     };
     let calm = picture(None, 0.0);
-    assert!(picture(None, 1234.5) == calm, "another time");
-    assert!(picture(Some(Wind { speed_m_s: 0.0, ..WIND }), 1234.5) == calm, "a wind of 0 m/s");
+    assert!(picture(None, 1234.5) == calm, "without wind the picture depends on the time");
+    assert!(picture(Some(Wind { speed_m_s: 0.0, ..WIND }), 1234.5) == calm, "a wind of 0 m/s changes the picture");
     let windy = picture(Some(WIND), 1234.5);
-    assert!(picture(Some(WIND), 1234.5) == windy, "the same time");
-    // Planted: wind, and another second of it.
+    assert!(picture(Some(WIND), 1234.5) == windy, "two pictures of the same time differ");
+    // Planted errors: wind, and a time one second later.
     assert!(windy != calm && picture(Some(WIND), 1235.5) != windy);
 }
 
-/// The motion of each pixel of a tree, against what the wind does to its tree in f64: how far it is off, by level, in
-/// pixels, and by more than leaves may flutter.
+/// Compares the motion of each pixel of a tree with what the wind does to that tree in f64; returns the differences by
+/// level, in pixels, less what leaves may flutter.
 fn off_px(shown: &Shown, wind: Wind, clock: Clock) -> [Vec<f64>; 4] {
     let trees = shown.by_id();
     let mut off: [Vec<f64>; 4] = Default::default();
@@ -121,7 +121,7 @@ fn off_px(shown: &Shown, wind: Wind, clock: Clock) -> [Vec<f64>; 4] {
         let Some(was_px) = before.place_px(was_m - before.pose.position_m) else { continue };
         let [x, y] = shown.motion[pixel].map(f64::from);
         let px_per_m = shown.view.focal_px() / tree.at_m.distance(shown.view.pose.position_m);
-        // Leaves of meshes do by 4 cm, 1.7 times in a second at most; small trees do not.
+        // The leaves of meshes flutter by 4 cm, at most 1.7 times per second; small trees do not flutter.
         let flutters = tree.level != IMPOSTOR && f64::from(tree.instance.height_m) * px_per_m > 1.4 * IMPOSTOR_PX;
         let swing = (std::f64::consts::TAU * 1.7 * (clock.now_s - clock.before_s)).min(2.0);
         let flutter_px = if flutters { 0.04 * 2.0_f64.sqrt() * swing * px_per_m } else { 0.0 };
@@ -137,26 +137,29 @@ fn motion_is_what_wind_does_to_each_tree() {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose(CAMERA);
     let previous = Pose { position_m: pose.position_m - DVec3::new(0.3, 1.0, 0.1), ..pose };
-    // A frame of a film, and a long one.
+    // The time between frames of a film, and a long one.
     for (step_s, least) in [(0.04, 0.01), (1.0, 0.25)] {
         let clock = Clock { now_s: 3000.0, before_s: 3000.0 - step_s };
         let shown = shown(&mut world, &mut renderer, View::whole(previous, pose, SIZE_PX).at(clock));
         let off = off_px(&shown, WIND, clock);
-        // Planted: a world that stands still.
+        // Planted error: trees that do not move.
         let still = off_px(&shown, WIND, Clock::still(3000.0));
         for level in [NEAR, MIDDLE, IMPOSTOR] {
             let pixels = off[level as usize].len();
             let [off, still] = [&off, &still].map(|off| quantile(&mut off[level as usize].clone(), 0.95));
             println!(
-                "{step_s} s, level {level}: {off:.4} px off on {pixels}, without the tree's own motion {still:.4}"
+                "{step_s} s, level {level}: error {off:.4} px on {pixels} pixels, without the tree's own motion {still:.4}"
             );
-            assert!(pixels > 100 && off < 0.01 && still > least, "{level}: {off} px, {still} px");
+            assert!(
+                pixels > 100 && off < 0.01 && still > least,
+                "level {level}: error of motion {off} px, without the tree's own motion {still} px"
+            );
         }
     }
 }
 
-/// Of the pixels of crowns that were in the frame before as well, and not hidden there, the part whose motion leads to the
-/// same tree.
+/// Considers the pixels of crowns that were in the previous frame and not hidden there; returns the fraction whose
+/// motion leads to the same tree, and their number.
 fn same_tree(now: &Shown, before: &Shown, motion: impl Fn(usize) -> DVec2) -> (f64, usize) {
     let (mut same, mut all) = (0, 0);
     let trees = now.by_id();
@@ -189,7 +192,7 @@ impl Shown {
 
 #[test]
 fn motion_leads_to_the_same_tree_in_the_frame_before() {
-    // Some trees apart from each other, so that what is behind does not show.
+    // Trees apart from each other, so that a pixel does not show the tree behind.
     let wind = Wind { speed_m_s: 18.0, ..WIND };
     let Some(mut world) = wooded(Form::Broadleaf, 40.0, Some(wind)) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -202,7 +205,7 @@ fn motion_leads_to_the_same_tree_in_the_frame_before() {
         let [x, y] = now.motion[pixel].map(f64::from);
         DVec2::new(x, y)
     });
-    // Planted: no motion of trees, that of the eye alone; and none at all.
+    // Planted errors: motion of the eye alone, and no motion.
     let eyes = |pixel: usize| {
         let before = View::whole(previous, previous, SIZE_PX);
         let was = before.place_px(now.at_m(pixel) - previous.position_m);
@@ -210,12 +213,12 @@ fn motion_leads_to_the_same_tree_in_the_frame_before() {
     };
     let (of_eye, _) = same_tree(&now, &before, eyes);
     let (none, _) = same_tree(&now, &before, |_| DVec2::ZERO);
-    println!("{all} pixels: same tree {right:.4}, by the eye's motion alone {of_eye:.4}, without motion {none:.4}");
+    println!("{all} pixels: same tree {right:.4}, with the eye's motion alone {of_eye:.4}, without motion {none:.4}");
     assert!(all > 3000 && right > 0.96);
     assert!(1.0 - of_eye > 2.0 * (1.0 - right) && 1.0 - none > 2.0 * (1.0 - right));
 }
 
-/// Trees that touch neither another one nor the picture's border.
+/// Returns the trees that touch neither another one nor the picture's border.
 fn that_stand_clear(shown: &Shown) -> BTreeSet<u32> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let is_tree = |id: u32| id >= id::FIRST_TREE;
@@ -231,7 +234,7 @@ fn that_stand_clear(shown: &Shown) -> BTreeSet<u32> {
     clear
 }
 
-/// The mean column of the pixels of each tree within a part of its height.
+/// Returns the mean column of each tree's pixels within a range of its height.
 fn columns(shown: &Shown, band: [f64; 2]) -> BTreeMap<u32, f64> {
     let trees = shown.by_id();
     let mut sums: BTreeMap<u32, (f64, f64)> = BTreeMap::new();
@@ -250,13 +253,13 @@ fn columns(shown: &Shown, band: [f64; 2]) -> BTreeMap<u32, f64> {
 fn tops_lean_as_far_as_the_wind_says() {
     let Some(mut world) = wooded(Form::Conifer, 20.0, Some(WIND)) else { return };
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    // Across the wind.
+    // The camera looks across the wind.
     let pose = world.pose("-300,-900,10,340,3,40");
     let view = View::whole(pose, pose, SIZE_PX).at(Clock::still(500.0));
     let windy = shown(&mut world, &mut renderer, view);
     world.surfaces.set_wind(None);
     let calm = shown(&mut world, &mut renderer, view);
-    // The top fifth leans as what is nine tenths up.
+    // The top fifth leans as much as the trunk does at about nine tenths of the height.
     let (leant, upright) = (columns(&windy, [0.8, 1.0]), columns(&calm, [0.8, 1.0]));
     let mut off = Vec::new();
     let mut leans_m = Vec::new();
@@ -273,11 +276,11 @@ fn tops_lean_as_far_as_the_wind_says() {
     }
     let [low, middle, high] = [0.1, 0.5, 0.9].map(|part| quantile(&mut off.clone(), part));
     println!(
-        "{} trees lean by {:.2} m in the median, and on the picture by {low:.2}, {middle:.2}, {high:.2} of that",
+        "{} trees lean by a median of {:.2} m; in the picture by {low:.2}, {middle:.2}, {high:.2} of that (10th, 50th, 90th percentile)",
         off.len(),
         quantile(&mut leans_m, 0.5)
     );
-    // Planted by the bound: half of it, or twice.
+    // Planted error, by the bound: half of the lean, or twice.
     assert!(off.len() >= 5 && (0.8..1.2).contains(&middle));
 }
 
@@ -290,7 +293,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
         let bands = [[0.1, 0.4], [0.4, 0.7], [0.7, 1.0]];
         let (mut all, mut all_planted): ([Vec<f64>; 3], [Vec<f64>; 3]) = Default::default();
         for number in 0..14 {
-            // Across the wind, to the one side and to the other.
+            // The camera looks across the wind, in both directions.
             let (x_m, yaw_deg) = (120 * number - 900, 320 + 5 * (number / 2) + 180 * (number % 2));
             let pose = world.pose(&format!("{x_m},-900,55,{yaw_deg},-35,40"));
             let mut of = |detail: f64, wind: Option<Wind>, now_s: f64| {
@@ -298,7 +301,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
                 world.surfaces.set_tree_detail(detail);
                 shown(&mut world, &mut renderer, View::whole(pose, pose, SIZE_PX).at(Clock::still(now_s)))
             };
-            // All of them are meshes, then what is small enough are impostors.
+            // First all trees are meshes, then the small ones are impostors.
             let meshes = of(4.0, Some(wind), 77.0);
             let impostors = of(0.7, Some(wind), 77.0);
             let (calm_meshes, calm_impostors) = (of(4.0, None, 0.0), of(0.7, None, 0.0));
@@ -311,7 +314,7 @@ fn a_mesh_and_its_impostor_lean_alike() {
             let apart = |b: &Shown, band: [f64; 2]| {
                 let all = [&meshes, b, &calm_meshes, &calm_impostors];
                 let [a, b, calm_a, calm_b] = all.map(|shown| columns(shown, band));
-                // By how much farther with the wind than the impostor a mesh has gone from where it stands in the calm.
+                // How much farther the mesh has moved with the wind from its calm position than the impostor.
                 let with_wind = wind.toward().dot(pose.right.truncate()).signum();
                 let of_tree = |(id, at): (&u32, &f64)| {
                     let lean_a = at - calm_a.get(id)?;
@@ -321,18 +324,19 @@ fn a_mesh_and_its_impostor_lean_alike() {
             };
             for (number, band) in bands.into_iter().enumerate() {
                 all[number].extend(apart(&impostors, band));
-                // Planted: impostors that stand upright.
+                // Planted error: upright impostors.
                 all_planted[number].extend(apart(&calm_impostors, band));
             }
         }
-        // Each tree may show another side of its pictures than in the calm; all of them together are not elsewhere.
+        // A single tree may show another side of its impostor than in the calm, but the mean over all trees is not
+        // shifted.
         for (band, (off, planted)) in bands.into_iter().zip(all.into_iter().zip(all_planted)) {
             let mean = |all: &[f64]| all.iter().sum::<f64>() / all.len() as f64;
             let most = quantile(&mut off.iter().map(|off| off.abs()).collect::<Vec<_>>(), 0.9);
             let (count, off, planted) = (off.len(), mean(&off), mean(&planted));
             println!(
-                "{form:?} at {speed_m_s} m/s, {band:?}: {count} trees are {off:.3} px apart in the mean, one in ten by more \
-                 than {most:.3}; planted {planted:.3}"
+                "{form:?} at {speed_m_s} m/s, {band:?}: {count} trees, mean difference {off:.3} px, one in ten by more \
+                 than {most:.3}; upright impostors {planted:.3}"
             );
             assert!(count >= 15 && off.abs() < 0.1 && most < 1.0);
             assert!(band[0] < 0.5 || planted > 0.2 && planted > 4.0 * off.abs());

@@ -1,15 +1,16 @@
-//! The mean grey of a hatched area is the tone that was asked for.
+//! Tests that the mean grey of a hatched area is the requested tone.
 
 use hachure::style::{Style, marks};
 
 use crate::tests::hatching::plane::{Inked, Off, Plane, fixed, style};
 
-/// Grey that an area of 64 pixels should be away from the tone that was asked for, at most.
+/// Largest allowed difference in grey between an area of 64 × 64 pixels and the requested tone.
 const GOAL: f64 = 0.03;
 
 const TONES: [f64; 5] = [0.1, 0.3, 0.5, 0.7, 0.9];
 
-/// Whether areas with soft and with hard borders, which cut marks, are both near enough to the tone.
+/// Returns whether the tone is near enough both in windows with soft borders and in windows with hard borders, which
+/// cut marks.
 fn holds(off: Off) -> bool {
     off.soft <= GOAL && off.hard <= GOAL
 }
@@ -29,7 +30,9 @@ fn of_scale(scale: &str, names: &[&str]) {
                 }
                 hard = hard.max(off.hard);
                 if !holds(off) {
-                    failed.push(format!("{scale} {name}, darkness {darkness} from {distance_m} m: {off:?}"));
+                    failed.push(format!(
+                        "{scale} {name}, {darkness} from {distance_m} m: off by {off:?}, allowed {GOAL}"
+                    ));
                 }
             }
         }
@@ -57,7 +60,7 @@ fn the_mean_of_layers_is_the_tone() {
             let style = style(scale, darkness, &format!("{}{second}", fixed("line", 30.0)));
             let shot = plane.shoot(plane.eye(7.0, 300.0, 35.0, 20.0, 30.0), [256, 256], &style);
             let off = shot.worst_window(64, darkness);
-            assert!(holds(off), "{scale}, two layers, darkness {darkness}: {off:?}");
+            assert!(holds(off), "{scale}, two layers, darkness {darkness}: tone is off by {off:?}, allowed {GOAL}");
         }
     }
 }
@@ -68,7 +71,7 @@ fn a_tone_that_is_off_is_seen() {
     let shot =
         plane.shoot(plane.eye(7.0, 300.0, 35.0, 20.0, 30.0), [256, 256], &style("blend", 0.5, &fixed("stipple", 30.0)));
     assert!(holds(shot.worst_window(64, 0.5)));
-    // Ink that bleeds by a twelfth of what is white; and one dark corner.
+    // Planted errors: ink that bleeds by a twelfth of what is white, then one dark corner.
     let bled = |ink: f64| ink + (1.0 - ink) / 12.0;
     let mut wrong = Inked { ink: shot.ink.iter().map(|ink| bled(*ink)).collect(), ..shot };
     assert!(!holds(wrong.worst_window(64, 0.5)));

@@ -1,28 +1,29 @@
-//! Marks keep their width and their spacing on the picture, from 2 m to 20 km and at grazing angles.
+//! Tests that marks keep their width and their spacing in the picture, from 2 m to 20 km and at grazing angles.
 
 use glam::DVec2;
 use hachure::style::Style;
 
 use crate::tests::hatching::plane::{Inked, Plane, fixed, style};
 
-/// Part of the style's value that a width or a spacing may be away from it.
+/// Relative tolerance of widths and spacings.
 const ALLOWED: f64 = 0.25;
 
 const DISTANCES_M: [f64; 9] = [2.0, 6.3, 20.0, 63.0, 200.0, 630.0, 2000.0, 6300.0, 20_000.0];
 
-/// What a picture says about marks.
+/// Width and spacing of marks, measured in a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
-    /// The mean wave across the marks, by power, and the strongest.
+    /// The mean wavelength across the marks, weighted by power.
     pub spacing_px: f64,
     pub strongest_px: f64,
-    /// Ink by marks, and marks by counting.
+    /// Ink per mark, and the distance between marks, both from counting marks.
     pub width_px: f64,
     pub counted_spacing_px: f64,
 }
 
-/// The mean wave along `across` (unit), by power, and the strongest: over lines of 128 pixels about the middle, among
-/// waves of half to twice `about_px`. Marks have overtones, and rows that differ have undertones; both are other waves.
+/// Returns the mean wavelength along `across` (unit), weighted by power, and the strongest one, over lines of 128
+/// pixels about the middle. Only wavelengths of half to twice `about_px` count: marks have overtones, and rows that
+/// differ have undertones, which are other waves.
 pub fn waves_px(shot: &Inked, across: DVec2, about_px: f64) -> (f64, f64) {
     const SAMPLES: usize = 128;
     let middle = DVec2::new(shot.size_px[0] as f64, shot.size_px[1] as f64) * 0.5;
@@ -49,13 +50,13 @@ pub fn waves_px(shot: &Inked, across: DVec2, about_px: f64) -> (f64, f64) {
         }
     }
     let strongest = (0..waves.len()).max_by(|a, b| power[*a].total_cmp(&power[*b])).unwrap();
-    // In steps of even ratios the mean is that of logarithms.
+    // The wavelengths are in steps of even ratios, so the mean is that of their logarithms.
     let whole: f64 = power.iter().zip(&waves).map(|(power, wave)| power / wave).sum();
     let mean: f64 = power.iter().zip(&waves).map(|(power, wave)| power / wave * wave.ln()).sum();
     ((mean / whole).exp(), waves[strongest])
 }
 
-/// Marks crossed along `across`, and the ink in them.
+/// Counts the marks crossed along `across`; returns their mean width (ink per mark) and spacing, in pixels.
 fn counted(shot: &Inked, across: DVec2) -> (f64, f64) {
     let middle = DVec2::new(shot.size_px[0] as f64, shot.size_px[1] as f64) * 0.5;
     let along = across.perp();
@@ -87,7 +88,7 @@ pub fn measure(
 ) -> Measured {
     let pose = plane.eye(3.0, distance_m, from_normal_deg, around_deg, 20.0);
     let shot = plane.shoot(pose, [256, 256], style);
-    // Marks point north in plan: rows are what changes toward the east.
+    // Marks point north in plan, so rows of marks differ toward the east.
     let middle = DVec2::splat(128.0);
     let east_m = |px: DVec2| plane.hit(&shot.view, px).x;
     let across = DVec2::new(
@@ -104,8 +105,8 @@ fn holds(value: f64, wanted: f64) -> bool {
     (value / wanted - 1.0).abs() <= ALLOWED
 }
 
-/// What each picture of the plane says, in the order of the distances, from above and at a grazing angle both along
-/// and across the marks.
+/// Returns what each picture of the plane measures, in the order of the distances: from above, obliquely, and at a
+/// grazing angle both along and across the marks.
 fn everywhere(plane: &mut Plane, style: &Style, about_px: f64) -> Vec<(String, Measured)> {
     let mut all = Vec::new();
     for distance_m in DISTANCES_M {
@@ -151,7 +152,7 @@ fn blended_marks_keep_their_size() {
     report("blend", &all);
     let spacing_px = f64::from(marks.spacing_px);
     hold_at(&all, [spacing_px, spacing_px * darkness]).unwrap();
-    // An octave off by one: marks twice as large from one of the distances on.
+    // Planted error: an octave off by one, so marks are twice as large from one of the distances on.
     let twice = everywhere(
         &mut plane,
         &style("blend", darkness, &format!("{}size = 2.0\n", fixed("engraving", 0.0))),
@@ -166,14 +167,17 @@ fn blended_marks_keep_their_size() {
 fn added_marks_keep_their_width_and_number() {
     let Some(mut plane) = Plane::new(12.0) else { return };
     let marks = hachure::style::marks::Recipe::load("line", std::path::Path::new("")).unwrap();
-    // Few enough for no two to touch: then spacing is width by darkness.
+    // At this darkness no two marks touch, so spacing is width divided by darkness.
     let darkness = 0.25;
     let all =
         everywhere(&mut plane, &style("add", darkness, &fixed("line", 0.0)), f64::from(marks.width_px) / darkness);
     report("add", &all);
     let width_px = f64::from(marks.width_px);
     for (place, measured) in &all {
-        assert!(holds(measured.width_px, width_px), "{place}: {measured:?}");
-        assert!(holds(measured.counted_spacing_px, width_px / darkness), "{place}: {measured:?}");
+        assert!(
+            holds(measured.width_px, width_px),
+            "{place}: expected a width of {width_px} px, measured {measured:?}"
+        );
+        assert!(holds(measured.counted_spacing_px, width_px / darkness), "{place}: wrong spacing: {measured:?}");
     }
 }

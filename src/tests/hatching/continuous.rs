@@ -1,22 +1,23 @@
-//! A slow zoom: nothing pops, and by the fractal rule nothing goes.
+//! Tests a slow zoom: nothing pops, and with the fractal rule no mark disappears.
 
 use glam::DVec2;
 
 use crate::tests::hatching::plane::{Inked, Plane, fixed, style};
 
-/// Each frame is nearer by this.
+/// Each frame is nearer by this factor.
 const ZOOM: f64 = 1.01;
-/// Change of a neighbourhood's mean in a frame, at most.
+/// Largest allowed change of a neighbourhood's mean ink from one frame to the next.
 const ALLOWED: f64 = 0.02;
-/// Part of the marks that another frame's are not: those that blend go within the thirty-five frames of half an octave.
+/// Largest allowed part of the marks that differs in the next frame. Blending marks disappear within the 35 frames of
+/// half an octave.
 const ALLOWED_CHANGE: f64 = 0.16;
-/// Side of the pictures.
+/// Side of the pictures, in pixels.
 const SIDE_PX: u32 = 224;
 const MIDDLE_PX: f64 = 0.5 * SIDE_PX as f64;
-/// Of a neighbourhood: a bell that spreads as a square of 64 pixels does.
+/// Standard deviation of the Gaussian that weights a neighbourhood; it is as wide as a square of 64 pixels.
 const SIGMA_PX: f64 = 18.5;
 
-/// Frames of a zoom straight onto the plane.
+/// Draws the frames of a zoom straight onto the plane.
 fn frames(plane: &mut Plane, scale: &str, layers: &str, darkness: f64, count: usize) -> Vec<Inked> {
     let style = style(scale, darkness, layers);
     (0..count)
@@ -27,7 +28,7 @@ fn frames(plane: &mut Plane, scale: &str, layers: &str, darkness: f64, count: us
         .collect()
 }
 
-/// The mean of ink about a place, by a bell.
+/// Returns the Gaussian-weighted mean of ink about a point.
 fn about(shot: &Inked, middle: DVec2) -> f64 {
     let reach = (2.5 * SIGMA_PX) as i64;
     let (mut sum, mut weights) = (0.0, 0.0);
@@ -43,7 +44,7 @@ fn about(shot: &Inked, middle: DVec2) -> f64 {
     sum / weights
 }
 
-/// The largest change of a neighbourhood's mean from a frame to the next.
+/// Returns the largest change of a neighbourhood's mean from one frame to the next.
 fn largest_pop(shots: &[Inked]) -> f64 {
     let mut largest: f64 = 0.0;
     for pair in shots.windows(2) {
@@ -58,8 +59,8 @@ fn largest_pop(shots: &[Inked]) -> f64 {
     largest
 }
 
-/// How much of the marks are others in the next frame: the mean difference of ink at places of the ground, blurred as a
-/// pen is wide, against what it is between pictures that know nothing of each other.
+/// Returns which part of the marks differs in the next frame: the mean difference of ink at points of the ground,
+/// blurred by the width of a pen, divided by what it is between independent pictures.
 fn largest_change(shots: &[Inked], darkness: f64) -> f64 {
     let blurred = |shot: &Inked, px: DVec2| {
         let taps = (-1..=1).flat_map(|y| (-1..=1).map(move |x| DVec2::new(f64::from(x), f64::from(y))));
@@ -77,7 +78,7 @@ fn largest_change(shots: &[Inked], darkness: f64) -> f64 {
     shots.windows(2).map(change).fold(0.0, f64::max) / (2.0 * darkness * (1.0 - darkness))
 }
 
-/// Inked pixels whose place on the ground has no ink within 1.5 pixels `step` frames later.
+/// Counts inked pixels whose point on the ground has no ink within 1.5 pixels `step` frames later.
 fn removed(shots: &[Inked], step: usize) -> usize {
     let zoom = ZOOM.powi(step as i32);
     let mut count = 0;
@@ -88,8 +89,8 @@ fn removed(shots: &[Inked], step: usize) -> usize {
                     continue;
                 }
                 let to = (DVec2::new(x as f64 + 0.5, y as f64 + 0.5) - MIDDLE_PX) * zoom + MIDDLE_PX;
-                // A dot of one pixel may lie on four: its ink counts, of which
-                // samples at pixels' centres find more or less.
+                // A dot of one pixel may cover parts of four. So the sum of ink counts, since samples at pixel centres
+                // find more or less of it.
                 let [left, top] = [to.x - 2.0, to.y - 2.0].map(|first| first.round() as usize);
                 let is_inside = to.min_element() > 2.0 && to.max_element() < f64::from(SIDE_PX) - 2.0;
                 let near = || (top..top + 4).flat_map(|y| (left..left + 4).map(move |x| (x, y)));
@@ -115,7 +116,9 @@ fn nothing_pops_while_zooming_through_three_octaves() {
         let change = largest_change(&shots, 0.4);
         println!("{scale} {marks}: a neighbourhood's mean changes by {largest:.4} at most, {change:.3} of the marks");
         if largest > ALLOWED || change > ALLOWED_CHANGE {
-            failed.push(format!("{scale} {marks}: {largest}, {change}"));
+            failed.push(format!(
+                "{scale} {marks}: a neighbourhood's mean changes by {largest}, {change} of the marks change"
+            ));
         }
     }
     assert!(failed.is_empty(), "{failed:?}");
@@ -126,10 +129,10 @@ fn a_jump_of_half_an_octave_pops() {
     let Some(mut plane) = Plane::new(15.0) else { return };
     let mut shots = frames(&mut plane, "blend", &fixed("line", 0.0), 0.4, 4);
     assert!(largest_pop(&shots) <= ALLOWED && largest_change(&shots, 0.4) <= ALLOWED_CHANGE);
-    // A tone that jumps.
+    // Planted error: a tone that jumps.
     let darker = frames(&mut plane, "blend", &fixed("line", 0.0), 0.43, 1).remove(0);
     assert!(largest_pop(&[frames(&mut plane, "blend", &fixed("line", 0.0), 0.4, 1).remove(0), darker]) > ALLOWED);
-    // Marks that do, while the mean of their ink does not.
+    // Planted error: marks that jump while the mean of their ink does not.
     let other = style("blend", 0.4, &format!("{}size = 1.5\n", fixed("line", 0.0)));
     let distance_m = 900.0 / ZOOM.powi(2);
     shots[2] = plane.shoot(plane.eye(11.0, distance_m, 0.0, 0.0, 30.0), [SIDE_PX; 2], &other);
@@ -141,16 +144,16 @@ fn a_jump_of_half_an_octave_pops() {
 #[test]
 fn by_the_fractal_rule_no_mark_goes() {
     let Some(mut plane) = Plane::new(15.0) else { return };
-    // A mark that blends is gone after ten frames. By then the ends of a dash have come nearer on the ground by more
-    // than its neighbourhood: it is as long on the picture as before.
+    // A mark that blends has disappeared after ten frames. Dashes are compared with the next frame only: a dash keeps
+    // its length in the picture, so within ten frames its ends move on the ground by more than the neighbourhood.
     let marks = [("line", 0.2, 10), ("line", 0.6, 10), ("dash", 0.3, 1), ("stipple", 0.15, 10), ("stipple", 0.5, 10)];
     for (marks, darkness, step) in marks {
         let shots = frames(&mut plane, "add", &fixed(marks, 20.0), darkness, 150);
-        assert_eq!(removed(&shots, step), 0, "{marks} at darkness {darkness}");
+        assert_eq!(removed(&shots, step), 0, "{marks} at darkness {darkness}: inked pixels lost their ink");
         let (first, last) = (shots[0].mean(), shots[149].mean());
-        assert!((first - last).abs() < 0.03, "{marks}: ink {first} became {last}");
+        assert!((first - last).abs() < 0.03, "{marks}: mean ink changed from {first} to {last}");
     }
-    // Blending removes marks: the count can be more than nothing. So it is when the camera goes away.
+    // Blending removes marks, so the count must be able to exceed 0.
     let blended = frames(&mut plane, "blend", &fixed("stipple", 20.0), 0.15, 40);
     println!("blending removes {} pixels' worth in 30 frames", removed(&blended, 10));
     assert!(removed(&blended, 10) > 20);

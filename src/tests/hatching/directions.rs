@@ -1,4 +1,4 @@
-//! Marks run where their style says: to an azimuth, down the slope, along the contour lines of height.
+//! Tests that marks run where their style says: toward an azimuth, down the slope, along the contour lines of height.
 
 use glam::{DVec2, DVec3};
 
@@ -6,23 +6,24 @@ use crate::tests::hatching::grain::{Land, Off, Window, between_deg};
 use crate::tests::hatching::plane::style;
 use hachure::style::Style;
 
-/// From above, across and near.
+/// Cameras that look from above, across and from near.
 const CAMERAS: [&str; 4] =
     ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-35,50", "150,-500,+220,340,-30,60", "-350,120,+60,80,-40,60"];
 
-/// Which way marks are to run on the map, by the land's rise.
+/// Returns the direction of marks on the map, given the gradient of the land.
 type Wanted = fn(DVec2) -> DVec2;
 
 const FIXED_DEG: f64 = 33.0;
 
-/// Less steep than this, what follows the land falls back to a fixed direction.
+/// On slopes less steep than this, directions that follow the land fall back to a fixed direction.
 const LEVEL: f64 = 0.14;
 
-/// More than this, directions do not change to the corners of a window.
+/// Windows within which the direction changes by more than this are skipped.
 const MOST_BENT_DEG: f64 = 20.0;
 
-/// Degrees to the wanted direction that are allowed at the median and at the 90th percentile. What follows the land
-/// has charts at every 11.25 degrees: a quarter of that at the median. Marks that end have sides that point elsewhere.
+/// Returns the allowed deviation from the wanted direction, in degrees, at the median and at the 90th percentile.
+/// Directions that follow the land have charts at every 11.25 degrees, a quarter of which is the deviation at the
+/// median. Marks with ends have sides that point elsewhere.
 fn allowed_deg(marks: &str, has_charts: bool) -> [f64; 2] {
     match (marks, has_charts) {
         ("line", false) => [1.0, 2.5],
@@ -43,7 +44,7 @@ fn windows(land: &mut Land, style: &Style) -> Vec<Window> {
     CAMERAS.iter().flat_map(|camera| land.shoot(camera, style).windows()).collect()
 }
 
-/// The tangent that is wanted, turned by `turn_deg`; none where the land is level, or bends much in the window.
+/// Returns the wanted tangent, rotated by `turn_deg`, or none where the land is level or bends much within the window.
 fn wanted(land: &Land, window: &Window, to: Wanted, turn_deg: f64) -> Option<DVec3> {
     let tangent = |at_m: DVec3| {
         let rise = land.rise(at_m);
@@ -62,7 +63,7 @@ fn marks_run_where_the_style_says() {
         ("fixed", FIXED_DEG, to_fixed),
         ("slope", 0.0, |rise| rise),
         ("contour", 0.0, |rise| rise.perp()),
-        // Clockwise, as azimuths are.
+        // Angles are clockwise, as azimuths are.
         ("slope", -40.0, |rise| DVec2::from_angle(40_f64.to_radians()).rotate(rise)),
         ("contour", 30.0, |rise| DVec2::from_angle(-30_f64.to_radians()).rotate(rise.perp())),
     ];
@@ -76,20 +77,29 @@ fn marks_run_where_the_style_says() {
                 println!("{scale} {marks} {direction} {angle_deg}: {right:.2?}");
                 let has_charts = direction == "slope" || angle_deg != 0.0 && direction != "fixed";
                 let allowed_deg = allowed_deg(marks, has_charts);
-                assert!(right.holds(allowed_deg), "{scale} {marks} {direction} {angle_deg}: {right:?}");
+                assert!(
+                    right.holds(allowed_deg),
+                    "{scale} {marks} {direction} {angle_deg}: directions deviate: {right:?}"
+                );
                 for turn_deg in [20.0, -20.0, 10.0] {
                     let planted = off(to, turn_deg);
-                    assert!(!planted.holds(allowed_deg), "a turn of {turn_deg} must be seen: {planted:?}");
+                    assert!(
+                        !planted.holds(allowed_deg),
+                        "a planted rotation of {turn_deg}° was not detected: {planted:?}"
+                    );
                 }
                 let (fall, level): (Wanted, Wanted) = (|rise| rise, |rise| rise.perp());
                 let swapped = off(if direction == "slope" { level } else { fall }, 0.0);
-                assert!(!swapped.holds(allowed_deg), "{scale} {marks} {direction}: {swapped:?}");
+                assert!(
+                    !swapped.holds(allowed_deg),
+                    "{scale} {marks} {direction}: swapping fall and contour was not detected: {swapped:?}"
+                );
             }
         }
     }
 }
 
-/// As [`allowed_deg`], on a plane.
+/// Like [`allowed_deg`], for lines on a plane.
 const STRAIGHT_DEG: [f64; 2] = [0.8, 1.5];
 
 #[test]
@@ -101,19 +111,20 @@ fn lines_along_contours_are_straight_on_gentle_slopes() {
             let shot = land.shoot("0,0,600,0,-80,50", &style(scale, 0.35, &layer("line", "contour", 0.0)));
             let off = Off::of(&shot.windows(), |window| Some(land.tangent(window.place_m, rise.perp())));
             println!("{scale} on {tilt_deg} degrees: {off:.2?}");
-            assert!(off.holds(STRAIGHT_DEG), "{scale} on {tilt_deg} degrees: {off:?}");
+            assert!(off.holds(STRAIGHT_DEG), "{scale} on {tilt_deg} degrees: directions deviate: {off:?}");
             let askew = DVec2::from_angle(0.05).rotate(rise.perp());
             let planted = Off::of(&shot.windows(), |window| Some(land.tangent(window.place_m, askew)));
-            assert!(!planted.holds(STRAIGHT_DEG), "three degrees must be seen: {planted:?}");
+            assert!(!planted.holds(STRAIGHT_DEG), "a planted rotation of three degrees was not detected: {planted:?}");
         }
     }
 }
 
-/// Rulings of the folds, to an azimuth near which directions of lines begin anew.
+/// Direction of the rulings of the folds, near an azimuth at which directions of lines wrap around.
 const RULING: DVec2 = DVec2::new(0.087, 0.996);
 const FOLD_M: f64 = 700.0;
 
-/// On land that is folded along [`RULING`] and falls elsewhere, the least bend is along the rulings, which are straight.
+/// On land that is folded along [`RULING`] and otherwise an inclined plane, the direction of least curvature is along
+/// the rulings, which are straight.
 #[test]
 fn marks_follow_how_folds_bend() {
     let rise = DVec2::new(0.15, 0.2);
@@ -123,9 +134,9 @@ fn marks_follow_how_folds_bend() {
     };
     let Some(mut land) = Land::new(641, 10.0, height_m) else { return };
     let least: Wanted = |_| RULING;
-    // Across the rulings on the land, not on the map.
+    // At right angles to the rulings on the land, not on the map.
     let greatest: Wanted = |rise| rise.extend(-1.0).cross(RULING.extend(RULING.dot(rise))).truncate();
-    // Between a crest and a hollow nothing bends.
+    // Between a crest and a hollow the curvature is 0.
     let is_bent = |window: &Window| {
         let phase = std::f64::consts::TAU / FOLD_M * RULING.perp_dot(window.place_m.truncate());
         phase.sin().abs() > 0.3
@@ -134,7 +145,7 @@ fn marks_follow_how_folds_bend() {
         for (angle_deg, to, other) in [(0.0, greatest, least), (90.0, least, greatest)] {
             for marks in ["line", "hachure"] {
                 let style = style(scale, 0.35, &layer(marks, "curvature", angle_deg));
-                // The last camera is so near that land is even to it.
+                // The last camera is left out: it is so near that the land looks flat to it.
                 let windows: Vec<Window> =
                     CAMERAS[..3].iter().flat_map(|camera| land.shoot(camera, &style).windows()).collect();
                 let off = |to, turn_deg| {
@@ -142,18 +153,27 @@ fn marks_follow_how_folds_bend() {
                 };
                 let right = off(to, 0.0);
                 println!("{scale} {marks} by curvature, turned by {angle_deg}: {right:.2?}");
-                // Charts lie farther apart where land is steep.
+                // Charts are farther apart where the land is steep.
                 let allowed_deg = allowed_deg(marks, true).map(|deg| 1.3 * deg);
-                assert!(right.holds(allowed_deg), "{scale} {marks} {angle_deg}: {right:?}");
+                assert!(right.holds(allowed_deg), "{scale} {marks} {angle_deg}: directions deviate: {right:?}");
                 for turn_deg in [20.0, -20.0, 10.0] {
                     let planted = off(to, turn_deg);
-                    assert!(!planted.holds(allowed_deg), "a turn of {turn_deg} must be seen: {planted:?}");
+                    assert!(
+                        !planted.holds(allowed_deg),
+                        "a planted rotation of {turn_deg}° was not detected: {planted:?}"
+                    );
                 }
                 let swapped = off(other, 0.0);
-                assert!(!swapped.holds(allowed_deg), "{scale} {marks} {angle_deg}: {swapped:?}");
-                // Marks down the slope are no marks around folds.
+                assert!(
+                    !swapped.holds(allowed_deg),
+                    "{scale} {marks} {angle_deg}: swapping the two directions was not detected: {swapped:?}"
+                );
+                // Marks that ran down the slope would not follow the folds.
                 let slope = off(|rise| rise, 0.0);
-                assert!(!slope.holds(allowed_deg), "{scale} {marks} {angle_deg}: {slope:?}");
+                assert!(
+                    !slope.holds(allowed_deg),
+                    "{scale} {marks} {angle_deg}: directions of the slope were not detected as wrong: {slope:?}"
+                );
             }
         }
     }

@@ -1,5 +1,5 @@
-//! At the ends of what can be asked for: white stays white and black stays black, every number is finite, and there is
-//! no worse moiré than a band-limited picture has.
+//! Tests hatching at the ends of its ranges: white stays white and black stays black, every number is finite, and moiré
+//! is no worse than in a band-limited picture.
 
 use crate::tests::common::{World, grid_of};
 use crate::tests::hatching::plane::{Inked, Plane, fixed, shoot, style};
@@ -19,7 +19,10 @@ fn white_stays_white_and_black_stays_black() {
                     let pose = plane.eye(0.0, distance_m, 60.0, 30.0, 40.0);
                     let shot = plane.shoot(pose, [96, 96], &style(scale, darkness, &fixed(marks, 10.0)));
                     let off = shot.ink.iter().position(|ink| (ink - wanted).abs() > 1e-6);
-                    assert_eq!(off, None, "{scale} {marks}, darkness {darkness} from {distance_m} m");
+                    assert_eq!(
+                        off, None,
+                        "{scale} {marks}, {darkness} from {distance_m} m: a pixel whose ink is not {wanted}"
+                    );
                 }
             }
         }
@@ -28,7 +31,7 @@ fn white_stays_white_and_black_stays_black() {
 
 #[test]
 fn everything_is_finite_at_the_extremes() {
-    // A wall of 900 m in one sample, and a plain.
+    // A step of 900 m between two samples, and a plain.
     let grid = grid_of(129, 129, 30.0, |x, _| if x > 0.0 { 900.0 } else { 0.0 });
     let Some(mut world) = World::new(grid, 1.0) else { return };
     let mut renderer = None;
@@ -67,8 +70,8 @@ fn a_number_that_is_not_finite_is_seen() {
     assert!(all_within(&shot).is_err());
 }
 
-/// What a picture holds of waves that are much longer than the marks' spacing, of which an even tone has none: the
-/// standard deviation of means over squares of `side` pixels.
+/// Returns the standard deviation of means over squares of `side` pixels. It measures waves that are much longer than
+/// the spacing of marks; an even tone has none.
 fn slow_waves(shot: &Inked, side: usize) -> f64 {
     let [width, height] = shot.size_px;
     let mut means = Vec::new();
@@ -88,13 +91,14 @@ fn no_moire_beyond_the_band_limited_reference() {
     let Some(mut plane) = Plane::new(10.0) else { return };
     let mut failed = Vec::new();
     for scale in ["blend", "add"] {
-        // The smallest marks there are: their spacing is a pixel or two.
+        // The smallest marks that a style can have: their spacing is a pixel or two.
         for (marks, size) in [("line", 0.25), ("stipple", 0.25), ("line", 1.0)] {
             let layers = |size: f64| format!("{}size = {size}\n", fixed(marks, 31.0));
             for from_normal_deg in [20.0, 80.0] {
                 let pose = plane.eye(2.0, 500.0, from_normal_deg, 25.0, 30.0);
                 let shot = plane.shoot(pose, [192, 192], &style(scale, 0.4, &layers(size)));
-                // The same marks at four times the size in each direction, averaged: 16 samples in a pixel.
+                // Reference: the same marks at four times the size and four times the resolution, averaged, which is 16
+                // samples per pixel.
                 let fine = plane.shoot(pose, [768, 768], &style(scale, 0.4, &layers(size * 4.0)));
                 let reference = Inked {
                     size_px: [192, 192],
@@ -111,7 +115,7 @@ fn no_moire_beyond_the_band_limited_reference() {
                 let (own, limited) = (slow_waves(&shot, 16), slow_waves(&reference, 16));
                 println!("{scale} {marks} × {size} at {from_normal_deg}°: slow waves {own:.4}, reference {limited:.4}");
                 if own > limited + 0.01 {
-                    failed.push(format!("{scale} {marks} × {size} at {from_normal_deg}°: {own} and {limited}"));
+                    failed.push(format!("{scale} {marks} × {size} at {from_normal_deg}°: {own}, reference {limited}"));
                 }
             }
         }

@@ -1,4 +1,4 @@
-//! Land that is known everywhere, and which way marks run on it, as the picture has them.
+//! Land whose heights are a formula, and the directions of marks in pictures of it.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -9,37 +9,37 @@ use crate::tests::common::hill::Hill;
 use crate::tests::common::{World, grid_of, quantile};
 use crate::tests::hatching::plane::{Inked, shoot};
 
-/// Heights by a formula.
+/// Land with heights by a formula.
 pub struct Land {
     pub world: World,
     renderer: Option<Renderer>,
     height_m: Box<dyn Fn(f64, f64) -> f64>,
 }
 
-/// Size of the pictures.
+/// Size of the pictures, in pixels.
 pub const SIZE_PX: [u32; 2] = [256, 192];
-/// Side of a window, and how far one is from the next.
+/// Side of a window.
 pub const WINDOW_PX: usize = 32;
 const STEP_PX: usize = 16;
-/// Of the bell through which ink is looked at.
+/// Standard deviation of the Gaussian through which ink is seen.
 const BELL_PX: f64 = 1.5;
-/// From so much on, of 0 to 1, a window has one direction.
+/// Least coherence, of 0 to 1, at which a window has a direction.
 const COHERENT: f64 = 0.5;
 
 impl Land {
-    /// On a square grid about the origin.
+    /// Makes land on a square grid about the origin.
     pub fn new(samples: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64 + 'static) -> Option<Self> {
         let world = World::new(grid_of(samples, samples, spacing_m, &height_m), 1.0)?;
         Some(Self { world, renderer: None, height_m: Box::new(height_m) })
     }
 
-    /// The hill, `size` times as large.
+    /// Makes the hill of the tests, `size` times as large.
     pub fn hill(size: f64) -> Option<Self> {
         let hill = Hill { middle_m: DVec2::ZERO };
         Self::new(641, 10.0 * size, move |x, y| size * hill.height_m(x / size, y / size))
     }
 
-    /// Its rise to the east and to the north.
+    /// Returns the gradient of the land to the east and to the north.
     pub fn rise(&self, at_m: DVec3) -> DVec2 {
         let height_m = &self.height_m;
         let step_m = 0.5;
@@ -48,7 +48,7 @@ impl Land {
         DVec2::new(east, north) / (2.0 * step_m)
     }
 
-    /// The unit tangent at a place that runs to `to` on the map.
+    /// Returns the unit tangent of the land at a point in the direction `to` of the map.
     pub fn tangent(&self, at_m: DVec3, to: DVec2) -> DVec3 {
         to.extend(to.dot(self.rise(at_m))).normalize()
     }
@@ -62,24 +62,25 @@ impl Land {
     }
 }
 
-/// What a window of a picture shows.
+/// Marks in a square window of a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
-    /// Its first pixel.
+    /// First pixel (x, y).
     pub first: [usize; 2],
     pub ink: f64,
-    /// In the world, of its middle.
+    /// Point at the window's middle, in the world.
     pub place_m: DVec3,
-    /// Of its corners.
+    /// Points near the window's corners, in the world.
     pub corners_m: [DVec3; 4],
-    /// Along the marks, on the land; unit.
+    /// Unit vector along the marks, on the land.
     pub along: DVec3,
-    /// 0 is no direction, 1 is one.
+    /// From 0 (no direction) to 1 (a single direction).
     pub coherence: f64,
 }
 
 impl Inked {
-    /// How ink changes to the right and down, seen through a bell. So steps of pixels turn no line.
+    /// Returns the gradient of ink to the right and down, seen through a Gaussian, so that the steps of pixels do not
+    /// rotate lines.
     pub fn slopes(&self) -> Vec<DVec2> {
         let [width, height] = self.size_px;
         let reach = (3.0 * BELL_PX) as i64;
@@ -101,7 +102,7 @@ impl Inked {
         right.into_iter().zip(below).map(|(x, y)| DVec2::new(x, y)).collect()
     }
 
-    /// What the picture shows at a place of it, between pixels.
+    /// Returns the point of the land at a position between pixels.
     fn seen_m(&self, px: DVec2) -> Option<DVec3> {
         let (whole, f) = ((px - 0.5).floor(), (px - 0.5).fract());
         let at = |right: f64, below: f64| {
@@ -112,7 +113,8 @@ impl Inked {
         Some(upper.lerp(at(0.0, 1.0)?.lerp(at(1.0, 1.0)?, f.x), f.y))
     }
 
-    /// How much less or more ink the next frame has where the ground has taken each pixel, row by row.
+    /// Returns, row by row, how much the ink of each pixel differs from that of the next frame at the same point of the
+    /// ground.
     pub fn changes(&self, next: &Inked) -> Vec<Option<f64>> {
         let change = |(ink, place_m): (&f64, &Option<DVec3>)| {
             let px = next.view.place_px((*place_m)? - next.view.pose.position_m)?;
@@ -121,7 +123,7 @@ impl Inked {
         self.ink.iter().zip(&self.place_m).map(change).collect()
     }
 
-    /// All windows that show nothing but land.
+    /// Returns all windows that contain only land.
     pub fn windows(&self) -> Vec<Window> {
         let slopes = self.slopes();
         let [width, height] = self.size_px;
@@ -141,7 +143,7 @@ impl Inked {
         if pixels().any(|i| self.place_m[i].is_none()) {
             return None;
         }
-        // Twice the angle, so that both ways along a line are one.
+        // Angles are doubled, so that both ways along a line are the same direction.
         let (mut doubled, mut whole, mut ink) = (DVec2::ZERO, 0.0, 0.0);
         for i in pixels() {
             let slope = slopes[i];
@@ -151,7 +153,7 @@ impl Inked {
         }
         let along_px = DVec2::from_angle(0.5 * doubled.to_angle()).perp();
         let middle = DVec2::new(first[0] as f64, first[1] as f64) + 0.5 * WINDOW_PX as f64;
-        // The land is bent: a chord through the middle.
+        // The land is curved, so the direction is that of a chord through the middle.
         let reach = 0.45 * WINDOW_PX as f64;
         let chord = self.seen_m(middle + along_px * reach)? - self.seen_m(middle - along_px * reach)?;
         let corner = |x: f64, y: f64| self.seen_m(middle + DVec2::new(x, y) * reach);
@@ -166,23 +168,23 @@ impl Inked {
     }
 }
 
-/// Angle between two lines.
+/// Returns the angle between two lines, in degrees.
 pub fn between_deg(a: DVec3, b: DVec3) -> f64 {
     a.cross(b).length().atan2(a.dot(b).abs()).to_degrees()
 }
 
-/// How far directions are from what they should be.
+/// How far directions are from the wanted ones.
 #[derive(Clone, Copy, Debug)]
 pub struct Off {
     pub median_deg: f64,
     pub most_deg: f64,
     pub count: usize,
-    /// Windows that have no direction.
+    /// Number of windows without a direction.
     pub without: usize,
 }
 
 impl Off {
-    /// Of windows for which `wanted` knows a direction; the largest is the 90th percentile.
+    /// Compares windows for which `wanted` returns a direction. `most_deg` is the 90th percentile.
     pub fn of(windows: &[Window], wanted: impl Fn(&Window) -> Option<DVec3>) -> Self {
         let (mut angles, mut without) = (Vec::new(), 0);
         for window in windows {
@@ -197,7 +199,7 @@ impl Off {
         Self { median_deg: quantile(&mut angles, 0.5), most_deg: quantile(&mut angles, 0.9), count, without }
     }
 
-    /// Whether they are right, and most windows have one.
+    /// Returns whether the directions are within the given bounds, and most windows have one.
     pub fn holds(&self, [median_deg, most_deg]: [f64; 2]) -> bool {
         self.median_deg <= median_deg && self.most_deg <= most_deg && self.count > 40 && self.without * 4 < self.count
     }

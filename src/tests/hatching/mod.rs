@@ -1,6 +1,6 @@
-//! Hatching: marks keep their size, their mean is the tone that was asked for, they stick to the ground, and nothing
-//! pops. Each measure is held against a planted error that it must catch.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests of hatching: marks keep their size, their mean is the requested tone, they stick to the ground, and nothing
+//! pops. Each measure is checked with a planted error that it must detect.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod calibrated;
 mod constant;

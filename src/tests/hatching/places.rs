@@ -1,5 +1,5 @@
-//! Where the land has no slope, or all of them: plains, peaks, pits, saddles. Tone holds, nothing flickers, and on
-//! level land the layer's own direction is there.
+//! Tests hatching where the direction of slope is undefined: plains, peaks, pits, saddles. The tone is right, nothing
+//! flickers, and level land has the layer's own direction.
 
 use glam::{DVec2, DVec3};
 
@@ -7,10 +7,10 @@ use crate::tests::common::random;
 use crate::tests::hatching::grain::{Land, Off, SIZE_PX};
 use crate::tests::hatching::plane::{Inked, style};
 
-/// Heights by east and north.
+/// Height as a function of east and north, all in metres.
 type HeightM = fn(f64, f64) -> f64;
 
-/// What is special lies in the middle.
+/// Kinds of land whose special point is in the middle.
 const LANDS: [(&str, HeightM); 5] = [
     ("plain", |_, _| 120.0),
     ("cone", |x, y| 500.0 - 0.5 * x.hypot(y)),
@@ -19,10 +19,10 @@ const LANDS: [(&str, HeightM); 5] = [
     ("saddle", |x, y| 500.0 + (x * x - y * y) / 1500.0),
 ];
 
-/// Azimuth on level land.
+/// Azimuth of marks on level land.
 const LEVEL_DEG: f64 = 20.0;
 const CAMERA: &str = "0,0,+900,15,-90,40";
-/// From the middle, what is special reaches so far.
+/// Radius of the special region about the middle.
 const NEAR_M: f64 = 120.0;
 
 fn layer(marks: &str, direction: &str) -> String {
@@ -37,8 +37,8 @@ fn ways() -> impl Iterator<Item = [&'static str; 3]> {
     })
 }
 
-/// Grey that soft windows may be off: of 32 pixels, of which none is a hole or a blob, and of 64. Reached are 0.082 and
-/// 0.023, both where lines down the slope run together.
+/// Allowed difference in grey in soft windows of 32 pixels, which catch a hole or a blob, and of 64. Measured: 0.082
+/// and 0.023, both where lines down the slope converge.
 const ALLOWED: [f64; 2] = [0.095, 0.03];
 
 fn off(shot: &Inked, darkness: f64) -> [f64; 2] {
@@ -63,8 +63,8 @@ fn tone_holds_at_peaks_and_pits() {
                     Some((_, most)) => *most = [most[0].max(found[0]), most[1].max(found[1])],
                     None => reached.push((way, found)),
                 }
-                assert!(holds(found), "{way:?} {name}, {darkness}: off by {found:.3?}");
-                // A hole in the middle, or a blob.
+                assert!(holds(found), "{way:?} {name}, {darkness}: tone is off by {found:.3?}, allowed {ALLOWED:?}");
+                // Planted error: a hole in the middle, or a blob.
                 let planted = if darkness < 0.5 { 1.0 } else { 0.0 };
                 let middle = [SIZE_PX[0], SIZE_PX[1]].map(|side| 0.5 * f64::from(side));
                 for i in 0..shot.ink.len() {
@@ -73,7 +73,7 @@ fn tone_holds_at_peaks_and_pits() {
                         shot.ink[i] = planted;
                     }
                 }
-                assert!(!holds(off(&shot, darkness)), "{way:?} {name}, {darkness}: a blob must be seen");
+                assert!(!holds(off(&shot, darkness)), "{way:?} {name}, {darkness}: a planted blob was not detected");
             }
         }
     }
@@ -82,7 +82,7 @@ fn tone_holds_at_peaks_and_pits() {
     }
 }
 
-/// The mean change of ink on the ground about the middle.
+/// Returns the mean change of ink on the ground about the middle.
 fn flicker(shot: &Inked, next: &Inked) -> f64 {
     let near = |place_m: &Option<DVec3>| place_m.is_some_and(|at| at.truncate().length() < NEAR_M);
     let changes = shot.changes(next).into_iter().zip(&shot.place_m);
@@ -91,7 +91,7 @@ fn flicker(shot: &Inked, next: &Inked) -> f64 {
     changes.iter().sum::<f64>() / changes.len() as f64
 }
 
-/// Ink that follows the land may change so many times as much as fixed marks do there.
+/// Largest allowed ratio of the change of ink that follows the land to that of fixed marks at the same place.
 const FLICKERS: f64 = 1.45;
 
 #[test]
@@ -110,9 +110,12 @@ fn nothing_flickers_at_peaks_and_pits() {
             let allowed = FLICKERS * flicker(&fixed[0], &fixed[1]);
             let change = flicker(&own[0], &own[1]);
             worst = worst.max(FLICKERS * change / allowed);
-            assert!(change < allowed, "{scale} {direction} {marks} {name}: {change} and {allowed}");
-            // Marks that take another chart from one frame to the next.
-            assert!(flicker(&own[0], &turned) > allowed, "{scale} {direction} {marks} {name}: a jump must be seen");
+            assert!(change < allowed, "{scale} {direction} {marks} {name}: ink changes by {change}, allowed {allowed}");
+            // Planted error: marks that switch to another chart from one frame to the next.
+            assert!(
+                flicker(&own[0], &turned) > allowed,
+                "{scale} {direction} {marks} {name}: a planted jump was not detected"
+            );
         }
     }
     println!("ink at peaks and pits changes {worst:.2} times as much as fixed marks do, at most");
@@ -121,7 +124,7 @@ fn nothing_flickers_at_peaks_and_pits() {
 #[test]
 fn level_land_has_the_layers_own_direction() {
     let wanted = DVec2::from_angle((90.0 - LEVEL_DEG).to_radians());
-    // Slopes from sample to sample.
+    // Noise of this slope from sample to sample.
     for steep in [0.0, 1e-4, 1e-3, 0.5] {
         let height_m =
             move |x: f64, y: f64| steep * 10.0 * random((x / 10.0).round() as i64, (y / 10.0).round() as i64);
@@ -132,14 +135,20 @@ fn level_land_has_the_layers_own_direction() {
             let right = off(0.0);
             if steep > 0.1 {
                 let follows = direction == "slope";
-                assert!(!follows || !right.holds([5.0, 9.0]), "marks that follow the noise must be seen");
+                assert!(!follows || !right.holds([5.0, 9.0]), "marks must follow noise that is steep");
                 continue;
             }
             println!("{scale} {direction} {marks}, noise of {steep}: {right:.2?}");
-            // Down the slope there is a chart at every 11.25 degrees, on level land too.
+            // Down the slope there is a chart at every 11.25 degrees, also on level land.
             let allowed_deg = if direction == "slope" { [5.0, 9.0] } else { [3.0, 6.0] };
-            assert!(right.holds(allowed_deg), "{scale} {direction} {marks}, noise of {steep}: {right:?}");
-            assert!(!off(0.3).holds(allowed_deg) && !off(-0.3).holds(allowed_deg), "17 degrees must be seen");
+            assert!(
+                right.holds(allowed_deg),
+                "{scale} {direction} {marks}, noise of {steep}: directions deviate: {right:?}"
+            );
+            assert!(
+                !off(0.3).holds(allowed_deg) && !off(-0.3).holds(allowed_deg),
+                "a planted rotation of 17 degrees was not detected"
+            );
         }
     }
 }

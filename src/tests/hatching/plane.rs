@@ -1,4 +1,4 @@
-//! A plane that is known everywhere, and pictures of its hatching.
+//! A plane whose geometry is known exactly, and pictures of its hatching.
 
 use glam::{DVec2, DVec3};
 use hachure::file::exr::Samples;
@@ -9,7 +9,7 @@ use hachure::style::Style;
 
 use crate::tests::common::{World, grid_of};
 
-/// Half of the land's side.
+/// Half of the side of the land.
 pub const HALF_M: f64 = 60_000.0;
 
 /// A plane through the world's origin that rises toward the north by `tilt_deg`.
@@ -19,22 +19,22 @@ pub struct Plane {
     tilt_rad: f64,
 }
 
-/// How far the means of windows are from a tone.
+/// Largest difference between the mean ink of windows and a tone, for windows with hard and with soft borders.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Off {
     pub hard: f64,
     pub soft: f64,
 }
 
-/// Ink of a picture, row by row, with what it shows.
+/// Ink of a picture, row by row, with the points that its pixels show.
 pub struct Inked {
     pub size_px: [usize; 2],
     pub view: View,
-    /// 0 paper to 1 ink.
+    /// From 0 (paper) to 1 (ink).
     pub ink: Vec<f64>,
-    /// In the world; none is the sky.
+    /// In the world; `None` for the sky.
     pub place_m: Vec<Option<DVec3>>,
-    /// Which patch of the terrain.
+    /// Id of the terrain's patch.
     pub patch: Vec<u32>,
 }
 
@@ -49,8 +49,8 @@ impl Plane {
         DVec3::new(0.0, -self.tilt_rad.sin(), self.tilt_rad.cos())
     }
 
-    /// An eye at `distance_m` from the place at `x_m` east on the plane's axis, `from_normal_deg` away from the normal
-    /// there, that looks at it; `around_deg` turns it about the normal.
+    /// Returns an eye at `distance_m` from the point `x_m` east on the plane's axis, looking at it, at an angle of
+    /// `from_normal_deg` to the normal there; `around_deg` rotates it about the normal.
     pub fn eye(&self, x_m: f64, distance_m: f64, from_normal_deg: f64, around_deg: f64, fov_deg: f64) -> Pose {
         let normal = self.normal();
         let (sine, cosine) = around_deg.to_radians().sin_cos();
@@ -74,7 +74,7 @@ impl Plane {
         shoot(&mut self.world, &mut self.renderer, pose, size_px, style)
     }
 
-    /// Where a place of the picture meets the plane, in the world.
+    /// Returns where the ray through a point of the picture meets the plane, in the world.
     pub fn hit(&self, view: &View, px: DVec2) -> DVec3 {
         let ray = view.ray(px);
         let normal = self.normal();
@@ -120,7 +120,7 @@ impl Inked {
         self.ink[y * self.size_px[0] + x]
     }
 
-    /// Between pixels; their centres are at half numbers. None outside.
+    /// Returns the ink between pixels, whose centres are at half numbers; `None` outside.
     pub fn between(&self, px: DVec2) -> Option<f64> {
         let place = px - 0.5;
         let whole = place.floor();
@@ -136,15 +136,16 @@ impl Inked {
         Some(upper * (1.0 - f.y) + lower * f.y)
     }
 
-    /// The largest difference between the mean ink of a square of `side` pixels and `darkness`, over squares that
-    /// overlap by half: with the hard border of a square, which cuts marks, and with a soft one of the same spread.
+    /// Returns the largest difference between the mean ink of a square of `side` pixels and `darkness`, over squares
+    /// that overlap by half: with the hard border of a square, which cuts marks, and with a Gaussian of the same
+    /// spread.
     pub fn worst_window(&self, side: usize, darkness: f64) -> Off {
         let [width, height] = self.size_px;
         let sigma = side as f64 / 12.0_f64.sqrt();
         let reach = (2.4 * sigma).ceil() as i64;
         let bell: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
         let whole: f64 = bell.iter().sum();
-        // The bell's sum along rows, then down columns; near the border there is none.
+        // Gaussian sums along rows, then down columns; too near the border there are none.
         let inside = |at: usize, size: usize| at as i64 >= reach && (at as i64) < size as i64 - reach;
         let mut rows = vec![0.0; self.ink.len()];
         for y in 0..height {
@@ -174,7 +175,7 @@ impl Inked {
     }
 }
 
-/// A style of even tone `1 - darkness` with layers as given (TOML tables).
+/// Returns a style of even tone `1 - darkness` with the given layers (TOML tables).
 pub fn style(scale: &str, darkness: f64, layers: &str) -> Style {
     let tone = 1.0 - darkness;
     let text = format!(
@@ -184,7 +185,7 @@ pub fn style(scale: &str, darkness: f64, layers: &str) -> Style {
     Style::parse("even", &text).unwrap()
 }
 
-/// One layer of fixed marks.
+/// Returns one layer of marks in a fixed direction.
 pub fn fixed(marks: &str, angle_deg: f64) -> String {
     format!("[[hatching.layers]]\nmarks = \"{marks}\"\ndirection = \"fixed\"\nangle_deg = {angle_deg}\n")
 }

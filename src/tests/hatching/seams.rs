@@ -1,4 +1,4 @@
-//! Marks do not know of tiles and levels of detail: nothing shows where these end.
+//! Tests that marks are independent of tiles and levels of detail: no seam shows where these meet.
 
 use crate::tests::common::{quantile, rough_height_m};
 use crate::tests::hatching::grain::{Land, WINDOW_PX, between_deg};
@@ -14,25 +14,25 @@ fn layers(direction: &str, angle_deg: f64) -> String {
 const HILL_CAMERAS: [&str; 3] = ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-35,50", "-800,500,1500,160,-70,50"];
 const DIRECTIONS: [&str; 3] = ["fixed", "slope", "contour"];
 
-/// Pixels from a seam to where it is held against.
+/// Distance from a seam to the pixels that it is compared with.
 const BESIDE_PX: i64 = 4;
 
-/// What the places where patches meet show, and places beside them.
+/// Changes of ink at seams between patches, and near seams.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seams {
-    /// Changes of ink from pixel to pixel, as sums.
+    /// Sum of the changes of ink from pixel to pixel across seams.
     across: f64,
     beside: f64,
     count: usize,
 }
 
-/// Adds what a picture has.
+/// Adds the seams of a picture.
 fn seen(seams: &mut Seams, shot: &Inked) {
     let [width, height] = shot.size_px.map(|side| side as i64);
     for y in 0..height {
         for x in 0..width {
             for (right, down) in [(1, 0), (0, 1)] {
-                // The patches of both pixels, and how much ink changes between them.
+                // Returns the patches of two adjacent pixels, and how much the ink differs between them.
                 let pair = |k: i64| {
                     let (x, y) = (x + k * right, y + k * down);
                     let inside = x >= 0 && y >= 0 && x + right < width && y + down < height;
@@ -56,14 +56,14 @@ fn seen(seams: &mut Seams, shot: &Inked) {
     }
 }
 
-/// More than beside, ink may not change at seams.
+/// Largest allowed ratio of the change of ink at seams to that near seams.
 const ALLOWED: f64 = 1.15;
 
 fn is_seamless(seams: Seams) -> bool {
     seams.across / seams.beside < ALLOWED
 }
 
-/// A picture whose patches have marks that lie elsewhere: here as they are, there 3 pixels aside, or below.
+/// Returns a picture with a planted error: in some patches marks are 3 pixels aside, or 3 pixels below.
 fn broken(shot: &Inked) -> Inked {
     let [width, height] = shot.size_px;
     let moved = |i: usize| {
@@ -102,14 +102,20 @@ fn nothing_shows_where_patches_meet() {
                     seams.count,
                     part(planted)
                 );
-                assert!(seams.count > 1000 && is_seamless(seams), "{name} {scale} {direction}: {seams:?}");
-                assert!(!is_seamless(planted), "{name} {scale} {direction}: a seam must be seen, {planted:?}");
+                assert!(
+                    seams.count > 1000 && is_seamless(seams),
+                    "{name} {scale} {direction}: a seam shows: {seams:?}"
+                );
+                assert!(
+                    !is_seamless(planted),
+                    "{name} {scale} {direction}: a planted seam was not detected: {planted:?}"
+                );
             }
         }
     }
 }
 
-/// The mean ink of windows in which patches meet, and of the others.
+/// Returns the mean ink of windows in which patches meet, and of the others.
 fn means(shots: &[Inked]) -> [f64; 2] {
     let (mut sums, mut counts) = ([0.0; 2], [0; 2]);
     for shot in shots {
@@ -127,7 +133,7 @@ fn means(shots: &[Inked]) -> [f64; 2] {
     [sums[0] / f64::from(counts[0]), sums[1] / f64::from(counts[1])]
 }
 
-/// The picture with no ink where patches meet, three pixels wide.
+/// Returns the picture with a planted error: no ink where patches meet, three pixels wide.
 fn cracked(shot: &Inked) -> Inked {
     let width = shot.size_px[0];
     let is_other = |i: usize, j: usize| shot.patch.get(j).is_some_and(|patch| *patch != shot.patch[i]);
@@ -146,13 +152,13 @@ fn there_is_as_much_ink_where_patches_meet() {
             let shots = HILL_CAMERAS.map(|camera| land.shoot(camera, &style));
             let (right, planted) = (means(&shots), means(&shots.each_ref().map(cracked)));
             println!("{scale} {direction}: ink where patches meet, and elsewhere {right:.4?}, cracked {planted:.4?}");
-            assert!(is_even(right), "{scale} {direction}: {right:?}");
-            assert!(!is_even(planted), "{scale} {direction}: a crack must be seen, {planted:?}");
+            assert!(is_even(right), "{scale} {direction}: ink differs where patches meet: {right:?}");
+            assert!(!is_even(planted), "{scale} {direction}: a planted crack was not detected: {planted:?}");
         }
     }
 }
 
-/// How far the directions of two pictures of the same land are apart in a window, and their ink: 90th percentiles.
+/// Returns the differences between two pictures of the same land, in direction and in ink of windows: 90th percentiles.
 fn apart(a: &Inked, b: &Inked) -> [f64; 2] {
     let (a, b) = (a.windows(), b.windows());
     let pairs = || a.iter().zip(&b).inspect(|(a, b)| assert_eq!(a.first, b.first));
@@ -184,8 +190,8 @@ fn coarser_tiles_have_the_same_marks() {
                 let [fine, coarse, turned] = &shots;
                 let off = apart(fine, coarse);
                 assert!(patches(fine) > 2 * patches(coarse));
-                assert!(is_same(off), "{name} {scale} {direction}: {off:?}");
-                assert!(!is_same(apart(fine, turned)), "other directions must be seen");
+                assert!(is_same(off), "{name} {scale} {direction}: marks on coarser tiles differ: {off:?}");
+                assert!(!is_same(apart(fine, turned)), "other directions were not detected");
                 println!(
                     "{name} {scale} {direction}: {off:.3?}, patches {} {}",
                     patches(&shots[0]),
@@ -196,12 +202,12 @@ fn coarser_tiles_have_the_same_marks() {
     }
 }
 
-/// Of a climb through two octaves.
+/// Number of frames of a climb through two octaves.
 const FRAMES: i32 = 36;
-/// A frame in which ink changes so many times as much as in the median one is seen.
+/// A frame stands out if its change of ink is more than this factor times the median.
 const STANDS_OUT: f64 = 1.3;
 
-/// The largest mean change of ink on the ground from a frame to the next, and that as a part of the median one.
+/// Returns the largest mean change of ink on the ground from one frame to the next, and its ratio to the median.
 fn worst(shots: &[Inked]) -> (f64, f64) {
     let mean = |pair: &[Inked]| {
         let changes: Vec<f64> = pair[0].changes(&pair[1]).into_iter().flatten().collect();
@@ -223,9 +229,9 @@ fn no_frame_of_a_climb_stands_out() {
         let (most, part) = worst(&shots);
         println!("{scale} {direction}: ink changes by {most:.4} at most, {part:.2} times the median");
         assert!(part < STANDS_OUT, "{scale} {direction}: {part}");
-        // One frame that has a level of its own.
+        // Planted error: one frame with its own level.
         let other = self::style(scale, 0.4, &format!("{}size = 1.2\n", layers(direction, 0.0)));
         shots[20] = land.shoot(&format!("700,-750,{},0,-80,50", 1500.0 * 1.04_f64.powi(20)), &other);
-        assert!(worst(&shots).1 > STANDS_OUT, "{scale} {direction}: a frame that stands out must be seen");
+        assert!(worst(&shots).1 > STANDS_OUT, "{scale} {direction}: a planted frame was not detected");
     }
 }

@@ -1,4 +1,4 @@
-//! Which layer takes part where: by slope, and by darkness.
+//! Tests which hatching layer is drawn where, by slope and by darkness.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -6,13 +6,13 @@ use glam::DVec2;
 
 use crate::tests::hatching::plane::{Inked, Plane, fixed, style};
 
-/// Azimuths of the two layers.
+/// Azimuths of the two layers' marks.
 const AZIMUTHS_DEG: [f64; 2] = [20.0, 110.0];
-/// The first is on gentle slopes, the second on steep ones.
+/// The first layer is on slopes below this, the second on steeper ones.
 const BORDER_DEG: f64 = 25.0;
 
-/// Of the ink that runs in one of the two directions, as far as changes across it tell, the part of the second; each
-/// within 15 degrees on the picture.
+/// Returns the second layer's share of the ink that runs in one of the two directions, estimated from the gradient of
+/// ink across each direction. A direction counts within 15 degrees in the picture.
 fn second(plane: &Plane, shot: &Inked) -> f64 {
     let middle = DVec2::new(shot.size_px[0] as f64, shot.size_px[1] as f64) * 0.5;
     let at_m = plane.hit(&shot.view, middle);
@@ -41,7 +41,7 @@ fn layers(slopes_deg: [[f64; 2]; 2], from: f64) -> String {
     format!("{first}{a}{second}{b}from = {from}\n")
 }
 
-/// Whose marks a picture has, by the part of the second.
+/// Layers whose marks a picture contains.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Whose {
     First,
@@ -57,10 +57,10 @@ fn is_of(second: f64, whose: Whose) -> bool {
     }
 }
 
-/// Grey that the mean may be off: soft windows of 64 pixels.
+/// Allowed difference in grey in soft windows of 64 pixels.
 const ALLOWED: f64 = 0.06;
 
-/// What is wrong with the picture of a slope: whose marks it has, or its tone.
+/// Returns the difference in grey, or an error if the picture has another layer's marks or a wrong tone.
 fn check(plane: &mut Plane, scale: &str, darkness: f64, layers: &str, whose: Whose) -> Result<f64, String> {
     let pose = plane.eye(7.0, 300.0, 20.0, 30.0, 30.0);
     let shot = plane.shoot(pose, [256, 192], &style(scale, darkness, layers));
@@ -84,8 +84,11 @@ fn layers_are_on_their_slopes() {
             for darkness in DARKNESSES {
                 let mut of = |slopes_deg| check(&mut plane, scale, darkness, &layers(slopes_deg, 0.0), whose);
                 most = most.max(of(slopes_deg).unwrap_or_else(|why| panic!("{tilt_deg} degrees: {why}")));
-                // In the middle of the border, which is which makes no difference.
-                assert!(whose == Whose::Both || of(swapped_deg).is_err(), "{tilt_deg} degrees: swapped must be seen");
+                // In the middle of the border it makes no difference which layer is which.
+                assert!(
+                    whose == Whose::Both || of(swapped_deg).is_err(),
+                    "{tilt_deg} degrees: swapped layers were not detected"
+                );
             }
         }
     }
@@ -105,10 +108,13 @@ fn tone_holds_all_over_the_border() {
                     shot.worst_window(64, asked).soft
                 };
                 let right = off(darkness, darkness);
-                assert!(right <= ALLOWED, "{scale} {darkness} on {tilt_deg} degrees: {right}");
-                // Two layers that both make the whole tone.
+                assert!(right <= ALLOWED, "{scale} {darkness} on {tilt_deg} degrees: grey is off by {right}");
+                // Planted error: both layers make the whole tone.
                 let doubled = 1.0 - (1.0 - darkness) * (1.0 - darkness);
-                assert!(off(doubled, darkness) > ALLOWED, "{scale} {darkness} on {tilt_deg} degrees");
+                assert!(
+                    off(doubled, darkness) > ALLOWED,
+                    "{scale} {darkness} on {tilt_deg} degrees: a doubled tone was not detected"
+                );
             }
         }
     }
@@ -136,10 +142,10 @@ fn a_second_direction_comes_in_the_darks() {
             [(0.1, Whose::First), (0.25, Whose::First), (0.4, Whose::First), (0.8, Whose::Both), (0.9, Whose::Both)]
         {
             check(&mut plane, scale, darkness, &layers(everywhere, 0.4), whose).unwrap();
-            // A second layer that is there from the lights on, and one that never comes.
+            // Planted error: a second layer that is drawn in light tones too, or one that never appears.
             let from = if darkness < 0.5 { 0.0 } else { 0.95 };
             let planted = check(&mut plane, scale, darkness, &layers(everywhere, from), whose);
-            assert!(planted.is_err(), "{scale} {darkness}: a layer that begins at {from} must be seen");
+            assert!(planted.is_err(), "{scale} {darkness}: a layer that begins at {from} was not detected");
         }
     }
 }

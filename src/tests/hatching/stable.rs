@@ -1,18 +1,19 @@
-//! Marks stick to the ground.
+//! Tests that marks stick to the ground.
 
 use glam::{DMat2, DVec2, DVec3};
 
 use crate::tests::common::quantile;
 use crate::tests::hatching::plane::{Inked, Plane, fixed, style};
 
-/// Motion of marks against the ground's, 99th percentile.
+/// Allowed motion of marks relative to the ground: 99th percentile, in pixels.
 const ALLOWED_PX: f64 = 0.5;
-/// What is reached where that is not, a known shortfall: lines of one direction that hand over from scale to scale seem
-/// to move sideways where one line goes and its neighbour comes.
+/// Measured values where that bound is exceeded, a known shortfall: lines of one direction that blend from scale to
+/// scale seem to move sideways where one line disappears and its neighbour appears.
 const REACHED_PX: [(&str, &str, f64); 1] = [("blend", "line", 0.65)];
 
-/// How far the marks of `next` lie from where the ground took those of `shot`, window by window: the least-squares
-/// shift of Lucas and Kanade, with the part along a line's own direction left out, of which a picture says nothing.
+/// Returns, per window, how far the marks of `next` are from where the ground moved those of `shot`, in pixels. It is
+/// the least-squares shift of Lucas and Kanade, without the part along a line's own direction, which a picture cannot
+/// show.
 fn slips_px(plane: &Plane, shot: &Inked, next: &Inked, error_px: DVec2) -> Vec<f64> {
     let [width, height] = shot.size_px;
     let normal_place = |px: DVec2| {
@@ -60,7 +61,7 @@ fn slips_px(plane: &Plane, shot: &Inked, next: &Inked, error_px: DVec2) -> Vec<f
             if !inside || half_trace < 2.0 {
                 continue;
             }
-            // Along directions in which hardly anything changes, nothing is claimed.
+            // Directions in which hardly anything changes are left out.
             let floor = 0.1 * half_trace;
             let damped = matrix + DMat2::from_diagonal(DVec2::splat(floor * 1e-3));
             let root = (half_trace * half_trace - damped.determinant()).max(0.0).sqrt();
@@ -100,15 +101,15 @@ fn marks_move_with_the_ground() {
         let count = slips.len();
         let (middle, most) = (quantile(&mut slips, 0.5), quantile(&mut slips, 0.99));
         println!("{scale} {marks}: marks slip by {middle:.3} px, 99th percentile {most:.3} px, of {count} windows");
-        assert!(count > 300, "{scale} {marks}: {count}");
+        assert!(count > 300, "{scale} {marks}: only {count} windows");
         let known = REACHED_PX.iter().find(|(of, name, _)| *of == scale && *name == marks);
         let allowed_px = known.map_or(ALLOWED_PX, |(_, _, reached)| *reached);
         if most > allowed_px {
-            failed.push(format!("{scale} {marks}: {most}"));
+            failed.push(format!("{scale} {marks}: marks slip by {most} px"));
         }
-        // Marks that a pixel's motion left behind.
+        // Planted error: marks that lag by a pixel.
         caught |= quantile(&mut planted, 0.5) > ALLOWED_PX;
-        assert!(quantile(&mut planted, 0.99) > ALLOWED_PX, "{scale} {marks}: a slip of a pixel is not seen");
+        assert!(quantile(&mut planted, 0.99) > ALLOWED_PX, "{scale} {marks}: a slip of a pixel was not detected");
     }
     assert!(caught);
     assert!(failed.is_empty(), "{failed:?}");
@@ -116,7 +117,7 @@ fn marks_move_with_the_ground() {
 
 #[test]
 fn the_same_picture_far_from_the_origin() {
-    // The phase comes from f64: ten million metres away the marks are as even, and stick as well.
+    // Phases are computed in f64, so 10,000 km away marks are as even and stick as well.
     let axes = hachure::tones::hatching::axes::axes(&[]);
     let camera_m = DVec3::new(1e7 + 0.123, -1e7, 1234.5);
     let step_m = DVec3::new(0.001, 0.002, 0.0);
@@ -128,7 +129,7 @@ fn the_same_picture_far_from_the_origin() {
     for (number, axis) in axes.iter().enumerate() {
         for level in 0..levels {
             let texel_m = (0.5 * f64::from(level as i32 + first)).exp2();
-            // A pixel of a millimetre and more.
+            // Only texels that are at least as large as a pixel of a millimetre.
             if texel_m < 1e-3 {
                 continue;
             }
@@ -139,8 +140,8 @@ fn the_same_picture_far_from_the_origin() {
         }
     }
     println!("1e7 m away phases are exact within {worst:.2e} texels");
-    assert!(worst < 1e-3, "{worst}");
-    // In f32 they would not be.
+    assert!(worst < 1e-3, "phases are off by {worst} texels");
+    // In f32 the phases would not be exact enough.
     let coarse = f64::from((1e7 + 0.123_f64) as f32) + f64::from(0.001_f32);
     assert!((coarse - (1e7 + 0.124)).abs() / 1e-3 > 1.0);
 }

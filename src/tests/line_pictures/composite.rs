@@ -1,4 +1,4 @@
-//! Inks, haze and sky of the composite, without the paper's grain.
+//! Tests inks, haze and sky of the composite, without the paper's grain.
 
 use glam::{DVec2, DVec3};
 use hachure::composite::{self, PICTURE};
@@ -16,7 +16,7 @@ use hachure::tones::balance::MARKS;
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
 
-/// What is composed, in f64.
+/// Pictures that are composited.
 struct Layers {
     position: Vec<[f32; 4]>,
     tone: Vec<[half::f16; 4]>,
@@ -31,7 +31,7 @@ struct Layers {
     tone_lines: Vec<[half::f16; 4]>,
 }
 
-/// A slope that goes far away, sky above it, and some of every ink.
+/// Returns a slope that recedes into the distance, sky above it, and some of every ink.
 fn layers() -> Layers {
     let view = view();
     let part = |x: i64, y: i64, turn: i64, share: f64| (chance(x, y, turn) - 1.0 + share).max(0.0) / share;
@@ -68,7 +68,8 @@ fn mix(a: DVec3, b: DVec3, t: f64) -> DVec3 {
     a + (b - a) * t
 }
 
-/// `behind`: what is farther than this, of the nearest around it, lies behind a line.
+/// The CPU twin of the composite. A pixel whose distance is more than `behind` times that of its nearest neighbour is
+/// behind a line.
 fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> {
     let view = view();
     let lines = style.lines.as_ref().unwrap();
@@ -185,17 +186,17 @@ fn the_composite_is_its_twin() {
             bench.halves(&picture).into_iter().flat_map(|[red, green, blue, _]| [red, green, blue]).collect();
         let differing = |behind: f64, light: &Light| off(&found, &twin(&layers, &style, light, behind), 2e-3);
         assert_eq!(differing(1.01, &light), 0);
-        // Planted: lines keep both of their sides in the distance; haze that is nearer.
+        // Planted errors: lines that keep both of their sides in the distance, and nearer haze.
         assert!(differing(1e9, &light) > 50);
         assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
-        // Planted: marks keep their ink, and rims theirs.
+        // Planted errors: marks and rims that do not fade.
         let mut black = style.clone();
         black.hatching.as_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         let mut black = style.clone();
         black.rims.faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
-        // Planted: lines from tone keep theirs.
+        // Planted error: lines from shading that do not fade.
         let mut black = style.clone();
         black.tone_lines.as_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);

@@ -1,4 +1,4 @@
-//! Sobel, Roystan's outline, and the density filter with its ramp.
+//! Tests the detectors Sobel and Roystan, and the density filter with its ramp, against CPU twins.
 
 use glam::DVec3;
 use hachure::lines::detector::{self, ERRORS};
@@ -9,7 +9,8 @@ use hachure::surface::{NORMAL, POSITION};
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
 
-/// A plain, a wall before it, a dip behind, noise, and sky: positions with the distance along the axis, and normals.
+/// Returns positions, with the depth along the axis, and normals: a plain, a wall in front, a dip behind, noise, and
+/// sky.
 fn land() -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
     let view = view();
     places()
@@ -47,11 +48,14 @@ fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
         detector::run(recorder, &lines, &inputs);
     });
     let found = bench.halves(&errors);
-    assert!(found.iter().all(|[a, b, c, d]| a == b && b == c && c == d), "it knows no axes");
+    assert!(
+        found.iter().all(|[a, b, c, d]| a == b && b == c && c == d),
+        "the detector must write the same error for all axes"
+    );
     found.into_iter().map(|[error, ..]| error).collect()
 }
 
-/// Sobel's gradient of the distance, in parts of the nearest distance around; `middle` is the weight of the middle.
+/// Returns Sobel's gradient of the depth, divided by the nearest depth around; `middle` is the weight of the middle.
 fn sobel(positions: &[[f32; 4]], middle: f64) -> Vec<f64> {
     let depth_m = |x: i64, y: i64| {
         let depth_m = f64::from(positions[inside(x, y)][3]);
@@ -73,15 +77,16 @@ fn sobel_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
     let found = errors_of(&mut bench, Detector::Sobel);
     let (positions, _) = land();
-    // 16-bit floats have eleven digits.
+    // 16-bit floats have 11 significant bits.
     let most = 4.0 / 2048.0;
     assert_eq!(off(&found, &sobel(&positions, 2.0), most), 0);
-    assert!(found.iter().filter(|error| **error > 0.1).count() > 100, "there are edges");
-    // Planted: Prewitt's weights.
+    assert!(found.iter().filter(|error| **error > 0.1).count() > 100, "the picture must have edges");
+    // Planted error: Prewitt's weights.
     assert!(off(&found, &sobel(&positions, 1.0), most) > 100);
 }
 
-/// 1 an edge, 0 none; NaN where rounding decides. `steepest` is k where the surface is seen from its edge.
+/// Returns 1 for an edge and 0 for none, or NaN where rounding decides. `steepest` is k where the surface is seen
+/// edge-on.
 fn roystan(positions: &[[f32; 4]], normals: &[[f32; 4]], steepest: f64) -> Vec<f64> {
     let nearness = |x: i64, y: i64| {
         let depth_m = f64::from(positions[inside(x, y)][3]);
@@ -118,17 +123,18 @@ fn roystans_outline_is_its_twin() {
     let differing = |steepest: f64| {
         let expected = roystan(&positions, &normals, steepest);
         let unsure = expected.iter().filter(|edge| edge.is_nan()).count();
-        assert!(unsure < 20, "{unsure}");
+        assert!(unsure < 20, "{unsure} pixels are undecided");
         found.iter().zip(&expected).filter(|(found, expected)| (**found - **expected).abs() > 0.5).count()
     };
     assert_eq!(differing(8.0), 0);
     let edges = found.iter().filter(|edge| **edge > 0.5).count();
     assert!((100..found.len() - 100).contains(&edges), "{edges} edges");
-    // Planted: a threshold that does not grow as the surface turns away.
+    // Planted error: a threshold that does not grow as the surface turns away.
     assert!(differing(1.0) > 20);
 }
 
-/// The ramp of what the filter leaves: the smallest error in a line of `2 * radius + 1` pixels counts `density` times.
+/// Returns the ramp of the filtered error: the smallest error in a line of `2 * radius + 1` pixels, times `density`, is
+/// subtracted.
 fn thresholded(errors: &[[f64; 4]], lines: &Lines, radius: i64) -> Vec<f64> {
     let load = |x: i64, y: i64| errors[inside(x, y)].map(|error| error.clamp(0.0, 1.0));
     let most = |errors: [f64; 4]| errors.into_iter().fold(f64::MIN, f64::max);
@@ -155,7 +161,7 @@ fn thresholded(errors: &[[f64; 4]], lines: &Lines, radius: i64) -> Vec<f64> {
 #[test]
 fn the_density_filter_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
-    // Lines on a ground of noise, and an area where everything is an edge.
+    // Lines on noise, and an area where every pixel is an edge.
     let errors: Vec<[half::f16; 4]> = places()
         .map(|(x, y)| {
             let ground = |axis: i64| 0.3 * chance(x, y, 10 + axis);
@@ -177,7 +183,7 @@ fn the_density_filter_is_its_twin() {
             });
             let found = bench.floats(&line);
             assert_eq!(off(&found, &thresholded(&exact, &lines, 2), 1e-4), 0, "{detector:?}, density {density}");
-            // Planted: a line of three pixels, and one of seven.
+            // Planted errors: a line of three pixels, and one of seven.
             for radius in [1, 3] {
                 let differing = off(&found, &thresholded(&exact, &lines, radius), 1e-4);
                 assert!(
@@ -189,7 +195,7 @@ fn the_density_filter_is_its_twin() {
     }
 }
 
-/// As [`thresholded`], with eight directions: two for each axis.
+/// Like [`thresholded`], for eight directions: two for each axis.
 fn thresholded_eight(errors: &[[f64; 8]], lines: &Lines) -> Vec<f64> {
     let load = |x: i64, y: i64| errors[inside(x, y)].map(|error| error.clamp(0.0, 1.0));
     let [low, high] = lines.ramp.map(f64::from);
@@ -214,7 +220,7 @@ fn the_density_filter_of_eight_directions_is_its_twin() {
             let line = if x % 13 == 5 || (x + y) % 17 == 3 { 0.8 } else { 0.0 };
             let crowd = if x > 40 && y > 25 { 0.9 * chance(x, y, 20) } else { 0.0 };
             std::array::from_fn(|i| {
-                // One side of an axis errs where the other does not.
+                // One side of an axis has errors where the other has none.
                 let ground = 0.4 * chance(x, y, 10 + i as i64);
                 half::f16::from_f64(f64::max(ground, if i % 2 == 0 { line } else { crowd }))
             })
@@ -241,7 +247,7 @@ fn the_density_filter_of_eight_directions_is_its_twin() {
     });
     let found = bench.floats(&line);
     assert_eq!(off(&found, &thresholded_eight(&exact, &lines), 1e-4), 0);
-    // Planted: opposite directions share the greater error.
+    // Planted error: opposite directions share the larger error.
     let halved: Vec<[f64; 4]> = merged.iter().map(|errors| errors.map(half::f16::to_f64)).collect();
     assert!(off(&found, &thresholded(&halved, &lines, 2), 1e-4) > 50);
 }

@@ -1,6 +1,7 @@
-//! The passes that make line pictures, and those that put the picture together, against twins in f64 that are written
-//! from what the shaders say they do. Each twin is planted with another constant, which must be found.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests the passes that draw line pictures, and those that composite and present the picture, against CPU twins in
+//! f64, which are written from the descriptions in the shaders. For each twin a wrong constant is planted, which must
+//! be detected.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,10 +20,10 @@ use hachure::scene::view::{Pose, View};
 
 use crate::tests::common::draw;
 
-/// Not a multiple of a workgroup's side.
+/// Size of the pictures; not a multiple of a workgroup's side.
 const SIZE_PX: [u32; 2] = [61, 43];
 
-/// A GPU and what recording needs.
+/// A GPU and everything that recording passes needs.
 struct Bench {
     gpu: Gpu,
     pools: Pools,
@@ -35,7 +36,7 @@ impl Bench {
         Some(Self { pools: Pools::new(&gpu), timer: Timer::new(&gpu).unwrap(), gpu })
     }
 
-    /// Records and waits.
+    /// Records passes, submits them and waits.
     fn run(&mut self, record: impl FnOnce(&mut Recorder<'_>)) {
         let mut recorder = Recorder::new(&self.gpu, &mut self.pools, &mut self.timer, Submits::default(), false);
         record(&mut recorder);
@@ -46,7 +47,7 @@ impl Bench {
         self.gpu.check().unwrap();
     }
 
-    /// A picture of a kind, as a pass wants it, that holds texels.
+    /// Returns a target of a kind that a pass accepts, filled with texels.
     fn picture<T: bytemuck::Pod>(&self, kind: &TargetKind, size_px: [u32; 2], texels: &[T]) -> Target {
         let kind = TargetKind {
             usage: kind.usage | wgpu::TextureUsages::COPY_DST,
@@ -67,7 +68,7 @@ impl Bench {
         target
     }
 
-    /// An empty one.
+    /// Returns an empty target.
     fn out(&self, kind: &TargetKind) -> Target {
         Target::new(&self.gpu, kind, SIZE_PX)
     }
@@ -81,7 +82,7 @@ impl Bench {
     }
 }
 
-/// To the north and a little down; a pixel is a hundredth of the distance wide.
+/// Returns a view to the north and a little down; at distance d a pixel is d / 100 wide.
 fn view() -> View {
     let forward = DVec3::new(0.1, 1.0, -0.2).normalize();
     let right = forward.cross(DVec3::Z).normalize();
@@ -90,12 +91,12 @@ fn view() -> View {
     View::whole(pose, pose, SIZE_PX)
 }
 
-/// As they lie on the GPU.
+/// Returns the texels as the GPU stores them.
 fn bits<const CHANNELS: usize>(texels: &[[half::f16; CHANNELS]]) -> Vec<[u16; CHANNELS]> {
     texels.iter().map(|texel| texel.map(half::f16::to_bits)).collect()
 }
 
-/// A number of 0 to 1 for a place and a turn, always the same.
+/// Returns a pseudorandom number of 0 to 1, determined by a pixel and a seed.
 fn chance(x: i64, y: i64, turn: i64) -> f64 {
     let mut bits = (x.wrapping_mul(0x9e37_79b9) ^ y.wrapping_mul(0x85eb_ca6b) ^ turn.wrapping_mul(0xc2b2_ae35)) as u64;
     for _ in 0..3 {
@@ -105,19 +106,19 @@ fn chance(x: i64, y: i64, turn: i64) -> f64 {
     (bits >> 40) as f64 / f64::from(1 << 24)
 }
 
-/// Column and row of every pixel, row by row.
+/// Returns column and row of every pixel, row by row.
 fn places() -> impl Iterator<Item = (i64, i64)> {
     let [width, height] = SIZE_PX.map(i64::from);
     (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
 }
 
-/// The nearest pixel of the picture, as a number.
+/// Returns the index of the nearest pixel in the picture.
 fn inside(x: i64, y: i64) -> usize {
     let [width, height] = SIZE_PX.map(i64::from);
     (y.clamp(0, height - 1) * width + x.clamp(0, width - 1)) as usize
 }
 
-/// How many pixels are farther apart than `most`.
+/// Counts pixels that differ by more than `most`.
 fn off(found: &[f64], expected: &[f64], most: f64) -> usize {
     assert_eq!(found.len(), expected.len());
     found.iter().zip(expected).filter(|(a, b)| (*a - *b).abs() > most || a.is_nan()).count()

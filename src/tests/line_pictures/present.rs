@@ -1,4 +1,5 @@
-//! The picture onto a window: scaled, and encoded where the window does not do it.
+//! Tests the presentation of a picture to a window: scaled, and encoded in sRGB where the window's format does not do
+//! it.
 
 use hachure::composite::PICTURE;
 use hachure::composite::present::{PresentPass, Shown};
@@ -9,7 +10,7 @@ use hachure::scene::anaglyph::Glasses;
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, places};
 
-/// From 0 to 255.
+/// Returns the sRGB value, from 0 to 255.
 fn srgb(linear: f64) -> f64 {
     let linear = linear.clamp(0.0, 1.0);
     255.0 * if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
@@ -53,7 +54,7 @@ fn the_window_shows_the_picture() {
                     .count()
             };
             assert_eq!(off(&srgb), 0, "{window_px:?} {format:?}");
-            // Planted: colours that are not encoded.
+            // Planted: colours without encoding.
             assert!(off(&|linear| 255.0 * linear.clamp(0.0, 1.0)) > 1000);
         }
     }
@@ -88,7 +89,7 @@ fn the_window_shows_two_eyes() {
             drawn.iter().zip(&expected).filter(|(drawn, expected)| drawn.abs_diff(**expected) > 1).count()
         };
         assert_eq!(off(&left, &right), 0, "{glasses:?}");
-        // Planted: eyes exchanged.
+        // Planted: swapped eyes.
         assert!(off(&right, &left) > 1000, "{glasses:?}");
     }
 }

@@ -1,4 +1,4 @@
-//! Anti-aliasing of lines: a twin, and what it is for.
+//! Tests the anti-aliasing of lines against a CPU twin, and tests its purpose.
 
 use glam::DVec3;
 use hachure::lines::smooth::{self, SMOOTHED};
@@ -16,8 +16,8 @@ fn smoothed(bench: &mut Bench, line: &[f32]) -> Vec<f64> {
     bench.floats(&out)
 }
 
-/// The average along the direction in which the structure tensor of 3 × 3 pixels changes least, of what has more ink
-/// than a speck within 5 × 5.
+/// The CPU twin: the average along the direction in which the structure tensor of 3 × 3 pixels changes least, for
+/// pixels with more ink within 5 × 5 than a speck has.
 fn twin(line: &[f32], speck: [f64; 2]) -> Vec<f64> {
     let load = |x: i64, y: i64| f64::from(line[inside(x, y)]);
     let bilinear = |x: f64, y: f64| {
@@ -52,7 +52,7 @@ fn twin(line: &[f32], speck: [f64; 2]) -> Vec<f64> {
     places().map(value).collect()
 }
 
-/// A line from the left to the right that rises by `slope`, hard as the threshold leaves it.
+/// Returns a line from left to right that rises by `slope`, with hard edges as the threshold makes them.
 fn stairs(slope: f64) -> Vec<f32> {
     let is_on = |(x, y): (i64, i64)| (y as f64 - 30.0 + slope * x as f64).abs() < 0.75;
     places().map(|place| f32::from(u8::from(is_on(place)))).collect()
@@ -68,9 +68,9 @@ fn smoothing_is_its_twin() {
         })
         .collect();
     let found = smoothed(&mut bench, &noise);
-    // Where the tensor has no direction to speak of, rounding chooses one; it is hardly followed then.
+    // Where the tensor has nearly no direction, rounding chooses one, but the average hardly follows it.
     assert!(off(&found, &twin(&noise, [2.0, 4.5]), 2e-3) <= 5);
-    // Planted: specks are kept.
+    // Planted: specks are not removed.
     assert!(off(&found, &twin(&noise, [0.0, 0.1]), 2e-3) > 100);
 }
 
@@ -80,7 +80,7 @@ fn smoothing_makes_slopes_of_stairs_and_takes_specks() {
     for slope in [0.08, 0.3] {
         let line = stairs(slope);
         let found = smoothed(&mut bench, &line);
-        // The middle of the line's ink in each column, and how far it is from a straight line.
+        // Computes the middle of the line's ink in each column, and its standard deviation from a straight line.
         let roughness = |values: &dyn Fn(usize) -> f64| {
             let [width, height] = SIZE_PX.map(i64::from);
             let middles = (8..width - 8).map(|x| {
@@ -99,9 +99,9 @@ fn smoothing_makes_slopes_of_stairs_and_takes_specks() {
         let (ink_before, ink_after) = (line.iter().sum::<f32>(), found.iter().sum::<f64>());
         println!("slope {slope}: {before:.3} px rough, then {after:.3}; ink {ink_before} and {ink_after:.0}");
         assert!(after < 0.85 * before, "{before} {after}");
-        assert!((0.8..1.25).contains(&(ink_after / f64::from(ink_before))), "the width stays");
+        assert!((0.8..1.25).contains(&(ink_after / f64::from(ink_before))), "smoothing must keep the width");
     }
-    // A speck of two pixels goes, a line does not.
+    // A speck of two pixels must disappear.
     let speck: Vec<f32> = places().map(|(x, y)| f32::from(u8::from(y == 20 && (x == 20 || x == 21)))).collect();
     assert!(smoothed(&mut bench, &speck).iter().all(|value| *value < 1e-6));
 }

@@ -1,6 +1,6 @@
-//! The lines are right: E(p) agrees with the paper's equations, a smooth hill is empty inside, and its contour is
+//! Tests LSA: E(p) agrees with the paper's equations, the interior of a smooth hill has no lines, and its contour is
 //! drawn.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -15,8 +15,8 @@ use glam::DVec2;
 use hachure::picture::PartRule;
 use rayon::prelude::*;
 
-/// The part of the pixels away from sky and border whose E(p), clamped to [0, 1], agrees with the equations to 1e-3,
-/// and how many there are; of those only in which either is `from` or more.
+/// Returns the part of the pixels away from sky and border whose E(p), clamped to [0, 1], agrees with the equations to
+/// 1e-3, and the number of these pixels. Only pixels count where E or its expected value is at least `from`.
 fn agreement(shot: &Shot, reading: Reading, from: f64) -> (f64, usize) {
     let differences: Vec<f64> = (0..shot.error.len())
         .into_par_iter()
@@ -50,7 +50,7 @@ fn equations_hold(name: &str, world: Option<World>, views: &[&str]) {
         swapped_agreed &= swapped >= 0.999 || lines < 100;
         edges += lines;
     }
-    assert!(edges > 300, "{name}: {edges} pixels with an error are too few to tell anything");
+    assert!(edges > 300, "{name}: {edges} pixels with an error are too few for a test");
     assert!(!swapped_agreed, "{name}: swapping the checked and the control pixel must fail");
 }
 
@@ -66,8 +66,8 @@ fn errors_follow_the_equations_on_mount_rainier() {
     equations_hold("Rainier", World::real("dem/geotiff/mt_rainier_90m.tif", 1.0), &views);
 }
 
-/// The part of the pixels away from sky and border whose E(p) agrees with `expected` to 1e-3, and how many there are
-/// with an error of either kind.
+/// Returns the part of the pixels away from sky and border whose E(p) agrees with `expected` to 1e-3, and the number of
+/// pixels where either error is at least 0.1.
 fn agreement_with(shot: &Shot, expected: impl Fn(usize) -> Option<f64> + Sync) -> (f64, usize) {
     let differences: Vec<f64> = (0..shot.error.len())
         .into_par_iter()
@@ -93,7 +93,7 @@ fn equation_8_holds(name: &str, world: Option<World>, views: &[&str]) {
         let shot = shoot_style(&mut world, &mut renderer, pose, pose, [320, 180], &style, &PartRule::default());
         let of = |far| agreement_with(&shot, |pixel| equations::antialiased_error(&shot, pixel, 1e-5, ramp, far));
         let (part, count) = of(Far::Least);
-        // Planted: without Eq. 8; the greater of the far errors; both far pixels at once.
+        // Planted: without Eq. 8; the larger of the far errors; both far pixels at once.
         let base = |pixel| equations::error(&shot, pixel, 1e-5, Reading::Text);
         let planted = [agreement_with(&shot, base).0, of(Far::Greatest).0, of(Far::Both).0];
         println!("{name}, {view}: {:.4} % of {count} agree; planted {planted:.3?}", 100.0 * part);
@@ -101,8 +101,8 @@ fn equation_8_holds(name: &str, world: Option<World>, views: &[&str]) {
         planted_agree = std::array::from_fn(|i| planted_agree[i] && (planted[i] >= 0.998 || count < 100));
         counted += count;
     }
-    assert!(counted > 300, "{name}: {counted} pixels with an error are too few to tell anything");
-    assert_eq!(planted_agree, [false; 3], "{name}: what is planted must fail");
+    assert!(counted > 300, "{name}: {counted} pixels with an error are too few for a test");
+    assert_eq!(planted_agree, [false; 3], "{name}: planted errors were not detected");
 }
 
 #[test]
@@ -113,13 +113,14 @@ fn errors_follow_equation_8_on_the_hill_and_on_mount_rainier() {
     equation_8_holds("Rainier", World::real("dem/geotiff/mt_rainier_90m.tif", 1.0), &views);
 }
 
-/// What was counted of a picture of the hill.
+/// Counts of pixels in a picture of the hill.
 #[derive(Debug)]
 struct Counts {
-    /// Pixels of surface farther than 3 px from a true contour and the picture's border, and those of them with a line.
+    /// Pixels of the surface that are farther than 3 px from a true contour and the picture's border; `wrong` of them
+    /// have a line.
     interior: usize,
     wrong: usize,
-    /// Pixels of the true contour, and those of them with a line within 2 px.
+    /// Pixels of the true contour; `drawn` of them have a line within 2 px.
     contour: usize,
     drawn: usize,
 }
@@ -185,17 +186,17 @@ fn hill_is_drawn(name: &str, hill: Hill, world: Option<World>, half_m: DVec2, vi
         }
         interior += counts.interior;
         contour += counts.contour;
-        // Planted: a line across the middle; a contour that is nowhere drawn.
+        // Planted: a line across the middle, and a picture without lines.
         let mut line = shot.line.clone();
         let row = size_px[0] as usize * 130;
         line[row..row + size_px[0] as usize].fill(1.0);
-        assert!(!count(&shot, &truth, &line).wrong_holds(), "a line inside must fail");
+        assert!(!count(&shot, &truth, &line).wrong_holds(), "a planted line inside was not detected");
         assert!(
             counts.contour == 0 || !count(&shot, &truth, &vec![0.0; line.len()]).drawn_holds(),
-            "no lines must fail"
+            "missing lines were not detected"
         );
     }
-    assert!(interior > 60_000 && contour > 500, "{name}: {interior} interior, {contour} contour pixels say little");
+    assert!(interior > 60_000 && contour > 500, "{name}: {interior} interior, {contour} contour pixels are too few");
     assert!(failures.is_empty(), "{name}:\n{}", failures.join("\n"));
 }
 
@@ -213,7 +214,7 @@ fn the_hill_is_drawn_by_its_contour() {
     hill_is_drawn("hill", hill, World::new(grid, 1.0), DVec2::splat(5_120.0), &views);
 }
 
-/// The strip of land in which the hill stands far from the origin.
+/// Returns the hill on a strip of land, far from the origin.
 fn strip(away_m: f64, spacing_m: f64) -> (Hill, Option<World>, DVec2) {
     let (hill, grid) = Hill::far(away_m, spacing_m);
     let half_m = DVec2::new(f64::from(grid.width - 1), f64::from(grid.height - 1)) * 0.5 * spacing_m;
@@ -237,8 +238,8 @@ fn the_hill_is_drawn_far_from_the_origin() {
 #[test]
 fn the_hill_is_drawn_from_100_km_away() {
     let (hill, world, half_m) = strip(50_000.0, 20.0);
-    // Against the land behind it and against the sky. (From lower down, the plain turns into the hill within a pixel,
-    // and that is a line.)
+    // The hill is seen against the land behind it and against the sky. (From lower down, the plain turns into the hill
+    // within a pixel, which is a line.)
     let views = ["50000,0,4000,270,-2.2,1", "50000,0,9000,270,-5.1,1", "50000,0,1500,270,-0.7,1"];
     hill_is_drawn("hill from 100 km", hill, world, half_m, &views);
 }

@@ -1,8 +1,8 @@
-//! How much of the lines is left in pictures of fewer pixels, as a window draws them at a smaller scale.
+//! Measures how many lines remain in pictures of fewer pixels, which a window draws at a smaller scale.
 //!
-//! The truth is where distances jump in a picture with four times as many pixels on each side: contours to a quarter of
-//! a pixel. *Recall* is the share of them with a line within 2 px of the picture that is drawn, *precision* the share of
-//! its line pixels with a jump, however small, within 2 px.
+//! The truth is where depth jumps in a picture with four times as many pixels on each side, so contours are known to a
+//! quarter of a pixel. *Recall* is the share of contours with a line within 2 px in the drawn picture; *precision* is
+//! the share of its line pixels with a jump, however small, within 2 px.
 
 use glam::DVec2;
 use hachure::frame::Renderer;
@@ -18,19 +18,19 @@ use crate::tests::common::shot::{Shot, ink, shoot_style};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const SCALES: [f64; 4] = [1.0, 0.75, 0.5, 0.25];
-/// Pixels of the truth for one of the whole picture, on each side.
+/// Pixels of the truth per pixel of the whole picture, on each side.
 const FINER: u32 = 4;
 const REACH_PX: f64 = 2.0;
-/// A jump that a person would draw, as in `common::silhouette`: this part of the distance, this many pixels' size, and
-/// this many times what the surface behind it goes away in a pixel.
+/// Least jump that a person would draw, as in `common::silhouette`: as a part of the distance, in pixels, and relative
+/// to the change of depth per pixel of the surface behind.
 const JUMP_PART: f64 = 0.02;
 const JUMP_PX: f64 = 8.0;
 const JUMP_FLOW: f64 = 4.0;
-/// Any jump.
+/// Least jump of any kind.
 const LEAST_JUMP_PART: f64 = 0.002;
 const LEAST_JUMP_FLOW: f64 = 1.5;
 
-/// Places of contours, as parts of the picture's sides.
+/// Points on contours and on jumps of any kind, as parts of the picture's sides.
 #[derive(Default)]
 struct Truth {
     contours: Vec<DVec2>,
@@ -71,7 +71,7 @@ fn truth(shot: &Shot) -> Truth {
     truth
 }
 
-/// Whether anything of `is` lies within reach of a place of a picture.
+/// Returns whether any pixel of `is` is within [`REACH_PX`] of a point of a picture.
 fn is_near(is: &[bool], size_px: [u32; 2], at_px: DVec2) -> bool {
     let reach = REACH_PX.ceil() as i64 + 1;
     let middle = at_px.floor().as_i64vec2();
@@ -82,7 +82,7 @@ fn is_near(is: &[bool], size_px: [u32; 2], at_px: DVec2) -> bool {
     })
 }
 
-/// Recall and precision of the lines of a picture.
+/// Returns recall and precision of the lines of a picture.
 fn quality(line: &[f64], size_px: [u32; 2], truth: &Truth) -> [f64; 2] {
     let scale = DVec2::new(size_px[0].into(), size_px[1].into());
     let is_line: Vec<bool> = line.iter().map(|line| *line > 0.5).collect();
@@ -99,7 +99,7 @@ fn quality(line: &[f64], size_px: [u32; 2], truth: &Truth) -> [f64; 2] {
     [drawn as f64 / truth.contours.len().max(1) as f64, right as f64 / lines.len().max(1) as f64]
 }
 
-/// The lines of a picture.
+/// Draws a picture and returns its lines.
 fn lines(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2], style: &Style) -> Vec<f64> {
     draw(&world.gpu, &mut world.surfaces, renderer, &View::whole(pose, pose, size_px), style, &NOON);
     let line = renderer.line_target(0, style).unwrap();
@@ -107,8 +107,8 @@ fn lines(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 
     texels.into_iter().map(f64::from).collect()
 }
 
-/// The detectors, as the paper compares them: all but its full method thin crowded lines out at half strength. None has a
-/// cap of crowded lines, which would leave out what detectors find.
+/// Returns the detectors as the paper compares them: all but its full method thin out crowded lines at half strength.
+/// None has a cap of crowded lines, which would remove what detectors find.
 fn detectors() -> Vec<(&'static str, Style)> {
     let of = |mut style: Style, full: bool| {
         let lines = style.lines.as_mut().unwrap();
@@ -136,20 +136,20 @@ fn table(name: &str, world: Option<World>, views: &[&str]) {
         let fine_px = SIZE_PX.map(|side| FINER * side);
         let fine = shoot_style(&mut world, &mut renderer, pose, pose, fine_px, &ink("footprint"), &PartRule::default());
         let truth = truth(&fine);
-        assert!(truth.contours.len() > 1000, "{name}, {view}: {} contours say little", truth.contours.len());
+        assert!(truth.contours.len() > 1000, "{name}, {view}: {} contours are too few", truth.contours.len());
         for ((detector, style), sums) in detectors.iter().zip(&mut sums) {
             for (scale, sum) in SCALES.iter().zip(sums) {
                 let size_px = SIZE_PX.map(|side| (f64::from(side) * scale).round() as u32);
                 let line = lines(&mut world, &mut drawn, pose, size_px, style);
                 let found = quality(&line, size_px, &truth);
                 *sum = std::array::from_fn(|i| sum[i] + found[i] / views.len() as f64);
-                // Planted: lines that lie 6 px to the right, and none.
+                // Planted: lines moved 6 px to the right, and no lines.
                 let mut moved = line.clone();
                 moved.rotate_right(6);
                 let planted = quality(&moved, size_px, &truth);
                 assert!(
                     planted[0] < found[0] && planted[1] < found[1],
-                    "{name}, {view}, {detector}, {scale}: moved lines are not noticed: {planted:?} {found:?}"
+                    "{name}, {view}, {detector}, {scale}: moved lines were not detected: {planted:?}, unmoved {found:?}"
                 );
                 assert!(quality(&vec![0.0; line.len()], size_px, &truth)[0] == 0.0);
             }
@@ -161,7 +161,7 @@ fn table(name: &str, world: Option<World>, views: &[&str]) {
         println!("  {detector:8} {}", cells.join(" | "));
     }
     let [whole, half] = [0, 2].map(|scale| sums[1][scale][0]);
-    assert!(half >= 0.9 * whole, "{name}: full keeps {half} of {whole}");
+    assert!(half >= 0.9 * whole, "{name}: recall of the full method falls from {whole} to {half} at half scale");
 }
 
 #[test]

@@ -1,4 +1,4 @@
-//! Models have the lightness of their materials in every kind of tone, and are no land.
+//! Tests that models have the lightness of their materials in every kind of tone, and that they differ from land.
 
 use std::sync::Arc;
 
@@ -29,7 +29,7 @@ fn lightness_follows_colours() {
     let of = |color: [f32; 3]| Material { name: "a".to_owned(), color }.lightness();
     let of = [[0.0; 3], [0.05, 0.03, 0.02], [0.2, 0.2, 0.2], [0.6, 0.5, 0.4], [1.0; 3]].map(of);
     assert!(of.is_sorted() && of[0] == 0.3 && of[4] < 1.0 && of[4] > 0.999, "{of:?}");
-    // What nobody gave a colour is as light as the land, and is not the land.
+    // A material without a colour is as light as the land, but its value differs from that of the land.
     assert!((0.999_999..1.0).contains(&Material::plain(String::new()).lightness()));
 }
 
@@ -38,15 +38,15 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
     let Some((hill, mut world)) = shapes::hill() else { return };
     let meshes = [[1.0; 3], [0.02, 0.03, 0.01], Material::PLAIN_COLOR].map(|color| Arc::new(painted(color)));
     let lightness = meshes.each_ref().map(|mesh| mesh.materials[1].lightness());
-    // Painted, and without any paint.
+    // A ball with and one without materials.
     let bare = Arc::new(shapes::mesh(shapes::sphere(3)));
     let at_m = DVec3::new(-300.0, -500.0, hill.height_m(-300.0, -500.0) + 30.0);
     let pose = world.pose("-320,-620,+8,8,3,40");
-    // Blinn and Phong, light in steps, and light that is darkness by slope.
+    // Blinn-Phong shading, light in steps, and darkness by slope.
     for (name, most) in [("plain", 0.7), ("ink", 0.995), ("hachures", 0.95)] {
         let mut style = Style::load(name).unwrap();
         if name == "ink" {
-            // Else all of it is in the darkest step.
+            // Otherwise the whole model is in the darkest step.
             (style.light.wrap, style.light.contrast) = (1.0, 1.0);
         }
         let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -73,9 +73,9 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
         }
         println!("{name}: {tones:.4?} of {lightness:.4?}");
         let [white, dark, plain, bare] = tones.try_into().unwrap();
-        // As light as the land, whether a file says nothing or a material.
+        // The model is as light as the land, whether it has no material or a plain one.
         assert!((plain - bare).abs() < 1e-6_f64 && (white - plain).abs() < 1e-3, "{name}");
-        // Planted: what has no lightness would be like the others.
+        // Control: without lightness, the dark model would equal the others.
         assert!(dark < most * white && dark > 0.1 * white, "{name}");
     }
 }

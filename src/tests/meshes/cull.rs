@@ -1,4 +1,4 @@
-//! Which meshes an eye sees, and at which level: the GPU's list against the twin's.
+//! Tests which meshes an eye sees, and at which level of detail: the GPU's list against that of the CPU twin.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use crate::tests::meshes::shapes::{cube, mesh, sheet, sphere, stance};
 const SIZE_PX: [u32; 2] = [128, 72];
 const STANDING: i64 = 3000;
 
-/// Cubes, sheets and balls of all sizes, some on, some far above and below the land.
+/// Returns cubes, sheets and balls of all sizes, some on the land, some far above and below it.
 pub fn town() -> Placed {
     let meshes = [cube(), sheet(), sphere(3)].map(|soup| Arc::new(mesh(soup)));
     let mut placed = Placed::default();
@@ -42,7 +42,8 @@ pub fn town() -> Placed {
     placed
 }
 
-/// What the GPU has in its list: the mesh, the level that has so many triangles, and whether its edges are looked for.
+/// Reads the GPU's list: the mesh, the level (identified by its number of triangles), and whether its edges are
+/// collected.
 pub fn listed(gpu: &Gpu, renderer: &Renderer, placed: &Placed) -> Vec<VisibleInstance> {
     const WORDS: usize = 24;
     let count = renderer.drawn_meshes(gpu).unwrap().unwrap().instances as usize;
@@ -59,7 +60,7 @@ pub fn listed(gpu: &Gpu, renderer: &Renderer, placed: &Placed) -> Vec<VisibleIns
     words.chunks(WORDS).map(of).collect()
 }
 
-/// How many are only in one of the lists, or near in one and not in the other.
+/// Counts instances that are in only one of the lists, or near in only one of them.
 fn differing(a: &[VisibleInstance], b: &[VisibleInstance]) -> usize {
     a.iter().filter(|seen| !b.contains(seen)).count() + b.iter().filter(|seen| !a.contains(seen)).count()
 }
@@ -87,14 +88,14 @@ fn the_gpu_sees_the_meshes_that_its_twin_sees() {
             let off = differing(&wanted, &found);
             assert!(found.is_sorted_by(|a, b| a.standing < b.standing));
             println!("1/R {inverse_radius:.1e}, {camera}: {} seen, {off} differ", wanted.len());
-            // Those at a threshold: f32 has some 1e-6 of a distance.
+            // A few instances at a threshold may differ: f32 has a relative precision of some 1e-6.
             assert!(off <= 1 + wanted.len() / 200, "{camera}: {off} of {}", wanted.len());
             (most, least) = (most.max(wanted.len()), least.min(wanted.len()));
             (0..3).for_each(|level| of_level[level] += wanted.iter().filter(|seen| seen.level == level).count());
-            // Planted: all levels are whole.
+            // Planted: all instances at full detail.
             let whole: Vec<_> = wanted.iter().map(|seen| VisibleInstance { level: 0, ..*seen }).collect();
             assert!(wanted.iter().all(|seen| seen.level == 0) || differing(&whole, &found) > 1 + wanted.len() / 200);
-            // Planted: an eye that is turned by 17°.
+            // Planted: an eye rotated by 17°.
             let forward = (pose.forward + 0.3 * pose.right).normalize();
             let turned = Pose { forward, right: forward.cross(pose.up).normalize(), ..pose };
             let turned = seen(

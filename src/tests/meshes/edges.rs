@@ -1,4 +1,4 @@
-//! The edges that the GPU finds are those of brute force on the triangles as drawn.
+//! Tests that the edges that the GPU finds equal those of brute force on the triangles as drawn.
 
 use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
@@ -20,11 +20,11 @@ const SIZE_PX: [u32; 2] = [640, 360];
 const CREASE_DEG: f32 = 30.0;
 
 type Bits = [u32; 3];
-/// The ends, the lesser first, and the kind.
+/// Edges as their two ends, the lesser first, and their kind.
 type Found = HashSet<([Bits; 2], u32)>;
 
 fn bits(at_m: [f32; 3]) -> Bits {
-    // One zero only.
+    // Negative zero becomes positive zero.
     at_m.map(|v| (v + 0.0).to_bits())
 }
 
@@ -44,15 +44,15 @@ impl Bench {
         let mut style = Style::load("strokes").unwrap();
         let strokes = style.strokes.as_mut().unwrap();
         strokes.crease_deg = Some(CREASE_DEG);
-        // Edges are found in every frame.
+        // Strokes, and so edges, are updated in every frame.
         strokes.update_every = 1;
-        // Frames are made for scenes with meshes.
+        // A renderer is created for scenes with meshes.
         shapes::place(&mut world, &Arc::new(shapes::mesh(shapes::cube())), &shapes::stance(DVec3::ZERO, 0.0, 1.0));
         let renderer = Renderer::new(&world.gpu).unwrap();
         Some(Self { world, renderer, style })
     }
 
-    /// The edges of a mesh in the sky, so far away that nothing else is in view, and its vertices as drawn.
+    /// Returns the edges of a mesh in the sky, so high that nothing else is in view, and its vertices as drawn.
     fn find(&mut self, mesh: &Mesh, yaw_deg: f64, away_m: f64) -> (Vec<Edge>, Vec<[f32; 3]>) {
         let pose = self.world.pose(&format!("100,200,3000,{yaw_deg},40,40"));
         let middle_m = pose.position_m + pose.forward * away_m;
@@ -68,13 +68,13 @@ impl Bench {
     }
 }
 
-/// Brute force: what it finds, and what rounding decides.
+/// Finds edges by brute force. Returns them, and the edges that rounding decides.
 fn brute(mesh: &Mesh, drawn: &[[f32; 3]]) -> (Found, HashSet<[Bits; 2]>) {
     struct Side {
         normal: DVec3,
         faces: bool,
         is_sure: bool,
-        /// Runs from the lesser end to the greater.
+        /// Whether the triangle's edge runs from the lesser end to the greater.
         is_forward: bool,
     }
     let mut edges: HashMap<[Bits; 2], Vec<Side>> = HashMap::new();
@@ -117,17 +117,18 @@ fn brute(mesh: &Mesh, drawn: &[[f32; 3]]) -> (Found, HashSet<[Bits; 2]>) {
 
 fn of_gpu(edges: &[Edge]) -> Found {
     let found: Found = edges.iter().map(|edge| (ends(bits(edge.a_m), bits(edge.b_m)), edge.kind)).collect();
-    assert_eq!(found.len(), edges.len(), "no edge comes twice");
+    assert_eq!(found.len(), edges.len(), "the list must not contain an edge twice");
     found
 }
 
-/// Edges that only one of both has and that rounding does not excuse; of each kind how many brute force has.
+/// Counts edges that only one of both has and that rounding does not explain. Also returns how many edges of each kind
+/// brute force has.
 fn differences(gpu: &Found, (brute, unsure): &(Found, HashSet<[Bits; 2]>)) -> (usize, [usize; 3]) {
     let counts = [0, 1, 2].map(|kind| brute.iter().filter(|edge| edge.1 == kind).count());
     (gpu.symmetric_difference(brute).filter(|edge| !unsure.contains(&edge.0)).count(), counts)
 }
 
-/// Turned any way, so that no axis is special.
+/// Returns the mesh rotated, so that no axis is special.
 fn turned(soup: Soup, by: f64) -> Mesh {
     let turn = DMat3::from_euler(glam::EulerRot::ZYX, by, 1.3 * by + 0.2, 0.7 * by + 0.4);
     shapes::mesh(Soup { places_m: soup.places_m.into_iter().map(|place| turn * place).collect(), ..soup })
@@ -148,7 +149,7 @@ fn the_gpu_finds_what_brute_force_finds() {
             unsure += brute.1.len();
             (0..3).for_each(|kind| all[kind] += counts[kind]);
             if mesh.is_solid {
-                // Contours are closed, whatever rounding decides.
+                // Contours are closed, even where rounding decides.
                 let mut degrees: HashMap<Bits, u32> = HashMap::new();
                 for (ends, _) in gpu.iter().filter(|edge| edge.1 == 0) {
                     ends.iter().for_each(|end| *degrees.entry(*end).or_default() += 1);
@@ -179,7 +180,7 @@ fn a_triangle_that_winds_the_other_way_makes_no_difference() {
 #[test]
 fn an_eye_in_the_plane_of_a_face_sees_closed_contours() {
     let Some(mut bench) = Bench::new() else { return };
-    // A prism of 64 sides whose caps are seen exactly from their edge, with slivers besides.
+    // A prism with 64 sides whose caps are seen exactly edge-on, and which has sliver triangles.
     for yaw_deg in [0.0, 30.0, 117.0] {
         let forward = bench.world.pose(&format!("0,0,3000,{yaw_deg},40,40")).forward;
         let across = forward.cross(DVec3::Z).normalize();
@@ -218,7 +219,7 @@ fn planted_errors_are_found() {
     let (edges, drawn) = bench.find(&mesh, 0.0, 5.0);
     let truth = brute(&mesh, &drawn);
     assert_eq!(differences(&of_gpu(&edges), &truth).0, 0);
-    // A triangle beside the contour is turned, and its neighbours are not told.
+    // Planted: a triangle at the contour is flipped without updating its neighbours.
     let at_contour = (0..mesh.triangles.len())
         .find(|&i| {
             let [a, b, _] = mesh.triangles[i].corners.map(|corner| bits(drawn[corner as usize]));
@@ -228,7 +229,7 @@ fn planted_errors_are_found() {
     let mut wound = mesh.clone();
     wound.triangles[at_contour].corners.swap(0, 1);
     assert!(differences(&of_gpu(&bench.find(&wound, 0.0, 5.0).0), &truth).0 > 0);
-    // One neighbour is wrong; then one is forgotten.
+    // Planted: one wrong neighbour, then one missing.
     for across in
         [Across::Triangle { index: u32::try_from(mesh.triangles.len() / 2).unwrap(), is_turned: true }, Across::Again]
     {
@@ -243,7 +244,7 @@ fn planted_errors_are_found() {
             bench.find(&spoiled, 0.0, 5.0).0.iter().map(|e| (ends(bits(e.a_m), bits(e.b_m)), e.kind)).collect();
         assert!(differences(&found, &truth).0 > 0, "{across:?}");
     }
-    // A vertex is elsewhere.
+    // Planted: a vertex at another position.
     let mut moved = drawn;
     moved[mesh.triangles[at_contour].corners[0] as usize][1] += 0.05;
     assert!(differences(&of_gpu(&edges), &brute(&mesh, &moved)).0 > 0);

@@ -1,4 +1,4 @@
-//! Long files tell how far they are.
+//! Tests that reading a long file reports progress.
 
 use std::fmt::Write as _;
 use std::sync::Mutex;
@@ -6,7 +6,7 @@ use std::sync::Mutex;
 use hachure::mesh::obj;
 use hachure::source::Progress;
 
-/// A sheet of so many squares along a side, with normals and materials.
+/// Returns the OBJ text of a sheet of `side` × `side` squares, with normals and materials.
 fn sheet(side: u32) -> String {
     let mut text = String::from("o sheet\n");
     for (row, column) in (0..=side).flat_map(|row| (0..=side).map(move |column| (row, column))) {
@@ -42,7 +42,7 @@ fn a_long_file_tells_its_progress_and_is_the_same_in_pieces() {
     std::fs::write(&path, &text).unwrap();
     let told = Told::default();
     let mesh = obj::read_with(&path, &told, &mut |_| ()).unwrap();
-    // More faces than are read in one piece: still one sheet, with its materials.
+    // The file has more faces than are read in one piece, yet becomes one sheet with its materials.
     assert_eq!((mesh.vertices_m.len(), mesh.triangles.len()), (421 * 421, 2 * 420 * 420));
     assert_eq!((mesh.flaws.borders, mesh.flaws.crowded, mesh.flaws.dropped), (4 * 420, 0, 0));
     assert!((0..420).all(|row| mesh.triangles[2 * 420 * row + 7].material == (row % 3) as u16 + 1));
@@ -52,20 +52,20 @@ fn a_long_file_tells_its_progress_and_is_the_same_in_pieces() {
         let done = of(what);
         assert!(done.is_sorted() && done.len() >= 4 && done[0] < 0.1 && done[done.len() - 1] == 1.0, "{done:?}");
     }
-    // Planted: a short one says nothing.
+    // A short file reports no progress.
     std::fs::write(&path, sheet(20)).unwrap();
     let short = Told::default();
     obj::read_with(&path, &short, &mut |_| ()).unwrap();
     assert!(short.0.into_inner().unwrap().is_empty());
-    // What is wrong at the end of a long one is found by its line.
+    // An error at the end of a long file names its line.
     std::fs::write(&path, format!("{text}f 1//1 2//2 9999999//1\n")).unwrap();
     let error = obj::read(&path).unwrap_err().to_string();
     assert!(error.contains(&format!("line {}: ", text.lines().count() + 1)) && !error.contains('\n'), "{error}");
 }
 
-/// Time and memory of a long file.
+/// Measures time and memory of reading a long file.
 #[test]
-#[ignore = "measures a file that HACHURE_HUGE names"]
+#[ignore = "measures the file that HACHURE_HUGE names"]
 fn what_a_long_file_takes() {
     let path = std::env::var_os("HACHURE_HUGE").unwrap();
     let start = std::time::Instant::now();

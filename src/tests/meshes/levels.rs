@@ -1,4 +1,5 @@
-//! What stands far away is drawn with fewer triangles, and nobody sees it; what is not in view costs nothing.
+//! Tests levels of detail of models: far models are drawn with fewer triangles without a visible difference, and models
+//! out of view cost nothing.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -23,10 +24,10 @@ use crate::tests::meshes::cull::{listed, town};
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [640, 360];
-/// High above the land, which is hidden by nothing and hides nothing.
+/// High above the land, which neither hides anything nor is hidden.
 const CAMERA: &str = "100,200,3000,20,30,50";
 
-/// A world, and what is drawn of it.
+/// A world and the renderer that draws it.
 struct Bench {
     world: World,
     renderer: Renderer,
@@ -40,7 +41,7 @@ impl Bench {
         Some(Self { world, renderer, style: Style::load("plain").unwrap() })
     }
 
-    /// The number of the triangle that each pixel shows, and what was drawn.
+    /// Returns the triangle number of each pixel (`None` where it shows no model), and the counts of what was drawn.
     fn numbers(&mut self, placed: &Placed, pose: Pose) -> (Vec<Option<u32>>, DrawnMeshCounts) {
         let Self { world, renderer, style } = self;
         world.surfaces.set_meshes(placed.clone());
@@ -53,7 +54,8 @@ impl Bench {
     }
 }
 
-/// A row of rows of a mesh, each at a distance of its own and so large that it has so many pixels across.
+/// Returns rows of copies of a mesh, each at its own distance and scaled so that it is as many pixels wide as its row
+/// prescribes.
 fn crowd(mesh: &Arc<Mesh>, levels: Vec<Level>, pose: &Pose) -> Placed {
     let mut placed = Placed::default();
     placed.add_levels(mesh, levels).unwrap();
@@ -73,8 +75,8 @@ fn crowd(mesh: &Arc<Mesh>, levels: Vec<Level>, pose: &Pose) -> Placed {
     placed
 }
 
-/// Pixels that are covered in one of two pictures only, by those on the outlines of the first, and the share of them
-/// that are farther from its outlines than a pixel.
+/// Returns two ratios to the number of pixels on the outlines of the first picture: the number of pixels that are
+/// covered in only one of the pictures, and the number of those that are farther than a pixel from its outlines.
 fn moved(one: &[Option<u32>], other: &[Option<u32>]) -> [f64; 2] {
     let width = SIZE_PX[0] as usize;
     let around =
@@ -93,9 +95,9 @@ fn moved(one: &[Option<u32>], other: &[Option<u32>]) -> [f64; 2] {
     [f64::from(differ) / outline as f64, far as f64 / outline as f64]
 }
 
-/// Pixels on an outline that may change.
+/// Allowed ratio of changed pixels to pixels on an outline.
 const MOST_MOVED: f64 = 0.1;
-/// Of those, pixels that may be farther away than one.
+/// Allowed ratio of changed pixels that are farther than a pixel from an outline.
 const MOST_FAR: f64 = 0.002;
 
 #[test]
@@ -129,17 +131,20 @@ fn a_level_moves_no_outline_by_more_than_a_pixel() {
         );
         assert!(all.instances == 24 && fewer.instances == 24 && all.triangles == 24 * mesh.triangles.len() as u32);
         assert!(counts.is_empty() || fewer.triangles < all.triangles);
-        assert!(differ <= MOST_MOVED && far <= MOST_FAR, "{name}: {differ} {far}");
-        // Planted: a coarser one that says that it is as good as the whole.
+        assert!(
+            differ <= MOST_MOVED && far <= MOST_FAR,
+            "{name}: {differ} of the outline pixels differ, {far} are far"
+        );
+        // Planted: a coarse level that claims to be exact.
         let liar = Level { mesh: simplify(&mesh, mesh.triangles.len() / 100), error_m: 0.0 };
         let [differ, far] = moved(&whole, &bench.numbers(&crowd(&mesh, vec![liar], &pose), pose).0);
         println!("    planted: {differ:.3}, {far:.4}");
-        assert!(differ > MOST_MOVED || far > MOST_FAR, "{name}: {differ} {far}");
+        assert!(differ > MOST_MOVED || far > MOST_FAR, "{name}: a wrong level was not detected: {differ}, {far}");
     }
     assert!(fewest > 0);
 }
 
-/// Of each standing mesh where its triangles are counted from, level by level.
+/// Returns the number of the first triangle of each level of each instance.
 fn firsts(placed: &Placed) -> Vec<Vec<u32>> {
     let mut next = 0;
     let mut first = |triangles: usize| {
@@ -160,7 +165,7 @@ fn the_numbers_of_triangles_stay_whatever_else_is_in_view() {
     let placed = town();
     let firsts = firsts(&placed);
     let (mut pixels, mut levels) = (0, [0; 3]);
-    // The numbers of a mesh at a level begin at one place in every view.
+    // The triangle numbers of an instance at a level begin at the same number in every view.
     for camera in ["0,0,60,0,-10,60", "-3,8,61,4,-10,60", "-700,350,400,110,-35,40"] {
         let (numbers, _) = bench.numbers(&placed, bench.world.pose(camera));
         let list = listed(&bench.world.gpu, &bench.renderer, &placed);
@@ -178,11 +183,11 @@ fn the_numbers_of_triangles_stay_whatever_else_is_in_view() {
         };
         for number in numbers.into_iter().flatten() {
             let found = is_of(number, 0);
-            assert!(found.is_some(), "{camera}: {number}");
+            assert!(found.is_some(), "{camera}: triangle number {number} belongs to no instance in view");
             pixels += 1;
             levels[found.unwrap().2] += 1;
         }
-        // Planted: numbers that are counted among those in view.
+        // Planted: numbers that count only the triangles in view.
         let mut next = 0;
         let counted = ranges.iter().map(|(_, standing, level)| {
             next += triangles(*standing, *level);
@@ -208,12 +213,12 @@ fn what_is_drawn_follows_what_is_in_view() {
     let up = Pose { forward: DVec3::Z, up: -pose.forward, ..pose };
     let away = Pose { position_m: DVec3::new(0.0, 0.0, 5000.0), ..up };
     assert_eq!(bench.numbers(&placed, away).1, DrawnMeshCounts { instances: 0, triangles: 0, left_out: 0 });
-    // With less room levels are coarser, and then what comes last is left out, and the others are where they were.
+    // With less room, levels get coarser. With still less, the last instances are left out, and the others do not move.
     let ball = Arc::new(shapes::mesh(shapes::sphere(3)));
     let pose = bench.world.pose(CAMERA);
     let mut placed = crowd(&ball, coarser(&ball), &pose);
     let (all, counts) = bench.numbers(&placed, pose);
-    // A little less than is wanted, and all are drawn with fewer triangles.
+    // With a little less room than wanted, all instances are drawn with fewer triangles.
     placed.limit_room(Room { vertices: u64::from(counts.triangles) / 4, triangles: 1500 });
     let (coarse, fewer) = bench.numbers(&placed, pose);
     println!("{counts:?}, {fewer:?}");
@@ -229,7 +234,7 @@ fn what_is_drawn_follows_what_is_in_view() {
     let is_same = |(all, some): (&Option<u32>, &Option<u32>)| all == some || all.is_some_and(|number| number > *last);
     let others = all.iter().zip(&some).filter(|pair| pair.0 != pair.1).count();
     assert!(all.iter().zip(&some).all(is_same) && others > 300, "{others}");
-    // In a style with strokes, too, of which some find no room for their edges.
+    // The same holds in a style with strokes, in which there is no room for some edges.
     let strokes = Style::load("strokes").unwrap();
     bench.style = strokes;
     let (again, stroked) = bench.numbers(&placed, pose);
@@ -241,7 +246,7 @@ fn both_eyes_draw_the_same_levels() {
     let Some(mut bench) = Bench::new() else { return };
     let pose = bench.world.pose(CAMERA);
     let sheet = Arc::new(shapes::mesh(shapes::sheet()));
-    // Side by side, of all sizes, so that some are near a change.
+    // Sheets side by side and of all sizes, so that some are near a change of level.
     let mut placed = Placed::default();
     placed.add_levels(&sheet, coarser(&sheet)).unwrap();
     let focal_px = still(pose, SIZE_PX).focal_px();
@@ -279,15 +284,15 @@ fn both_eyes_draw_the_same_levels() {
     let kinds: Vec<usize> = (0..3).map(|level| eyes[0].values().filter(|seen| **seen == level).count()).collect();
     println!("{both} in both eyes, {kinds:?} of each level");
     assert!(both > 30 && kinds.iter().all(|count| *count > 3) && differ(&eyes[0], &eyes[1]) == 0);
-    // Planted: two eyes that know nothing of each other.
+    // Planted: two eyes that choose their levels independently.
     let nearer = Pose { position_m: pose.position_m + 4.0 * pose.forward, ..pose };
     let alone = [pose, nearer].map(|pose| levels_of(&Rig::mono(still(pose, SIZE_PX))).remove(0));
     assert!(differ(&alone[0], &alone[1]) > 0);
 }
 
-/// Frame times of one ball on a hill, of a thousand, and of a thousand without levels, taking turns.
+/// Measures frame times of one ball on a hill, of a thousand, and of a thousand without levels. The three take turns.
 #[test]
-#[ignore = "measures"]
+#[ignore = "a measurement"]
 fn what_a_thousand_cost() {
     let Some((hill, mut world)) = shapes::hill() else { return };
     let ball = Arc::new(shapes::mesh(shapes::sphere(4)));
@@ -310,7 +315,7 @@ fn what_a_thousand_cost() {
         for turn in 0..12 {
             for (town, (renderer, times_ms)) in towns.iter().zip(frames.iter_mut().zip(&mut times_ms)) {
                 world.surfaces.set_meshes((**town).clone());
-                // What is on the GPU is made anew for each of them.
+                // The GPU buffers are rebuilt for each of them, so the first frame is not timed.
                 for is_timed in [false, true] {
                     let start = std::time::Instant::now();
                     draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);

@@ -1,11 +1,11 @@
-//! Materials of models: libraries as they are found, and what is wrong with them.
+//! Tests materials of models: how libraries are found, and which errors in them are reported.
 
 use std::path::{Path, PathBuf};
 
 use hachure::mesh::{Material, Mesh, obj};
 use hachure::source::Silent;
 
-/// A mesh and what was told of its materials.
+/// Reads a mesh; returns it with the warnings about its materials.
 fn read(path: &Path) -> Result<(Mesh, Vec<String>), String> {
     let mut told = Vec::new();
     let mesh = obj::read_with(path, &Silent, &mut |warning| told.push(warning)).map_err(|error| error.to_string())?;
@@ -31,7 +31,7 @@ impl Folder {
         path
     }
 
-    /// A model of which the last face, two triangles, has the material `bark`; its materials, and what was told.
+    /// Reads a model whose last face, two triangles, has the material `bark`.
     fn model(&self, head: impl AsRef<[u8]>) -> (Mesh, Vec<String>) {
         let text = [head.as_ref(), SQUARES.as_bytes(), b"usemtl bark\nf 5 6 7 8\n"].concat();
         read(&self.file("model.obj", text)).unwrap()
@@ -65,7 +65,7 @@ fn libraries_are_found_however_they_are_named() {
         let folder = Folder::new();
         folder.file(file, BARK);
         assert!(is_bark(&folder.model(line), [1.0, 0.0, 0.0]), "{line}");
-        // Planted: another name is not found, and that is told.
+        // Planted: a library of another name is not found, and a warning says so.
         let (mesh, told) = folder.model(line.replace("mtl", "mtx").replace("mtxlib", "mtllib"));
         assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
     }
@@ -92,9 +92,9 @@ fn a_model_reads_nothing_outside_of_its_folder() {
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(folder.0.path().join("bark.mtl"), folder.0.path().join("inner/bark.mtl")).unwrap();
-        assert_eq!(read(&path).unwrap().1.len(), 2, "a link leads out");
+        assert_eq!(read(&path).unwrap().1.len(), 2, "a link out of the folder must not be followed");
     }
-    // Planted: what lies inside is read.
+    // Control: a library inside the folder is read.
     std::fs::remove_file(folder.0.path().join("inner/bark.mtl")).ok();
     let library = folder.file("inner/bark.mtl", BARK);
     assert!(is_bark(&read(&path).unwrap(), [1.0, 0.0, 0.0]));
@@ -130,7 +130,7 @@ fn what_is_wrong_with_materials_is_told_and_plain() {
     let folder = Folder::new();
     folder.file("a.mtl", "newmtl bark\nKd 1 0 0\nd 1.0\nTr 1.0\n");
     assert!(is_bark(&folder.model("mtllib a.mtl\n"), [1.0, 0.0, 0.0]), "d counts, and Tr does not");
-    // A folder of the library's name, and a library that is too long.
+    // A folder with the library's name, and a library that is too long.
     std::fs::create_dir(folder.0.path().join("b.mtl")).unwrap();
     assert_eq!(folder.model("mtllib b.mtl\n").1.len(), 2);
     folder.file("c.mtl", vec![b'#'; (16 << 20) + 1]);
@@ -148,12 +148,12 @@ fn a_texture_gives_its_mean_colour() {
         encoder.write_header().unwrap().write_image_data(pixels).unwrap();
         folder.file("leaf.png", bytes);
     };
-    // What is not there does not count.
+    // Transparent pixels do not count.
     png(&[255, 0, 255, 255, 9, 9, 9, 0]);
     assert!(is_bark(&folder.model("mtllib a.mtl\n"), [1.0, 0.0, 1.0]));
     png(&[255, 0, 0, 255, 0, 0, 0, 255]);
-    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.5, 0.0, 0.0]), "the mean is of light");
-    // Planted: nothing of it is there at all.
+    assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.5, 0.0, 0.0]), "the mean must be of linear light");
+    // A fully transparent texture is ignored.
     png(&[0; 8]);
     assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.0, 0.0, 1.0]));
     assert_eq!(obj::files_beside(&folder.0.path().join("model.obj")).len(), 2);
@@ -161,21 +161,21 @@ fn a_texture_gives_its_mean_colour() {
 
 #[test]
 fn materials_follow_their_faces() {
-    // Polygons, lines and points between them, faces that go on, and triangles that are dropped.
+    // Polygons with lines and points between them, continued lines, and triangles that are dropped.
     let text = "usemtl a\nv 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 2 2 2\nl 1 2\nf 1 2 3 4\np 1\nusemtl unused\n\
         usemtl b\nf 1 2 \\\n 5\nf 1 1 2\nusemtl a\nf 2 3\\\n 5\nf 3 2 5\nusemtl\nf 3 4 5\n";
     let mesh = obj::parse("a".to_owned(), text.as_bytes()).unwrap();
     let names: Vec<&str> = mesh.triangles.iter().map(|it| mesh.materials[it.material as usize].name.as_str()).collect();
     assert_eq!(names, ["a", "a", "b", "a", ""]);
     assert_eq!(mesh.materials.len(), 4, "plain, a, b, and the one without a name");
-    // Nothing of them touches the triangles.
+    // Materials do not affect the triangles.
     let bare: String =
         text.lines().filter(|line| !line.starts_with("usemtl")).map(|line| format!("{line}\n")).collect();
     let bare = obj::parse("a".to_owned(), bare.as_bytes()).unwrap();
     assert_eq!((&bare.vertices_m, bare.flaws), (&mesh.vertices_m, mesh.flaws));
     let plain = |mesh: &Mesh| mesh.triangles.iter().map(|it| (it.corners, it.across, it.normals)).collect::<Vec<_>>();
     assert_eq!(plain(&bare), plain(&mesh));
-    // Planted: without the line that has two points, faces are counted rightly; with a face of two corners too.
+    // A face with two corners is skipped without shifting the materials of the others.
     let short = obj::parse("a".to_owned(), text.replace("f 1 1 2\n", "f 1 2\nf 1 1 2\n").as_bytes()).unwrap();
     assert_eq!(plain(&short), plain(&mesh));
     assert_eq!(short.materials.len(), 4);
@@ -183,7 +183,7 @@ fn materials_follow_their_faces() {
 
 type Outcome = Result<(usize, usize), &'static str>;
 
-/// Of each odd file: its materials and the warnings, or a part of why it does not load.
+/// Odd files with their numbers of materials and warnings, or the end of the error message.
 const ODD: &[(&str, Outcome)] = &[
     ("assimp/box_longline.obj", Ok((1, 1))),
     ("assimp/box_mat_with_spaces.obj", Ok((1, 2))),
@@ -237,7 +237,7 @@ fn odd_files_have_their_materials_or_a_warning() {
             (found, _) => panic!("{name}: {:?}", found.map(|(mesh, _)| mesh.materials)),
         }
     }
-    // Planted: a library that is not beside a copy of its model.
+    // Planted: a copy of a model without its library.
     let place = Folder::new();
     let cube = place.file("cube.obj", std::fs::read(folder.join("tinyobjloader/cube.obj")).unwrap());
     let (mesh, told) = read(&cube).unwrap();
@@ -252,13 +252,13 @@ fn trees_have_the_colours_of_their_libraries() {
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-3);
     let (oak, told) = read(&folder.join("trees_kenney/tree_oak.obj")).unwrap();
     assert!(told.is_empty() && oak.materials.len() == 3);
-    // 41, 201 and 171 of 255 in sRGB.
+    // The colour is 41, 201, 171 of 255 in sRGB.
     assert!(near(oak.materials[1].color, [0.0222, 0.5841, 0.4072]), "{:?}", oak.materials);
-    // Blender's are linear.
+    // Colours in Blender's files are linear.
     let (birch, _) = read(&folder.join("trees_quaternius/BirchTree_2.obj")).unwrap();
     let dark = birch.materials.iter().find(|material| material.name == "DarkGreen.001").unwrap();
     assert!(near(dark.color, [0.0425, 0.0727, 0.0296]), "{:?}", birch.materials);
-    // Its leaves are a picture, and its bark a JPEG, which is not read.
+    // The leaves are a PNG. The bark is a JPEG, which is not read.
     let (tree, told) = read(&folder.join("trees_quaternius/Tree_3_textured.obj")).unwrap();
     assert!(told.is_empty() && tree.materials.len() == 3);
     let [_, bark, leaves] = &tree.materials[..] else { panic!() };

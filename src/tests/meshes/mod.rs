@@ -1,5 +1,5 @@
-//! Meshes that stand on the land: their files, their edges, their strokes, their surface.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Tests of models on the land: their files, edges, strokes and surface.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use crate::tests::common;
 

@@ -1,4 +1,4 @@
-//! OBJ files, whole and damaged.
+//! Tests reading OBJ files, intact and damaged.
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -45,13 +45,16 @@ fn a_cube_is_solid_and_has_its_normals() {
     assert_eq!((mesh.vertices_m.len(), mesh.triangles.len(), mesh.flaws), (8, 12, Flaws::default()));
     assert!(mesh.is_solid && mesh.middle_m == DVec3::splat(0.5));
     assert!((mesh.radius_m - 0.75_f64.sqrt()).abs() < 1e-6);
-    // 12 edges of 1 m and 6 diagonals.
+    // The mean of 12 edges of 1 m and 6 diagonals.
     assert!((mesh.mean_edge_m - (12.0 + 6.0 * 2.0_f64.sqrt()) / 18.0).abs() < 1e-6);
     for (i, triangle) in mesh.triangles.iter().enumerate() {
         let [a, b, c] = [0, 1, 2].map(|k| mesh.corner_m(i, k));
         let face = (b - a).cross(c - a).normalize();
-        assert!(face.dot(a + b + c) > 0.0, "it looks out");
-        assert!(triangle.normals.iter().all(|normal| normal.distance(face) < 1e-12), "edges of a cube are sharp");
+        assert!(face.dot(a + b + c) > 0.0, "faces must point outward");
+        assert!(
+            triangle.normals.iter().all(|normal| normal.distance(face) < 1e-12),
+            "normals must be those of the faces"
+        );
         for (k, across) in triangle.across.iter().enumerate() {
             let Across::Triangle { index, is_turned: false } = *across else { panic!("{across:?}") };
             let other = &mesh.triangles[index as usize];
@@ -60,7 +63,7 @@ fn a_cube_is_solid_and_has_its_normals() {
             assert_eq!(other.across[back], Across::Triangle { index: i as u32, is_turned: false });
         }
     }
-    // Planted: a corner elsewhere opens it.
+    // Planted: one wrong corner opens the cube.
     let open = parse(&CUBE.replace("f 2 3 7 6", "f 2 3 7 5")).unwrap();
     assert!(!open.is_solid && open.flaws != Flaws::default());
 }
@@ -88,12 +91,12 @@ fn what_is_inside_out_or_turned_is_known() {
 fn borders_crowded_edges_and_empty_triangles_are_counted() {
     let sheet = shapes::mesh(shapes::sheet());
     assert_eq!(sheet.flaws, Flaws { borders: 48, ..Flaws::default() });
-    // Three leaves of a book.
+    // Three triangles that share an edge, like leaves of a book.
     let book = parse("v 0 0 0\nv 0 0 1\nv 1 0 0\nv 0 1 0\nv -1 0 0\nf 1 2 3\nf 1 2 4\nf 2 1 5\n").unwrap();
     assert_eq!(book.flaws, Flaws { borders: 6, crowded: 1, dropped: 0 });
     let spine: Vec<Across> = book.triangles.iter().map(|triangle| triangle.across[0]).collect();
     assert_eq!(spine, [Across::Border, Across::Again, Across::Again]);
-    // One triangle twice over, from both sides, and two without area; welding finds the last.
+    // The same triangle twice, from both sides, and two without area, the last of which welding finds.
     let twice = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 0 0\nf 1 2 3\nf 3 2 1\nf 1 1 2\nf 1 2 4\n";
     let mesh = parse(twice).unwrap();
     assert_eq!((mesh.triangles.len(), mesh.flaws), (1, Flaws { dropped: 3, borders: 3, crowded: 0 }));
@@ -118,8 +121,8 @@ fn normals_are_the_files_or_smooth() {
     let given = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 3 4\nvn 0 0 0\nvn nan 0 1\nf 1//1 2//2 3//3\n").unwrap();
     let normals = given.triangles[0].normals;
     assert!(normals[0].distance(DVec3::new(0.0, 0.6, 0.8)) < 1e-12);
-    assert!(normals[1] == DVec3::Z && normals[2] == DVec3::Z, "what is no normal is made");
-    // Where only some corners have one, nobody knows whose they are.
+    assert!(normals[1] == DVec3::Z && normals[2] == DVec3::Z, "invalid normals must be computed from the faces");
+    // If only some corners of a file have normals, all are computed.
     let some = parse("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvn 0 3 4\nf 1//1 2//1 3//1\nf 2 4 3\n").unwrap();
     assert!(some.triangles.iter().all(|triangle| triangle.normals == [DVec3::Z; 3]));
 }
@@ -180,7 +183,7 @@ fn damage_never_panics() {
             }
         }
     }
-    assert!(errors > 100, "damage is noticed: {errors}");
+    assert!(errors > 100, "damage was detected only {errors} times");
 }
 
 #[test]
@@ -213,7 +216,7 @@ fn what_is_no_file_is_an_error_of_one_line() {
     }
 }
 
-/// Every OBJ in a folder and below it.
+/// Appends every OBJ file in a folder and below it.
 pub fn files(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let path = entry.path();

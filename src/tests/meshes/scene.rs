@@ -1,4 +1,4 @@
-//! Scene files with meshes.
+//! Tests scene files with models.
 
 use std::path::Path;
 
@@ -114,13 +114,13 @@ fn the_axes_of_a_file_are_turned_up_and_round() {
     let stance = |yaw_deg, z_up| {
         hachure::mesh::placed::Stance { origin_m: DVec3::ZERO, yaw_deg, scale: 2.0, z_up }.world_from_mesh()
     };
-    // What points to the viewer in the file (z) looks south.
+    // The axis that points to the viewer in the file (z) points south.
     assert!((stance(0.0, false) * DVec3::Y).abs_diff_eq(DVec3::Z * 2.0, 1e-12));
     assert!((stance(0.0, false) * DVec3::Z).abs_diff_eq(-DVec3::Y * 2.0, 1e-12));
-    // A quarter turn clockwise: from the south to the west.
+    // A quarter turn clockwise rotates it from south to west.
     assert!((stance(90.0, false) * DVec3::Z).abs_diff_eq(-DVec3::X * 2.0, 1e-12));
     assert!((stance(90.0, true) * DVec3::Y).abs_diff_eq(DVec3::X * 2.0, 1e-12));
-    assert!((stance(17.0, false).determinant() - 8.0).abs() < 1e-12, "nothing is mirrored");
+    assert!((stance(17.0, false).determinant() - 8.0).abs() < 1e-12, "the transform must not mirror");
 }
 
 #[test]
@@ -140,7 +140,7 @@ fn a_scene_opens_with_its_meshes_or_says_what_is_wrong() {
     std::fs::write(folder.path().join("tile.obj"), "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nf 1 2 3 4\n").unwrap();
     let world = open().unwrap();
     let placed = world.surfaces.meshes().unwrap();
-    assert_eq!((placed.meshes.len(), placed.standing.len()), (1, 2), "the file is read once");
+    assert_eq!((placed.meshes.len(), placed.standing.len()), (1, 2), "the file must be read once");
     let ground_m = world.ground_m(10.0, 20.0);
     assert!((placed.standing[1].middle_m.z - ground_m - 1.0).abs() < 1e-9 && ground_m > 100.0);
 
@@ -204,10 +204,10 @@ fn a_list_is_the_same_as_entry_after_entry() {
     assert!(by_list == one_by_one && by_list.0.len() == 40);
     let of_meshes = by_list.1[0].chunks_exact(4).filter(|id| id[3] >> 6 == 2).count();
     assert!(of_meshes > 500, "{of_meshes} pixels");
-    // Planted: a list that lacks one.
+    // Planted: a list that lacks one row.
     let other = drawn(&listed("others.csv"));
     assert!(other.0 != by_list.0 && other.1[0] != by_list.1[0]);
-    // What is wrong with a list is told with its row, and by a rule they stand on the land.
+    // An error in a list names its row. Scattered models are on the ground.
     write("huts.csv", "x,y\n1,2\n3,four\n");
     write("scene.toml", &format!("[world]\ndem = \"land.asc\"\n{}", listed("huts.csv")));
     let path = folder.path().join("scene.toml");
@@ -218,7 +218,7 @@ fn a_list_is_the_same_as_entry_after_entry() {
     write("scene.toml", &format!("[world]\ndem = \"land.asc\"\n{rule}"));
     let world = open().unwrap();
     let standing = &world.surfaces.meshes().unwrap().standing;
-    // The middle of the hut is 1 m above its origin.
+    // The hut's bounding box has its middle 1 m above the origin.
     let is_on_ground = |at_m: DVec3| (at_m.z - 1.0 - world.ground_m(at_m.x, at_m.y)).abs() < 1e-6;
     assert!(standing.len() == 300 && standing.iter().all(|standing| is_on_ground(standing.middle_m)));
 }

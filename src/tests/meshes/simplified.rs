@@ -1,4 +1,4 @@
-//! Meshes of fewer triangles look like the whole ones.
+//! Tests that simplified meshes look like the original ones.
 
 use std::path::Path;
 
@@ -10,12 +10,12 @@ use hachure::mesh::{Material, Mesh, obj};
 
 use crate::tests::meshes::shapes;
 
-/// The mean overlap of silhouettes from 20 directions, none of which the simplifier looks from.
+/// Returns the mean overlap of silhouettes from 20 directions that the simplifier does not use itself.
 fn likeness(mesh: &Mesh, other: &Mesh) -> f64 {
     overlap(mesh, other, views(20, 1.0))
 }
 
-/// A mesh with its places changed, and only some of its triangles.
+/// Returns a mesh scaled about its middle, with only some of its triangles.
 fn changed(mesh: &Mesh, scale: f64, is_left: impl Fn(usize) -> bool) -> Mesh {
     let left = mesh.triangles.iter().enumerate().filter(|(i, _)| is_left(*i)).map(|(_, triangle)| triangle.corners);
     let places_m = mesh.vertices_m.iter().map(|at_m| glam::Vec3::from(*at_m).as_dvec3() * scale + mesh.middle_m);
@@ -35,7 +35,7 @@ fn a_sphere_stays_round() {
         assert!(less.triangles.len() <= most && like > least, "{most}: {like}");
         assert!(less.is_solid, "{most}: {:?}", less.flaws);
     }
-    // Planted: a sphere of nine tenths.
+    // Planted: a sphere scaled by 0.9.
     let like = likeness(&sphere, &changed(&sphere, 0.9, |_| true));
     assert!(like < 0.85, "{like}");
 }
@@ -52,7 +52,7 @@ fn bounds_hold_for_any_mesh() {
             assert!(less.triangles.iter().flat_map(|it| it.normals).all(|normal| normal.is_normalized()));
         }
     }
-    // Loose specks, of which none touches another.
+    // Loose triangles, none of which touches another.
     let text: String = (0..300)
         .map(|i| format!("v {i} 0 0\nv {i} 0.1 0\nv {i} 0 0.1\nf {} {} {}\n", 3 * i + 1, 3 * i + 2, 3 * i + 3))
         .collect();
@@ -80,11 +80,11 @@ fn materials_and_creases_stay() {
         (0..mesh.triangles.len()).filter(is_wrong).count()
     };
     assert_eq!(wrong(&less, 0), 0);
-    // Planted: the other way round.
+    // Planted: swapped materials.
     assert!(wrong(&less, 1) > 250);
-    assert!(less.is_solid, "the border of the colours is closed: {:?}", less.flaws);
+    assert!(less.is_solid, "the border between the colours must stay closed: {:?}", less.flaws);
 
-    // The edges of a cube of many triangles stay sharp.
+    // The edges of a finely tessellated cube stay sharp.
     let mut text = String::new();
     for (axis, side) in (0..3).flat_map(|axis| [-1.0, 1.0].map(|side| (axis, side))) {
         for (i, j) in (0..8).flat_map(|i| (0..8).map(move |j| (i, j))) {
@@ -118,7 +118,7 @@ fn real_models_look_like_themselves() {
     super::reader::files(&folder, &mut found);
     found.sort();
     let mut sums = [0.0; 4];
-    // A model of 52 triangles, two for each of its leaves, has no shape of 13.
+    // A model of 52 triangles, two for each leaf, cannot be recognisable with 13.
     let holds = |triangles: usize, [quarter, sixteenth]: [f64; 2]| match triangles {
         500.. => quarter > 0.92 && sixteenth > 0.6,
         100.. => quarter > 0.82 && sixteenth > 0.5,
@@ -131,7 +131,7 @@ fn real_models_look_like_themselves() {
             let most = mesh.triangles.len() / part;
             let less = simplify(&mesh, most);
             assert!(less.triangles.len() <= most && less.materials == mesh.materials);
-            // What many triangles are made of is still there at a quarter.
+            // A material of many triangles must still exist at a quarter of them.
             let count =
                 |mesh: &Mesh, of: usize| mesh.triangles.iter().filter(|it| usize::from(it.material) == of).count();
             let is_lost = |of: &usize| count(&mesh, *of) >= mesh.triangles.len() / 8 && count(&less, *of) == 0;
@@ -147,13 +147,13 @@ fn real_models_look_like_themselves() {
             mesh.triangles.len()
         );
         assert!(holds(mesh.triangles.len(), likes), "{name}");
-        // Planted: a model of nine tenths, and one without half of its triangles.
+        // Planted: a model scaled by 0.9, and one without half of its triangles.
         assert!(mesh.triangles.len() < 500 || !holds(mesh.triangles.len(), [small, small]), "{name}: {small}");
         assert!(mesh.triangles.len() < 500 || !holds(mesh.triangles.len(), [halved, halved]), "{name}: {halved}");
         sums.iter_mut().zip([quarter, sixteenth, small, halved]).for_each(|(sum, like)| *sum += like);
     }
     let means = sums.map(|sum| sum / found.len() as f64);
-    println!("in the mean: {means:.3?}");
+    println!("means: {means:.3?}");
     let is_alike = |quarter: f64, sixteenth: f64| quarter > 0.89 && sixteenth > 0.7;
     let [quarter, sixteenth, small, halved] = means;
     assert!(is_alike(quarter, sixteenth) && !is_alike(small, small) && !is_alike(halved, halved));

@@ -1,6 +1,6 @@
-//! Strokes lie along the visible contour of what stands on the land, all of it and nothing else.
+//! Tests that strokes follow the visible contours of models, all of them and nothing else.
 //!
-//! The truth is exact: the contour of a ball is a circle, and the hill that hides parts of it is known by a formula.
+//! The truth is exact: the contour of a ball is a circle, and the hill that hides parts of it is a formula.
 
 use std::sync::Arc;
 
@@ -41,7 +41,7 @@ fn is_inside(px: &DVec2) -> bool {
     px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1])
 }
 
-/// The visible contour of a ball: evenly in angle, some five to the pixel.
+/// Returns points on the visible contour of a ball, at even angles, about five per pixel.
 fn contour(hill: &Hill, view: &View, middle_m: DVec3, radius_m: f64) -> Vec<DVec2> {
     let eye_m = view.pose.position_m;
     let to_middle = middle_m - eye_m;
@@ -62,7 +62,8 @@ fn contour(hill: &Hill, view: &View, middle_m: DVec3, radius_m: f64) -> Vec<DVec
         .collect()
 }
 
-/// A ball on the hill, a third of it in the ground, seen from above, from beside, from afar and from behind the hill.
+/// Cameras, and radii of a ball on the hill, a third of which is in the ground: seen from above, from the side, from
+/// afar and from behind the hill.
 const EYES: [(&str, f64); 4] = [
     ("-500,-900,+150,28,-22,50", 40.0),
     ("-330,-720,+4,0,3,40", 25.0),
@@ -88,7 +89,7 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
         let (view, points) = strokes(&mut world, camera);
         let truth = contour(&hill, &view, middle_m, radius_m);
         let drawn = along_strokes(&points, SIZE_PX);
-        // What the land draws by itself is no matter here.
+        // Strokes of the land itself do not count.
         let own: Vec<DVec2> = drawn.iter().copied().filter(|px| covered(&[*px], &land) == 0.0).collect();
         let (recall, precision) = (covered(&truth, &drawn), covered(&own, &truth));
         println!(
@@ -98,11 +99,11 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
         );
         assert!(truth.len() > 2000 && own.len() > 500);
         all.push((recall, precision));
-        // Planted: strokes that are elsewhere, and half of them gone.
+        // Planted: strokes moved by 5 px, and only half of the strokes.
         let astray: Vec<DVec2> = own.iter().map(|px| *px + DVec2::new(0.0, 5.0)).collect();
         assert!(covered(&truth, &astray) < 0.9 && covered(&astray, &truth) < 0.9);
         assert!(covered(&truth, &own[..own.len() / 2]) < 0.9);
-        // And a truth without the hill, or a ball a little larger: both are noticed.
+        // Planted: the contour of a slightly larger ball.
         let larger = contour(&hill, &view, middle_m, 1.05 * radius_m);
         assert!(covered(&larger, &drawn) < 0.98);
     }
@@ -112,7 +113,7 @@ fn the_visible_contour_of_a_ball_is_drawn_and_nothing_else() {
 #[test]
 fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
     let Some((_, mut world)) = shapes::hill() else { return };
-    // Two walls of 20 m that meet in a corner, high above the land; the eye looks into it, from aside.
+    // Two walls of 20 m that meet in a corner, high above the land, seen obliquely from inside.
     let text = "v -20 -20 0\nv 0 0 0\nv 20 -20 0\nv -20 -20 20\nv 0 0 20\nv 20 -20 20\nf 1 2 5 4\nf 2 3 6 5\n";
     let mesh = Arc::new(hachure::mesh::obj::parse("corner.obj".to_owned(), text.as_bytes()).unwrap());
     let pose = world.pose("0,0,3000,20,40,40");
@@ -129,6 +130,6 @@ fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
     let drawn = crease(&mut world, Some(60.0));
     println!("{drawn:.3} of the crease");
     assert!(drawn >= 0.98, "{drawn}");
-    // Planted: a style that wants sharper creases, and one that wants none.
+    // Planted: a style that draws only sharper creases, and one that draws none.
     assert!(crease(&mut world, Some(100.0)) < 0.2 && crease(&mut world, None) < 0.2);
 }

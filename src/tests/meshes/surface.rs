@@ -1,4 +1,5 @@
-//! What is seen of a mesh is what an exact ray finds, and the land does not notice it.
+//! Tests that the position and normal of a model's pixels are those of an exact ray, and that models do not change the
+//! land.
 
 use std::sync::Arc;
 
@@ -20,7 +21,8 @@ fn standing_on(hill: &Hill, x_m: f64, y_m: f64, up_m: f64) -> DVec3 {
     DVec3::new(x_m, y_m, hill.height_m(x_m, y_m) + up_m)
 }
 
-/// What a ray finds of a mesh: the nearest distance in units of the ray, the triangle, the normal toward the eye.
+/// Intersects a ray with the plane of a triangle. Returns the distance in units of the ray and the normal toward the
+/// eye, or `None` if the ray misses the triangle.
 fn cast(mesh: &Mesh, standing: &Standing, triangle: usize, eye_m: DVec3, ray: DVec3) -> Option<(f64, DVec3)> {
     let [a, b, c] = shapes::corners_m(mesh, standing, triangle).map(|corner| corner - eye_m);
     let face = (b - a).cross(c - a);
@@ -38,8 +40,8 @@ fn cast(mesh: &Mesh, standing: &Standing, triangle: usize, eye_m: DVec3, ray: DV
     (t > 0.0 && parts.iter().all(|part| *part >= -1e-3)).then_some((t, normal))
 }
 
-/// Of the pixels that a mesh has: how many there are, how many are off in position by more than 1e-5 of the distance or
-/// by 2e-3 in the normal, and how many show a triangle that is not the first.
+/// Counts pixels of a mesh: all of them, those off in position by more than 1e-5 of the distance, those off in the
+/// normal by more than 2e-3 rad, and those that show a triangle which is not the nearest.
 fn off(shot: &Shot, mesh: &Mesh, standing: &Standing) -> [usize; 4] {
     let eye_m = shot.view.pose.position_m;
     let mut counts = [0; 4];
@@ -79,11 +81,11 @@ fn position_and_normal_are_those_of_an_exact_ray() {
             println!("{name} {camera}: {pixels} px; off: {position} positions, {normal} normals; {other} triangles");
             assert!(pixels > 1500, "{pixels}");
             assert!(position * 1000 <= pixels && normal * 1000 <= pixels && other * 100 <= pixels);
-            // What stands on the land is no error of the land.
+            // Models do not count as an error of the land.
             let drawn = renderer.as_ref().unwrap();
             let lod_px = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap();
             assert!(lod_px.is_some_and(|lod_px| lod_px < 1.0), "{lod_px:?}");
-            // Planted: a mesh 20 cm aside, and one whose normals lean.
+            // Planted: a mesh 20 cm aside, and one with leaning normals.
             let aside = Standing { middle_m: standing.middle_m + DVec3::new(0.1, 0.1, 0.14), ..standing.clone() };
             assert!(off(&shot, &mesh, &aside)[1] > pixels / 2);
             let mut leaning = (*mesh).clone();
@@ -122,7 +124,7 @@ fn the_land_is_to_the_bit_what_it_is_without_meshes() {
         };
         world.surfaces.set_meshes(Placed::default());
         let bare = take(&mut world);
-        // Behind the eye, and so small that it is not drawn.
+        // A model behind the eye, and one so small that it is not drawn.
         for (x_m, scale) in [(-330.0, 15.0), (-300.0, 1e-3)] {
             let y_m = if scale > 1.0 { -700.0 } else { -500.0 };
             shapes::place(&mut world, &mesh, &shapes::stance(standing_on(&hill, x_m, y_m, 2.0), 0.0, scale));
@@ -162,7 +164,7 @@ fn parts_of_a_large_picture_join() {
     let count = differs(&whole, &parts);
     println!("{count} pixels differ");
     assert!(count * 1000 <= whole.picture.len(), "{count}");
-    // Planted: without the mesh it is another picture.
+    // Planted: without the mesh the picture differs.
     world.surfaces.set_meshes(Placed::default());
     let bare = shoot_style(&mut world, &mut None, pose, pose, SIZE_PX, &style, &rule);
     assert!(differs(&whole, &bare) * 1000 > whole.picture.len());
@@ -204,5 +206,5 @@ fn a_mesh_bends_with_the_land_and_stands_on_it() {
         assert!(at_m.distance(earth_curvature.bend(flat_m)) < 0.02, "{at_m} {}", earth_curvature.bend(flat_m));
         sunk_m = sunk_m.max(at_m.distance(flat_m));
     }
-    assert!(sunk_m > 200.0, "the earth bends by {sunk_m} m");
+    assert!(sunk_m > 200.0, "the earth's curvature lowers the mast by only {sunk_m} m");
 }

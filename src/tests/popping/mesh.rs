@@ -1,4 +1,4 @@
-//! The mesh of a frame, as it was drawn.
+//! The mesh of a frame as it was drawn.
 
 use std::collections::HashMap;
 
@@ -19,16 +19,16 @@ use crate::tests::popping::{SIDE, SIZE_PX};
 #[derive(Clone)]
 pub struct Patch {
     instance: PatchInstance,
-    /// In the world, row by row.
+    /// Vertices in the world, row by row.
     pub vertices_m: Vec<DVec3>,
 }
 
-/// The mesh of a frame.
+/// All patches of a frame.
 #[derive(Clone)]
 pub struct Mesh {
     pub view: View,
     pub patches: HashMap<PatchKey, Patch>,
-    /// Whether some of it was coarser than its error allows.
+    /// Whether a part was coarser than its error allows.
     pub late: bool,
 }
 
@@ -37,7 +37,7 @@ impl Patch {
         self.vertices_m[j * SIDE + i]
     }
 
-    /// The mesh's normal at a vertex: from neighbours so far away that they have not merged with it.
+    /// Returns the mesh's normal at a vertex, from neighbours far enough away that they have not merged with it.
     pub fn normal(&self, i: usize, j: usize) -> Option<DVec3> {
         (0..4).map(|reach| 1 << reach).find_map(|reach: usize| {
             let (low, high) = (|k: usize| k.saturating_sub(reach), |k: usize| (k + reach).min(SIDE - 1));
@@ -48,8 +48,8 @@ impl Patch {
         })
     }
 
-    /// The height of a triangle over a place, and its normal, if it is over it. Two triangles to a quad, divided from
-    /// its first corner to its last.
+    /// Returns height and normal of the triangle above a point, or `None` if neither triangle of the quad is above it.
+    /// The quad is divided from its first corner to its last.
     pub fn quad_at(&self, i: usize, j: usize, place_m: DVec2) -> Option<(f64, DVec3)> {
         let (first, last) = (self.at(i, j), self.at(i + 1, j + 1));
         [self.at(i + 1, j), self.at(i, j + 1)].into_iter().find_map(|side| {
@@ -66,7 +66,7 @@ impl Patch {
     }
 }
 
-/// A patch of the next coarser level.
+/// Returns the key of the patch on the next coarser level.
 pub fn parent(key: PatchKey) -> PatchKey {
     PatchKey { level: key.level + 1, x: key.x >> 1, y: key.y >> 1 }
 }
@@ -86,8 +86,8 @@ impl Mesh {
         Self { view, patches: selection.leaves.iter().copied().zip(patches).collect(), late: prepared.tiles.late }
     }
 
-    /// Planted: the same without morphing. Where a patch or an edge is on its way to a coarser level, it is there; an
-    /// even vertex has not moved yet, so all that takes are vertices of the mesh itself.
+    /// Returns the mesh with a planted error: no morphing. A patch or an edge that is morphing to a coarser level is
+    /// already there. An even vertex has not moved yet, so all vertices are still vertices of the mesh itself.
     pub fn without_morphing(&self) -> Self {
         let mut mesh = self.clone();
         for patch in mesh.patches.values_mut() {
@@ -107,7 +107,7 @@ impl Mesh {
         mesh
     }
 
-    /// The height of the mesh at a place, and its normal.
+    /// Returns height and normal of the mesh at a point.
     pub fn under(&self, grid_projection: &GridProjection, place_m: DVec2) -> Option<(f64, DVec3)> {
         let grid = grid_projection.grid_from_world(place_m);
         (-12..24_i32).find_map(|level| {
@@ -120,14 +120,14 @@ impl Mesh {
                 (k - patch as f64 * f64::from(PATCH_QUADS)).clamp(0.0, f64::from(PATCH_QUADS) - 0.5) as usize
             };
             let (i, j) = (quad_of(at.x, key.x), quad_of(at.y, key.y));
-            // A vertex morphs to its left and up: a place lies in the quad that it would lie in, or in a later one.
+            // A vertex morphs to the left and up, so a point is in its own quad or in a later one.
             let near = (j..(j + 2).min(SIDE - 1)).flat_map(|j| (i..(i + 2).min(SIDE - 1)).map(move |i| (i, j)));
             let all = (0..SIDE - 1).flat_map(|j| (0..SIDE - 1).map(move |i| (i, j)));
             near.chain(all).find_map(|(i, j)| patch.quad_at(i, j, place_m))
         })
     }
 
-    /// Pixels that a step at a place covers on the screen.
+    /// Returns the length on the screen of a step at a point, in pixels.
     pub fn px(&self, at_m: DVec3, step_m: DVec3) -> f64 {
         let way_m = at_m - self.view.pose.position_m;
         let ray = way_m.normalize();

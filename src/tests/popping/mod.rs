@@ -1,13 +1,13 @@
-//! Nothing pops: from one frame of a flight at 300 m/s to the next, no vertex moves by more than a pixel.
+//! Tests that nothing pops: from one frame of a flight at 300 m/s to the next, no vertex moves by more than a pixel.
 //!
-//! Three motions are told apart, each in pixels of the later frame:
+//! Three motions are distinguished, each in pixels of the later frame:
 //!
-//! - *whole*: how far a vertex moves in the world. It includes the vertex's gliding along the surface, of which nothing
-//!   is seen: positions and normals are those of the surface at a pixel, not of the mesh.
+//! - *whole*: how far a vertex moves in the world. This includes the vertex's gliding along the surface, which is
+//!   invisible: positions and normals are those of the surface at a pixel, not of the mesh.
 //! - *across*: the part of that motion along the surface's normal.
-//! - *in place*: how far the mesh moves along its normal where the place stays: what is left of *across* when gliding
-//!   over bent land is taken out. It needs no partner, so it also holds what splits and merges do.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! - *in place*: how far the mesh moves along its normal at a fixed point, which is *across* without gliding over
+//!   curved land. It needs no matching vertex, so it also covers splits and merges.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -42,22 +42,22 @@ const SIZE_PX: [u32; 2] = [320, 180];
 const FPS: f64 = 30.0;
 const SPEED_M_PER_S: f64 = 300.0;
 const SPACING_M: f64 = 10.0;
-/// What is promised for a frame.
+/// Largest motion that the frame guarantees.
 const MOST_PX: f64 = 1.0;
 /// Vertices along a side of a patch.
 const SIDE: usize = PATCH_QUADS as usize + 1;
 
-/// What a flight showed.
+/// Motions in a flight.
 #[derive(Default)]
 struct Flight {
     all: Motions,
-    /// Pairs of frames in which *whole*, *across*, *in place* pass [`MOST_PX`] somewhere.
+    /// Numbers of pairs of frames in which *whole*, *across* and *in place* exceed [`MOST_PX`] somewhere.
     frames_over: [usize; 3],
-    /// Frames of which a part was coarser than its error allows.
+    /// Number of frames with a part that was coarser than its error allows.
     late: usize,
-    /// Planted: each 30th frame with the one before it.
+    /// Planted: each 30th frame compared with the one 30 frames before.
     seldom: Motions,
-    /// Planted: no morphing.
+    /// Planted: frames without morphing.
     unmorphed: Motions,
 }
 
@@ -67,7 +67,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
     let mut renderer = Renderer::new(gpu).unwrap();
     let grid_projection = world.terrain.grid_projection().clone();
     let view_of = |pose: Pose| View::whole(pose, pose, SIZE_PX);
-    // A window that has been open for a while: after a jump nothing fades.
+    // In a window that has been open for a while after a jump, nothing fades any more.
     let start = Instant::now();
     while world.terrain.options().loading == Loading::Stream && start.elapsed() < Duration::from_secs(30) {
         let rest = Mesh::read(gpu, &mut renderer, world, view_of(poses[0]), &style);
@@ -75,7 +75,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
             break;
         }
     }
-    // Compared when all are drawn: a window does not wait for a comparison either.
+    // Frames are compared after all are drawn, since a window does not wait for a comparison.
     let start = Instant::now();
     let meshes: Vec<Mesh> =
         poses.iter().map(|pose| Mesh::read(gpu, &mut renderer, world, view_of(*pose), &style)).collect();
@@ -112,7 +112,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
 }
 
 impl Flight {
-    /// What is promised, of all three motions.
+    /// Asserts the guarantee for all three motions.
     fn assert_nothing_pops(&self) {
         for (kind, name) in ["whole", "across", "in place"].into_iter().enumerate() {
             assert!(self.all.most(kind) <= MOST_PX, "{name}: {:?}", self.all.worst[kind]);
@@ -122,7 +122,8 @@ impl Flight {
     }
 }
 
-/// 300 m/s across rough land, low: 60 m above the highest ground within 300 m, smoothed.
+/// Returns the poses of a low flight at 300 m/s across rough land: 60 m above the highest ground within 300 m,
+/// smoothed.
 fn across_rough_land(terrain: &Terrain, frames: usize) -> Vec<Pose> {
     let step_m = SPEED_M_PER_S / FPS;
     let way = DVec2::new(0.6, 0.8);
@@ -155,13 +156,13 @@ fn nothing_pops_over_rough_land() {
     }
 }
 
-/// The middle of the continent, as the scene of that name has it.
+/// Returns the middle of the continent, like the scene of that name.
 fn continent() -> Arc<dyn TileStore> {
     let cache = common::between_runs("continent");
     Arc::new(ContinentStore::open(1, 2048, SPACING_M, Some(&cache), &Silent).unwrap())
 }
 
-/// Three seconds of the valley flight.
+/// Returns the poses of three seconds of the valley flight.
 fn along_the_valley() -> Vec<Pose> {
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
     (0..91).map(|renderer| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS))).collect()
@@ -173,7 +174,7 @@ fn nothing_pops_along_the_valley() {
     let mut surfaces = Terrain::new(&gpu, continent(), TerrainOptions::default()).unwrap().into();
     let flight = fly("valley", &gpu, &mut surfaces, &along_the_valley(), true);
     flight.assert_nothing_pops();
-    // Smooth land moves across itself by little whatever one does; its vertices tell.
+    // Smooth land hardly moves across itself even with planted errors, but its vertices do.
     for planted in [&flight.seldom, &flight.unmorphed] {
         assert!(planted.most(0) > MOST_PX, "planted: {:?}", planted.worst);
     }
@@ -182,7 +183,7 @@ fn nothing_pops_along_the_valley() {
 #[test]
 fn nothing_pops_while_tiles_stream() {
     let Some(gpu) = gpu() else { return };
-    // Tiles that come in time, and tiles that come too late and fade in.
+    // Tiles that arrive in time, and tiles that arrive too late and fade in.
     for delay_ms in [5, 1500] {
         let store = Bumpy::new(continent(), delay_ms, Box::new(|_, _| Fate::Comes));
         let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
@@ -191,8 +192,8 @@ fn nothing_pops_while_tiles_stream() {
         if delay_ms < 100 {
             flight.assert_nothing_pops();
         } else {
-            // What moves by more comes from missing detail, and is told, not promised.
-            assert!(flight.late > 0, "nothing came late");
+            // Larger motion comes from missing detail, which is reported as late.
+            assert!(flight.late > 0, "expected late frames, found none");
         }
     }
 }

@@ -1,4 +1,4 @@
-//! How far vertices move from a frame to the next.
+//! Computes how far vertices move from one frame to the next.
 
 use glam::DVec3;
 use hachure::tiles::grid_projection::GridProjection;
@@ -9,7 +9,7 @@ use crate::tests::common::quantile;
 use crate::tests::popping::SIDE;
 use crate::tests::popping::mesh::{Mesh, parent};
 
-/// The largest of the motions in pixels, with its patch and its place.
+/// The largest motion in pixels, with its patch and its position in the world.
 pub type Worst = Option<(f64, PatchKey, DVec3)>;
 
 /// Motions between two frames, in pixels.
@@ -18,9 +18,9 @@ pub struct Motions {
     pub whole: Vec<f64>,
     pub across: Vec<f64>,
     pub in_place: Vec<f64>,
-    /// Vertices in view of patches that were neither drawn, nor split, nor merged by one level.
+    /// Number of vertices in view of patches that were neither drawn before, nor split, nor merged by one level.
     pub without_partner: usize,
-    /// Of *whole*, *across*, *in place*.
+    /// Worst of *whole*, *across*, *in place*.
     pub worst: [Worst; 3],
 }
 
@@ -43,12 +43,12 @@ impl Motions {
         }
     }
 
-    /// The largest of a kind.
+    /// Returns the largest motion of a kind, in pixels.
     pub fn most(&self, kind: usize) -> f64 {
         self.worst[kind].map_or(0.0, |worst| worst.0)
     }
 
-    /// A vertex was at `from_m` and is at `to_m`.
+    /// Adds the motion of a vertex from `from_m` to `to_m`.
     pub fn pair(&mut self, after: &Mesh, key: PatchKey, from_m: DVec3, to_m: DVec3, normal: Option<DVec3>) {
         if let Some(normal) = normal.filter(|_| after.is_in_view(to_m)) {
             let step_m = to_m - from_m;
@@ -59,14 +59,14 @@ impl Motions {
         }
     }
 
-    /// The mesh was at `z_m` where it is `at_m` now, or the other way round.
+    /// Adds the motion of the mesh between the heights `z_m` and that of `at_m`, at the same point of the map.
     pub fn in_place(&mut self, after: &Mesh, key: PatchKey, at_m: DVec3, z_m: f64, normal: DVec3) {
         let px = after.px(at_m, normal * normal.z * (at_m.z - z_m));
         self.in_place.push(px);
         self.note(2, px, key, at_m);
     }
 
-    /// A line of a table.
+    /// Returns a row of the printed table.
     pub fn line(&mut self, name: &str) -> String {
         let of = |values: &mut Vec<f64>| {
             [0.5, 0.99, 0.999, 1.0].map(|part| format!("{:8.3}", quantile(values, part))).join(" ")
@@ -77,13 +77,13 @@ impl Motions {
     }
 }
 
-/// The motions of the patch `key` of the later mesh, as seen in that one.
+/// Returns the motions of the patch `key` of the later mesh, in pixels of the later frame.
 pub fn motions_of(before: &Mesh, after: &Mesh, grid_projection: &GridProjection, key: PatchKey) -> Motions {
     let mut motions = Motions::default();
     let patch = &after.patches[&key];
     let all = || (0..SIDE).flat_map(|j| (0..SIDE).map(move |i| (i, j)));
     let mut pair = |from_m, to_m, normal| motions.pair(after, key, from_m, to_m, normal);
-    // A vertex of a coarse patch that a vertex of one of its children is, or comes from.
+    // Returns the vertex of a coarse patch that equals a child's vertex, or to which it morphs.
     let coarse_of = |child: PatchKey, i: usize, j: usize| {
         let of = |patch: i64, k: usize| (patch.rem_euclid(2) as usize * (SIDE - 1) + (k & !1)) / 2;
         (of(child.x, i), of(child.y, j))
@@ -113,14 +113,14 @@ pub fn motions_of(before: &Mesh, after: &Mesh, grid_projection: &GridProjection,
     motions
 }
 
-/// The motions between two frames.
+/// Returns the motions between two frames.
 pub fn motions(before: &Mesh, after: &Mesh, grid_projection: &GridProjection) -> Motions {
     let mut keys: Vec<PatchKey> = after.patches.keys().copied().collect();
     keys.sort();
     let later: Vec<Motions> = keys.par_iter().map(|key| motions_of(before, after, grid_projection, *key)).collect();
     let mut keys: Vec<PatchKey> = before.patches.keys().copied().collect();
     keys.sort();
-    // Two meshes of triangles are farthest apart at a vertex of either, about.
+    // Two triangle meshes are farthest apart approximately at a vertex of one of them.
     let earlier = keys.par_iter().map(|key| {
         let mut motions = Motions::default();
         for at_m in before.patches[key].vertices_m.iter().filter(|at| after.is_in_view(**at)) {

@@ -1,9 +1,9 @@
-//! The statistics by brute force, from their definitions and nothing of the library but its stored tiles.
+//! Computes the statistics by brute force from their definitions, using only the library's stored tiles.
 
 use hachure::pyramid::{Pyramid, TileAddress};
 use hachure::source::HeightGrid;
 
-/// A level put together from the tiles that the pyramid serves.
+/// A level composed of the tiles that the pyramid returns.
 pub struct Level {
     pub width: usize,
     pub height: usize,
@@ -39,7 +39,7 @@ impl Level {
         self.samples[row * self.width + column].to_bits() & 1 == 1
     }
 
-    /// Catmull-Rom from Keys' kernel, by distance: another road than the library's.
+    /// Evaluates Catmull-Rom by Keys' kernel of distances, which is another method than the library's.
     pub fn surface(&self, x: f64, y: f64) -> f64 {
         let kernel = |t: f64| {
             let t = t.abs();
@@ -47,8 +47,8 @@ impl Level {
         };
         let cell = |c: f64, count: usize| (c.floor() as isize).clamp(0, (count as isize - 2).max(0));
         let (recorder, cy) = (cell(x, self.width), cell(y, self.height));
-        // Beyond the outermost samples the polynomial goes on, which the kernel by distance does not: use Hermite
-        // there.
+        // Beyond the outermost samples the polynomial is extrapolated, which the kernel does not do, so the Hermite
+        // form is used there.
         let (fx, fy) = (x - recorder as f64, y - cy as f64);
         if (0.0..=1.0).contains(&fx) && (0.0..=1.0).contains(&fy) {
             let mut sum = 0.0;
@@ -72,7 +72,7 @@ impl Level {
     }
 }
 
-/// For every tile of a level the largest |H(f) − h(f)|, not yet raised to its children's.
+/// Returns for every tile of a level the largest |H(f) − h(f)|, not yet raised to that of its children.
 pub fn tile_errors_m(grid: &HeightGrid, level: &Level) -> Vec<f64> {
     let tiles_x = level.width.div_ceil(256);
     let mut errors_m = vec![0.0_f64; tiles_x * level.height.div_ceil(256)];
@@ -92,8 +92,8 @@ pub fn tile_errors_m(grid: &HeightGrid, level: &Level) -> Vec<f64> {
     errors_m
 }
 
-/// The largest distance of the patch's triangles from the data, not yet raised to its children's; by barycentric
-/// search over both triangles of the quad that holds the point.
+/// Returns the largest distance between the patch's triangles and the data, not yet raised to that of its children. It
+/// searches both triangles of the quad that contains the point, by barycentric weights.
 pub fn mesh_error_m(grid: &HeightGrid, finest: &Level, j: u32, px: usize, py: usize) -> f64 {
     let (width, height) = (finest.width, finest.height);
     let stride = 1_usize << j;
@@ -116,7 +116,7 @@ pub fn mesh_error_m(grid: &HeightGrid, finest: &Level, j: u32, px: usize, py: us
             let flat = |x: f64, y: f64| {
                 let u = (x - x0 as f64) / (x1 - x0) as f64;
                 let v = (y - y0 as f64) / (y1 - y0) as f64;
-                // Barycentric weights of (first, right, opposite), else of (first, down, opposite).
+                // Barycentric weights of (first, right, opposite), otherwise of (first, down, opposite).
                 let (a, b, c) = (1.0 - u, u - v, v);
                 if b >= 0.0 { a * h[0] + b * h[1] + c * h[3] } else { (1.0 - v) * h[0] + (v - u) * h[2] + u * h[3] }
             };

@@ -1,4 +1,4 @@
-//! Interrupted bakes, stale and damaged files, and the cache.
+//! Tests interrupted bakes, stale and damaged files, and the cache.
 
 use std::fs;
 use std::panic::{AssertUnwindSafe, catch_unwind};
@@ -11,7 +11,7 @@ use hachure::source::{Progress, Silent};
 
 use crate::tests::pyramid::{baked, tiles, world};
 
-/// Stops the bake by a panic once `what` is reported.
+/// Stops the bake by a panic when `what` is reported.
 struct StopAt(&'static str);
 
 impl Progress for StopAt {
@@ -91,7 +91,7 @@ fn damaged_sidecars_are_errors() {
         let mut damaged = whole.clone();
         damaged[at] ^= 0x41;
         fs::write(sidecar_path(&out), &damaged).unwrap();
-        // The header is read on opening, a record with its tile.
+        // The header is checked on opening, a record when its tile is read.
         let found = Pyramid::open(&out).and_then(|pyramid| {
             let pyramid = Arc::new(pyramid);
             tiles(&pyramid).into_iter().try_for_each(|tile| pyramid.clone().load(tile).map(drop))
@@ -115,8 +115,8 @@ fn damaged_geotiffs_are_errors_not_panics() {
             assert!(Pyramid::open(&out).is_err(), "cut to {length}");
         }
         fs::write(&out, &whole).unwrap();
-        // Damage between the ends, which the link does not cover, is found when the tile is read.
-        // Never may it come back as other heights.
+        // Damage between the ends, which the sidecar's check of the file does not cover, is detected when the tile is
+        // read. It must never be read as other heights.
         let all = tiles(&Pyramid::open(&out).unwrap());
         let read_all = || {
             let pyramid = Pyramid::open(&out).unwrap();
@@ -129,11 +129,11 @@ fn damaged_geotiffs_are_errors_not_panics() {
             damaged[at] ^= 0x41;
             fs::write(&out, &damaged).unwrap();
             match read_all() {
-                Ok(same) => assert!(same == intact, "damage at {at} went unnoticed"),
+                Ok(same) => assert!(same == intact, "damage at {at} was not detected"),
                 Err(_) => found += 1,
             }
         }
-        assert!(found > 0, "no damage was noticed");
+        assert!(found > 0, "no damage was detected");
         fs::write(&out, &whole).unwrap();
         let pyramid = Pyramid::open(&out).unwrap();
         let nowhere = pyramid.read_tile(TileAddress { level: 0, x: 3, y: 0 });
@@ -157,17 +157,17 @@ fn the_cache_bakes_once() {
     assert!(first.path().starts_with(&cache));
     drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
     assert_eq!(loads.get(), 1);
-    // Another size is another file.
+    // A file of another size counts as another file.
     fs::write(&source, b"something else").unwrap();
     drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
     assert_eq!(loads.get(), 2);
-    // A damaged cache is baked anew.
+    // A damaged cache is rebuilt.
     for entry in fs::read_dir(&cache).unwrap().flatten() {
         fs::write(entry.path(), b"damaged").unwrap();
     }
     drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
     assert_eq!(loads.get(), 3);
-    // A pyramid with its sidecar is opened where it lies.
+    // A pyramid with its sidecar file is opened directly.
     let own = folder.path().join("own.tif");
     drop(baked(&world::rough(300, 200, true), &own, 0.0));
     assert_eq!(open_or_bake(&own, load, Some(&cache), &Silent).unwrap().path(), own);
@@ -195,6 +195,6 @@ fn the_cache_stays_within_its_limit() {
     let bytes = fs::metadata(&paths[0]).unwrap().len() + fs::metadata(sidecar_path(&paths[0])).unwrap().len();
     trim(folder.path(), &paths[0], 2 * bytes);
     let left: Vec<bool> = paths.iter().map(|path| path.exists()).collect();
-    assert_eq!(left, [true, false, false, true], "the oldest go first, and the one in use stays");
+    assert_eq!(left, [true, false, false, true], "the oldest must be deleted first, and the one in use kept");
     assert!(!sidecar_path(&paths[1]).exists());
 }

@@ -1,4 +1,4 @@
-//! What others make of the GeoTIFF: another reader, and GDAL's own where it is installed.
+//! Tests that other software reads our GeoTIFF: another reader crate, and GDAL where it is installed.
 
 use std::process::Command;
 

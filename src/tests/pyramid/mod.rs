@@ -1,6 +1,6 @@
-//! The tile pyramid against its definitions, and against damage.
+//! Tests the tile pyramid against its definitions, and against damage.
 #![allow(clippy::disallowed_methods, reason = "a test may write damaged files")]
-#![allow(clippy::unwrap_used, reason = "a test may fail so")]
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod brute;
 mod damage;
@@ -68,13 +68,13 @@ fn lerc_keeps_its_bound_and_is_smaller() {
             worst = worst.max((f64::from(*stored) - f64::from(*height)).abs());
         }
     }
-    // A unit of the last place goes to the rounding of f32 and the void flag.
+    // Rounding of f32 and the no-data flag take one unit in the last place.
     assert!(worst > 0.01 && worst < bound_m + 1e-3, "{worst}");
     let measured = tiles(&pyramid).into_iter().filter(|tile| tile.level == 0).map(|tile| pyramid.tile(tile).error_m);
     assert!((f64::from(measured.fold(0.0, f32::max)) - worst).abs() < 1e-6);
 }
 
-/// Whether the measured error is the brute-force one, raised to the children's.
+/// Returns whether a measured error equals the brute-force one, raised to that of its children.
 fn agrees(measured_m: f32, brute_m: f64, children_m: f32) -> bool {
     let expected = brute_m.max(children_m.into());
     (f64::from(measured_m) - expected).abs() <= 1e-4 * expected + 1e-6
@@ -108,7 +108,7 @@ fn tile_errors_are_what_brute_force_finds() {
                     .fold(0.0, f32::max);
                 assert!(statistics.error_m >= children_m, "monotone toward the root");
                 assert!(agrees(statistics.error_m, brute_m, children_m), "{tile:?} {statistics:?} {brute_m}");
-                // The planted error: a statistic of half the size must not pass.
+                // Planted error: a statistic of half the size must not pass.
                 if statistics.error_m > 1e-3 {
                     assert!(!agrees(statistics.error_m / 2.0, brute_m, children_m));
                     planted_errors_found += 1;
@@ -163,7 +163,7 @@ fn mesh_errors_are_what_brute_force_finds() {
                 .map(|child| child.mesh_error_m)
                 .fold(0.0, f32::max);
             assert!(patch.mesh_error_m >= children_m, "monotone toward the root");
-            // They are kept in 16 bits, rounded up.
+            // These errors are stored in 16 bits, rounded up.
             let agrees = |found_m: f32| {
                 let expected_m = brute_m.max(children_m.into());
                 let found_m = f64::from(found_m);
@@ -171,9 +171,10 @@ fn mesh_errors_are_what_brute_force_finds() {
             };
             assert!(agrees(patch.mesh_error_m), "{j} {x} {y} {patch:?} {brute_m} {children_m}");
             if patch.mesh_error_m > 1e-3 {
-                assert!(!agrees(patch.mesh_error_m * 0.99), "a planted error passed");
+                assert!(!agrees(patch.mesh_error_m * 0.99), "a planted error was not detected");
             }
-            // The finest page holds heights in steps of the tile's range; coarse patches have no page.
+            // The page of a tile stores the heights of its patches in steps of the tile's range; coarser patches have
+            // no page.
             let tile = TileAddress { level: j, x: x / 16, y: y / 16 };
             let step_m = match pyramid.levels().len() > j as usize {
                 true => (pyramid.tile(tile).max_m - pyramid.tile(tile).min_m) / 255.0,
@@ -229,7 +230,7 @@ fn neighbouring_tiles_share_their_borders_bit_for_bit() {
         let level = Level::read(&pyramid, address.level);
         for row in 0..260 {
             for column in 0..260 {
-                // The level is made of the inner samples of the tiles, so borders are compared with the neighbours.
+                // The level is composed of the inner samples of the tiles, so borders are compared with the neighbours.
                 let (x, y) = (address.x as isize * 256 + column - 2, address.y as isize * 256 + row - 2);
                 let (x, y) = (x.clamp(0, level.width as isize - 1), y.clamp(0, level.height as isize - 1));
                 let expected = level.samples[y as usize * level.width + x as usize];
@@ -280,7 +281,7 @@ fn ground_queries_follow_the_surface() {
 
 #[test]
 fn levels_average_the_area_under_their_samples() {
-    // An odd ramp: any error of registration would shift it.
+    // A ramp of odd size: any error of registration would shift it.
     let folder = tempfile::tempdir().unwrap();
     let mut grid = world::rough(515, 259, false);
     grid.heights_m = (0..515 * 259).map(|i| (i % 515) as f32 + 2.0 * (i / 515) as f32).collect();

@@ -1,9 +1,9 @@
-//! A synthetic grid with everything that is awkward: odd sizes, voids of all sizes, roughness, large heights.
+//! A synthetic grid with all difficulties: odd sizes, no-data areas of all sizes, roughness, large heights.
 
 use hachure::source::HeightGrid;
 use hachure::source::georeference::{Crs, Georeference};
 
-/// 601 × 487 samples, UTM 10 north, 10 m apart.
+/// Returns 601 × 487 samples in UTM zone 10 north, 10 m apart.
 #[allow(dead_code, reason = "not every test that shares this file needs it")]
 pub(crate) fn grid() -> HeightGrid {
     rough(601, 487, true)
@@ -22,7 +22,7 @@ pub(crate) fn rough(width: u32, height: u32, voids: bool) -> HeightGrid {
             let disc = (x - 300.0).powi(2) + (y - 200.0).powi(2) < 45.0 * 45.0;
             let corner = x + y < 60.0;
             let speck = seed >> 20 == 7;
-            // Wide enough for whole tiles of the level to be void.
+            // This block is large enough for whole tiles to be no-data.
             let block = (380..600).contains(&column) && (260..487).contains(&row);
             if voids && (disc || corner || speck || block) {
                 *heights_m.last_mut().unwrap() = f32::NAN;

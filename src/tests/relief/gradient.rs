@@ -1,4 +1,4 @@
-//! How depth rises, and how it is blurred.
+//! Tests the gradient of depth and its blur.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -11,7 +11,7 @@ use crate::tests::common::{World, grid_of};
 
 const SIZE_PX: [u32; 2] = [240, 180];
 
-/// A style of greys whose light is relief with these keys.
+/// Returns the text of a grey style whose light is relief with these keys.
 pub fn text(keys: &str) -> String {
     format!(
         "name = \"relief\"\ndescription = \"\"\n[tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0\nsoftness = 1\n\
@@ -23,7 +23,8 @@ pub fn style(keys: &str) -> Style {
     Style::parse("relief", &text(keys)).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// The gradient at each pixel, and where it is; `steps` is how often it was blurred.
+/// Returns the texels of the gradient target. `steps` is the number of blur steps, which determines the target that
+/// holds the result.
 fn gradients(world: &mut World, camera: &str, keys: &str, steps: usize) -> Vec<[f32; 4]> {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -46,14 +47,14 @@ fn planes_do_not_bend() {
         let spread = |of: &dyn Fn(&[f32; 4]) -> f64| {
             let mut values: Vec<f64> = seen.iter().map(|texel| of(texel)).collect();
             values.sort_by(f64::total_cmp);
-            // The border of the land has normals of its own.
+            // The border of the land has other normals, so the outer 2 % are ignored.
             let [low, high] = [values[values.len() / 50], values[values.len() * 49 / 50]];
             (high - low) / values[values.len() / 2].abs()
         };
         let own = spread(&|texel| texel[1].into());
         println!("{camera}: the gradient on a plane spreads by {own:.1e}");
         assert!(seen.len() > 8000 && own < 2e-3, "{own}");
-        // Planted: the gradient of depth itself, which is that times its square.
+        // Planted: the gradient of depth itself, which is the stored value times the square of depth.
         assert!(spread(&|texel| f64::from(texel[1]) / f64::from(texel[2] * texel[2])) > 0.1);
     }
 }
@@ -62,7 +63,7 @@ fn planes_do_not_bend() {
 fn the_gradient_bends_as_the_hill_does() {
     let (hill, grid) = Hill::square(321, 10.0);
     let Some(mut world) = World::new(grid, 0.0) else { return };
-    // From straight above, so high that the lens hardly matters.
+    // From straight above, so high that perspective hardly matters.
     let height_m = 40_000.0;
     let found = gradients(&mut world, "0,0,40000,0,-90,3", "scale_px = 0.0", 0);
     let pixel_m = height_m * 2.0 * 1.5_f64.to_radians().tan() / f64::from(SIZE_PX[1]);
@@ -83,23 +84,27 @@ fn the_gradient_bends_as_the_hill_does() {
             count += 1;
         }
     }
-    // The most that the hill bends over a pixel.
+    // The largest curvature of the hill, per pixel.
     let scale = 200.0 / 420.0 / 420.0 * pixel_m;
-    println!("{count} places: curvature is off by {:.1e} of the most (planted {:.1})", most / scale, planted / scale);
+    println!(
+        "{count} points: curvature is off by {:.1e} of the largest (planted {:.1})",
+        most / scale,
+        planted / scale
+    );
     assert!(count > 1000 && most < 0.03 * scale && planted > scale);
 }
 
 #[test]
 fn the_blur_stops_at_silhouettes() {
-    // A wall of hills before a plain: what is seen of the plain has one gradient, however far it is blurred.
+    // A wall of hills in front of a plain: the visible plain has a single gradient, however far it is blurred.
     let wall_m = |_: f64, y: f64| 300.0 * (-(y / 120.0).powi(2)).exp();
     let Some(mut world) = World::new(grid_of(513, 513, 20.0, wall_m), 0.0) else { return };
     let camera = "0,-1500,+700,0,-20,50";
     let sharp = gradients(&mut world, camera, "scale_px = 0.0", 0);
-    // Deviations of 0.7, 1, 1.7, 2.2, 3.6, 4.6, 7.4 after so many steps.
+    // Standard deviations after each step: 0.7, 1, 1.7, 2.2, 3.6, 4.6, 7.4.
     let blurred = gradients(&mut world, camera, "scale_px = 7.0", 7);
     let world_y = |texel: [f32; 4], y: usize| {
-        // Of a pixel in the middle column.
+        // The ray of a pixel in the middle column.
         let down = (y as f64 + 0.5 - 90.0) * 2.0 * 25_f64.to_radians().tan() / 180.0;
         let (sine, cosine) = (-20_f64.to_radians()).sin_cos();
         let ray = DVec3::new(0.0, cosine + down * sine, sine - down * cosine);

@@ -1,4 +1,4 @@
-//! What relief makes of light.
+//! Tests the effect of relief on light.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const SIZE_PX: [u32; 2] = [240, 160];
 const NEAR: &str = "900,-900,+60,315,-6,60";
 const ABOVE: &str = "0,0,3000,0,-90,50";
 
-/// Colours, which are tones in grey but for haze, and the tones that are asked for.
+/// Returns colours, which are grey tones except for haze, and the requested tones.
 fn tones(world: &mut World, camera: &str, style: &Style, light: &Light) -> Vec<[f64; 4]> {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -37,10 +37,10 @@ fn without_alpha_the_picture_is_the_plain_one_to_the_bit() {
             let style = style(&format!("alpha_px = {alpha_px}\ngloss = {gloss:.1}\ncolor = 0.5\ngamma = 0.7"));
             tones(&mut world, NEAR, &style, &north_west())
         };
-        // The first one has no warp in its shader, the second one has a warp that is nothing.
+        // The first style has no warp in its shader; the second has a warp of strength 0.
         let [plain, nothing, warped] = ["0.0", "1e-30", "20.0"].map(&mut drawn);
         assert_eq!(plain, nothing);
-        // Planted: a warp.
+        // Planted: a visible warp.
         assert!(most_apart(&plain, &warped) > 0.05);
     }
 }
@@ -62,12 +62,12 @@ fn bulges_and_hollows_are_told_apart() {
         let own = of(60.0);
         println!("{keys}: {plain:.3} becomes {:.3} on a hill and {:.3} in a hollow", own[0], own[1]);
         assert!(tells(own), "{own:?}");
-        // Planted: curvature of the other sign.
+        // Planted: curvature of the opposite sign.
         assert!(!tells(of(-60.0)));
     }
 }
 
-/// A Radiance picture of a sphere whose lower rows, from `black_from` on, are black.
+/// Writes a Radiance picture of a sphere whose rows from `black_from` on are black.
 fn write_sky(path: &Path, black_from: usize) {
     let mut bytes = b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 16 +X 32\n".to_vec();
     for row in 0..16 {
@@ -111,7 +111,7 @@ fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
         println!("{camera}: flat ground changes by {own:.1e} at alpha 1000 px");
         assert!(own < 0.02, "{own}");
     }
-    // Cliffs among folds.
+    // Rough land with a cliff.
     let cliff_m = |x: f64, y: f64| rough_height_m(x, y) + if x > 0.0 { 900.0 } else { 0.0 };
     let Some(mut cliff) = World::new(grid_of(257, 257, 30.0, cliff_m), 0.0) else { return };
     let suns = [
@@ -158,7 +158,7 @@ fn no_light_is_black_and_shadows_fall() {
         let darker = free.iter().zip(&cast).filter(|(free, cast)| cast[0] < free[0] - 0.02).count();
         let lighter = free.iter().zip(&cast).filter(|(free, cast)| cast[0] > free[0] + 1e-3).count();
         println!("{kind}: cast shadows darken {darker} pixels");
-        assert!(darker > 100 && lighter == 0, "{lighter} are lighter");
+        assert!(darker > 100 && lighter == 0, "{darker} pixels got darker, {lighter} lighter");
     }
 }
 
@@ -176,7 +176,7 @@ fn exaggerated_relief_has_folds_on_slopes_that_face_the_sun() {
     };
     let plain = spread("alpha_px = 0.0\nsun = 1.0");
     let own = spread("kind = \"exaggerated\"\nscales = 4\nexaggeration = 8.0\nfinest_px = 8.0\ncoarser = 0.7");
-    println!("furrows have tones {own:.3} apart, and {plain:.3} in plain light");
+    println!("tones of furrows differ by {own:.3}, in plain light by {plain:.3}");
     assert!(own > 3.0 * plain && own > 0.03);
     // Planted: no exaggeration.
     assert!(
@@ -187,7 +187,7 @@ fn exaggerated_relief_has_folds_on_slopes_that_face_the_sun() {
 #[test]
 fn parts_of_a_large_picture_have_the_relief_of_the_whole() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
-    // Errors of LSA are among what a shot reads.
+    // A shot reads the errors of LSA, so the style needs its lines.
     let mut style = Style { lines: Style::load("ink").unwrap().lines, ..style("alpha_px = 40.0\nscale_px = 6.0") };
     style.lines.as_mut().unwrap().crowd = 1.0;
     let pose = world.pose(NEAR);

@@ -1,4 +1,4 @@
-//! The warp of light, function by function.
+//! Tests the warp of light, function by function.
 
 use std::f64::consts::{PI, TAU};
 
@@ -40,13 +40,13 @@ struct Question {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 struct Answer {
-    /// W of the direction, and how much solid angles grow.
+    /// W of the direction (xyz), and the growth of solid angles (w).
     there: [f32; 4],
-    /// The inverse of that.
+    /// The inverse of `there`.
     back: [f32; 4],
-    /// The inverse of the direction itself.
+    /// The inverse warp of the direction itself.
     inverse: [f32; 4],
-    /// λ less 1 of the greater curvature.
+    /// λ − 1 of the greater curvature.
     scale: [f32; 4],
 }
 
@@ -59,10 +59,10 @@ fn ask(gpu: &Gpu, questions: &[Question]) -> Vec<Answer> {
     read_buffer(gpu, &buffers[1], questions.len()).unwrap()
 }
 
-/// Curvatures times α, and the direction of the first.
+/// Curvatures times α, and the direction of the first, in radians.
 type Bend = (f64, f64, f64);
 
-/// From none to far beyond all, equal ones and opposite ones.
+/// Curvatures from 0 to far beyond real ones, equal ones and opposite ones.
 const BENDS: [Bend; 8] = [
     (0.0, 0.0, 0.3),
     (0.5, 0.5, 1.0),
@@ -84,7 +84,7 @@ fn question(direction: DVec3, (most, least, turn): Bend) -> Question {
     }
 }
 
-/// All over the sphere, both poles among them.
+/// Returns directions all over the sphere, including both poles.
 fn sphere(count: u32) -> Vec<DVec3> {
     let spiral = (0..count).map(|i| {
         let z = 1.0 - (2.0 * f64::from(i) + 1.0) / f64::from(count);
@@ -101,7 +101,7 @@ fn scale(alpha_kappa: f64) -> f64 {
     (alpha_kappa.atan() / 6.0 + PI / 4.0).tan()
 }
 
-/// W of the paper, and J of its inverse at a direction, in the frame of u, v and z as the paper has it.
+/// Returns the paper's W of a direction, and the paper's J of its inverse, in the paper's frame of u, v and z.
 fn papers(light: DVec3, (most, least, turn): Bend) -> (DVec3, f64) {
     let (u, v) = (DVec2::from_angle(turn), DVec2::from_angle(turn).perp());
     let [lu, lv, lz] = [light.truncate().dot(u), light.truncate().dot(v), light.z];
@@ -118,7 +118,8 @@ fn the_warp_is_the_papers_and_its_inverse_takes_it_back() {
     let directions = sphere(4000);
     for bend in BENDS {
         let answers = ask(&gpu, &directions.iter().map(|light| question(*light, bend)).collect::<Vec<_>>());
-        // How far W⁻¹(W(l)) is from l, W from the paper's, and J of the inverse from the paper's, as a part of it.
+        // Distance of W⁻¹(W(l)) from l, distance of W from the paper's, and relative difference of the inverse's J from
+        // the paper's.
         let mut most = [0.0_f64; 3];
         let mut planted = [0.0_f64; 2];
         let turned = (bend.0, bend.1, bend.2 + PI / 2.0);
@@ -126,7 +127,7 @@ fn the_warp_is_the_papers_and_its_inverse_takes_it_back() {
             let told = answer.there.iter().chain(&answer.inverse).all(|value| value.is_finite());
             assert!(told && answer.inverse[3] > 0.0, "{light} {bend:?}: {answer:?}");
             most[0] = most[0].max(direction(answer.back).distance(*light));
-            // The far pole has no W of its own.
+            // W is undefined at the far pole.
             if light.z > -0.999 {
                 let (warped, growth) = papers(*light, bend);
                 most[1] = most[1].max(direction(answer.there).distance(warped));
@@ -138,7 +139,7 @@ fn the_warp_is_the_papers_and_its_inverse_takes_it_back() {
         }
         println!("{bend:?}: there and back {:.1e}, W {:.1e}, J {:.1e}", most[0], most[1], most[2]);
         assert!(most[0] < 1e-5 && most[1] < 1e-5 && most[2] < 1e-4, "{bend:?}: {most:?}");
-        // Planted: directions exchanged; the Jacobian left out.
+        // Planted: swapped directions; the Jacobian left out.
         assert!((scale(bend.0) - scale(bend.1)).abs() < 0.01 || planted[0] > 0.05, "{planted:?}");
         assert!(bend.0 == 0.0 || planted[1] > 0.1, "{planted:?}");
     }
@@ -159,7 +160,7 @@ fn growth_is_what_solid_angles_do() {
         }
         let answers = ask(&gpu, &questions);
         let mut most = 0.0_f64;
-        // At the far pole the warp turns at once, unless it is the same in all directions.
+        // At the far pole the warp is discontinuous, unless it is the same in all directions.
         for (five, _) in answers.chunks_exact(5).zip(&directions).filter(|(_, light)| light.z > -0.98) {
             let at = |i: usize| direction(five[i].inverse);
             let grown = ((at(1) - at(2)) / (2.0 * step)).cross((at(3) - at(4)) / (2.0 * step)).length();
@@ -173,7 +174,7 @@ fn growth_is_what_solid_angles_do() {
 #[test]
 fn the_light_of_a_white_sky_is_kept() {
     let Some(gpu) = gpu() else { return };
-    // So few lights are off where the warp is as strong as it can be; the pass divides by what a white sky gives.
+    // With few lights the sum is inexact where the warp is strongest, so the pass divides by the result of a white sky.
     for (count, most) in [(20_000_u32, 1e-3), (54, 0.05)] {
         let directions = &sphere(count)[..count as usize];
         let mut off = [0.0_f64; 2];
@@ -199,7 +200,7 @@ fn scales_lie_between_their_bounds() {
         assert!((own - (scale(*kappa) - 1.0)).abs() < 1e-5, "{kappa}: {own}");
         assert!(own < 0.7321 && own > -0.4227);
     }
-    // Nothing is exactly nothing, and light stays where it is.
+    // A curvature of 0 gives exactly 0, and light keeps its direction.
     let still = ask(&gpu, &[question(DVec3::new(0.48, 0.6, 0.64), (0.0, 0.0, TAU / 7.0))])[0];
     assert_eq!((still.there, still.scale[0]), ([0.48, 0.6, 0.64, 1.0], 0.0));
 }

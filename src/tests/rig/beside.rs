@@ -1,4 +1,4 @@
-//! Switches of the style as a window makes them: a frame waits for no pipeline, and no picture is of two styles.
+//! Tests switching styles as in a window: a frame waits for no pipeline, and no picture mixes two styles.
 
 use std::time::{Duration, Instant};
 
@@ -14,17 +14,17 @@ use crate::tests::rig::{START, bytes, draw_rig, hill_apart, light, view};
 
 const PATIENCE: Duration = Duration::from_secs(180);
 
-/// A frame that builds beside, and one that draws the same frames and waits for all that they need.
+/// A renderer that builds pipelines in the background, and one that draws the same frames and waits for its pipelines.
 struct Twins {
     beside: Renderer,
     waiting: Renderer,
-    /// The world of the one that waits, on a device of its own: it shares no pipelines.
+    /// The world of the waiting renderer, on its own device, so that it shares no pipelines.
     apart: World,
     pose: Pose,
-    /// Pictures that were of the style before.
+    /// Number of pictures drawn in the previous style.
     of_before: usize,
     record_ms: Vec<f64>,
-    /// In the first frame that asks for another style, beside and where it is waited for.
+    /// Times of the first frame that requests another style: in the background, and where it waits.
     begins_ms: Vec<f64>,
     waits_ms: Vec<f64>,
 }
@@ -40,7 +40,7 @@ impl Twins {
         Some(Self { beside, waiting, apart, pose, of_before: 0, record_ms, begins_ms, waits_ms })
     }
 
-    /// Asks for a frame of `asked`; what is shown then is, to the bit, a frame of it, or of the style that was shown
+    /// Requests a frame of `asked`, and checks that the picture is bit-identical to a frame of it, or of the style
     /// before.
     fn step(&mut self, world: &mut World, asked: &Style, before: Option<&Style>, pose: Pose) {
         let view = view(self.pose, pose);
@@ -57,10 +57,10 @@ impl Twins {
         let beside = bytes(world, &self.beside, 0, &PICTURE);
         let waiting = bytes(&self.apart, &self.waiting, 0, &PICTURE);
         let differing = beside.iter().zip(&waiting).filter(|(a, b)| a != b).count();
-        assert_eq!(differing, 0, "the picture while {} was asked for is not one of {}", asked.name, shown.name);
+        assert_eq!(differing, 0, "the picture while {} was requested is not one of {}", asked.name, shown.name);
     }
 
-    /// Asks until it is shown.
+    /// Draws frames until the requested style is shown.
     fn switch(&mut self, world: &mut World, asked: &Style, before: Option<&Style>) {
         let begun = Instant::now();
         let steps = self.record_ms.len();
@@ -69,10 +69,10 @@ impl Twins {
             if before.is_some() && self.record_ms.len() == steps + 1 {
                 self.begins_ms.push(self.record_ms[steps]);
             }
-            assert!(begun.elapsed() < PATIENCE, "{} does not come: {:?}", asked.name, world.gpu.pipelines().troubles());
+            assert!(begun.elapsed() < PATIENCE, "{} was not shown: {:?}", asked.name, world.gpu.pipelines().troubles());
             std::thread::sleep(Duration::from_millis(2));
         }
-        // The twin has just drawn its first frame of the style.
+        // The waiting renderer has just drawn its first frame of the style.
         self.waits_ms.push(self.waiting.record_ms());
     }
 }
@@ -90,7 +90,7 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
     let mut before = None;
     for style in &styles {
         twins.switch(&mut world, style, before);
-        // What follows on a style's first frame was prewarmed, too: at rest, on the move, and after a turn.
+        // Frames after the first one were prewarmed, too: at rest, in motion, and after a turn.
         let pose = twins.pose;
         let moved = Pose { position_m: pose.position_m + pose.right * 0.01, ..pose };
         let turn = DQuat::from_axis_angle(DVec3::Z, -0.2);
@@ -102,20 +102,23 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
         before = Some(style);
     }
     assert_eq!(twins.beside.built_at_once(), 0);
-    assert!(twins.of_before > 10, "nothing was built beside: {} pictures of the style before", twins.of_before);
+    assert!(twins.of_before > 10, "only {} frames in the previous style", twins.of_before);
     let at_once = twins.waiting.built_at_once();
-    // Planted: with nothing beside, frames wait for their pipelines.
+    // Control: without background builds, frames wait for their pipelines.
     assert!(at_once > 40, "{at_once}");
     let [all_ms, begins_ms, waits_ms] =
         [&mut twins.record_ms, &mut twins.begins_ms, &mut twins.waits_ms].map(|times_ms| median(times_ms));
     println!(
-        "{} frames, {} of them of the style before; recording takes {all_ms:.2} ms at the median, {begins_ms:.2} ms where \
-         a switch begins, and {waits_ms:.2} ms where it is waited for",
+        "{} frames, {} of them in the previous style; median recording time {all_ms:.2} ms, {begins_ms:.2} ms where \
+         a switch begins, {waits_ms:.2} ms where frames wait",
         twins.record_ms.len(),
         twins.of_before
     );
-    // Some hundred times as long, on a machine with nothing else to do.
-    assert!(begins_ms < 0.5 * waits_ms, "{begins_ms} ms, {waits_ms} ms");
+    // On a machine without other load the ratio is about a hundred.
+    assert!(
+        begins_ms < 0.5 * waits_ms,
+        "a switch takes {begins_ms} ms in the background, {waits_ms} ms where frames wait"
+    );
     world.gpu.check().unwrap();
 }
 
@@ -127,7 +130,7 @@ fn what_is_under_way_is_waited_for_where_frames_wait() {
     let pose = twins.pose;
     twins.step(&mut world, &style, None, pose);
     assert!(twins.beside.is_building(&world.gpu) && !twins.beside.shows(&style));
-    // As for a screenshot.
+    // Screenshots wait for pipelines, too.
     twins.beside.set_builds(Builds::AtOnce);
     let rig = Rig::mono(view(pose, pose));
     draw_rig(&mut world, &mut twins.beside, &style, &rig);

@@ -1,4 +1,4 @@
-//! Two eyes in one submit are the two rendered alone; a submit for each pass and one for all are the same.
+//! Tests that two eyes in one submit equal the two rendered separately, and that a submit per pass equals a single one.
 
 use hachure::frame::Renderer;
 use hachure::gpu::recorder::Submits;
@@ -7,7 +7,7 @@ use hachure::style::{self, Style};
 
 use crate::tests::rig::{START, beside, differing, draw_rig, hill, seen, view};
 
-/// A short flight of two eyes, half a metre to either side of its path.
+/// Returns a short flight of two eyes, half a metre to either side of its path.
 fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
     let start = world.pose(START);
     let mut previous = start;
@@ -21,7 +21,7 @@ fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
     (0..3).map(&mut step).collect()
 }
 
-/// A preset whose eyes know nothing of each other, as far as lines and marks go; strokes of a pair always agree.
+/// Returns a preset whose eyes are independent in lines and marks, and without strokes, which always agree in a pair.
 fn alone(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
     if let Some(lines) = &mut style.lines {
@@ -40,20 +40,20 @@ fn two_eyes_at_once_are_the_two_alone() {
     for name in style::names() {
         let style = alone(name);
         let rigs = rigs(&world);
-        // The frame is submitted at once, as on a GPU.
+        // The frame is one submit, as on a GPU.
         let mut both = Renderer::new(&world.gpu).unwrap();
         let mut alone = [0, 1].map(|_| Renderer::new(&world.gpu).unwrap());
         for rig in &rigs {
             draw_rig(&mut world, &mut both, &style, rig);
             let pair = [0, 1].map(|eye| seen(&world, &both, eye));
             for (eye, (renderer, together)) in alone.iter_mut().zip(&pair).enumerate() {
-                // Its own rig has the same origin, and the same tiles.
+                // The eye's own rig has the same origin, so it uses the same tiles.
                 let own = Rig { origin_m: rig.origin_m, eyes: vec![rig.eyes[eye]] };
                 draw_rig(&mut world, renderer, &style, &own);
                 let differing = differing(together, &seen(&world, renderer, 0));
-                assert_eq!(differing, 0, "{name}: eye {eye} sees something else in a pair");
+                assert_eq!(differing, 0, "{name}: eye {eye} sees a different picture in a pair");
             }
-            // Planted: the eyes are not the same.
+            // Control: the eyes differ.
             assert!(differing(&pair[0], &pair[1]) > 1000, "{name}");
         }
     }
@@ -112,9 +112,9 @@ fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
         let here = pose.position_m;
         let away = here - pose.right * 3.0 + pose.up * 2.0;
         let (at, beside) = (drawn(here, here), drawn(away, here));
-        // Positions count from elsewhere, so the level of detail and the rounding are other ones.
+        // Positions are relative to another origin, so level of detail and rounding differ.
         let differs = crate::tests::rig::differs(&at, &beside);
-        // Planted: an eye that is where the origin is.
+        // Planted: an eye at the other origin.
         let elsewhere = crate::tests::rig::differs(&at, &drawn(away, away));
         println!("{name}: {differs:.4} of the pixels differ, {elsewhere:.4} from elsewhere");
         assert!(differs < 0.03 && elsewhere > 1.5 * differs, "{name}: {differs} {elsewhere}");

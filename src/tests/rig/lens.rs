@@ -1,4 +1,4 @@
-//! Lenses that are not symmetric, and jitter.
+//! Tests asymmetric lenses and jitter.
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -10,7 +10,7 @@ use hachure::surface::motion::MOTION;
 
 use crate::tests::rig::{SIZE_PX, START, World, draw_rig, hill};
 
-/// The places that a view sees, and their motion; 0 is the sky.
+/// Returns the point and the motion of each pixel; the point is 0 in the sky.
 fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     let style = Style::load("plain").unwrap();
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -21,8 +21,8 @@ fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     (places, read_as(&world.gpu, read(&MOTION), [0, 0], SIZE_PX).unwrap())
 }
 
-/// The part of pixels whose places are farther apart than a hundredth of a pixel is wide, `shift` pixels to the right
-/// in the second picture.
+/// Returns the part of pixels whose points differ by more than a hundredth of a pixel's width. The second picture is
+/// read `shift` pixels to the right.
 fn apart(a: &[[f32; 4]], b: &[[f32; 4]], shift: usize, focal_px: f64) -> f64 {
     let width = SIZE_PX[0] as usize;
     let mut differing = 0;
@@ -43,7 +43,7 @@ fn a_lens_that_is_not_symmetric_sees_its_part_of_a_wider_picture() {
     let pose = world.pose(START);
     let [width, height] = SIZE_PX.map(f64::from);
     let tangent = (0.5 * pose.fov_rad).tan();
-    // What the symmetric lens sees is the same through tangents.
+    // The symmetric lens is the same when given by tangents.
     let symmetric = View::whole(pose, pose, SIZE_PX);
     let [left, up] = [tangent * width / height, tangent];
     let same = Lens { left, right: left, up, down: up };
@@ -53,14 +53,14 @@ fn a_lens_that_is_not_symmetric_sees_its_part_of_a_wider_picture() {
     let focal_px = symmetric.focal_px();
     let differs = apart(&seen, &places(&mut world, by_tangents).0, 0, focal_px);
     assert!(differs < 0.002, "{differs}");
-    // Moved by 20 pixels to the right and stretched by nothing: the picture of the left 20 columns comes from beside.
+    // The lens is moved by 20 pixels and not stretched, so the left 20 columns show what was off-screen before.
     let step = 20.0 / focal_px;
     let turned = Lens { left: left + step, right: left - step, ..same };
     let view = View { lens: Some(turned), previous_lens: Some(turned), ..symmetric };
     let (beside, motion) = places(&mut world, view);
     let differs = apart(&seen, &beside, 20, focal_px);
     assert!(differs < 0.01, "{differs}");
-    assert!(motion.iter().all(|[x, y]| x.hypot(*y) < 0.01), "an eye at rest");
+    assert!(motion.iter().all(|[x, y]| x.hypot(*y) < 0.01), "an eye at rest must have no motion");
     // Planted: the symmetric lens.
     assert!(apart(&seen, &seen, 20, focal_px) > 0.5);
     // Pixels that are not square: the same land on half the width.
@@ -83,11 +83,11 @@ fn jitter_moves_the_picture_and_is_no_motion() {
     let focal_px = still.focal_px();
     let differs = apart(&at_rest, &moved, 1, focal_px);
     assert!(differs < 0.005, "{differs}");
-    // Planted: without a shift most pixels see another place.
+    // Planted: without the shift most pixels show other points.
     assert!(apart(&at_rest, &moved, 0, focal_px) > 0.5);
     let worst = motion.iter().map(|[x, y]| x.hypot(*y)).fold(0.0, f32::max);
     assert!(worst < 0.01, "{worst} px");
-    // A step is motion all the same, and jitter changes it by nothing.
+    // A step of the eye is motion all the same, and jitter does not change it.
     let mut before = pose;
     before.position_m -= pose.right * 2.0;
     let [plain, with_jitter] = [DVec2::ZERO, DVec2::new(1.0, 0.0)]

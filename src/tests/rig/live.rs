@@ -1,4 +1,4 @@
-//! Shaders that are being worked on: what holds is drawn with, what does not hold is told, and the old one stays.
+//! Tests editing shaders live: a valid shader is used, an invalid one is reported, and the old pipeline stays in use.
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -17,7 +17,7 @@ use crate::tests::rig::{START, bytes, draw_rig, hill_apart, view};
 const COMPOSITE: &str = include_str!("../../../shaders/composite/composite.wgsl");
 const VIEW: &str = include_str!("../../../shaders/shared/view.wgsl");
 
-/// A frame whose shaders are those of a folder.
+/// A renderer whose shaders are read from a folder.
 struct Live {
     world: World,
     renderer: Renderer,
@@ -40,7 +40,7 @@ impl Live {
         Some(Self { world, renderer, style, rig: Rig::mono(view(pose, pose)), folder })
     }
 
-    /// Writes a shader; how many pipelines are built anew.
+    /// Writes a shader, and returns how many pipelines are rebuilt.
     fn write(&mut self, name: &str, text: &str) -> usize {
         std::fs::write(self.folder.path().join(format!("{name}.wgsl")), text).unwrap();
         self.renderer.reload_shaders(&self.world.gpu)
@@ -60,13 +60,13 @@ fn texts(folder: &Path) -> Texts {
     Texts::of(Some(folder.to_owned()))
 }
 
-/// The composite with something else in place of `old`.
+/// Returns the composite shader with `old` replaced by `new`.
 fn changed(old: &str, new: &str) -> String {
     assert!(COMPOSITE.contains(old), "the shader has changed: {old}");
     COMPOSITE.replace(old, new)
 }
 
-/// Where a message should point: `:83:`, the line of the composite on which `text` first stands.
+/// Returns the position that a message should contain: `:83:`, the first line of the composite that contains `text`.
 fn line_of(text: &str) -> String {
     let line = COMPOSITE.lines().position(|line| line.contains(text));
     format!(":{}:", line.expect("the shader has changed") + 1)
@@ -87,30 +87,30 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
 
     let (size, paper) = (line_of("if any(id.xy"), line_of("composite.paper;"));
     let wrong = [
-        // Not WGSL, and not a name.
+        // Invalid syntax, then an unknown name.
         (changed("if any(id.xy", "if any id.xy"), size.as_str()),
         (changed("composite.paper;", "composite.papyrus;"), paper.as_str()),
         (changed("#import hachure::view::{View, ", "#import hachure::viw::{View, "), "viw"),
         ("@compute @workgroup_size(8, 8)\nfn other() {}\n".to_owned(), "no entry point main"),
-        // What nobody hands.
+        // A binding that the pass does not provide.
         (
             changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));")
                 .replace("// Ink of hatching.", "@group(0) @binding(20) var<uniform> paper_px: f32;"),
             "nothing is bound to paper_px",
         ),
-        // What is handed as something else.
+        // A binding of another type than the pass provides.
         (changed("rgba16float", "rgba32float"), "composite/composite.wgsl: "),
-        // More than is handed.
+        // A uniform larger than the pass provides.
         (
             changed("    is_sample: u32,\n", "    is_sample: u32,\n    more: array<vec4<f32>, 64>,\n"),
             "composite/composite.wgsl: ",
         ),
-        // What no GPU has.
+        // A workgroup larger than any GPU supports.
         (changed("@workgroup_size(8, 8)", "@workgroup_size(2048, 2048)"), "composite/composite.wgsl: "),
     ];
     for (text, told) in wrong {
         assert_eq!(live.write("composite/composite", &text), 1, "{told}");
-        assert!(live.picture() == inverted, "{told}: the old pipeline does not stay");
+        assert!(live.picture() == inverted, "{told}: the old pipeline must stay in use");
         let troubles = live.troubles();
         assert_eq!(troubles.len(), 1, "{told}: {troubles:?}");
         println!("{}", troubles[0]);
@@ -118,7 +118,7 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         assert!(!troubles[0].contains('\n'), "{troubles:?}");
     }
 
-    // Mended: another layout, which leaves one of the pictures out; then as it was.
+    // A repaired shader is used again: first with another layout, which omits one of the pictures, then the original.
     let without_ink = changed("textureLoad(ink, pixel, 0).r", "0.0");
     assert_eq!(live.write("composite/composite", &without_ink), 1);
     assert!(live.picture() == first && live.troubles().is_empty(), "{:?}", live.troubles());
@@ -134,7 +134,7 @@ fn a_module_rebuilds_all_that_imports_it() {
     let rebuilt = live.write("shared/view", VIEW);
     assert!(rebuilt > 3 && rebuilt < pipelines, "{rebuilt} of {pipelines}");
     assert!(live.picture() == first);
-    // A mistake in it is one message, whoever imports it, and names it.
+    // An error in a module is a single message that names the module, even if several shaders import it.
     assert_eq!(live.write("shared/view", &VIEW.replace("struct View {", "struct View [")), rebuilt);
     assert!(live.picture() == first);
     let troubles = live.troubles();
@@ -176,8 +176,8 @@ fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
             if is_so(live, &picture) {
                 return picture;
             }
-            assert!(picture == first, "{what}: neither the old picture nor the new one");
-            assert!(begun.elapsed() < Duration::from_secs(120), "{what} does not come");
+            assert!(picture == first, "{what}: the picture is neither the old nor the new one");
+            assert!(begun.elapsed() < Duration::from_secs(120), "{what} did not come in time");
             std::thread::sleep(Duration::from_millis(2));
         }
     };

@@ -1,5 +1,5 @@
-//! Frames of one eye and of two: passes hold nothing that belongs to a frame, whatever the driver submits at once.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by panicking, into scratch folders")]
+//! Tests of frames with one eye and with two: passes hold no state of a frame, however the passes are submitted.
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 mod beside;
 mod eyes;
@@ -29,7 +29,7 @@ fn hill() -> Option<World> {
     World::new(Hill::square(321, 10.0).1, 1.0)
 }
 
-/// A hill on a device of its own.
+/// Returns a hill on its own device.
 fn hill_apart() -> Option<World> {
     World::apart(Hill::square(321, 10.0).1, 1.0)
 }
@@ -42,7 +42,7 @@ fn view(previous: Pose, pose: Pose) -> View {
     View::whole(previous, pose, SIZE_PX)
 }
 
-/// The pose beside another one, to its right.
+/// Returns a pose to the right of another one.
 fn beside(pose: Pose, right_m: f64) -> Pose {
     Pose { position_m: pose.position_m + pose.right * right_m, ..pose }
 }
@@ -59,23 +59,23 @@ fn bytes(world: &World, renderer: &Renderer, eye: usize, kind: &TargetKind) -> V
     read(&world.gpu, renderer.eye_target(eye, kind).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
-/// What an eye sees, to the bit: the surface and the drawing.
+/// Returns the bits of an eye's targets: the surface and the picture.
 fn seen(world: &World, renderer: &Renderer, eye: usize) -> [Vec<u8>; 4] {
     [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, renderer, eye, kind))
 }
 
-/// How many bytes differ, of those that are there.
+/// Counts bytes that differ.
 fn differing(a: &[Vec<u8>; 4], b: &[Vec<u8>; 4]) -> usize {
     a.iter().zip(b).flat_map(|(a, b)| a.iter().zip(b)).filter(|(a, b)| a != b).count()
 }
 
-/// Brightness of the drawing, 0 to 1.
+/// Returns the brightness of the picture, from 0 to 1.
 fn luma(world: &World, renderer: &Renderer) -> Vec<f32> {
     let luma = |[red, green, blue, _]: [f64; 4]| 0.2126 * red + 0.7152 * green + 0.0722 * blue;
     halves(&world.gpu, renderer.target(&PICTURE).unwrap()).into_iter().map(|texel| luma(texel) as f32).collect()
 }
 
-/// The part of the pixels that are not as bright.
+/// Returns the part of the pixels whose brightness differs by more than 0.1.
 fn differs(a: &[f32], b: &[f32]) -> f64 {
     a.iter().zip(b).filter(|(a, b)| (*a - *b).abs() > 0.1).count() as f64 / a.len() as f64
 }

@@ -1,4 +1,4 @@
-//! A steady frame makes nothing, and recording it is quick.
+//! Tests that a steady frame creates no GPU objects, and measures how long recording takes.
 
 use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
@@ -15,7 +15,7 @@ fn a_steady_frame_makes_no_gpu_object() {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Rig::mono(view(pose, pose));
         let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
-        // Both kinds of a stroke style's frames, and both of its lists of samples.
+        // The loop draws both kinds of frames of a style with strokes, and uses both of its lists of samples.
         for _ in 0..4 * updates {
             draw_rig(&mut world, &mut renderer, &style, &rig);
         }
@@ -24,14 +24,14 @@ fn a_steady_frame_makes_no_gpu_object() {
             draw_rig(&mut world, &mut renderer, &style, &rig);
         }
         assert_eq!(world.gpu.objects_made() - before, 0, "{name}");
-        // Planted: another frame makes its own.
+        // Control: another renderer creates its own objects.
         let mut other = Renderer::new(&world.gpu).unwrap();
         draw_rig(&mut world, &mut other, &style, &rig);
         assert!(world.gpu.objects_made() - before > 20, "{name}");
     }
 }
 
-/// `cargo test --release --test rig recording -- --ignored --nocapture`
+/// Run with `cargo test --release --test rig recording -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn recording_takes_milliseconds() {
@@ -48,6 +48,6 @@ fn recording_takes_milliseconds() {
             times_ms.push(renderer.record_ms());
         }
         times_ms.sort_by(f64::total_cmp);
-        println!("{name}: {:.3} ms at the median, {:.3} ms at most", times_ms[30], times_ms[59]);
+        println!("{name}: {:.3} ms median, {:.3} ms at most", times_ms[30], times_ms[59]);
     }
 }

@@ -1,4 +1,4 @@
-//! Styles in turns: each draws as if it were alone, and nothing piles up.
+//! Tests drawing styles in turn: each draws as if it were alone, and memory does not grow.
 
 use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
@@ -6,7 +6,7 @@ use hachure::style::{self, Style};
 
 use crate::tests::rig::{START, differing, draw_rig, hill_apart, seen, view};
 
-/// `HACHURE_SWITCHES=200` for the whole walk.
+/// `HACHURE_SWITCHES=200` tests all pairs of styles.
 #[test]
 fn styles_in_turns_draw_as_if_alone() {
     let Some(mut world) = hill_apart() else { return };
@@ -25,18 +25,22 @@ fn styles_in_turns_draw_as_if_alone() {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let mut memory_bytes = Vec::new();
     for turn in 0..turns {
-        // Every style follows on every other one in some turn.
+        // Each style eventually follows every other one.
         let next = (turn * (1 + turn / styles.len())) % styles.len();
         draw_rig(&mut world, &mut renderer, &styles[next], &rig);
         let name = &styles[next].name;
-        assert_eq!(differing(&alone[next], &seen(&world, &renderer, 0)), 0, "turn {turn}: {name} is another picture");
+        assert_eq!(
+            differing(&alone[next], &seen(&world, &renderer, 0)),
+            0,
+            "turn {turn}: {name} differs from its picture alone"
+        );
         world.gpu.wait();
         memory_bytes.push(world.gpu.memory_bytes());
     }
-    // When all have been there, nothing comes any more but what a list of another length takes.
+    // After all styles have been drawn, only lists of other lengths may take more memory.
     let (first, last) = (memory_bytes[styles.len()], memory_bytes[turns - 1]);
     println!("{} KiB after a round, {} KiB after {turns} turns", first >> 10, last >> 10);
-    assert!(last < first + (1 << 14), "{first} bytes became {last}");
-    // Planted: styles differ.
+    assert!(last < first + (1 << 14), "memory grew from {first} to {last} bytes");
+    // Control: styles differ.
     assert!(differing(&alone[0], &alone[1]) > 1000);
 }

@@ -1,6 +1,6 @@
-//! Rows of hachures: marks run down the slope at even distances, taper, do not touch, are as dark as they should be, and
-//! belong to the land.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests rows of hachures: marks run down the slope at even distances, taper, do not touch, have the requested
+//! darkness, and stick to the land.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod real;
@@ -17,18 +17,18 @@ use hachure::surface::rows::ribbons::ROW_INK;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const SPACING_PX: f64 = 6.0;
-/// As a map: 31 m to a pixel, so that blocks of 64 cells of 4 samples meet in the middle of the picture, and one level of
-/// them is seen.
+/// A map of 31 m per pixel, so that blocks of 64 cells of 4 samples meet in the middle of the picture, and only one
+/// level of blocks is visible.
 const MAP: &str = "0,0,11000,0,-90,45";
 const PIXEL_M: f64 = 31.0;
 const DARKNESS: f64 = 0.4;
 
-/// Smooth land, as its form has it too; slopes of 5 to 15 degrees.
+/// Smooth land that its form reproduces, with slopes of 5 to 15 degrees.
 fn height_m(x_m: f64, y_m: f64) -> f64 {
     1000.0 + 0.12 * x_m + 0.07 * y_m + 250.0 * (x_m / 2900.0).sin() + 220.0 * (y_m / 2500.0 + x_m / 6000.0).cos()
 }
 
-/// A cone about a place beside the picture: rows are parts of circles.
+/// A cone whose tip is off-screen, so rows are arcs.
 fn cone_m(x_m: f64, y_m: f64) -> f64 {
     2500.0 - 0.2 * (x_m + 14_000.0).hypot(y_m + 3_000.0)
 }
@@ -40,7 +40,7 @@ fn gradient(height_m: fn(f64, f64) -> f64, at: DVec2) -> DVec2 {
     DVec2::new(east, north) / (2.0 * d)
 }
 
-/// Marks of an even tone.
+/// Returns a style with marks of an even tone.
 fn style(darkness: f64) -> Style {
     let tone = 1.0 - darkness;
     let text = format!(
@@ -50,7 +50,7 @@ fn style(darkness: f64) -> Style {
     Style::parse("rows", &text).unwrap()
 }
 
-/// A mark on the picture and in the world.
+/// A mark, in the picture and in the world.
 #[derive(Clone)]
 struct Mark {
     px: Vec<DVec2>,
@@ -83,7 +83,7 @@ impl Mark {
     }
 }
 
-/// The marks of a map, and the ink of its pixels.
+/// Returns the marks of a map, and the ink of its pixels.
 fn map(world: &mut World, style: &Style, camera: &str) -> (Vec<Mark>, Vec<f64>) {
     let view = still(world.pose(camera), SIZE_PX);
     let drawn = marks_of(world, style, &view);
@@ -92,9 +92,9 @@ fn map(world: &mut World, style: &Style, camera: &str) -> (Vec<Mark>, Vec<f64>) 
 
 struct Drawn {
     marks: Vec<Mark>,
-    /// Of each pixel.
+    /// Ink of each pixel, from 0 to 1.
     ink: Vec<f64>,
-    /// Of each pixel.
+    /// Point of each pixel in the world; `None` for the sky.
     places_m: Vec<Option<DVec3>>,
 }
 
@@ -114,7 +114,7 @@ fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {
     World::new(grid_of(513, 513, 60.0, height_m), 0.0)
 }
 
-/// Angles between marks, turned by `turn_rad`, and the slope: median and 90th percentile in degrees.
+/// Returns the angles between the slope and the marks rotated by `turn_rad`: median and 90th percentile, in degrees.
 fn strayed_deg(marks: &[Mark], height_m: fn(f64, f64) -> f64, turn_rad: f64) -> [f64; 2] {
     let mut angles: Vec<f64> = Vec::new();
     for mark in marks.iter().filter(|mark| mark.is_inside(8.0)) {
@@ -139,12 +139,12 @@ fn marks_run_down_the_slope() {
     let [median, most] = strayed_deg(&marks, height_m, 0.0);
     println!("{} marks; they stray by {median:.2} degrees, 90 % by less than {most:.2}", marks.len());
     assert!(median < 1.0 && most < 4.0);
-    // Planted: marks that are turned.
+    // Planted: rotated marks.
     assert!(strayed_deg(&marks, height_m, 0.06)[0] > 1.0);
 }
 
-/// The gap to the next mark to one side of each mark's middle, in pixels, with the middle's place; of marks that have
-/// grown to half of what they should be at least.
+/// Returns the gap from each mark's middle to the next mark on one side, in pixels, with the middle's position. Only
+/// marks count that have grown to at least half their width.
 fn gaps_px(marks: &[Mark]) -> Vec<(f64, DVec3)> {
     let grown = |mark: &&Mark| mark.widest_px() > 0.5 * DARKNESS * SPACING_PX;
     let marks: Vec<&Mark> = marks.iter().filter(grown).collect();
@@ -165,7 +165,7 @@ fn gaps_px(marks: &[Mark]) -> Vec<(f64, DVec3)> {
     marks.iter().enumerate().filter(|(_, mark)| mark.px.len() > 4 && mark.is_inside(16.0)).filter_map(gap).collect()
 }
 
-/// Mean, and standard deviation by the mean.
+/// Returns the mean, and the standard deviation relative to the mean.
 fn spread(gaps: &[f64]) -> [f64; 2] {
     let count = gaps.len() as f64;
     let mean = gaps.iter().sum::<f64>() / count;
@@ -184,14 +184,14 @@ fn marks_stand_at_even_distances_also_where_blocks_meet() {
         let beside: Vec<f64> = gaps.iter().filter(|(_, place)| near_border(place)).map(|(gap, _)| *gap).collect();
         let ([mean, varies], [mean_beside, varies_beside]) = (spread(&all), spread(&beside));
         println!(
-            "{name}: {} gaps of {mean:.2} px, which vary by {varies:.3}; {} beside blocks' borders of {mean_beside:.2} px, {varies_beside:.3}",
+            "{name}: {} gaps of {mean:.2} px vary by {varies:.3}; at borders {} of {mean_beside:.2} by {varies_beside:.3}",
             all.len(),
             beside.len()
         );
-        // 0.25 is what is wanted: see what is left in docs/decisions/rows.md.
+        // The goal is 0.25; docs/decisions/rows.md says what is missing.
         assert!(varies < 0.36 && (0.8..1.3).contains(&(mean / SPACING_PX)), "{name}");
         assert!(varies_beside < 0.39 && (mean_beside / mean - 1.0).abs() < 0.1, "{name}");
-        // Planted: every fifth mark is not there.
+        // Planted: every fifth mark is missing.
         let fewer: Vec<Mark> =
             marks.iter().enumerate().filter(|(i, _)| i % 5 > 0).map(|(_, mark)| mark.clone()).collect();
         let fewer: Vec<f64> = gaps_px(&fewer).iter().map(|(gap, _)| *gap).collect();
@@ -199,9 +199,9 @@ fn marks_stand_at_even_distances_also_where_blocks_meet() {
     }
 }
 
-/// The part of inked places that two marks cover, if each were `wider` times as wide.
+/// Returns the part of the ink that two marks cover, if each mark is `wider` times as wide.
 fn shared_ink(marks: &[Mark], wider: f64) -> f64 {
-    // Four places to a pixel and side.
+    // The raster has four cells per pixel and axis.
     let [width, height] = SIZE_PX.map(|side| 4 * side as usize);
     let mut owner = vec![0_u32; width * height];
     let mut twice = 0;
@@ -243,11 +243,11 @@ fn marks_are_slender_and_do_not_touch() {
         marks.len()
     );
     assert_eq!(blunt(&marks, 1.0), 0);
-    // Hardly a place is covered twice.
+    // Marks hardly overlap.
     assert!(shared < 0.001);
     // Planted: wider marks.
     assert!(blunt(&marks, 3.0) > 0 && of_wider > 0.016);
-    // Ends taper: to nothing, in single steps.
+    // Ends taper to a width of 0.
     let ends = marks.iter().flat_map(|mark| [mark.width_px[0], mark.width_px[mark.px.len() - 1]]);
     assert!(ends.fold(0.0, f64::max) < 0.05);
 }
@@ -268,8 +268,8 @@ fn rows_are_as_dark_as_they_should_be() {
     for asked in [0.15, 0.3, 0.5] {
         let [median, most] = worst(&mut world, asked, asked);
         println!("{asked}: windows miss it by {median:.4}, at most by {most:.4}");
-        // Every window within 0.03 is what is wanted: see what is left in docs/decisions/rows.md.
-        assert!(median < 0.03 && most < 0.25, "{asked}");
+        // The goal is that every window is within 0.03; docs/decisions/rows.md says what is missing.
+        assert!(median < 0.03 && most < 0.25, "{asked}: windows miss it by {median} at the median, {most} at most");
     }
     // Planted: another tone.
     assert!(worst(&mut world, 0.3, 0.36)[0] > 0.03);
@@ -280,7 +280,7 @@ fn marks_belong_to_the_land() {
     let Some(mut world) = world(height_m) else { return };
     let (marks, _) = map(&mut world, &style(DARKNESS), MAP);
     let (others, _) = map(&mut world, &style(DARKNESS), "130,-90,11040,3,-88,45");
-    // The part of marks, moved by `by_m`, whose middle is that of a mark from the other eye.
+    // Returns the part of marks, moved by `by_m`, whose middle is that of a mark drawn for the other eye.
     let found = |by_m: f64| {
         let middle = |mark: &Mark| mark.place_m[mark.px.len() / 2].truncate();
         let others: Vec<DVec2> = others.iter().map(middle).collect();
@@ -290,20 +290,15 @@ fn marks_belong_to_the_land() {
         };
         inside.iter().filter(has).count() as f64 / inside.len() as f64
     };
-    println!(
-        "{:.3} of {} marks are where they were; {:.3} of marks that are moved",
-        found(0.0),
-        marks.len(),
-        found(60.0)
-    );
+    println!("{:.3} of {} marks are at the same point; {:.3} of moved marks", found(0.0), marks.len(), found(60.0));
     assert!(found(0.0) > 0.83);
-    // Planted.
+    // Planted: marks moved by 60 m.
     assert!(found(60.0) < 0.5);
 }
 
 const FARTHEST_M: f64 = 16_000.0;
 
-/// Ink of marks in bands of distance, from near to far, in parts of the paper there; ink from `rubbed_m` on is not counted.
+/// Returns the mean ink of marks in bands of distance, from near to far. Ink beyond `rubbed_m` does not count.
 fn bands(world: &mut World, spacing_px: f64, rubbed_m: f64) -> Vec<f64> {
     let mut style = style(DARKNESS);
     style.rows.as_mut().unwrap().spacing_px = spacing_px as f32;
@@ -326,21 +321,21 @@ fn bands(world: &mut World, spacing_px: f64, rubbed_m: f64) -> Vec<f64> {
     sums.iter().map(|[ink, count]| ink / count.max(1.0)).collect()
 }
 
-/// Whether no band of distance is bare.
+/// Returns whether every band of distance has ink.
 fn reach(inks: &[f64]) -> bool {
     inks.iter().all(|ink| *ink > 0.15)
 }
 
 #[test]
 fn rows_reach_as_far_as_the_land() {
-    // Marks that stand as close on a small picture need as many blocks as usual ones on a picture of 1440 px.
+    // Marks this close on a small picture need as many blocks as usual marks on a picture 1440 px wide.
     let Some(mut world) = World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0) else { return };
     for spacing_px in [6.0, 2.0] {
         let inks = bands(&mut world, spacing_px, FARTHEST_M);
         println!("marks {spacing_px} px apart: ink from near to far {inks:.3?}");
-        // With the blocks of one pool alone far land has none at 2 px.
+        // With the blocks of a single pool, far land has no ink at 2 px.
         assert!(reach(&inks), "{inks:?}");
-        // Planted: rows that end at three quarters of the way.
+        // Planted: rows that end at three quarters of the distance.
         assert!(!reach(&bands(&mut world, spacing_px, 0.75 * FARTHEST_M)), "{spacing_px} px");
     }
 }

@@ -1,4 +1,4 @@
-//! Rows on real land, as a map: held against the slopes of single samples. A measurement by hand.
+//! Compares rows on real land, drawn as a map, with the slopes of single samples. This measurement is run by hand.
 
 use glam::DVec2;
 use hachure::style::Style;
@@ -10,7 +10,7 @@ use crate::tests::rows::{Drawn, marks_of};
 const SIZE_PX: [u32; 2] = [1440, 1080];
 const WINDOW_PX: usize = 64;
 
-/// Ranks of values, from 0.
+/// Returns the ranks of values, from 0.
 fn ranks(values: &[f64]) -> Vec<f64> {
     let mut order: Vec<usize> = (0..values.len()).collect();
     order.sort_by(|a, b| values[*a].total_cmp(&values[*b]));
@@ -19,7 +19,7 @@ fn ranks(values: &[f64]) -> Vec<f64> {
     ranks
 }
 
-/// Spearman's coefficient.
+/// Returns Spearman's rank correlation coefficient.
 fn spearman(a: &[f64], b: &[f64]) -> f64 {
     let (a, b) = (ranks(a), ranks(b));
     let mean = 0.5 * (a.len() as f64 - 1.0);
@@ -27,11 +27,11 @@ fn spearman(a: &[f64], b: &[f64]) -> f64 {
     sum(&a, &b) / (sum(&a, &a) * sum(&b, &b)).sqrt()
 }
 
-/// `cargo test --release --test rows real -- --ignored --nocapture`
+/// Run with `cargo test --release --test rows real -- --ignored --nocapture`.
 #[test]
-#[ignore = "a measurement of minutes"]
+#[ignore = "a measurement that takes minutes"]
 fn rows_of_real_land_follow_its_slopes() {
-    // The land's own slopes alone, of which 45 degrees are black.
+    // Tone depends only on the land's own slope; 45 degrees are black.
     let text = "name = \"rows\"\ndescription = \"\"\n[rows]\nspacing_px = 4.0\n[light]\nslope = 1.0\ndetail = 1.0\n\
                 [tone]\nkind = \"toon\"\nsteps = 0\ndarkest = 0.0\nlightest = 1.0\n";
     let style = Style::parse("rows", text).unwrap();
@@ -51,7 +51,7 @@ fn rows_of_real_land_follow_its_slopes() {
             let row = |y: f64| sample(0.0, y) * (1.0 - f.x) + sample(1.0, y) * f.x;
             row(0.0) * (1.0 - f.y) + row(1.0) * f.y
         };
-        // Over a sample and a half of the land.
+        // The gradient is over one and a half samples of the land.
         let gradient = |at_m: DVec2| {
             let step_m = 70.0;
             let by = |step: DVec2| (height_m(at_m + step * step_m) - height_m(at_m - step * step_m)) / (2.0 * step_m);
@@ -67,7 +67,7 @@ fn rows_of_real_land_follow_its_slopes() {
                 }
             }
         }
-        // Ink against the slope, by windows.
+        // Mean ink and mean slope in windows.
         let (mut inks, mut slopes) = (Vec::new(), Vec::new());
         for top in (0..SIZE_PX[1] as usize - WINDOW_PX).step_by(WINDOW_PX) {
             for left in (0..SIZE_PX[0] as usize - WINDOW_PX).step_by(WINDOW_PX) {
@@ -86,7 +86,7 @@ fn rows_of_real_land_follow_its_slopes() {
         let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
         println!(
             "{file}: {} marks, off the slope by {:.1} degrees at the median, {:.1} at 90 %; ink against slope: Spearman \
-             {:.3}; ink {:.3} where {:.3} is asked for",
+             {:.3}; ink {:.3}, requested {:.3}",
             marks.len(),
             quantile(&mut angles, 0.5),
             quantile(&mut angles, 0.9),
@@ -94,7 +94,7 @@ fn rows_of_real_land_follow_its_slopes() {
             mean(&inks),
             mean(&slopes)
         );
-        // Planted: windows in another order say nothing.
+        // Planted: windows in another order have no correlation.
         slopes.rotate_right(7);
         assert!(spearman(&inks, &slopes) < 0.6);
     }

@@ -1,4 +1,4 @@
-//! Which strokes are drawn through a texture.
+//! Tests which strokes are drawn with a texture.
 
 use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
@@ -14,7 +14,7 @@ use crate::tests::stroke_texture::recipe;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 
-/// The ink of strokes, as 16-bit floats.
+/// Returns the ink of strokes, as 16-bit floats.
 fn ink(world: &mut World, renderer: &mut Option<Renderer>, style: &Style) -> Vec<u16> {
     let pose = world.pose("900,-900,+20,315,3,60");
     let view = still(pose, SIZE_PX);
@@ -24,7 +24,7 @@ fn ink(world: &mut World, renderer: &mut Option<Renderer>, style: &Style) -> Vec
     read_as(gpu, renderer.target(&INK).unwrap(), [0, 0], SIZE_PX).unwrap()
 }
 
-/// The texture that a frame draws with.
+/// Returns the texture that a frame draws with.
 fn drawn_with(renderer: &Option<Renderer>) -> Option<wgpu::Texture> {
     renderer.as_ref().unwrap().strokes().unwrap().texture().map(|texture| texture.texture().clone())
 }
@@ -37,7 +37,7 @@ fn solid_strokes_know_of_no_texture() {
         let mut style = crate::tests::common::all_lines("strokes");
         let strokes = style.strokes.as_mut().unwrap();
         (strokes.texture, strokes.faintest, strokes.taper_px) = (texture, 1.0, 0.0);
-        // Each picture by itself.
+        // Each picture is drawn without the history of strokes.
         (strokes.carry, strokes.update_every) = (false, 1);
         style
     };
@@ -46,14 +46,14 @@ fn solid_strokes_know_of_no_texture() {
     let pencil = ink(&mut world, &mut renderer, &style(Some(recipe("pencil"))));
     let kept = drawn_with(&renderer);
     assert_ne!(pencil, solid);
-    // The texture stays while the style does, and goes with it.
+    // The texture is retained as long as the style has it, and released after that.
     assert!(ink(&mut world, &mut renderer, &style(Some(recipe("pencil")))) == pencil);
     assert!(kept.is_some() && drawn_with(&renderer) == kept);
     let charcoal = ink(&mut world, &mut renderer, &style(Some(recipe("charcoal"))));
     assert!(drawn_with(&renderer) != kept && charcoal != pencil);
-    assert!(ink(&mut world, &mut renderer, &style(None)) == solid, "solid strokes have changed");
+    assert!(ink(&mut world, &mut renderer, &style(None)) == solid, "solid strokes must not change");
     assert!(drawn_with(&renderer).is_none());
-    // A texture that takes all the ink is solid, but for the last pixels of strokes.
+    // With a texture that takes all the ink, strokes equal solid ones, except at their last pixels.
     let mut full = recipe("pen");
     (full.pigment.density, full.pigment.variation) = (1.0, 0.0);
     (full.touch.softness, full.touch.response, full.touch.fill) = (0.01, 0.05, 1.0);

@@ -1,4 +1,4 @@
-//! As much ink as pressure asks for, on all levels and in strokes of all widths.
+//! Tests that strokes have as much ink as pressure requests, on all levels and at all widths.
 
 use hachure::lines::strokes::texture::{Brush, Level, grow};
 
@@ -6,7 +6,7 @@ use crate::tests::stroke_texture::recipes;
 
 const PRESSURES: [f32; 6] = [0.1, 0.2, 0.4, 0.6, 0.8, 1.0];
 
-/// What a rule with uniform thresholds takes, by integration.
+/// Returns the ink that a rule with uniformly distributed thresholds takes, by integration.
 fn promised(brush: &Brush, pressure: f32) -> f64 {
     let ink = |i: u16| f64::from(brush.ink([1.0, (f32::from(i) + 0.5) / 4096.0], pressure, 0.0, 1e3));
     (0..4096).map(ink).sum::<f64>() / 4096.0
@@ -22,7 +22,7 @@ fn ink_grows_with_pressure_as_promised() {
         assert!(means.is_sorted(), "{name}: {means:?}");
         for pressure in PRESSURES {
             let (mean, asked) = (level.mean_ink(&brush, pressure), density * promised(&brush, pressure));
-            assert!((mean - asked).abs() < 0.01, "{name} at {pressure}: {mean}, not {asked}");
+            assert!((mean - asked).abs() < 0.01, "{name} at {pressure}: mean ink {mean}, expected {asked}");
         }
         let full = level.mean_ink(&brush, 1.0);
         let bounds = match name {
@@ -33,7 +33,7 @@ fn ink_grows_with_pressure_as_promised() {
         };
         println!("{name}: {:.3} at 0.2, {:.3} at 0.5, {full:.3} at 1", means[4], means[10]);
         assert!(bounds.contains(&full), "{name}: {full}");
-        // Planted: thresholds as the marks have them, which crowd around their middle.
+        // Planted: unequalised thresholds, which crowd around their middle.
         let crowded = level.texels.iter().map(|[pigment, threshold]| [*pigment, 64 + threshold / 2]);
         let crowded = Level { size_px: level.size_px, texels: crowded.collect() };
         let is_far =
@@ -42,7 +42,7 @@ fn ink_grows_with_pressure_as_promised() {
     }
 }
 
-/// Averages of 2 × 2 and nothing else.
+/// Returns the next level by averaging 2 × 2 texels and nothing else.
 fn averaged(level: &Level) -> Level {
     let size_px = level.size_px.map(|side| side / 2);
     let width = level.size_px[0] as usize;
@@ -57,7 +57,7 @@ fn averaged(level: &Level) -> Level {
     Level { size_px, texels: places.map(|(x, y)| texel(x, y)).collect() }
 }
 
-/// How far a level's mean ink is from the finest level's at most, as a part of it.
+/// Returns the largest relative difference between a level's mean ink and that of the finest level.
 fn loss(levels: &[Level], brush: &Brush) -> f64 {
     let mean = |level: &Level, pressure: f32| level.mean_ink(brush, pressure) / levels[0].mean_ink(brush, pressure);
     let losses = levels.iter().flat_map(|level| PRESSURES.iter().map(|pressure| (mean(level, *pressure) - 1.0).abs()));
@@ -74,7 +74,8 @@ fn levels_keep_the_ink() {
         let kept = loss(&levels, &brush);
         println!("{name}: levels differ by {kept:.4} at most");
         assert!(kept < 0.02, "{name}: {kept}");
-        // Planted: averaging alone, as textures of colours have it. A pen's middle takes ink whatever the threshold.
+        // Planted: averaging alone, as for colour textures. The middle of a pen stroke takes ink whatever the threshold
+        // is.
         let mut plain = vec![levels[0].clone()];
         for i in 0..5 {
             plain.push(averaged(&plain[i]));
@@ -85,7 +86,7 @@ fn levels_keep_the_ink() {
     }
 }
 
-/// Ink of a stroke for each pixel of its width.
+/// Returns the ink of a stroke per pixel of its width.
 fn ink_of_stroke(level: &Level, brush: &Brush, width_px: f32, pressure: f32) -> f64 {
     let [width, height] = level.size_px.map(|side| side as i64);
     let half_width_px = 0.5 * width_px;
@@ -112,7 +113,7 @@ fn thin_strokes_are_not_washed_out() {
             println!("{name} at {pressure}: {inks:.3?} for 2 to 32 px");
             assert!(inks[0] >= 0.6 * inks[4], "{name} at {pressure}: {inks:?}");
         }
-        // Planted: a border that is as wide in thin strokes as in wide ones.
+        // Planted: a border as wide in thin strokes as in wide ones.
         let wide = Brush { border_px: 8.0, border_part: 8.0, border_pressure: 0.0, ..brush };
         let [thin, thick] = [2.0, 32.0].map(|width_px| ink_of_stroke(level, &wide, width_px, 0.4));
         assert!(name == "pen" || thin < 0.6 * thick, "{name}: {thin}, {thick}");

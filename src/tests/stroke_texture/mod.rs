@@ -1,6 +1,6 @@
-//! Stroke textures: tiles without a seam, the same on every machine, that take as much ink as pressure asks for on all
-//! levels; and the shader's rule is that of its twin.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests of stroke textures: they have no seam, are the same on every machine, and take as much ink as pressure
+//! requests on all levels; and the shader's rule equals its CPU twin.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 mod drawn;
 mod ink;
@@ -12,7 +12,7 @@ use std::path::Path;
 
 use hachure::style::texture::{Recipe, names};
 
-/// One that stays as it is, so that its bits can be told.
+/// A recipe that never changes, so that the bits of its texture are known.
 const RECIPE: &str = r#"
 description = "for tests"
 [tile]

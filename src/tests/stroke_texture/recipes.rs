@@ -1,4 +1,4 @@
-//! Recipes and the styles that name them.
+//! Tests recipes and the styles that name them.
 
 use hachure::style::texture::Recipe;
 use hachure::style::{Style, StyleError, preset_text};
@@ -45,7 +45,7 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
     assert_eq!(style("pencil").unwrap(), recipe("pencil"));
     hachure::file::atomic::write(&folder.path().join("mine.toml"), RECIPE.as_bytes()).unwrap();
     assert_eq!(style("mine.toml").unwrap(), Recipe::parse("test", RECIPE).unwrap());
-    // What is wrong is told with the texture's own name, after the place of the style that names it.
+    // The message has the texture's own name, after the position in the style that names it.
     let error = style("crayon").unwrap_err();
     assert!(
         matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))

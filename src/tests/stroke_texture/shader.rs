@@ -1,4 +1,4 @@
-//! The shader's rule is that of its twin, and its tile the one that was grown.
+//! Tests that the shader's rule equals its CPU twin, and that the texture on the GPU is the generated one.
 
 use hachure::gpu::Gpu;
 use hachure::gpu::bind::{Named, Resource};
@@ -9,7 +9,7 @@ use hachure::style::texture::Recipe;
 use crate::tests::common::{gpu, probe};
 use crate::tests::stroke_texture::{recipe, recipes};
 
-/// The shader's functions at many places, and the tile's texels at all levels.
+/// Evaluates the shader's functions at many points, and samples the texture at all levels.
 const PROBE: &str = r"
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 struct Place { texel: vec2<f32>, pressure: f32, from_middle_px: f32, half_width_px: f32, along_px: f32, id: u32, level: f32 }
@@ -25,7 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let uv = brush_uv(brush, place.along_px, place.from_middle_px, place.half_width_px, place.id);
     let ink = brush_ink(brush, place.texel, place.pressure, place.from_middle_px, place.half_width_px);
     answers[id.x] = vec4<f32>(ink, uv, 0.0);
-    // The texel is the place's, in tiles, here.
+    // Here `texel` is a position, in tiles.
     texels[id.x] = textureSampleLevel(brush_tile, brush_sampler, place.texel, place.level);
 }
 ";
@@ -42,7 +42,7 @@ struct Place {
     level: f32,
 }
 
-/// What the GPU says: ink and place on the tile, and texels.
+/// Returns results of the GPU: ink and texture coordinates, and texels.
 fn answers(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
     let texture = StrokeTexture::new(gpu, recipe);
     let inputs = probe::storage(gpu, bytemuck::cast_slice(places));
@@ -64,7 +64,7 @@ fn answers(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<
     (answers, texels)
 }
 
-/// How far the GPU's answers are from the twin's: ink, and place on the tile.
+/// Returns the largest differences between the GPU and the twin: in ink, and in texture coordinates.
 fn distance(brush: &Brush, places: &[Place], answers: &[[f32; 4]]) -> [f32; 2] {
     let mut most = [0.0_f32; 2];
     for (place, answer) in places.iter().zip(answers) {
@@ -80,7 +80,7 @@ fn distance(brush: &Brush, places: &[Place], answers: &[[f32; 4]]) -> [f32; 2] {
 fn the_shader_does_what_its_twin_says() {
     let Some(gpu) = gpu() else { return };
     for (name, recipe) in recipes() {
-        // A low-discrepancy walk through all that the functions can be asked.
+        // A low-discrepancy sequence over the whole domain of the functions.
         let part = |i: u32, step: f64| ((f64::from(i) * step) % 1.0) as f32;
         let places: Vec<Place> = (0..8192)
             .map(|i| {
@@ -102,7 +102,7 @@ fn the_shader_does_what_its_twin_says() {
         println!("{name}: ink within {ink:e}, place within {uv:e} tiles");
         assert!(ink < 1e-3 && uv < 1e-4, "{name}: {ink}, {uv}");
         assert!(places.iter().zip(&answers).all(|(place, answer)| place.pressure > 0.0 || answer[0] == 0.0));
-        // Planted: other numbers.
+        // Planted: other parameters.
         let spoiled = [
             Brush { response: brush.response * 1.1, ..brush },
             Brush { fill: brush.fill * 0.97, ..brush },
@@ -122,7 +122,7 @@ fn the_tile_on_the_gpu_is_the_one_that_was_grown() {
         let [width, height] = level.size_px;
         let texels: Vec<(u32, u32)> = (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).collect();
         let place = |(x, y): (u32, u32)| Place {
-            // One tile on and two back: it repeats.
+            // One tile further and two back: the texture repeats.
             texel: [(x as f32 + 0.5) / width as f32 + 1.0, (y as f32 + 0.5) / height as f32 - 2.0],
             pressure: 0.0,
             from_middle_px: 0.0,

@@ -1,12 +1,12 @@
-//! Tiles have no seam and are the same on every machine.
+//! Tests that stroke textures have no seam and are the same on every machine.
 
 use hachure::lines::strokes::texture::{Level, grow};
 use hachure::style::texture::Recipe;
 
 use crate::tests::stroke_texture::{RECIPE, recipes};
 
-/// Root of the mean square difference between neighbours, for each step from a column to the next and back to the
-/// first; both channels.
+/// Returns the root mean square difference between neighbouring columns, for each step from a column to the next and
+/// finally back to the first; for both channels.
 fn steps(level: &Level, columns: usize) -> Vec<[f64; 2]> {
     let width = level.size_px[0] as usize;
     let step = |x: usize| {
@@ -22,14 +22,14 @@ fn steps(level: &Level, columns: usize) -> Vec<[f64; 2]> {
     (0..columns).map(step).collect()
 }
 
-/// The last step against the largest of the others.
+/// Returns whether the last step is larger than all others.
 fn has_seam(level: &Level, columns: usize) -> bool {
     let steps = steps(level, columns);
     let (seam, inside) = steps.split_last().unwrap();
     [0, 1].into_iter().any(|channel| seam[channel] > inside.iter().map(|step| step[channel]).fold(0.0, f64::max))
 }
 
-/// Rows become columns.
+/// Returns the transposed level.
 fn turned(level: &Level) -> Level {
     let [width, height] = level.size_px.map(|side| side as usize);
     let texels = (0..width).flat_map(|x| (0..height).map(move |y| (x, y)));
@@ -47,9 +47,9 @@ fn tiles_have_no_seam() {
             assert!(!has_seam(level, columns), "{name}, along");
             assert!(!has_seam(&turned(level), level.size_px[1] as usize), "{name}, across");
         }
-        // Planted: a tile that is cut off has one.
+        // Planted: a texture that is cut off has a seam.
         let level = &grow(&recipe)[0];
-        assert!(has_seam(level, level.size_px[0] as usize * 3 / 4 + 5), "{name}: a cut is not noticed");
+        assert!(has_seam(level, level.size_px[0] as usize * 3 / 4 + 5), "{name}: a planted cut was not detected");
     }
 }
 
@@ -67,11 +67,11 @@ fn tiles_are_the_same_everywhere() {
         assert_eq!(pool.install(|| bits(&recipe)), here);
     }
     assert_eq!(here, (6, HERE));
-    // Planted: another seed, another tile.
+    // Planted: another seed gives another texture.
     let mut other = recipe.clone();
     other.tile.seed += 1;
     assert_ne!(bits(&other), here);
 }
 
-/// Of [`RECIPE`], whatever the machine.
+/// Checksum of [`RECIPE`]'s texture on every machine.
 const HERE: u32 = 3_348_655_921;

@@ -1,6 +1,6 @@
-//! The parameters of styles and recipes, by their definitions: what is written reads back as the same, every range is
-//! checked, and the documentation is that of the definitions.
-#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic as the tests do")]
+//! Tests the parameters of styles and recipes by their definitions: what is written reads back the same, every range is
+//! checked, and the documentation agrees with the definitions.
+#![allow(clippy::unwrap_used, reason = "the helpers of tests may panic")]
 
 mod random;
 
@@ -21,7 +21,7 @@ use random::Random;
 
 const SEEDS: u64 = 200;
 
-/// What a test needs of a style or a recipe.
+/// Common interface of styles and recipes.
 trait Kind: Setting + Serialize + PartialEq + Debug {
     fn parse(text: &str) -> Result<Self, String>;
 }
@@ -48,13 +48,13 @@ fn json(item: &Item) -> Value {
     serde_json::to_value(Tree(Some(item))).unwrap()
 }
 
-/// The value at a key of JSON: `hatching.layers[0].from`.
+/// Returns the JSON value at a key such as `hatching.layers[0].from`.
 fn at<'a>(whole: &'a Value, key: &str) -> &'a Value {
     let steps = key.split(['.', '[']).map(|step| step.trim_end_matches(']'));
     steps.fold(whole, |value, step| step.parse::<usize>().map_or_else(|_| &value[step], |number| &value[number]))
 }
 
-/// Whether two values are the same to a parameter's precision.
+/// Returns whether two values are the same to a parameter's precision.
 fn same(a: &Value, b: &Value) -> bool {
     match (a, b) {
         (Value::Number(a), Value::Number(b)) => {
@@ -65,12 +65,12 @@ fn same(a: &Value, b: &Value) -> bool {
     }
 }
 
-/// The parameters with values, without the sections that hold them.
+/// Returns the parameters that have values, without the sections that contain them.
 fn leaves<T: Setting>(item: Option<&Item>) -> Vec<Parameter> {
     parameters_of(&T::kind(), item).into_iter().filter(|parameter| parameter.definition.section().is_none()).collect()
 }
 
-/// A text without the value at a key.
+/// Returns the text without the value at a key.
 fn without(text: &str, key: &str) -> String {
     let mut document: DocumentMut = text.parse().unwrap();
     let mut item = document.as_item_mut();
@@ -85,7 +85,8 @@ fn without(text: &str, key: &str) -> String {
     document.to_string()
 }
 
-/// Random values of all parameters of `T`: written and read again they are the same, and what is lost is noticed.
+/// Tests that random values of all parameters of `T` are unchanged when written and read again, and that a missing one
+/// is detected.
 fn reads_back<T: Kind>() {
     let mut seen = BTreeSet::new();
     for seed in 0..SEEDS {
@@ -96,36 +97,40 @@ fn reads_back<T: Kind>() {
         assert_eq!(again, read, "seed {seed}: {written}");
         assert_eq!(text(&again), written, "seed {seed}");
 
-        // What is given is what was read, and serde has it under the same keys.
+        // The given values are those that were read, and serde has them under the same keys.
         let document: DocumentMut = given.parse().unwrap();
         let (given, told) = (json(document.as_item()), serde_json::to_value(&read).unwrap());
         for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
             let (value, told) = (at(&given, &key), at(&told, &key));
             if !value.is_null() {
-                assert!(same(value, told), "seed {seed}: {key} is {told} and was {value}");
+                assert!(same(value, told), "seed {seed}: {key} is {told}, expected {value}");
             }
             let default = definition.default.as_ref().map(json).unwrap_or_default();
             if value.is_null() {
-                // A section that is not there has no values.
-                assert!(told.is_null() || same(told, &default), "seed {seed}: {key} is {told} and not its default");
+                // A section that is missing has no values.
+                assert!(told.is_null() || same(told, &default), "seed {seed}: {key} is {told}, expected its default");
             } else if !same(value, &default) {
                 seen.insert(random::bare(&key));
             }
         }
 
-        // Planted: a writer that leaves out any one value.
+        // Planted: a writer that omits any one value.
         if seed % 20 == 0 {
             let document: DocumentMut = written.parse().unwrap();
             for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
                 let Some(value) = find(document.as_item(), &key) else { continue };
                 let is_default = definition.default.is_some_and(|default| same(&json(&default), &json(value)));
                 let lost = T::parse(&without(&written, &key));
-                assert_eq!(lost.is_ok_and(|lost| lost == read), is_default, "seed {seed}: {key} = {value} is lost");
+                assert_eq!(
+                    lost.is_ok_and(|lost| lost == read),
+                    is_default,
+                    "seed {seed}: a missing {key} = {value} was not detected"
+                );
             }
         }
     }
     let all: BTreeSet<String> = leaves::<T>(None).iter().map(|parameter| random::bare(&parameter.key)).collect();
-    assert_eq!(seen, all, "not every parameter had a value of its own");
+    assert_eq!(seen, all, "not every parameter had a value other than its default");
 }
 
 #[test]
@@ -139,7 +144,7 @@ fn what_is_written_reads_back() {
     }
 }
 
-/// Values just beyond a range, and its ends.
+/// Returns the ends of a range, and values just outside it.
 fn around(range: Range) -> Option<([Value; 2], Vec<Value>)> {
     let next = |number: f32| Value::from(f64::from(number.next_up()));
     let before = |number: f32| Value::from(f64::from(number.next_down()));
@@ -171,11 +176,11 @@ fn to_toml(value: &Value) -> toml_edit::Value {
             None => number.as_f64().unwrap().into(),
         },
         Value::Array(list) => list.iter().map(to_toml).collect::<toml_edit::Array>().into(),
-        other => panic!("{other} is no value of a parameter"),
+        other => panic!("{other} cannot be the value of a parameter"),
     }
 }
 
-/// Every number of a text with all keys is held to its range, and the error tells its key.
+/// Tests that every number in a text with all keys is checked against its range, and that the error names its key.
 fn ranges_are_checked<T: Kind>() {
     let mut checked = 0;
     let whole = random::table::<T>(&mut Random(7), true).to_string();
@@ -183,11 +188,11 @@ fn ranges_are_checked<T: Kind>() {
     T::parse(&whole).unwrap();
     for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
         let is_number = matches!(definition.kind, ValueKind::Number | ValueKind::Whole | ValueKind::Pair);
-        assert!(!is_number || definition.range != Range::Any || key.ends_with("seed"), "{key} has no range");
+        assert!(!is_number || definition.range != Range::Any || key.ends_with("seed"), "{key} needs a range");
         let Some((inside, outside)) = around(definition.range) else { continue };
         let with = |value: &Value| {
             let value = match (&definition.kind, value.as_f64()) {
-                // A whole number has no neighbours nearer than 1.
+                // Whole numbers are rounded away from the range, since their neighbours differ by 1.
                 (ValueKind::Whole, Some(number)) => {
                     let [least, most] = definition.range.ends().map(|end| end.map(f64::from));
                     match number {
@@ -201,14 +206,15 @@ fn ranges_are_checked<T: Kind>() {
             T::parse(&set::<T>("x.toml", &whole, &key, value).unwrap())
         };
         for value in &outside {
-            let error = with(value).err().unwrap_or_else(|| panic!("{key} may be {value}"));
-            // Of a stop that is far off it may be told first that it does not rise.
+            let error = with(value).err().unwrap_or_else(|| panic!("{key} = {value} was accepted"));
+            // For a stop far outside, the first error may be that stops must increase.
             let told = error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must increase");
             assert!(told, "{key} = {value}: {error}");
             assert!(error.starts_with("x.toml:") && error.lines().count() == 1, "{error}");
         }
         for value in &inside {
-            // Other rules than the range: stops rise, and marks are no wider than their spacing allows.
+            // Other rules than the range apply here: stops must increase, and marks cannot be wider than their spacing
+            // allows.
             let is_bound = ["at", "width_px", "spacing_px"].iter().any(|bound| random::bare(&key).ends_with(bound));
             if let Err(error) = with(value) {
                 assert!(is_bound && !error.contains("not between"), "{key} cannot be {value}: {error}");
@@ -216,7 +222,7 @@ fn ranges_are_checked<T: Kind>() {
         }
         checked += 1;
     }
-    assert!(checked >= 10, "{checked} parameters have a range");
+    assert!(checked >= 10, "only {checked} parameters have a range");
 }
 
 #[test]
@@ -241,7 +247,7 @@ fn definitions_help() {
             assert!(choices.iter().all(|choice| !flawed(choice.help)), "{key}: {choices:?}");
         }
     }
-    // Planted.
+    // Planted: flawed helps.
     for help in ["", "no beginning.", "No end", "A | b.", "[`Link`]."] {
         assert!(flawed(help), "{help}");
     }
@@ -255,11 +261,11 @@ fn the_documentation_is_that_of_the_definitions() {
     let differs = written.lines().zip(made.lines()).position(|(written, made)| written != made);
     assert!(
         written == made,
-        "docs/style-parameters.md is not that of the definitions, from line {} on; regenerate it with\n  \
+        "docs/style-parameters.md does not agree with the definitions from line {} on; regenerate it with\n  \
          cargo run --release --example style_parameters",
         differs.unwrap_or(0) + 1
     );
-    // Every parameter is there with its help and default; planted: one that is not.
+    // Every parameter is documented with its help and default. Planted: one that is not.
     let is_there = |definition: &hachure::style::parameters::Definition| {
         made.contains(&format!("| `{}` | {} |", definition.key, definition.help))
     };
@@ -283,7 +289,7 @@ fn presets_are_edited_with_their_comments() {
     assert!(thick.contains("# Rebuilt in every tenth frame"));
     let [before, after] = [text, &thick].map(|text| read::<Style>("strokes", text).unwrap());
     assert_eq!(after.strokes.as_ref().unwrap().width_px, 9.5);
-    // Nothing else has changed, and the comparison sees what has.
+    // Nothing else has changed, and the comparison detects the change.
     assert_ne!(after, before);
     let mut back = after;
     back.strokes.as_mut().unwrap().width_px = before.strokes.as_ref().unwrap().width_px;

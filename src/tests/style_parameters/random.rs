@@ -1,10 +1,10 @@
-//! Random texts of styles and recipes, made from the definitions of their parameters.
+//! Generates random texts of styles and recipes from the definitions of their parameters.
 
 use hachure::style::parameters::{Definition, Range, Setting, ValueKind};
 use hachure::style::{marks, texture};
 use toml_edit::{Array, ArrayOfTables, DocumentMut, Item, Table, value};
 
-/// SplitMix64.
+/// The pseudorandom generator SplitMix64.
 pub struct Random(pub u64);
 
 impl Random {
@@ -15,7 +15,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// From 0 to below `end`.
+    /// Returns a number from 0 to below `end`.
     fn below(&mut self, end: usize) -> usize {
         (self.next() % end as u64) as usize
     }
@@ -24,7 +24,7 @@ impl Random {
         all[self.below(all.len())]
     }
 
-    /// From one number to another, both included, and often one of them.
+    /// Returns a number from `low` to `high`, both included, and often one of these ends.
     fn within(&mut self, low: f32, high: f32) -> f32 {
         match self.below(8) {
             0 => low,
@@ -39,12 +39,12 @@ impl Random {
     }
 }
 
-/// A key without the numbers of entries.
+/// Returns a key without the indices of entries.
 pub fn bare(key: &str) -> String {
     key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect()
 }
 
-/// A text that holds, with some of the keys or with all of them.
+/// Returns a valid text, with some of the keys or with all of them.
 pub fn table<T: Setting>(random: &mut Random, all: bool) -> DocumentMut {
     let ValueKind::Section(definitions) = T::kind() else { panic!("it is a section") };
     DocumentMut::from(section(&definitions, random, all))
@@ -70,7 +70,7 @@ fn section(definitions: &[Definition], random: &mut Random, all: bool) -> Table 
         Some(_) => _ = table.remove("images"),
         None => {}
     }
-    // Marks are no wider than 9 tenths of their spacing.
+    // Marks can be at most 0.9 times as wide as their spacing.
     if let (Some(width_px), Some(spacing_px)) = (number(&table, "width_px", 2.0), number(&table, "spacing_px", 8.0))
         && kind.is_some()
         && width_px > 0.9 * spacing_px
@@ -95,7 +95,7 @@ fn item(definition: &Definition, random: &mut Random, all: bool) -> Item {
                 return value((0..count).map(|_| color(random)).collect::<Array>());
             };
             let mut tables: Vec<Table> = (0..count).map(|_| section(definitions, random, all)).collect();
-            // Stops rise, and a style has its layers sorted.
+            // Stops must increase, and a style sorts its layers.
             for key in ["at", "from"].into_iter().filter(|key| definitions.iter().any(|known| known.key == *key)) {
                 let high = if key == "at" { 1e9 } else { 0.99 };
                 for (place, table) in tables.iter_mut().enumerate() {

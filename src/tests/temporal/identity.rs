@@ -1,4 +1,4 @@
-//! Whose a line is, and where on it: slip of the parameter, and changes of identity.
+//! Tests the identity of strokes and the parameter along them: slip of the parameter, and changes of identity.
 
 use glam::{DVec2, DVec3};
 use hachure::measure::temporal::{TemporalTotals, compare};
@@ -13,12 +13,12 @@ fn slip_is_the_motion_of_the_parameter() {
             let now = Line { along: [by_px, line.along[1]], ..line };
             slip_px(&pair(step_m.into(), turned_px, &[line], &[now]))[0]
         };
-        // The ground's motion is not the same across the line.
+        // The ground's motion varies across the line.
         assert!(slipped(0.0) < 0.1, "{step_m:?}: {}", slipped(0.0));
         assert!((slipped(0.7) - 0.7).abs() < 0.1, "{step_m:?}: {}", slipped(0.7));
         assert!((slipped(-25.0) - 25.0).abs() < 0.5, "{step_m:?}: {}", slipped(-25.0));
     }
-    // Motion of 0.3 px with what is fixed to the world, and, planted, to the picture.
+    // Motion of 0.3 px, with parameters fixed to the world, and, planted, fixed to the picture.
     let still = shoot(eye(EYE_M, 0.0), SCENE, &[line]);
     let mut moved = shoot(eye(EYE_M, 0.3), SCENE, &[line]);
     let slip = slip_px(&compare(&still, &moved).unwrap());
@@ -34,7 +34,7 @@ fn another_identity_is_noticed() {
     let renamed = pair(DVec3::X, 0.0, &[line], &[other]);
     let strokes = renamed.strokes.as_ref().unwrap();
     assert_eq!((value(strokes.identity_change.unwrap()), value(strokes.born)), (1.0, 0.0));
-    // Where identities do not last, a change of them is not a change of 0.
+    // Where identities do not last, their change is null, not 0.
     let [mut before, now] = [line, other].map(|line| shoot(eye(EYE_M, 0.0), SCENE, &[line]));
     before.strokes.as_mut().unwrap().identities_last = false;
     assert_eq!(compare(&before, &now).unwrap().strokes.unwrap().identity_change, None);
@@ -42,7 +42,8 @@ fn another_identity_is_noticed() {
 
 #[test]
 fn strokes_side_by_side_are_told_apart() {
-    // So near that the nearest line pixel of the frame before is often the other one's, and so far that it never is.
+    // Distances so small that the nearest line pixel of the previous frame is often the other line's, and so large that
+    // it never is.
     for (step_m, turned_px) in STEPS {
         for apart_px in [2.4, 7.0] {
             let line = Line::on_the_ground();
@@ -50,11 +51,11 @@ fn strokes_side_by_side_are_told_apart() {
             let of = |now: [Line; 2]| {
                 let pair = pair(step_m.into(), turned_px, &[line, beside], &now);
                 let strokes = pair.strokes.as_ref().unwrap();
-                // Of nothing that goes on as itself there is no slip.
+                // If no stroke keeps its identity, there is no slip.
                 let slip = if strokes.slips_px.is_empty() { [f32::NAN; 2] } else { slip_px(&pair) };
                 (slip, value(strokes.identity_change.unwrap()))
             };
-            // Where they touch, one covers the fringe of the other.
+            // Where the lines touch, one covers the fringe of the other.
             let (slip, changed) = of([line, beside]);
             println!("{step_m:?}, {apart_px} px apart: slip {slip:?}, {changed:.4} changed");
             assert!(slip[0] < 0.1 && slip[1] < 1.0 && changed < 0.05, "{slip:?} {changed}");
@@ -62,7 +63,8 @@ fn strokes_side_by_side_are_told_apart() {
             let slipped = [line, beside].map(|of| Line { along: [of.along[0] + 5.0, 1.0], ..of });
             let (slip, changed) = of(slipped);
             assert!((slip[0] - 5.0).abs() < 0.2 && slip[1] > 4.0 && changed < 0.05, "{slip:?} {changed}");
-            // Planted: they change who they are, and nothing else. Within reach of both it shows as slip.
+            // Planted: the lines swap identities, and nothing else changes. Within reach of both lines it shows as
+            // slip.
             let (slip, changed) = of([Line { id: beside.id, ..line }, Line { id: line.id, ..beside }]);
             assert!(changed > if apart_px > 5.0 { 0.99 } else { 0.3 }, "{changed}");
             assert!(apart_px > 5.0 || slip[0] > 50.0, "{slip:?}");
@@ -72,7 +74,7 @@ fn strokes_side_by_side_are_told_apart() {
 
 #[test]
 fn turns_of_one_stroke_are_told_apart() {
-    // What was one stroke lies beside itself, with parameters of its own.
+    // Two parts of one stroke are side by side, with different parameters.
     let line = Line::on_the_ground();
     let turned = Line { along: [400.0, -1.0], off_px: DVec2::new(0.0, 2.4), ..line };
     for (step_m, turned_px) in STEPS {

@@ -1,6 +1,6 @@
-//! Steadiness from frame to frame, measured on drawings whose truth is known: lines at places of a world of a plane and
-//! a wall, seen by an eye that moves. And on a real drawing.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests the measures of steadiness between frames on drawings whose truth is known: lines at points of a world of a
+//! plane and a wall, seen by a moving eye. A last test measures a real drawing.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 
@@ -19,7 +19,7 @@ use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [240, 160];
 
-/// An eye that looks north.
+/// Returns an eye that looks north.
 fn eye(position_m: DVec3, turned_px: f64) -> View {
     let mut view = View::whole(
         Pose { position_m, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 0.8 },
@@ -38,7 +38,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// What a ray of unit distance along the view axis meets: how far it goes along the axis.
+    /// Returns the depth at which a ray, given at unit depth, meets the scene.
     fn meet(self, eye_m: DVec3, ray: DVec3) -> Option<f64> {
         let wall = (200.0 - eye_m.y) / ray.y;
         let at = eye_m + ray * wall;
@@ -50,15 +50,15 @@ impl Scene {
     }
 }
 
-/// A line between two places of the world.
+/// A line between two points of the world.
 #[derive(Clone, Copy)]
 struct Line {
     ends_m: [DVec3; 2],
     id: u32,
-    /// The parameter at its beginning, and its growth per metre.
+    /// The parameter at the line's beginning, and its growth per metre.
     along: [f64; 2],
     width_px: f64,
-    /// It is drawn so far from its place.
+    /// Offset at which the line is drawn, in pixels.
     off_px: DVec2,
 }
 
@@ -67,20 +67,20 @@ impl Line {
         Self { ends_m: [a.into(), b.into()], id: 1, along: [0.0, 1.0], width_px: 2.0, off_px: DVec2::ZERO }
     }
 
-    /// The upper edge of the wall.
+    /// Returns a line along the upper edge of the wall.
     fn on_the_wall() -> Self {
         Self::new([-38.0, 200.0, 25.0], [38.0, 200.0, 25.0])
     }
 
-    /// Aslant on the plane, before the wall.
+    /// Returns a line on the plane in front of the wall, at an angle to both axes of the ground.
     fn on_the_ground() -> Self {
         Self { id: 2, ..Self::new([-30.0, 110.0, 0.0], [35.0, 170.0, 0.0]) }
     }
 }
 
-/// Which picture there is.
+/// Returns the brightness of the scene at a point; `None` is the sky.
 fn brightness(at_m: Option<DVec3>) -> f64 {
-    // Far away nothing is left that pixels could not hold.
+    // The pattern fades with distance, where pixels could not resolve it.
     at_m.map_or(0.5, |at| 0.5 + 0.4 * (at.x / 25.0).sin() * (at.y / 60.0).cos() * (-(at.y / 300.0).powi(2)).exp())
 }
 
@@ -119,7 +119,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
             let [a, b] = line.ends_m.map(|end| view.place_px(end - eye_m).unwrap() + line.off_px);
             let part = ((centre - a).dot(b - a) / (b - a).length_squared()).clamp(0.0, 1.0);
             let coverage = 0.5 * line.width_px + 0.5 - centre.distance(a.lerp(b, part));
-            // Where on the line that is: parts of the picture are no parts of the way.
+            // The parameter in the picture is not that in the world, because of perspective.
             let [near, far] = line.ends_m.map(|end| (end - eye_m).dot(view.pose.forward));
             let at = part * near / (part * near + (1.0 - part) * far);
             let place_m = line.ends_m[0].lerp(line.ends_m[1], at);
@@ -137,7 +137,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
 const SCENE: Scene = Scene { wall: true };
 const EYE_M: DVec3 = DVec3::new(0.0, 0.0, 45.0);
 
-/// A pair with the eye at rest or moved, and the same lines but for a change.
+/// Compares two frames with the eye at rest or moved, and with the given lines.
 fn pair(step_m: DVec3, turned_px: f64, before: &[Line], now: &[Line]) -> PairMeasures {
     let before = shoot(eye(EYE_M, 0.0), SCENE, before);
     compare(&before, &shoot(eye(EYE_M + step_m, turned_px), SCENE, now)).unwrap()
@@ -147,20 +147,21 @@ fn value(share: Share) -> f64 {
     share.value().unwrap()
 }
 
-/// Flicker, births then deaths, plain then by ink.
+/// Returns flicker: births and deaths, then births and deaths weighted by ink.
 fn flicker(pair: &PairMeasures) -> [f64; 4] {
     let lines = pair.lines.as_ref().unwrap();
     [lines.births.lone, lines.deaths.lone, lines.births.lone_ink, lines.deaths.lone_ink].map(value)
 }
 
-/// The median slip, and that which one in twenty pixels passes: the ends of lines have a parameter that does not grow.
+/// Returns the median slip and its 95th percentile. The ends of lines have a constant parameter, so the maximum is
+/// meaningless.
 fn slip_px(pair: &PairMeasures) -> [f32; 2] {
     let mut slips_px = pair.strokes.as_ref().unwrap().slips_px.clone();
     slips_px.sort_by(f32::total_cmp);
     [slips_px[slips_px.len() / 2], slips_px[slips_px.len() * 95 / 100]]
 }
 
-/// Ways of the eye in a frame, and turns in pixels.
+/// Steps of the eye per frame in metres, and its turns in pixels.
 const STEPS: [([f64; 3], f64); 5] =
     [([0.0; 3], 0.0), ([0.0; 3], 0.3), ([2.0, 0.0, 0.0], 0.0), ([0.0, 3.0, -0.3], 1.4), ([-4.0, -2.0, 0.5], -7.7)];
 
@@ -204,7 +205,7 @@ fn a_line_that_is_dropped_flickers() {
     let strokes = only.strokes.unwrap();
     assert_eq!([value(strokes.born), value(strokes.died)], [1.0; 2]);
     assert!(strokes.slips_px.is_empty());
-    // An empty page has no flicker, and not one of 0.
+    // The flicker of an empty page is null, not 0.
     let empty = pair(step_m, 0.5, &[], &[]).lines.unwrap();
     assert_eq!((empty.births.lone.value(), empty.coverage.value()), (None, Some(0.0)));
 }
@@ -231,7 +232,8 @@ fn a_line_on_an_edge_moves_with_what_is_in_front() {
         let masked = value(steady.lines.unwrap().births.masked);
         assert!(masked < 0.1, "{step_m}: {masked}");
         assert_eq!(value(steady.strokes.unwrap().born), 0.0);
-        // Planted: the motion of what is behind. Sideways a line slides along itself and is found by its other parts.
+        // Planted: the motion of what is behind the wall. In a sideways step the line slides along itself and is found
+        // by its other parts.
         let behind = Scene { wall: false };
         for renderer in [&mut before, &mut now] {
             renderer.position = shoot(renderer.view, behind, &[]).position;
@@ -243,7 +245,7 @@ fn a_line_on_an_edge_moves_with_what_is_in_front() {
 
 #[test]
 fn what_comes_to_light_is_masked() {
-    // Lines behind the wall, that the eye's steps uncover beside it and above it.
+    // Lines behind the wall, which steps of the eye uncover to its side and above it.
     let lines_at = |y_m: [f64; 3]| y_m.map(|y_m| Line::new([-100.0, y_m, 0.0], [100.0, y_m, 0.0]));
     let (near, far) = (lines_at([270.0, 300.0, 330.0]), lines_at([380.0, 384.0, 388.0]));
     for (step_m, far) in [(DVec3::new(15.0, 0.0, 0.0), near), (DVec3::new(0.0, 0.0, 15.0), far)] {
@@ -254,14 +256,14 @@ fn what_comes_to_light_is_masked() {
         println!("{step_m}: {masked:?} masked, flicker {shares:?}");
         assert!(shares[0] < 0.005 && shares[1] < 0.005, "{step_m}: {shares:?}");
         assert!(masked[0] > 0.02 && masked[0] < 0.9, "{step_m}: {masked:?}");
-        // Planted: nobody knows of the wall that hid them.
+        // Planted: the wall that hid the lines is missing in the positions.
         for renderer in [&mut before, &mut now] {
             renderer.position = shoot(renderer.view, Scene { wall: false }, &[]).position;
         }
         let planted = flicker(&compare(&before, &now).unwrap());
         assert!(planted[0] > 0.02, "{step_m}: {planted:?}");
     }
-    // What leaves the picture is masked as well.
+    // Lines that leave the picture are masked as well.
     let turned = pair(DVec3::ZERO, 110.0, &near, &near);
     assert!(value(turned.lines.unwrap().deaths.masked) > 0.3);
     assert_eq!(flicker(&turned)[..2], [0.0; 2]);
@@ -277,7 +279,7 @@ fn e_warp_is_that_of_what_changed() {
         println!("{step_m:?}: E_warp {:.2e} on {} pixels", value(exact), exact.whole);
         assert!(value(exact) < 1e-5, "{step_m:?}: {}", value(exact));
         assert!(exact.whole > 0.75 * f64::from(SIZE_PX[0] * SIZE_PX[1]), "{}", exact.whole);
-        // Planted: noise of a known strength, and an eye that turned by two pixels more.
+        // Planted: noise of a known strength, and an eye that turned by two more pixels.
         for (pixel, luma) in now.luma.iter_mut().enumerate() {
             *luma += 0.1 * (random(pixel as i64, 5) - 0.5) as f32;
         }
@@ -338,7 +340,7 @@ fn a_place_is_where_its_ray_went_through() {
 
 #[test]
 fn a_real_drawing_is_measured() {
-    // The embedded world's seed, at a smaller size.
+    // The same seed as the embedded world, at a smaller size.
     let grid = procedural::generate_sized(1, 512, 24.0, &Silent);
     let Some(mut world) = common::World::new(grid, 1.0) else { return };
     let size_px = [320, 180];
@@ -374,16 +376,16 @@ fn a_real_drawing_is_measured() {
         if name == "strokes" {
             let seen = now.strokes.as_ref().unwrap();
             let lines = now.ink.as_ref().unwrap().iter().zip(&seen.along_px).filter(|(ink, _)| **ink >= LINE_INK);
-            // Every line pixel of a stroke has its parameter.
+            // Every line pixel of a stroke has a parameter.
             let (known, all) =
                 lines.fold((0, 0), |(known, all), (_, along)| (known + i32::from(along.is_finite()), all + 1));
             assert!(f64::from(known) > 0.99 * f64::from(all), "{known} of {all}");
             assert!(strokes.unwrap() as f64 >= moved["strokes_per_frame"].unwrap(), "{strokes:?}");
         }
-        // Drawn twice, nothing has changed; planted: the line picture of the frame before has.
+        // The same view drawn twice has no changes. Planted: a line picture of a rotated previous frame.
         let same = totals(&now, &again);
         for changed in ["flicker", "flicker_ink", "births_per_frame", "deaths_per_frame", "slip_px_p95", "e_warp"] {
-            // Strokes look for themselves in the frame before: rounding.
+            // Strokes are matched with those of the previous frame, which causes rounding.
             let most = if name == "strokes" { 1e-3 } else { 0.0 };
             assert!(same[changed].is_none_or(|value| value <= most), "{name}: {changed} {:?}", same[changed]);
         }

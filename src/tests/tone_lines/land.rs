@@ -1,8 +1,8 @@
-//! Lines from tone of land: some on rough land, none on flat land, and parts of a picture as the whole.
+//! Tests lines from shading on land: rough land has some, flat land has none, and parts of a picture equal the whole.
 
 use super::*;
 
-/// Ink of dark lines and highlight lines of a world, in pixels, from a picture without another mark.
+/// Returns the ink of dark lines and of highlight lines in a picture of a world, in pixels.
 fn ink_of_world(world: &mut World, camera: &str, style: &Style, light: &Light) -> [f64; 2] {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -26,7 +26,7 @@ fn land_has_lines_and_flat_ground_and_no_light_have_none() {
         println!("rough land, light {light}: {dark:.0} px of dark lines, {bright:.0} of highlights");
         assert!(dark > 100.0 && bright > 20.0);
     }
-    // The sun behind the land, and one that lights none of it.
+    // The sun behind the land, and a sun that lights no part of it.
     let sun = Style::parse(
         "t",
         &style.text().replace("light = \"head\"", "light = \"sun\"").replace("skyline = true", "skyline = false"),
@@ -51,7 +51,7 @@ fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     let mut style = Style::load("tone-lines").unwrap();
     style.water = None;
     style.paper.grain = 0.0;
-    // Errors of LSA are among what a shot reads.
+    // A shot reads the errors of LSA, so the style needs its lines.
     style.lines = Style::load("ink").unwrap().lines;
     style.lines.as_mut().unwrap().crowd = 1.0;
     let pose = world.pose("900,-900,+20,315,3,60");
@@ -68,7 +68,7 @@ fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     let own = differing(shoot(&style, parts));
     println!("{own} of {} pixels differ where parts meet", whole.len());
     assert!(own < 20);
-    // Planted: lines that are a little wider.
+    // Planted: slightly wider lines.
     style.tone_lines.as_mut().unwrap().width_px += 0.3;
     assert!(differing(shoot(&style, parts)) > 100);
 }

@@ -1,7 +1,7 @@
-//! Lines from tone: they lie on ridges and valleys of a tone image, `beta` decides about its edges, thresholds and the sign
-//! of curvature mean what they say, and where there is nothing to see there are no lines. Each measure has planted errors
-//! that it must find.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests lines from shading: they are on ridges and valleys of a tone image, `beta` decides about its edges, thresholds
+//! and the sign of curvature have their meaning, and images without features have no lines. Each measure has planted
+//! errors that it must detect.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod land;
@@ -26,7 +26,7 @@ use hachure::style::{Style, ToneLines};
 
 const SIZE_PX: [u32; 2] = [181, 151];
 
-/// A GPU and what recording needs.
+/// A GPU and everything that recording passes needs.
 struct Bench {
     gpu: Gpu,
     pools: Pools,
@@ -44,7 +44,7 @@ impl Bench {
         Some(Self { gpu, pools, timer, targets: Targets::default() })
     }
 
-    /// A picture of such texels.
+    /// Returns a picture with these texels.
     fn picture(&self, size_px: [u32; 2], texels: &[[f64; 4]]) -> Target {
         let kind = TargetKind { usage: TONE_IMAGE.usage | wgpu::TextureUsages::COPY_DST, ..TONE_IMAGE };
         let picture = Target::new(&self.gpu, &kind, size_px);
@@ -59,14 +59,14 @@ impl Bench {
         picture
     }
 
-    /// The lines of a tone image; each pixel is its diffuse and specular tone, or sky.
+    /// Returns the lines of a tone image. `tone` returns diffuse and specular tone of a pixel, or `None` for sky.
     fn lines(&mut self, style: &ToneLines, tone: impl Fn(DVec2) -> Option<[f64; 2]>) -> Ink {
         let texels: Vec<[f64; 4]> = places()
             .map(|at| tone(at).map_or([0.0; 4], |[tone, specular]| [tone, specular, style.width_px.into(), 1.0]))
             .collect();
-        // What is surface is said by the last channel, as in a picture of positions.
+        // The last channel marks surface, as in a picture of positions.
         let position = self.picture(SIZE_PX, &texels);
-        // A cell is the mean of its pixels.
+        // The tone of a cell is the mean of its pixels.
         let (side_px, cells) = (tone::cell_px(style), tone::cells(style, SIZE_PX));
         let mean = |column: u32, row: u32| {
             let pixels = (0..side_px).flat_map(|y| (0..side_px).map(move |x| (x, y)));
@@ -97,7 +97,7 @@ impl Bench {
     }
 }
 
-/// The centres of all pixels, row by row.
+/// Returns the centres of all pixels, row by row.
 fn places() -> impl Iterator<Item = DVec2> {
     (0..SIZE_PX[1]).flat_map(|y| (0..SIZE_PX[0]).map(move |x| DVec2::new(x.into(), y.into()) + 0.5))
 }
@@ -106,7 +106,7 @@ fn middle() -> DVec2 {
     DVec2::new(SIZE_PX[0].into(), SIZE_PX[1].into()) * 0.5
 }
 
-/// The search alone: what is found at each pixel, whatever its neighbours have.
+/// Returns a style that draws what the search finds at each pixel, whatever its neighbours have.
 fn bare(width_px: f32) -> ToneLines {
     let text = "name = \"t\"\ndescription = \"\"\n[tone]\nkind = \"plain\"\n[tone_lines]\n";
     let lines = Style::parse("t", text).unwrap().tone_lines.unwrap();
@@ -122,20 +122,20 @@ fn bare(width_px: f32) -> ToneLines {
     }
 }
 
-/// A bell about a line that is so far away: what is half as deep is so wide.
+/// Returns a Gaussian of the distance to a line; `wide_px` is its full width at half maximum.
 fn bell(away_px: f64, wide_px: f64) -> f64 {
     let deviation = wide_px / (8.0 * 2.0_f64.ln()).sqrt();
     (-0.5 * (away_px / deviation).powi(2)).exp()
 }
 
-/// A tone image by its places.
+/// A tone image as a function of the position.
 type Tones = Box<dyn Fn(DVec2) -> Option<[f64; 2]>>;
 
-/// A curve by the signed distance of a place from it.
+/// A curve, given by the signed distance of a point from it.
 type Curve<'a> = &'a dyn Fn(DVec2) -> f64;
 
-/// Of ink about a curve: how far its middle lies from the curve where it is farthest, how many parts of the curve have
-/// none, and how much of all ink lies elsewhere. Places for which `counts` says no are left out.
+/// Measures of ink about a curve: the largest distance between the ink's middle and the curve, the share of the curve's
+/// parts without ink, and the share of ink elsewhere.
 #[derive(Debug)]
 struct Found {
     off_px: f64,
@@ -144,7 +144,8 @@ struct Found {
     wide_px: f64,
 }
 
-/// `way` is along the curve: its parts are counted by it, in steps of 3 px.
+/// Measures ink about a curve. `way` is the position along the curve, which is divided into parts of 3 px. Only points
+/// count for which `counts` returns true.
 fn judge(ink: &[f64], curve: Curve<'_>, way: Curve<'_>, reach_px: f64, counts: impl Fn(DVec2) -> bool) -> Found {
     let mut parts = std::collections::BTreeMap::new();
     let (mut elsewhere, mut all) = (0.0, 0.0);
@@ -162,7 +163,7 @@ fn judge(ink: &[f64], curve: Curve<'_>, way: Curve<'_>, reach_px: f64, counts: i
         let part = parts.entry((way(at) / 3.0).floor() as i64).or_insert([0.0, 0.0, 0.0]);
         *part = [part[0] + ink, part[1] + ink * away_px, part[2] + 1.0];
     }
-    // Parts that the border cuts off have fewer pixels.
+    // Parts that the border cuts off have fewer pixels, so they are ignored.
     let most = parts.values().map(|part| part[2]).fold(0.0, f64::max);
     parts.retain(|_, part| part[2] > 0.8 * most);
     let inked = parts.values().filter(|part| part[0] > 0.5);
@@ -173,7 +174,7 @@ fn judge(ink: &[f64], curve: Curve<'_>, way: Curve<'_>, reach_px: f64, counts: i
 }
 
 impl Found {
-    /// Centre lines within half a pixel, whole, and alone.
+    /// Returns whether centre lines are within half a pixel, complete, and alone.
     fn is_right(&self) -> bool {
         self.off_px < 0.5 && self.bare == 0.0 && self.elsewhere < 0.02
     }
@@ -210,10 +211,11 @@ fn lines_lie_on_valleys_and_ridges() {
                     let found = judge(&ink.of(kind), &curve, &along, 0.6 * wide_px + 2.0, |_| true);
                     assert!(found.is_right(), "{width_px} px, {times} times, {turn_deg} degrees: {found:?}");
                     worst = worst.max(found.off_px);
-                    // As wide as asked; a shape that is much wider than lines has one of their width as well.
+                    // Lines have the requested width, even where the shape is much wider.
                     let part = found.wide_px / f64::from(width_px);
                     assert!((0.6..1.5).contains(&part), "{width_px} px, {times} times: {part} of the width");
-                    // Planted: the image a pixel aside, and the sign of curvature exchanged: the other kind of line.
+                    // Planted: the image a pixel aside, and the opposite sign of curvature, which gives the other kind
+                    // of line.
                     let aside = |at: DVec2| curve(at) - 1.0;
                     assert!(!judge(&ink.of(kind), &aside, &along, 0.6 * wide_px + 2.0, |_| true).is_right());
                     let flipped = bench.lines(&style, |at| tone(at).map(|[tone, _]| [1.0 - tone, 0.0]));
@@ -222,13 +224,13 @@ fn lines_lie_on_valleys_and_ridges() {
             }
         }
     }
-    println!("straight lines are {worst:.2} px from where they should be at most");
+    println!("straight lines are at most {worst:.2} px off");
 }
 
 #[test]
 fn lines_follow_curves_and_cross() {
     let Some(mut bench) = Bench::new() else { return };
-    // At least 4.6 times the width: closer ones lie farther inside by what the blur takes.
+    // Radii of at least 4.6 times the width: on smaller circles the blur moves lines farther inside.
     let circles = [(3.0, 14.0), (3.0, 30.0), (3.0, 55.0), (5.0, 23.0), (5.0, 30.0), (5.0, 55.0)];
     let in_each_pixel = circles.into_iter().filter(|(width_px, _)| *width_px > 3.0);
     let circles = circles.into_iter().map(|circle| (circle, false)).chain(in_each_pixel.map(|circle| (circle, true)));
@@ -243,16 +245,17 @@ fn lines_follow_curves_and_cross() {
             println!(
                 "a circle of {radius_px} px, {wide_px} px wide, by lines of {width_px} px, exact {exact}: {found:?}"
             );
-            // Shapes twice as wide as lines that are found in cells of 2 x 2 pixels are the one case with less: within a pixel.
+            // Shapes twice as wide as the lines, found in cells of 2 × 2 pixels, are the only less precise case: within
+            // a pixel.
             let is_broad = tone::cell_px(&style) > 1 && times > 1.0;
             let is_near = is_broad && found.off_px < 1.0 && found.bare == 0.0 && found.elsewhere < 0.02;
             assert!(found.is_right() || is_near, "{radius_px} {wide_px}: {found:?}");
-            // Planted: a circle that is a pixel wider.
+            // Planted: a circle that is a pixel larger.
             assert!(!judge(&ink.of(DARK), &|at| curve(at) - 1.0, &along, wide_px + 2.0, |_| true).is_right());
         }
     }
     let style = bare(3.0);
-    // Two that cross: all of the first, whose crossing is not bare, and the second beside it.
+    // Two crossing lines: the first has ink at the crossing, and both are found beside it.
     for turn_deg in [90.0_f64, 60.0] {
         let across = [DVec2::Y, DVec2::from_angle(turn_deg.to_radians()).perp()];
         let away = |line: usize, at: DVec2| (at - middle()).dot(across[line]);
@@ -261,14 +264,14 @@ fn lines_follow_curves_and_cross() {
         let crossing = (middle() - 0.5).as_uvec2();
         let around = (0..3).flat_map(|j| (0..3).map(move |i| (crossing.y + j - 1) * SIZE_PX[0] + crossing.x + i - 1));
         let least = around.map(|pixel| ink.0[pixel as usize][DARK]).fold(1.0, f64::min);
-        assert!(least > 0.5, "a hole where lines cross: {least}");
+        assert!(least > 0.5, "there is a gap where lines cross: least ink {least}");
         for line in [0, 1] {
             let counts = |at: DVec2| away(1 - line, at).abs() > 9.0;
             let along = |at: DVec2| (at - middle()).dot(across[line].perp());
             let found = judge(&ink.of(DARK), &|at| away(line, at), &along, 5.0, counts);
             assert!(found.off_px < 0.5 && found.bare == 0.0, "{turn_deg} degrees, line {line}: {found:?}");
         }
-        // Spots are left out by the bound on roundness, and with them what crosses: the choice does something.
+        // The bound on roundness leaves out spots, including crossings, so it has an effect.
         let bound = bench.lines(&ToneLines { roundest: 0.3, ..style.clone() }, |at| Some([0.8 - 0.6 * deep(at), 0.0]));
         assert!(turn_deg != 90.0 || bound.0[(crossing.y * SIZE_PX[0] + crossing.x) as usize][DARK] < 0.2);
     }

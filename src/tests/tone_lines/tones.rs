@@ -1,11 +1,11 @@
-//! What `beta`, thresholds, counterchange, speculars and lengths do, and where there are no lines.
+//! Tests `beta`, thresholds, counterchange, specular tones and lengths, and tones that have no lines.
 
 use super::*;
 
-/// Of curvatures that an edge has.
+/// Thresholds between curvatures that an edge has.
 const EDGE_RAMP: [f32; 2] = [0.008, 0.01];
 
-/// A step of tone, a line width wide, and how much ink a pixel of it has for a `beta`: dark, and light.
+/// Draws a step of tone; returns the width in pixels of its dark line and of its highlight line for a `beta`.
 fn edge(bench: &mut Bench, beta: f32, height: f64) -> [f64; 2] {
     let style = ToneLines { beta, dark_ramp: EDGE_RAMP, highlight_ramp: EDGE_RAMP, ..bare(4.0) };
     let across = DVec2::from_angle(0.3);
@@ -15,7 +15,8 @@ fn edge(bench: &mut Bench, beta: f32, height: f64) -> [f64; 2] {
         .map(|kind| judge(&ink.of(kind), &curve, &|at| (at - middle()).dot(across.perp()), 9.0, |_| true).wide_px)
 }
 
-/// As Figure 4 has it: small betas draw edges, large ones none, and what is between them strong ones.
+/// Returns whether the ink follows Figure 4 of the paper: small betas draw edges, large ones none, and those in between
+/// only strong edges.
 fn follows_figure_4(strong: [[f64; 2]; 3], weak: [[f64; 2]; 3]) -> bool {
     let is_drawn = |ink: [f64; 2]| ink.iter().all(|ink| *ink > 0.6);
     let is_none = |ink: [f64; 2]| ink.iter().all(|ink| *ink == 0.0);
@@ -40,22 +41,22 @@ fn beta_decides_about_edges() {
         let inks = [0.05, 0.1, 0.2, 0.4, 0.8].map(|height| edge(&mut bench, beta, height)[DARK]);
         println!("ink of edges of 0.05 to 0.8 for a beta of {beta}: {inks:.1?}");
     }
-    // Planted: beta does nothing, whichever it is.
+    // Planted: beta has no effect, whichever value is used.
     for ignored in 0..3 {
         assert!(!follows_figure_4([strong[ignored]; 3], [weak[ignored]; 3]));
     }
-    // The darker side has the dark line: planted is the other side.
+    // The dark line must be on the darker side; planted is the other side.
     let style = ToneLines { beta: 0.1, ..bare(4.0) };
     let tone = |at: DVec2| Some([if at.x > middle().x { 0.9 } else { 0.1 }, 0.0]);
     let ink = bench.lines(&style, tone);
     let on_dark_side =
         |kind| places().zip(ink.of(kind)).filter(|(at, _)| at.x < middle().x).map(|(_, ink)| ink).sum::<f64>();
     assert!(on_dark_side(DARK) > 0.95 * ink.sum(DARK) && on_dark_side(LIGHT) < 0.05 * ink.sum(LIGHT));
-    // Without edges, whatever beta says.
+    // Without edges nothing is drawn, whatever beta is.
     assert!(bench.lines(&ToneLines { edges: false, ..style }, tone).sum(DARK) == 0.0);
 }
 
-/// Ink in the middle of a valley, for a ramp of curvatures.
+/// Returns the ink in the middle of a valley for a ramp of curvatures.
 fn ramped(bench: &mut Bench, dark_ramp: [f32; 2], depth: f64) -> f64 {
     let tone = |at: DVec2| Some([0.8 - depth * bell(at.x - middle().x, 4.0), 0.0]);
     let ink = bench.lines(&ToneLines { dark_ramp, ..bare(4.0) }, tone).of(DARK);
@@ -76,7 +77,7 @@ fn opacity_rises_between_the_thresholds() {
         ink[0] == 0.0 && ink[1] > 0.05 && ink[3] < 0.95 && ink[4] == 1.0 && (steps[0] - steps[1]).abs() < 0.02
     };
     assert!(rises(right));
-    // Planted: thresholds that are exchanged, and one alone, which is no ramp.
+    // Planted: swapped thresholds, and a single threshold, which makes no ramp.
     assert!(!rises(inks([ramp[1], ramp[0]])));
     assert!(!rises(inks([ramp[0], 1.01 * ramp[0]])));
 }
@@ -84,7 +85,7 @@ fn opacity_rises_between_the_thresholds() {
 #[test]
 fn lines_stand_against_their_tone() {
     let Some(mut bench) = Bench::new() else { return };
-    // A dark line in the light is paler than one in the dark; a highlight line the other way around.
+    // A dark line in a light tone is paler than one in a dark tone; for a highlight line it is the opposite.
     let mut ink = |ground: f64, counterchange: f32| {
         let style = ToneLines { counterchange, ..bare(4.0) };
         let at = |sign: f64| move |at: DVec2| Some([ground + sign * 0.15 * bell(at.x - middle().x, 4.0), 0.0]);
@@ -95,7 +96,7 @@ fn lines_stand_against_their_tone() {
     };
     let right = [ink(0.25, 1.0), ink(0.75, 1.0)];
     assert!(stands(right), "{right:?}");
-    // Planted: no counterchange, and the wrong way around.
+    // Planted: no counterchange, and the opposite one.
     assert!(!stands([ink(0.25, 0.0), ink(0.75, 0.0)]));
     assert!(!stands([right[1], right[0]]));
 }
@@ -103,14 +104,14 @@ fn lines_stand_against_their_tone() {
 #[test]
 fn specular_highlights_have_lines_of_their_own() {
     let Some(mut bench) = Bench::new() else { return };
-    // A broad bright tone hides a highlight in the diffuse channel.
+    // A uniform bright tone would hide a highlight in the diffuse channel.
     let style = ToneLines { specular: 1.0, ..bare(4.0) };
     let tone = |at: DVec2| Some([0.9, 0.6 * bell(at.y - middle().y, 5.0)]);
     let found = bench.lines(&style, tone);
     let curve = |at: DVec2| at.y - middle().y;
     let line = judge(&found.of(LIGHT), &curve, &|at| at.x, 6.0, |_| true);
     assert!(line.is_right() && found.sum(DARK) == 0.0, "{line:?}");
-    // Planted: a style without the channel.
+    // Planted: styles without the channel.
     assert!(bench.lines(&ToneLines { specular: 0.0, ..style.clone() }, tone).sum(LIGHT) == 0.0);
     assert!(bench.lines(&ToneLines { highlights: false, ..style }, tone).sum(LIGHT) == 0.0);
 }
@@ -129,7 +130,7 @@ fn short_lines_go_and_long_ones_stay() {
     };
     let left = [4.0, 60.0].map(|long_px| ink(long_px, 32.0) / ink(long_px, 0.0));
     assert!(left[0] < 0.1 && left[1] > 0.9, "{left:?}");
-    // Planted: crumbs are kept.
+    // Planted: short fragments are kept.
     assert!(ink(4.0, 2.0) > 0.5 * ink(4.0, 0.0));
 }
 
@@ -155,7 +156,7 @@ fn where_nothing_is_to_be_seen_there_are_no_lines() {
             }
         }
     }
-    // Planted: an image with something in it, and a skyline where the sky is white.
+    // Control: an image with a feature, and a skyline where the sky is white.
     assert!(bench.lines(&bare(4.0), |at| Some([0.5 - 0.4 * bell(at.y - 60.0, 4.0), 0.0])).sum(DARK) > 100.0);
     let skyline = |at: DVec2| (at.y > 70.0).then_some([0.4, 0.0]);
     assert!(bench.lines(&bare(4.0), skyline).sum(DARK) > 100.0);

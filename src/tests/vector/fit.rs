@@ -1,4 +1,5 @@
-//! Curves are within the tolerance of the polyline, and the polyline within it of the curves: by brute force.
+//! Tests that curves are within the tolerance of the polyline, and the polyline within it of the curves, by brute
+//! force.
 
 use std::f64::consts::TAU;
 
@@ -7,13 +8,13 @@ use kurbo::{BezPath, ParamCurve, PathEl, PathSeg, Point, Vec2};
 
 use crate::tests::vector::{farthest, random};
 
-/// Lines to fit: name, points, whether closed.
+/// Returns lines to fit: name, points, and whether the line is closed.
 fn lines() -> Vec<(String, Vec<Point>, bool)> {
     let mut lines = Vec::new();
     for seed in 0..12 {
         let mut r = random(seed);
         let mut next = |most: f64| r.next().unwrap() * most;
-        // Sums of sines at uneven steps.
+        // Sums of sines with uneven steps.
         let waves: Vec<[f64; 3]> =
             (0..4).map(|k| [next(20.0) / f64::from(k + 1), next(TAU), next(0.08) * f64::from(k + 1)]).collect();
         let mut x = next(100.0);
@@ -24,7 +25,7 @@ fn lines() -> Vec<(String, Vec<Point>, bool)> {
             })
             .collect();
         lines.push((format!("smooth {seed}"), smooth, false));
-        // A pen that wanders, with steps from nearly nothing to far.
+        // Random walks, with steps from almost 0 to long.
         let (mut at, mut heading) = (Point::new(next(500.0), next(500.0)), next(TAU));
         let walk: Vec<Point> = (0..60)
             .map(|_| {
@@ -84,8 +85,8 @@ fn lines() -> Vec<(String, Vec<Point>, bool)> {
     lines
 }
 
-/// Places along segments, a fifth of the tolerance apart or nearer: between lines of places a distance is half a
-/// hundredth of the tolerance larger at most.
+/// Returns points along segments, at most a fifth of the tolerance apart, which makes the measured distance at most
+/// half a hundredth of the tolerance too large.
 fn along(segments: impl Iterator<Item = PathSeg>, tolerance: f64) -> Vec<Point> {
     segments
         .flat_map(|segment| {
@@ -98,7 +99,8 @@ fn along(segments: impl Iterator<Item = PathSeg>, tolerance: f64) -> Vec<Point> 
         .collect()
 }
 
-/// The farthest that a path and a polyline are from each other anywhere; infinite if that is much more than allowed.
+/// Returns the largest distance between a path and a polyline in either direction, or infinity if it is much more than
+/// allowed.
 fn error(path: &BezPath, points: &[Point], is_closed: bool, tolerance: f64) -> f64 {
     let mut polyline = points.to_vec();
     if is_closed {
@@ -124,7 +126,7 @@ fn curves_are_within_the_tolerance_both_ways() {
             assert_eq!(starts, 1, "{name}: one path for each stroke");
             assert_eq!(path.elements().last() == Some(&PathEl::ClosePath), is_closed, "{name}");
             assert!(path.segments().count() >= 1, "{name}");
-            // It begins and ends where the stroke does.
+            // The path must begin and end where the stroke does.
             let first = path.segments().next().unwrap().start();
             let last = path.segments().last().unwrap().end();
             assert_eq!(
@@ -134,7 +136,7 @@ fn curves_are_within_the_tolerance_both_ways() {
             );
         }
         println!("tolerance {tolerance}: {worst:.4} at most, {:.2} of it", worst / tolerance);
-        assert!(worst > 0.4 * tolerance, "so near that nothing was gained: {worst}");
+        assert!(worst > 0.4 * tolerance, "the largest error is only {worst}, so the tolerance was not used");
     }
 }
 
@@ -144,7 +146,7 @@ fn a_curve_that_is_off_is_noticed() {
     let all: Vec<_> = lines().into_iter().filter(|(name, ..)| name.starts_with("smooth")).collect();
     for (_, points, is_closed) in &all {
         let path = fit(points, *is_closed, tolerance);
-        // Planted: all of it beside; then without its last stretch.
+        // Planted: the whole path moved, then its last segment missing.
         let beside = kurbo::Affine::translate((0.0, 1.2 * tolerance)) * path.clone();
         shifted += usize::from(error(&beside, points, *is_closed, tolerance) > tolerance);
         let mut short = path.clone();
@@ -154,7 +156,7 @@ fn a_curve_that_is_off_is_noticed() {
     assert_eq!((shifted, cut), (all.len(), all.len()));
 }
 
-/// The sharpest turn where segments meet, in radians.
+/// Returns the sharpest turn where segments meet, in radians.
 fn kink(path: &BezPath) -> f64 {
     let segments: Vec<PathSeg> = path.segments().collect();
     let legs = |segment: &PathSeg| match segment {

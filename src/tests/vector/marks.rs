@@ -1,4 +1,4 @@
-//! Marks of a picture as paths: their ink is the picture's, in layers and by pens.
+//! Tests hatching marks as paths: their ink equals the picture's, in layers and with pens.
 
 use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
@@ -22,7 +22,7 @@ const WINDOW_PX: usize = 64;
 const CAMERA: &str = "-12000,9000,+900,120,-12,50";
 const STYLES: [&str; 4] = ["crosshatch", "engraving", "stipple", "hachures"];
 
-/// The ink of the marks of a picture.
+/// Returns the ink of a picture's marks.
 fn ink_of(world: &mut World, style: &Style) -> Vec<f32> {
     let view = still(world.pose(CAMERA), SIZE_PX);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -48,7 +48,7 @@ fn groups_of(world: &mut World, style: &Style) -> Vec<Group> {
     drawn.marks
 }
 
-/// The differences of the means of ink in windows.
+/// Returns the differences of mean ink in windows.
 fn windows(ink: &[f32], other: &[f32]) -> Vec<f64> {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let corners =
@@ -80,7 +80,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
     let Some(mut world) = World::real("dem/geotiff/mt_rainier_90m.tif", 1.0) else { return };
     for name in STYLES {
         let mut style = Style::load(name).unwrap();
-        // Ink that does not fade: what is in the picture of ink is what is drawn.
+        // Ink that does not fade, so that the ink target equals what is drawn.
         style.hatching.iter_mut().for_each(|hatching| hatching.faintest = 1.0);
         style.rows.iter_mut().for_each(|rows| rows.faintest = 1.0);
         style.cuts.iter_mut().for_each(|cuts| cuts.faintest = 1.0);
@@ -92,7 +92,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         let by_pens = windows(&drawn_again(&groups, Some(&by_pen), 1.0), &ink);
         let mean = |windows: &[f64]| windows.iter().map(|window| window.abs()).sum::<f64>() / windows.len() as f64;
         println!(
-            "{name}: {} lines; windows miss the ink by {:.3}, at most {:.3}; with pens of {:.2?} px by {:.3}, {:.3}",
+            "{name}: {} lines; windows differ by {:.3}, at most {:.3}; with pens of {:.2?} px by {:.3}, {:.3}",
             groups.iter().map(|group| group.lines.len()).sum::<usize>(),
             mean(&again),
             worst(&again),
@@ -101,7 +101,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
             worst(&by_pens)
         );
         assert!(worst(&again) < 0.03 && worst(&by_pens) < 0.06, "{name}");
-        // Planted: wider paths; the longest third of the lines gone.
+        // Planted: wider paths, then the longest third of the lines missing.
         assert!(worst(&windows(&drawn_again(&groups, None, 1.4), &ink)) > 0.03, "{name}");
         let mut fewer = groups.clone();
         for group in &mut fewer {

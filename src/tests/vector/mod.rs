@@ -1,5 +1,6 @@
-//! Strokes as paths: near enough to what was drawn, in an order that spares the pen, in files that others read.
-#![allow(clippy::unwrap_used, reason = "a test fails by it")]
+//! Tests of strokes as paths: they are near enough to the drawing, in an order that shortens the pen's way, and in
+//! files that other programs read.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
 mod fit;
@@ -13,18 +14,18 @@ use std::collections::HashMap;
 use hachure::lines::strokes::polylines::{EdgeKind, Polyline, PolylinePoint};
 use kurbo::Point;
 
-/// Numbers in [0, 1) without order, the same in every run.
+/// Returns pseudorandom numbers in [0, 1), the same in every run.
 pub fn random(seed: i64) -> impl Iterator<Item = f64> {
     (0..).map(move |i| common::random(seed, i))
 }
 
-/// A stroke of one width.
+/// Returns a stroke of constant width.
 pub fn polyline(points: &[Point], kind: EdgeKind, is_closed: bool) -> Polyline {
     let at = |point: &Point| PolylinePoint { px: [point.x as f32, point.y as f32], half_width_px: 1.0, ink: 1.0 };
     Polyline { points: points.iter().map(at).collect(), kind, stroke: 0, is_closed }
 }
 
-/// The farthest that one of `places` is from the nearest of `others`; infinite beyond `reach`.
+/// Returns the largest distance of one of `places` from the nearest of `others`; infinity if it exceeds `reach`.
 pub fn farthest(places: &[Point], others: &[Point], reach: f64) -> f64 {
     let cell = |place: &Point| ((place.x / reach).floor() as i64, (place.y / reach).floor() as i64);
     let mut cells: HashMap<(i64, i64), Vec<Point>> = HashMap::new();

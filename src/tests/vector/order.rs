@@ -1,4 +1,5 @@
-//! The order of strokes: each once, its geometry kept, the pen's way in the air never longer, and short.
+//! Tests the order of strokes: each is drawn once, its geometry is unchanged, and the pen's way in the air is short and
+//! never longer than before.
 
 use std::f64::consts::TAU;
 
@@ -12,7 +13,7 @@ use crate::tests::vector::{polyline, random};
 
 const CORNER: [f64; 2] = [0.0; 2];
 
-/// Strokes here and there, every third of them closed.
+/// Returns random strokes, every third of them closed.
 fn strokes(seed: i64, count: usize) -> Vec<Polyline> {
     let mut r = random(seed);
     let mut next = |most: f64| r.next().unwrap() * most;
@@ -31,7 +32,7 @@ fn places(line: &Polyline) -> Vec<Point> {
     line.points.iter().map(|point| Point::new(point.px[0].into(), point.px[1].into())).collect()
 }
 
-/// The pen's way, reckoned from the points that are drawn.
+/// Returns the length of the pen's way in the air, computed from the points that are drawn.
 fn way(strokes: &[&Polyline], visits: &[Visit]) -> f64 {
     let mut at = Point::ORIGIN;
     let mut length = 0.0;
@@ -43,7 +44,7 @@ fn way(strokes: &[&Polyline], visits: &[Visit]) -> f64 {
     length
 }
 
-/// What is wrong with an order, if anything.
+/// Returns the error of an order, if there is one.
 fn fault(strokes: &[&Polyline], visits: &[Visit]) -> Option<String> {
     let mut seen = vec![0; strokes.len()];
     for visit in visits {
@@ -79,8 +80,8 @@ fn every_stroke_is_drawn_once_as_it_is_and_the_way_is_no_longer() {
         let strokes: Vec<&Polyline> = strokes.iter().collect();
         let visits = order(&strokes, CORNER);
         assert_eq!(fault(&strokes, &visits), None);
-        assert_eq!(visits, order(&strokes, CORNER), "the same again");
-        // What is ordered does not get worse by being ordered again.
+        assert_eq!(visits, order(&strokes, CORNER), "the order must be deterministic");
+        // Ordering an ordered list again must not make it worse.
         let again: Vec<Polyline> = visits.iter().map(|visit| reordered(&strokes, visit)).collect();
         let again: Vec<&Polyline> = again.iter().collect();
         assert_eq!(fault(&again, &order(&again, CORNER)), None);
@@ -96,7 +97,7 @@ fn every_stroke_is_drawn_once_as_it_is_and_the_way_is_no_longer() {
     }
 }
 
-/// As its visit draws it.
+/// Returns the stroke as its visit draws it.
 fn reordered(strokes: &[&Polyline], visit: &Visit) -> Polyline {
     let stroke = strokes[visit.stroke];
     polyline(&places(&visit.drawn(strokes)), stroke.kind, stroke.is_closed)
@@ -115,7 +116,7 @@ fn wrong_orders_are_noticed() {
     };
     assert!(planted(&|visits| visits.truncate(49)).is_some());
     assert!(planted(&|visits| visits[3] = visits[4]).is_some());
-    // To and fro across the picture.
+    // Planted: to and fro across the picture.
     let zigzag = planted(&|visits| {
         visits.sort_by(|a, b| {
             let x = |visit: &Visit| strokes[visit.stroke].points[0].px[0];
@@ -131,7 +132,7 @@ fn wrong_orders_are_noticed() {
 
 #[test]
 fn the_way_is_near_the_shortest() {
-    // Dashes in a row, in any order and direction: the pen goes from gap to gap.
+    // Dashes in a row, in any order and direction: the pen should go from gap to gap.
     let mut dashes: Vec<Polyline> = (0..200)
         .map(|i| {
             let x = f64::from(i) * 5.0;
@@ -146,7 +147,7 @@ fn the_way_is_near_the_shortest() {
     let dashes: Vec<&Polyline> = dashes.iter().collect();
     assert!((way(&dashes, &order(&dashes, CORNER)) - (3.0 + 199.0)).abs() < 1e-3);
 
-    // Few strokes: all orders and directions.
+    // For few strokes, all orders and directions are tried.
     let (mut ours, mut shortest) = (0.0, 0.0);
     for seed in 100..130 {
         let strokes: Vec<Polyline> =
@@ -154,7 +155,7 @@ fn the_way_is_near_the_shortest() {
         let strokes: Vec<&Polyline> = strokes.iter().collect();
         let own = way(&strokes, &order(&strokes, CORNER));
         let best = shortest_of_all(&strokes);
-        assert!(own >= best - 1e-6 && own < 1.5 * best, "{own} instead of {best}");
+        assert!(own >= best - 1e-6 && own < 1.5 * best, "the way is {own} px, the shortest {best} px");
         ours += own;
         shortest += best;
     }
@@ -195,7 +196,7 @@ fn local_changes_shorten_the_way_and_keep_the_strokes() {
         };
         let mut after = before.clone();
         improve(&mut after, CORNER);
-        // Even without a good beginning.
+        // Local changes shorten the way even from a bad initial order.
         assert!(length(&after) < 0.25 * length(&before), "{} of {}", length(&after), length(&before));
         let is_whole = |stop: &Stop| {
             let [down, up] = ends(&strokes[stop.stroke]);
@@ -205,7 +206,7 @@ fn local_changes_shorten_the_way_and_keep_the_strokes() {
         let mut numbers: Vec<usize> = after.iter().map(|stop| stop.stroke).collect();
         numbers.sort_unstable();
         assert!(numbers.into_iter().eq(0..200));
-        // Planted: one end turned and not told.
+        // Planted: one end flipped without marking it.
         after[5].ends.reverse();
         assert!(!after.iter().all(is_whole));
     }
@@ -219,7 +220,7 @@ fn the_grid_finds_what_is_nearest() {
         let places: Vec<[f64; 2]> = (0..500).map(|_| place(1.0)).collect();
         let mut grid = Grid::new(&places);
         for _ in 0..300 {
-            // Outside as well.
+            // Some points are outside the grid.
             let from = place(2.0);
             let is_wanted = |number: u32| !number.is_multiple_of(3);
             let distance = |number: u32| {
@@ -232,7 +233,7 @@ fn the_grid_finds_what_is_nearest() {
             assert_eq!(grid.take_nearest(from, is_wanted).unwrap().0, all[0]);
         }
         assert!(grid.take_nearest([0.0; 2], |_| false).is_none());
-        assert!(grid.nearest([0.0; 2], 8, |_| true).is_empty(), "what nobody wanted is forgotten");
+        assert!(grid.nearest([0.0; 2], 8, |_| true).is_empty(), "entries that were not wanted must be removed");
     }
     assert!(Grid::new(&[]).take_nearest([0.0; 2], |_| true).is_none());
 }

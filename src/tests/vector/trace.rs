@@ -1,9 +1,9 @@
-//! Ink becomes the lines that it was drawn by.
+//! Tests that tracing ink returns the lines that it was drawn with.
 
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::vector::trace::{InkPicture, dots, lines};
 
-/// Ink of a function that tells how far a place is from the border of a mark, inside above 0, in pixels.
+/// Returns ink from a function that returns the signed distance in pixels from the border of a mark, positive inside.
 fn picture(size_px: [u32; 2], inside_px: impl Fn(f32, f32) -> f32) -> InkPicture {
     let [width, height] = size_px;
     let places = (0..height).flat_map(|y| (0..width).map(move |x| (x as f32 + 0.5, y as f32 + 0.5)));
@@ -18,7 +18,8 @@ fn length(line: &Polyline) -> f32 {
     line.points.windows(2).map(step).sum()
 }
 
-/// A bar through the middle of a picture, `turn_deg` from the horizontal.
+/// Returns a bar through the middle of a picture, rotated by `turn_deg` from the horizontal, and the distance from its
+/// axis.
 fn bar(turn_deg: f32, width_px: f32, ink: f32) -> (InkPicture, impl Fn([f32; 2]) -> f32) {
     let (sin, cos) = turn_deg.to_radians().sin_cos();
     let away = move |x: f32, y: f32| (x - 100.3) * sin - (y - 99.8) * cos;
@@ -35,9 +36,9 @@ fn a_bar_is_one_line_in_its_middle() {
             let (picture, away) = bar(turn_deg, width_px, ink);
             let mut found = lines(&picture);
             found.sort_by(|a, b| length(b).total_cmp(&length(a)));
-            let [line, rest @ ..] = found.as_slice() else { panic!("{turn_deg} {width_px} {ink}: nothing") };
+            let [line, rest @ ..] = found.as_slice() else { panic!("{turn_deg} {width_px} {ink}: no line found") };
             let name = format!("{turn_deg} degrees, {width_px} px, ink {ink}");
-            assert!(rest.iter().map(length).sum::<f32>() < 1.0, "{name}: {} more", rest.len());
+            assert!(rest.iter().map(length).sum::<f32>() < 1.0, "{name}: {} more lines", rest.len());
             assert!((length(line) - 140.0 + width_px).abs() < 5.0, "{name}: {}", length(line));
             let inner = line.points.iter().skip(3).rev().skip(3);
             let off = inner.map(|at| away(at.px)).fold(0.0, f32::max);
@@ -57,7 +58,7 @@ fn lines_that_cross_go_on() {
     let crossed = picture([200, 200], |x, y| straight(x, y, 20.0).max(straight(x, y, 80.0)));
     let lengths: Vec<f32> = lines(&crossed).iter().map(length).collect();
     assert_eq!(lengths.iter().filter(|length| **length > 190.0).count(), 2, "{lengths:?}");
-    // Planted: they do not cross.
+    // Planted: lines that end where they meet.
     let beside =
         picture([200, 200], |x, y| straight(x, y, 20.0).max(if x < 100.0 { -1.0 } else { straight(x, y, 80.0) }));
     assert_eq!(lines(&beside).iter().filter(|line| length(line) > 190.0).count(), 1);
@@ -75,6 +76,6 @@ fn a_ring_is_closed_and_dots_are_dots() {
         line.points.iter().all(|at| (at.half_width_px - 2.5).abs() < 0.1 && far(at.px[0], at.px[1]) < 0.2)
     };
     assert!(found.iter().all(is_right));
-    // Planted: larger ones.
+    // Planted: larger dots.
     assert!(!dots(&picture([120, 120], |x, y| 3.0 - far(x, y))).iter().all(is_right));
 }

@@ -33,7 +33,7 @@ pub(super) fn run(
     relief_light: &Target,
 ) {
     let (relief, to_sun) = (inputs.relief, inputs.light.to_sun);
-    let made = recorder.kept(
+    let made = recorder.cached(
         |parts: &SkyParts| parts.is_of(relief, to_sun),
         |_| Ok::<_, std::convert::Infallible>(SkyParts::new(relief, to_sun)),
     );

@@ -1,4 +1,4 @@
-//! The session: its states, its frames, where the head is, and what is shown.
+//! The session of the runtime: its states, its frames, the poses of the head, and the submitted layers.
 
 use openxr_sys as xr;
 use xr::Handle as _;
@@ -137,7 +137,7 @@ pub unsafe extern "system" fn end_session(session: xr::Session) -> xr::Result {
     })())
 }
 
-/// The way down from a state to the end of the session.
+/// Queues the states from the current one to the end of the session.
 fn go_down(state: &mut State) {
     let last = state.events.iter().rev().find_map(|event| match event {
         Event::Session(state) => Some(*state),
@@ -250,11 +250,11 @@ pub unsafe extern "system" fn wait_frame(
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
         }
         if session.waited.is_some() {
-            // A runtime would wait for ever.
+            // A real runtime would wait forever.
             let error = xr::Result::ERROR_CALL_ORDER_INVALID;
             return Err(state.violation(CALL, "the frame before was not begun", error));
         }
-        // As a display would: who draws nothing yet is not called a thousand times.
+        // Waits like a display, so that a program that draws nothing yet does not loop a thousand times.
         std::thread::sleep(std::time::Duration::from_millis(1));
         let should_render = [xr::SessionState::VISIBLE, xr::SessionState::FOCUSED].contains(&session.state);
         let renderer = Renderer { number: session.next_frame, should_render };
@@ -327,7 +327,7 @@ pub unsafe extern "system" fn locate_views(
         for (i, view) in views.iter().enumerate() {
             let out = unsafe { &mut *out.add(i) };
             state.check(CALL, (out.ty, out.next), xr::View::TYPE)?;
-            // What is not known is not even a number.
+            // Unknown poses are NaN.
             let nothing = xr::Posef {
                 orientation: xr::Quaternionf { x: f32::NAN, y: f32::NAN, z: f32::NAN, w: f32::NAN },
                 position: xr::Vector3f { x: f32::NAN, y: f32::NAN, z: f32::NAN },
@@ -354,7 +354,7 @@ pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::F
         };
         let is_held = session.chains.values().any(super::swapchains::Chain::is_held);
         let checked = check_layers(&mut state, renderer, is_held, info);
-        // The script counts from the first frame that shows something: how long that takes is not its business.
+        // The script counts frames from the first one that shows something, however long that takes.
         if state.frames > 0 || info.layer_count > 0 {
             state.frames += 1;
         }
@@ -363,7 +363,7 @@ pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::F
     })())
 }
 
-/// What happens after a frame.
+/// Queues the events after a frame.
 fn events_of(state: &mut State) {
     let ended = state.frames.wrapping_sub(1);
     let to = |state: &mut State, states: &[xr::SessionState]| {

@@ -1,10 +1,10 @@
-//! Where the head is in a frame, and what its eyes see.
+//! Poses and lenses of the eyes in a frame.
 
 use openxr_sys as xr;
 
 use super::state::State;
 
-/// The eyes of a frame: a head that looks around, nods, and leans.
+/// Returns the eyes of a frame: a head that looks around, nods, and leans.
 pub fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr::View; 2] {
     let t = if state.script.moves { frame as f32 / 90.0 } else { 0.0 };
     let (yaw, pitch, roll) = (0.35 * (0.9 * t).sin(), 0.2 * (1.3 * t).sin() - 0.1, 0.25 * (0.7 * t).sin() + 0.05);
@@ -22,9 +22,9 @@ pub fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr:
     })
 }
 
-/// What an eye sees: that on the left for −1, that on the right for 1.
+/// Returns the lens of an eye: the left one for `side` −1, the right one for 1.
 pub fn lens(side: f32) -> xr::Fovf {
-    // Farther outward than toward the nose.
+    // The lens sees farther outward than toward the nose.
     let (outward, inward) = (0.9, 0.7);
     let (left, right) = if side < 0.0 { (outward, inward) } else { (inward, outward) };
     xr::Fovf { angle_left: -left, angle_right: right, angle_up: 0.75, angle_down: -0.85 }

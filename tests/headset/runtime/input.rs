@@ -1,4 +1,4 @@
-//! Actions: what is suggested, attached and asked for, and what the script presses.
+//! The runtime's actions: suggested, attached and queried ones, and the buttons that the script presses.
 
 use std::collections::BTreeMap;
 use std::ffi::{CStr, c_char};
@@ -10,10 +10,10 @@ use super::state::{State, array, hold, time_of, told};
 
 #[derive(Default)]
 pub struct Input {
-    /// By handle: the name.
+    /// Names of action sets by handle.
     sets: BTreeMap<u64, String>,
     actions: BTreeMap<u64, Action>,
-    /// By profile: action and path.
+    /// Suggested bindings by profile: action and path.
     suggested: BTreeMap<String, Vec<(u64, String)>>,
     is_attached: bool,
 }
@@ -22,13 +22,13 @@ struct Action {
     set: u64,
     name: String,
     kind: xr::ActionType,
-    /// At the last sync, and before.
+    /// Value at the last sync.
     value: [f32; 2],
     changed: bool,
     is_active: bool,
 }
 
-/// Controllers with what follows `/user/hand/HAND/input`; the hand is left or right where it has only one.
+/// Controllers, and their input paths after `/user/hand/HAND/input/`. A path begins with the hand if only one has it.
 const CONTROLLERS: [(&str, &[&str]); 5] = [
     ("khr/simple_controller", &["select/click", "menu/click"]),
     (
@@ -243,7 +243,7 @@ pub unsafe extern "system" fn sync(session: xr::Session, info: *const xr::Action
     })())
 }
 
-/// What an action of a kind was at the last sync.
+/// Returns the value of an action at the last sync; the action must be of this type.
 fn asked(
     call: &str,
     session: xr::Session,

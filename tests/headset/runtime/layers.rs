@@ -1,11 +1,11 @@
-//! What is shown: whether it is as it was located, and a copy of it.
+//! Checks submitted layers against the located views, and dumps copies of the images.
 
 use openxr_sys as xr;
 use xr::Handle as _;
 
 use super::state::{Renderer, State, time_of};
 
-/// Whether a frame may end with these layers.
+/// Returns whether a frame may end with these layers.
 pub fn check_layers(
     state: &mut State,
     renderer: Renderer,
@@ -51,7 +51,7 @@ fn check_projection(
     if layer.view_count != 2 {
         return Err(state.violation(CALL, "not two views", xr::Result::ERROR_LAYER_INVALID));
     }
-    // Images that are not new show what they did, from where that was seen.
+    // If no image is new, the layers show the previous images, from the views for which those were drawn.
     let session = state.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)?;
     let is_new = session.chains.values().any(|chain| chain.is_new);
     session.chains.values_mut().for_each(|chain| chain.is_new = false);
@@ -89,7 +89,7 @@ fn check_projection(
     Ok(())
 }
 
-/// The images as they are, and a line for each eye: frame, eye, position, orientation, angles of the lens.
+/// Dumps the images as they are, and a row for each eye: frame, eye, position, orientation, angles of the lens.
 fn dump(state: &State, views: &[xr::View; 2], shown: &[(usize, [u32; 2], Vec<u8>)]) {
     use std::io::Write as _;
     let Some(folder) = &state.script.dump else { return };

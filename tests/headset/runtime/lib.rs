@@ -1,12 +1,12 @@
-//! An OpenXR runtime without a headset, for tests: the loader of OpenXR loads it through `XR_RUNTIME_JSON`.
+//! An OpenXR runtime without a headset, for tests. The OpenXR loader loads it through `XR_RUNTIME_JSON`.
 //!
-//! Poses and times follow from the frame's number alone. It does what a runtime does and checks what a program must do:
-//! the order of calls, handles, the types of structs, layers, sizes and layouts. What is not as the specification has it
-//! is a line of the file that `HACHURE_XR_LOG` names, and the call fails with the error that the specification gives it.
-//! Other variables (`script.rs`) make it lose its session, take the headset off, press buttons.
-#![allow(unsafe_code, reason = "a runtime is called through pointers; the loader and the program keep to their types")]
-#![allow(clippy::missing_safety_doc, reason = "the specification of OpenXR says what each function asks for")]
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test fails by it, and writes scratch files")]
+//! Poses and times follow from the frame's number alone. It does what a runtime does, and checks what a program must
+//! do: the order of calls, handles, the types of structs, layers, sizes and layouts. A violation of the specification
+//! is a line in the file that `HACHURE_XR_LOG` names, and the call fails with the error that the specification
+//! prescribes. Other variables (`script.rs`) make it lose its session, take the headset off, or press buttons.
+#![allow(unsafe_code, reason = "a runtime is called through pointers, whose types the loader and the program respect")]
+#![allow(clippy::missing_safety_doc, reason = "the OpenXR specification says what each function requires")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes scratch files")]
 #![allow(clippy::undocumented_unsafe_blocks, reason = "as above, in every function")]
 #![allow(missing_docs, reason = "a part of a test")]
 
@@ -25,7 +25,7 @@ use std::ffi::{CStr, c_char};
 
 use openxr_sys as xr;
 
-/// Hands a C function out by its name.
+/// Returns a C function by its name.
 macro_rules! functions {
     ($name:expr; $($function:literal => $value:expr => $kind:ident),* $(,)?) => {
         match $name {

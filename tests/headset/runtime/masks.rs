@@ -1,11 +1,11 @@
-//! What nobody sees through the lenses (`XR_KHR_visibility_mask`): the four corners of each eye's picture.
+//! The parts of each eye's picture that are hidden by the lenses (`XR_KHR_visibility_mask`): its four corners.
 
 use openxr_sys as xr;
 
 use super::head::lens;
 use super::state::{array, hold, told};
 
-/// How much of each side of the picture belongs to a corner, before the mask changes and after.
+/// The part of each side that a corner takes, before and after the mask changes.
 const PARTS: [f32; 2] = [0.25, 0.4];
 
 pub unsafe extern "system" fn visibility_mask(

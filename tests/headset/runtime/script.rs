@@ -1,25 +1,25 @@
-//! What the environment asks of the runtime. Frames count from 0, as `xrEndFrame` ends
-//! them, from the first one that shows something.
+//! The script of the runtime, from environment variables. Frames count from 0, as `xrEndFrame` ends them, from the
+//! first one that shows something.
 
 use std::path::PathBuf;
 
-/// All of it.
+/// All settings of the runtime.
 pub struct Script {
-    /// `HACHURE_XR_LOG`: where violations go, a line each.
+    /// `HACHURE_XR_LOG`: file to which violations are appended, one per line.
     pub log: Option<PathBuf>,
-    /// `HACHURE_XR_HEADSET=none`: nothing is connected.
+    /// `HACHURE_XR_HEADSET=none`: no headset is connected.
     pub has_headset: bool,
-    /// `HACHURE_XR_VULKAN=none`: no extension for Vulkan.
+    /// `HACHURE_XR_VULKAN=none`: the runtime has no extension for Vulkan.
     pub has_vulkan: bool,
-    /// `HACHURE_XR_STAGE=none`: nobody set up a room.
+    /// `HACHURE_XR_STAGE=none`: no stage was set up.
     pub has_stage: bool,
-    /// `HACHURE_XR_LOSE_SESSION=N`: it is told to be lost after frame N.
+    /// `HACHURE_XR_LOSE_SESSION=N`: the runtime announces the loss of the session after frame N.
     pub lose_session: Option<u64>,
-    /// `HACHURE_XR_BREAK_SESSION=N`: it is lost without a word.
+    /// `HACHURE_XR_BREAK_SESSION=N`: the session is lost without an event.
     pub break_session: Option<u64>,
-    /// `HACHURE_XR_LOSE_INSTANCE=N`: the runtime says that it goes.
+    /// `HACHURE_XR_LOSE_INSTANCE=N`: the runtime announces the loss of the instance.
     pub lose_instance: Option<u64>,
-    /// `HACHURE_XR_BREAK_INSTANCE=N`: it goes without a word.
+    /// `HACHURE_XR_BREAK_INSTANCE=N`: the instance is lost without an event.
     pub break_instance: Option<u64>,
     /// `HACHURE_XR_STOP=N`: the user ends the program.
     pub stop: Option<u64>,
@@ -27,29 +27,29 @@ pub struct Script {
     pub pause: Option<u64>,
     /// `HACHURE_XR_OFF=A-B`: the headset is off from frame A to frame B.
     pub off: Option<[u64; 2]>,
-    /// `HACHURE_XR_SIZES=96x80,96x80`.
+    /// `HACHURE_XR_SIZES=96x80,96x80`: sizes of the eyes' images, in pixels.
     pub sizes_px: [[u32; 2]; 2],
-    /// `HACHURE_XR_FORMATS=43,97`: Vulkan's numbers.
+    /// `HACHURE_XR_FORMATS=43,97`: offered formats, by Vulkan's numbers.
     pub formats: Vec<i64>,
-    /// `HACHURE_XR_IPD=0.063`.
+    /// `HACHURE_XR_IPD=0.063`: distance between the eyes.
     pub ipd_m: f32,
-    /// `HACHURE_XR_MOTION=none`: the head rests.
+    /// `HACHURE_XR_MOTION=none`: the head does not move.
     pub moves: bool,
-    /// `HACHURE_XR_TRACKING=A-B`: the head is not known from frame A to B.
+    /// `HACHURE_XR_TRACKING=A-B`: the head is not tracked from frame A to frame B.
     pub untracked: Option<[u64; 2]>,
-    /// `HACHURE_XR_PROFILE`: which controllers there are.
+    /// `HACHURE_XR_PROFILE`: the interaction profile of the controllers.
     pub profile: String,
-    /// `HACHURE_XR_PUSHES=A-B:/user/hand/left/input/thumbstick:X:Y,…`: held from frame A to before frame B. A button is
-    /// down without X and Y.
+    /// `HACHURE_XR_PUSHES=A-B:/user/hand/left/input/thumbstick:X:Y,…`: a control that is held from frame A to before
+    /// frame B. Without X and Y a button is pressed.
     pub pushes: Vec<Push>,
-    /// `HACHURE_XR_MASK=corners | N`: a mask of hidden areas, which is another one after frame N.
+    /// `HACHURE_XR_MASK=corners | N`: a mask of hidden areas, which changes after frame N.
     pub has_mask: bool,
     pub change_mask: Option<u64>,
-    /// `HACHURE_XR_DUMP=folder`: every image that is shown, and a table of poses.
+    /// `HACHURE_XR_DUMP=folder`: folder for every submitted image, and a table of poses.
     pub dump: Option<PathBuf>,
 }
 
-/// A control that is held.
+/// A control that is held down.
 pub struct Push {
     pub frames: [u64; 2],
     pub path: String,

@@ -1,4 +1,4 @@
-//! All that the runtime knows, behind one lock; and its log.
+//! The state of the runtime, behind one lock, and its log.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::io::Write as _;
@@ -11,7 +11,7 @@ use super::script::Script;
 use super::swapchains::Chain;
 use super::vulkan::Vulkan;
 
-/// The only instance, system and session have these numbers.
+/// Handles of the only instance, system and session.
 pub const INSTANCE: u64 = 0x101;
 pub const SYSTEM: u64 = 0x201;
 pub const SESSION: u64 = 0x301;
@@ -19,7 +19,7 @@ pub const SESSION: u64 = 0x301;
 pub struct State {
     pub script: Script,
     pub has_instance: bool,
-    /// `XR_KHR_visibility_mask`.
+    /// Whether the program enabled `XR_KHR_visibility_mask`.
     pub enabled_masks: bool,
     pub asked_requirements: bool,
     pub vulkan: Option<Vulkan>,
@@ -27,41 +27,41 @@ pub struct State {
     pub paths: Vec<String>,
     pub input: Input,
     pub next_handle: u64,
-    /// What `xrPollEvent` will tell.
+    /// Events that `xrPollEvent` has not returned yet.
     pub events: VecDeque<Event>,
-    /// Frames that ended.
+    /// Number of frames that have ended.
     pub frames: u64,
     pub violations: u64,
 }
 
-// SAFETY: the pointers in it are those that end a chain of structs: null.
+// SAFETY: the only pointers in it end chains of structs, so they are null.
 unsafe impl Send for State {}
 
 #[derive(Clone, Copy)]
 pub enum Event {
     Session(xr::SessionState),
     InstanceLoss,
-    /// Of an eye.
+    /// The visibility mask of an eye changed.
     Mask(u32),
 }
 
 pub struct Session {
-    /// As the program was told.
+    /// The last state that the program was notified of.
     pub state: xr::SessionState,
     pub is_running: bool,
-    /// The user or the program wants the end.
+    /// The user or the program requested the end.
     pub exits: bool,
     pub spaces: BTreeMap<u64, xr::ReferenceSpaceType>,
     pub chains: BTreeMap<u64, Chain>,
-    /// A frame that was waited for and not begun.
+    /// The frame that was waited for and not begun.
     pub waited: Option<Renderer>,
-    /// A frame that was begun and not ended.
+    /// The frame that was begun and not ended.
     pub begun: Option<Renderer>,
-    /// Counted by `xrWaitFrame`.
+    /// Number of the next frame that `xrWaitFrame` announces.
     pub next_frame: u64,
-    /// What was told of the views last: when, from where.
+    /// The views that were located last: display time, space, and views.
     pub located: Option<(i64, u64, [xr::View; 2])>,
-    /// What was shown last.
+    /// The views that were shown last.
     pub shown: Option<[xr::View; 2]>,
 }
 
@@ -71,14 +71,14 @@ pub struct Renderer {
     pub should_render: bool,
 }
 
-/// The display time of a frame, in nanoseconds.
+/// Returns the display time of a frame, in nanoseconds.
 pub fn time_of(renderer: u64) -> i64 {
     1_000_000_000 + 11_111_111 * renderer as i64
 }
 
 static STATE: Mutex<Option<State>> = Mutex::new(None);
 
-/// The state; made when it is asked for first.
+/// A lock on the state, which is created on first use.
 pub struct Held(MutexGuard<'static, Option<State>>);
 
 impl std::ops::Deref for Held {
@@ -129,14 +129,14 @@ impl State {
         writeln!(file.unwrap(), "{line}").unwrap();
     }
 
-    /// Notes what the specification does not allow, and returns the error that it gives for it.
+    /// Logs a violation of the specification, and returns the error that the specification prescribes.
     pub fn violation(&mut self, call: &str, what: &str, error: xr::Result) -> xr::Result {
         self.violations += 1;
         self.log(&format!("violation: {call}: {what} ({error:?})"));
         error
     }
 
-    /// A struct must have its type, and nothing that is not known follows it.
+    /// Checks that a struct has its type, and that no unknown struct follows it in the chain.
     pub fn check(
         &mut self,
         call: &str,
@@ -150,14 +150,14 @@ impl State {
         if !found.1.is_null() {
             return Err(self.violation(
                 call,
-                "something unknown follows a struct",
+                "an unknown struct follows in the chain",
                 xr::Result::ERROR_VALIDATION_FAILURE,
             ));
         }
         Ok(())
     }
 
-    /// Whether the instance is there and its handle is right.
+    /// Checks that the instance exists and its handle is right.
     pub fn instance(&mut self, call: &str, instance: xr::Instance) -> Result<(), xr::Result> {
         use xr::Handle as _;
         if !self.has_instance || instance.into_raw() != INSTANCE {
@@ -169,7 +169,7 @@ impl State {
         }
     }
 
-    /// The session, if the handle is right.
+    /// Returns the session, if the handle is right.
     pub fn session(&mut self, call: &str, session: xr::Session) -> Result<&mut Session, xr::Result> {
         use xr::Handle as _;
         if self.session.is_none() || session.into_raw() != SESSION {
@@ -185,7 +185,7 @@ impl State {
     }
 }
 
-/// The two calls of an array: how many there are, and then all of them.
+/// Implements the two calls that return an array: the first returns its length, the second its elements.
 pub fn array<T: Copy>(values: &[T], capacity: u32, count: *mut u32, out: *mut T) -> xr::Result {
     unsafe { *count = values.len() as u32 };
     if capacity == 0 {
@@ -198,7 +198,7 @@ pub fn array<T: Copy>(values: &[T], capacity: u32, count: *mut u32, out: *mut T)
     xr::Result::SUCCESS
 }
 
-/// A text into a field.
+/// Writes a text into a field of fixed length.
 pub fn text(value: &str, out: &mut [std::ffi::c_char]) {
     out.fill(0);
     for (to, from) in out.iter_mut().zip(value.bytes()) {
@@ -206,7 +206,7 @@ pub fn text(value: &str, out: &mut [std::ffi::c_char]) {
     }
 }
 
-/// The error or the success of a function that may leave early.
+/// Returns the error or the success of a function that may return early.
 pub fn told(result: Result<xr::Result, xr::Result>) -> xr::Result {
     result.unwrap_or_else(|error| error)
 }

@@ -1,4 +1,4 @@
-//! Swapchains: images that go back and forth, and what of them is dumped.
+//! Swapchains: their images are acquired and released, and released ones may be dumped.
 
 use std::collections::VecDeque;
 
@@ -12,24 +12,24 @@ use super::vulkan::Image;
 const IMAGES: usize = 3;
 
 pub struct Chain {
-    /// 0 is the left eye's, by the order in which they were made.
+    /// Index by order of creation; 0 is the left eye's.
     pub number: usize,
     pub size_px: [u32; 2],
     format: vk::Format,
     images: Vec<Image>,
     next: usize,
-    /// Acquired and not waited for; the oldest first.
+    /// Images that were acquired and not waited for, the oldest first.
     acquired: VecDeque<usize>,
     waited: Option<usize>,
     pub was_released: bool,
-    /// Since the last frame ended.
+    /// Whether an image was released since the last frame ended.
     pub is_new: bool,
-    /// The bytes of the last image that was released, if they are dumped.
+    /// Bytes of the last image that was released, if images are dumped.
     pub bytes: Vec<u8>,
 }
 
 impl Chain {
-    /// Whether the program holds an image.
+    /// Returns whether the program holds an image.
     pub fn is_held(&self) -> bool {
         self.waited.is_some() || !self.acquired.is_empty()
     }
@@ -98,7 +98,7 @@ pub unsafe extern "system" fn create(
     })())
 }
 
-/// The swapchain of a handle.
+/// Returns the swapchain with this handle.
 fn chain<'a>(state: &'a mut State, call: &str, swapchain: xr::Swapchain) -> Result<&'a mut Chain, xr::Result> {
     use super::state::SESSION;
     let handle = swapchain.into_raw();
@@ -111,7 +111,7 @@ fn chain<'a>(state: &'a mut State, call: &str, swapchain: xr::Swapchain) -> Resu
 
 pub unsafe extern "system" fn destroy(swapchain: xr::Swapchain) -> xr::Result {
     let mut state = hold();
-    // It can be destroyed even if the session is lost.
+    // A swapchain can be destroyed even if the session is lost.
     let removed = state.session.as_mut().and_then(|session| session.chains.remove(&swapchain.into_raw()));
     let Some(removed) = removed else {
         return state.violation("xrDestroySwapchain", "no such swapchain", xr::Result::ERROR_HANDLE_INVALID);

@@ -1,4 +1,4 @@
-//! The instance, the system, and paths.
+//! The instance, the system, and paths of the runtime.
 
 use std::ffi::{CStr, c_char};
 
@@ -8,7 +8,7 @@ use xr::Handle as _;
 use super::state::{INSTANCE, SYSTEM, State, array, hold, text, told};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
-/// More than any size that is asked for.
+/// Larger than any size that is requested.
 const MOST_PX: u32 = 8192;
 
 pub unsafe extern "system" fn enumerate_extensions(
@@ -140,7 +140,7 @@ pub unsafe extern "system" fn get_system(
     })())
 }
 
-/// Whether the instance and the system are right, and views are of two eyes.
+/// Checks that the instance and the system are right, and that the view configuration is stereo.
 pub fn check_system(
     state: &mut State,
     call: &str,
@@ -235,7 +235,7 @@ pub unsafe extern "system" fn configuration_views(
             view.max_image_rect_width = MOST_PX;
             view.recommended_image_rect_height = height;
             view.max_image_rect_height = MOST_PX;
-            // More than hachure takes, as some runtimes do.
+            // More samples than hachure uses, as some runtimes recommend.
             view.recommended_swapchain_sample_count = 4;
             view.max_swapchain_sample_count = 4;
         }
@@ -272,7 +272,7 @@ pub unsafe extern "system" fn string_to_path(
                 && part.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"-_.".contains(&b))
         };
         if !string.strip_prefix('/').is_some_and(|rest| rest.split('/').all(is_clean)) {
-            let what = format!("{string} is no path");
+            let what = format!("{string} is not a path");
             return Err(state.violation("xrStringToPath", &what, xr::Result::ERROR_PATH_FORMAT_INVALID));
         }
         unsafe { *path = state.path(string) };
@@ -281,7 +281,7 @@ pub unsafe extern "system" fn string_to_path(
 }
 
 impl State {
-    /// The number of a path.
+    /// Returns the handle of a path.
     pub fn path(&mut self, string: String) -> xr::Path {
         let known = self.paths.iter().position(|path| *path == string);
         let index = known.unwrap_or_else(|| {
@@ -291,7 +291,7 @@ impl State {
         xr::Path::from_raw(index as u64 + 1)
     }
 
-    /// The text of a path.
+    /// Returns the text of a path.
     pub fn path_text(&self, path: xr::Path) -> Option<&str> {
         self.paths.get(path.into_raw().checked_sub(1)? as usize).map(String::as_str)
     }

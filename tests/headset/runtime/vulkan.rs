@@ -1,4 +1,5 @@
-//! Vulkan as the program and the runtime share it: the runtime makes the instance and the device, and copies images out.
+//! Vulkan, shared by the program and the runtime: the runtime creates the instance and the device, and copies images
+//! out.
 
 use std::ffi::c_char;
 
@@ -10,7 +11,7 @@ use super::system::check_system;
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
-/// What the program draws with.
+/// The Vulkan objects that the program draws with.
 pub struct Vulkan {
     pub instance: ash::Instance,
     pub physical_device: Option<vk::PhysicalDevice>,
@@ -18,7 +19,7 @@ pub struct Vulkan {
     pub queue: Option<Queue>,
 }
 
-/// The queue of the session, with what the runtime records.
+/// The session's queue, and the command buffer into which the runtime records.
 pub struct Queue {
     raw: vk::Queue,
     pool: vk::CommandPool,
@@ -69,7 +70,7 @@ pub unsafe extern "system" fn create_instance(
         state.check(CALL, (info.ty, info.next), xr::VulkanInstanceCreateInfoKHR::TYPE)?;
         if !state.asked_requirements {
             let error = xr::Result::ERROR_GRAPHICS_REQUIREMENTS_CALL_MISSING;
-            return Err(state.violation(CALL, "the requirements were not asked for", error));
+            return Err(state.violation(CALL, "the requirements were not queried", error));
         }
         let Some(static_fn) = static_fn(info.pfn_get_instance_proc_addr) else {
             return Err(state.violation(CALL, "no functions of Vulkan", xr::Result::ERROR_VALIDATION_FAILURE));
@@ -139,7 +140,7 @@ pub unsafe extern "system" fn create_device(
 }
 
 impl Vulkan {
-    /// Whether a session's binding is what the runtime made; then it takes the queue.
+    /// Checks that a session's binding contains the objects that the runtime created, and takes the queue.
     pub fn bind(&mut self, binding: &xr::GraphicsBindingVulkanKHR) -> Option<()> {
         let device = self.device.as_ref()?;
         let is_own = self.instance.handle().as_raw() == binding.instance as u64
@@ -159,7 +160,7 @@ impl Vulkan {
         Some(())
     }
 
-    /// Lets the queue go.
+    /// Releases the queue.
     pub fn unbind(&mut self) {
         if let (Some(device), Some(queue)) = (&self.device, self.queue.take()) {
             unsafe { device.destroy_command_pool(queue.pool, None) };
@@ -177,7 +178,7 @@ impl Vulkan {
         unsafe { device.allocate_memory(&info, None) }.unwrap()
     }
 
-    /// An image to draw on, as one that was acquired.
+    /// Returns an image to draw on, in the layout of an acquired image.
     pub fn image(&self, format: vk::Format, [width, height]: [u32; 2]) -> Image {
         let device = self.device.as_ref().unwrap();
         let info = vk::ImageCreateInfo::default()
@@ -206,8 +207,8 @@ impl Vulkan {
         }
     }
 
-    /// Takes an image that was released, and gives it back. Its bytes if they are wanted. The layout is the one that
-    /// the specification asks for, so that the validation layer complains of any other.
+    /// Takes a released image and returns it to the swapchain. Returns its bytes if `wants`. It expects the layout that
+    /// the specification requires, so the validation layer reports any other layout.
     pub fn take(&self, image: &Image, [width, height]: [u32; 2], texel_bytes: u64, wants: bool) -> Vec<u8> {
         let device = self.device.as_ref().unwrap();
         let bytes = u64::from(width) * u64::from(height) * texel_bytes;

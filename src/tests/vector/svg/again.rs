@@ -1,4 +1,4 @@
-//! Drawn again, a file shows the ink of its frame.
+//! Tests that a written file, when rasterised, shows the ink of its frame.
 
 use std::process::Command;
 
@@ -10,18 +10,19 @@ use kurbo::{ParamCurve, Point, Shape};
 use super::{HILL, RAINIER, Read, SIZE_PX, drawing, hill, read, settings, strokes_of, written};
 use crate::tests::common::World;
 
-/// The paths drawn with the pen of the shader: coverage by the distance from the middle, the darker one stays.
+/// Rasterises paths with the pen of the shader: coverage depends on the distance from the middle, and the darker ink
+/// stays.
 fn rasterised(paths: &[Read]) -> Vec<f32> {
     rasterised_at(paths, SIZE_PX)
 }
 
-/// The same on a sheet of another size.
+/// Does the same on a page of another size.
 pub fn rasterised_at(paths: &[Read], size_px: [u32; 2]) -> Vec<f32> {
     let [width, height] = size_px.map(|side| side as usize);
     let mut ink = vec![0.0_f32; width * height];
     for read in paths {
         let mut stamp = |at: Point| {
-            // What is narrower than a pixel covers as much of it as it is wide.
+            // A stroke narrower than a pixel covers a part of it as large as its width.
             let reach = 0.5 * read.width.max(1.0) + 0.5;
             let opacity = read.opacity * read.width.min(1.0);
             let range = |middle: f64, most: usize| {
@@ -51,7 +52,7 @@ impl ControlLength for kurbo::CubicBez {
     }
 }
 
-/// The part of the pixels with `own` ink that have some of the `other` within 1.5 px.
+/// Returns the part of the pixels with `own` ink that have some `other` ink within 1.5 px.
 fn covered(own: &[f32], other: &[f32]) -> f64 {
     let [width, height] = SIZE_PX.map(i64::from);
     let near: Vec<(i64, i64)> = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))).collect();
@@ -67,7 +68,7 @@ fn covered(own: &[f32], other: &[f32]) -> f64 {
         };
         found += u32::from(near.iter().any(has_ink));
     }
-    assert!(all > 500, "a picture of something");
+    assert!(all > 500, "a picture must have more than 500 inked pixels, not {all}");
     f64::from(found) / f64::from(all)
 }
 
@@ -76,10 +77,10 @@ fn a_file_shows_what_was_drawn() {
     let real = || World::real("dem/geotiff/mt_rainier_90m.tif", 1.0);
     for (name, world, camera) in [("hill", hill(), HILL), ("Rainier", real(), RAINIER)] {
         let Some(mut world) = world else { continue };
-        // Ink that does not fade: SVG mixes it in another way.
+        // Ink that does not fade, because SVG would mix it differently.
         let drawn = strokes_of(&mut world, camera, |strokes| {
             strokes.faintest = 1.0;
-            // The hill's strokes taper all along, so that their width is no constant.
+            // The hill's strokes taper along their whole length, so their width varies.
             if name == "hill" {
                 (strokes.width_px, strokes.taper_px) = (5.0, 500.0);
             }
@@ -94,8 +95,8 @@ fn a_file_shows_what_was_drawn() {
         let area = |ink: &[f32]| ink.iter().map(|ink| f64::from(*ink)).sum::<f64>();
         let ratio = area(&again) / area(&drawn.ink);
         println!(
-            "{name}: {} strokes of {} segments; {:.2} % of the ink is there, {:.2} % of what is there was ink, {ratio:.3} \
-             times as much; pen up {:.0} px instead of {:.0}",
+            "{name}: {} strokes of {} segments; recall {:.2} %, precision {:.2} %, {ratio:.3} \
+             times as much ink; pen up {:.0} px instead of {:.0}",
             report.strokes,
             report.segments,
             100.0 * recall,
@@ -105,7 +106,7 @@ fn a_file_shows_what_was_drawn() {
         );
         assert!(recall >= 0.98 && precision >= 0.98 && (0.95..1.05).contains(&ratio));
         assert!(report.pen_up_px <= report.pen_up_unordered_px);
-        // Planted: everything lower; the longest fifth of the strokes gone; too wide.
+        // Planted: all strokes lower; the longest fifth of the strokes missing; too wide strokes.
         let changed = |change: &dyn Fn(&mut Vec<Read>)| {
             let mut paths = read(&text);
             change(&mut paths);
@@ -126,7 +127,7 @@ fn a_file_shows_what_was_drawn() {
     }
 }
 
-/// Another program draws it the same.
+/// Tests that another program draws the same.
 #[test]
 fn librsvg_agrees() {
     let Some(mut world) = hill() else { return };
@@ -143,13 +144,9 @@ fn librsvg_agrees() {
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let picture = hachure::file::png::read_rgba8(&png).unwrap();
     assert_eq!([picture.width, picture.height], SIZE_PX);
-    // Without a background: the alpha is the ink.
+    // The picture has no background, so its alpha is the ink.
     let ink: Vec<f32> = picture.rgba.chunks_exact(4).map(|texel| f32::from(texel[3]) / 255.0).collect();
     let (recall, precision) = (covered(&drawn.ink, &ink), covered(&ink, &drawn.ink));
-    println!(
-        "librsvg: {:.2} % of the ink is there, {:.2} % of what is there was ink",
-        100.0 * recall,
-        100.0 * precision
-    );
+    println!("librsvg: recall {:.2} %, precision {:.2} %", 100.0 * recall, 100.0 * precision);
     assert!(recall >= 0.98 && precision >= 0.98);
 }

@@ -1,4 +1,4 @@
-//! What a file says: layers, paper, faint ink, nothing, and no nonsense.
+//! Tests the contents of SVG files: layers, paper, faint ink, empty drawings, and no invalid numbers.
 
 use std::path::Path;
 
@@ -103,7 +103,7 @@ fn faint_ink_looks_on_white_as_it_does_in_pictures() {
     let mut look = |ink: f32| {
         line.points.iter_mut().for_each(|point| point.ink = ink);
         let opacity = read(&written(&[line.clone()], &settings(Sheet::pixels(SIZE_PX))).0)[0].opacity;
-        // Mixed as written, and mixed as light.
+        // Mixed as an SVG viewer does, and mixed in linear light.
         let dark = 15.0 / 255.0;
         let shown = 1.0 + (dark - 1.0) * opacity;
         let [linear] = [((dark + 0.055_f64) / 1.055).powf(2.4)];
@@ -115,7 +115,7 @@ fn faint_ink_looks_on_white_as_it_does_in_pictures() {
         assert!((shown - drawn).abs() < 2e-3, "{ink}: {shown} {drawn}");
     }
     assert_eq!(look(1.0).0, 1.0);
-    // Planted: the part of ink itself would be much darker.
+    // Planted: the ink itself as opacity would be much darker.
     assert!(look(0.5).0 < 0.4);
 }
 

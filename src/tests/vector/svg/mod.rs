@@ -1,4 +1,4 @@
-//! SVG files: read by an XML parser, drawn again, and held against the ink of the same frame.
+//! Tests SVG files: they are read by an XML parser, rasterised, and compared with the ink of the same frame.
 
 pub mod again;
 mod file;
@@ -23,7 +23,7 @@ use crate::tests::common::hill::Hill;
 const SIZE_PX: [u32; 2] = [640, 360];
 const NAMESPACE: &str = "http://www.inkscape.org/namespaces/inkscape";
 
-/// What a frame left: its strokes as lines, its ink and whose it is for each pixel.
+/// Results of a frame: its strokes as lines, and the ink and the stroke of each pixel.
 struct Drawn {
     polylines: Vec<Polyline>,
     ink: Vec<f32>,
@@ -59,18 +59,18 @@ fn settings(sheet: Sheet) -> Settings {
     Settings { tolerance_px: 0.25, sheet, ink: "#14120f".parse::<Color>().unwrap() }
 }
 
-/// The text of the file.
+/// Returns the text of the file, and the report.
 fn written(polylines: &[Polyline], settings: &Settings) -> (String, DrawingReport) {
     let (layers, report) = layers(&groups(polylines, settings.ink), settings, None);
     (written_layers(layers, settings), report)
 }
 
-/// The text of a file of layers.
+/// Returns the text of a file with these layers.
 pub fn written_layers(layers: Vec<Layer>, settings: &Settings) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.svg");
     write_svg(&path, &drawing(layers, settings)).unwrap();
-    assert_eq!(folder.path().read_dir().unwrap().count(), 1, "nothing else is left there");
+    assert_eq!(folder.path().read_dir().unwrap().count(), 1, "no other file may remain");
     std::fs::read_to_string(&path).unwrap()
 }
 
@@ -86,7 +86,7 @@ fn drawing(layers: Vec<Layer>, settings: &Settings) -> Drawing {
     }
 }
 
-/// A path of a file.
+/// A path in a file.
 pub struct Read {
     layer: String,
     path: BezPath,
@@ -94,7 +94,7 @@ pub struct Read {
     opacity: f64,
 }
 
-/// The paths of a file, in its order; what is not as it should be fails.
+/// Returns the paths of a file, in its order, and checks its structure.
 pub fn read(text: &str) -> Vec<Read> {
     assert!(!text.contains("NaN") && !text.contains("inf"));
     let document = Document::parse(text).unwrap();
@@ -123,6 +123,6 @@ pub fn read(text: &str) -> Vec<Read> {
             });
         }
     }
-    assert_eq!(paths.len(), text.matches("<path").count(), "paths stand in layers only");
+    assert_eq!(paths.len(), text.matches("<path").count(), "all paths must be in layers");
     paths
 }

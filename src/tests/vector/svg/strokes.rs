@@ -1,10 +1,10 @@
-//! Strokes are read back as they were drawn.
+//! Tests that strokes can be read back as they were drawn.
 
 use hachure::lines::strokes::polylines::Polyline;
 
 use super::{Drawn, HILL, SIZE_PX, hill, strokes_of};
 
-/// The part of the pixels with ink whose stroke passes near by.
+/// Returns the part of the pixels with ink whose stroke passes nearby.
 fn owned(drawn: &Drawn, number: impl Fn(u32) -> u32) -> f64 {
     let [width, height] = SIZE_PX;
     let (mut all, mut found) = (0_u32, 0_u32);
@@ -16,7 +16,7 @@ fn owned(drawn: &Drawn, number: impl Fn(u32) -> u32) -> f64 {
         all += 1;
         let own = drawn.polylines.iter().find(|line| line.stroke == number(id));
         let near = |line: &Polyline| {
-            // Points are 4 px apart at most.
+            // Points are at most 4 px apart.
             line.points
                 .iter()
                 .any(|at| (at.px[0] - x as f32 - 0.5).hypot(at.px[1] - y as f32 - 0.5) < at.half_width_px + 3.0)
@@ -31,12 +31,12 @@ fn strokes_are_read_back_with_their_numbers() {
     let Some(mut world) = hill() else { return };
     let drawn = strokes_of(&mut world, HILL, |_| {});
     assert!(owned(&drawn, |number| number) > 0.999, "{}", owned(&drawn, |number| number));
-    assert!(owned(&drawn, |number| number.wrapping_add(1)) < 0.9, "planted: the next one's");
+    assert!(owned(&drawn, |number| number.wrapping_add(1)) < 0.9, "planted: the number of the next stroke");
     for line in &drawn.polylines {
         assert!(line.points.len() >= 2);
         assert!(line.points.iter().all(|at| at.half_width_px >= 0.4 && (0.0..=1.0).contains(&at.ink)));
     }
-    // Shorter ones are not drawn, and not read.
+    // Shorter strokes are neither drawn nor read.
     let length = |line: &Polyline| {
         let step = |pair: &[hachure::lines::strokes::polylines::PolylinePoint]| {
             (pair[1].px[0] - pair[0].px[0]).hypot(pair[1].px[1] - pair[0].px[1])
@@ -53,7 +53,7 @@ fn strokes_are_read_back_with_their_numbers() {
 fn ink_is_read_back_as_it_is_drawn() {
     let Some(mut world) = hill() else { return };
     let drawn = strokes_of(&mut world, HILL, |strokes| {
-        // So wide that a point's pixel is full, and hazy.
+        // Strokes so wide that the pixel at a point is fully covered, and hazy.
         (strokes.width_px, strokes.taper_px, strokes.depth_width, strokes.reach) = (8.0, 0.0, 0.0, 0.06);
     });
     let [width, height] = SIZE_PX;
@@ -75,7 +75,7 @@ fn ink_is_read_back_as_it_is_drawn() {
         f64::from(found) / f64::from(all)
     };
     println!("{:.3} of the points have the picture's ink", agree(&|ink| ink));
-    // Where strokes cross the darker one stays, whosever the number is.
+    // Where strokes cross, the darker ink stays, whichever stroke the number belongs to.
     assert!(agree(&|ink| ink) > 0.9);
     assert!(agree(&|ink| ink * 0.9) < 0.5, "planted: too faint");
 }
