@@ -1,5 +1,6 @@
 // Draws the picture into the window, scaled to it; or two eyes' pictures, side by side or mixed.
 #import hachure::color::srgb_from_linear
+#import hachure::full_screen::full_screen_corner
 
 struct Present {
     // 1: the window's format does not encode to sRGB, so the shader does.
@@ -19,8 +20,7 @@ struct Present {
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
+    return full_screen_corner(index);
 }
 
 @fragment

@@ -13,6 +13,7 @@
 // graded colour at the top of the sheet, and above the horizon.
 #import hachure::view::{View, above_horizon, ray_of_pixel}
 #import hachure::pcg::pcg
+#import hachure::line_ink::line_ink
 
 struct SkyLook {
     // Linear colour, like all colours here.
@@ -79,11 +80,6 @@ fn chance(cell: vec2<i32>, number: u32) -> vec2<f32> {
 // Returns the part of a pixel inside an outline at a signed distance, negative inside.
 fn cover(away_px: f32) -> f32 {
     return clamp(0.5 - away_px, 0.0, 1.0);
-}
-
-// Returns the part of a pixel that a line covers whose centre is `away_px` away.
-fn line_ink(away_px: f32, width_px: f32) -> f32 {
-    return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - abs(away_px), 0.0, 1.0);
 }
 
 // Returns the ink of ruled lines at a height above the horizon.

@@ -2,6 +2,7 @@
 //
 // Nothing changes within 22 degrees of the lens's axis; beyond 37 degrees the picture is black while the room moves.
 // Motion in peripheral vision is what makes people sick.
+#import hachure::full_screen::full_screen_corner
 
 struct Show {
     // Upper left corner of the picture, in tangents from the lens's axis, x to the right and y down.
@@ -20,8 +21,7 @@ const BLACK_TANGENT: f32 = 0.75;
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    let corner = vec2<f32>(f32((index << 1u) & 2u), f32(index & 2u));
-    return vec4<f32>(corner * 2.0 - 1.0, 0.0, 1.0);
+    return full_screen_corner(index);
 }
 
 @fragment

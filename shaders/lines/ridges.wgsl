@@ -1,22 +1,33 @@
-// Adds ridges and valleys to the edge list: crests of curvature (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on
-// Meshes via Implicit Surface Fitting").
+// Adds ridges and valleys to the edge list: crests of curvature.
 //
-// On a ridge the largest curvature has a maximum along its own direction, and is convex; a valley is a ridge of the
-// surface seen from below. So the derivative of the curvature along that direction is zero, and falling. A direction
-// has no sense, so the directions at a cell's corners are flipped to agree with the first one, and the derivative takes
-// its sign from them.
+// On a ridge the curvature has a maximum along its own direction, and is convex; a valley is a ridge of the surface seen
+// from below. So the derivative of the curvature along that direction is zero, and falling. A direction has no sense, so
+// the directions at a cell's corners are flipped to agree with the first one, and the derivative takes its sign from
+// them.
+//
+// Without APPARENT, the curvature is that of the surface (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes
+// via Implicit Surface Fitting"), and its derivative comes from `surface/curvature`.
+//
+// With APPARENT, it is the view-dependent curvature of apparent.wgsl (Judd, Durand and Adelson 2007, "Apparent Ridges
+// for Line Drawing"), and its derivative is taken from the neighbouring blocks; the paper takes it from the triangles
+// around a vertex. Apparent ridges slide toward contours as the eye moves, like the lines that a person sees; the others
+// are fixed to the surface.
 //
 // Curves are found by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the
 // surface bends less than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and
-// where it is so foreshortened that a contour is near, which shows the same shape.
+// where it is so foreshortened that its contour is drawn instead, which shows the same shape.
 //
 // Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
-#import hachure::curvature::{frame_of, form3, principal_of}
 #import hachure::edges::{KIND_RIDGE, KIND_VALLEY}
 #import hachure::edge_list::has_told
+#ifdef APPARENT
+#import hachure::cells::is_beside
+#else
+#import hachure::curvature::{frame_of, form3, principal_of}
+#endif
 
 struct RidgeRules {
     // Least change of the normal over a feature, in radians.
@@ -31,19 +42,67 @@ struct RidgeRules {
 @group(0) @binding(3) var normal: texture_2d<f32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
+#ifdef APPARENT
+@group(0) @binding(6) var apparent: texture_2d<f32>;
+#else
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
+#endif
 
 // Largest curvature across a ridge, as a part of the curvature along its direction.
 const MOST_ACROSS: f32 = 0.7;
 // Cosine between normal and view direction below which the surface's contours are drawn instead.
 const LEAST_FACING: f32 = 0.2;
+// Smallest cosine between the directions at a cell's corners. With less agreement the surface bends alike in all
+// directions, or there is not a single line.
+const ALIKE: f32 = 0.7;
 
-// A corner of a cell, whose value has the sign of an arbitrary sense of its direction, and that direction in the world.
+// A corner of a cell, whose value is the derivative of the curvature along the corner's direction; its sign is that of
+// an arbitrary sense of that direction.
 struct Crest {
     corner: Corner,
+    // Unit vector: in the world, or with APPARENT in xy on the picture.
     along: vec3<f32>,
 }
 
+fn facing_of(corner: Corner) -> f32 {
+    return dot(corner.normal, normalize(view.eye_m - corner.at_m));
+}
+
+#ifdef APPARENT
+fn place_of(block: vec2<i32>) -> Corner {
+    return corner_at(view, block, textureLoad(shape_normal, block, 0), 0.0, 0.0);
+}
+
+// Returns the magnitude of the change of the normal. Where the surface becomes concave only its sign jumps; the
+// magnitude is continuous.
+fn turn_at(block: vec2<i32>) -> f32 {
+    return abs(textureLoad(apparent, block, 0).x);
+}
+
+fn crest_of(block: vec2<i32>) -> Crest {
+    let own = textureLoad(apparent, block, 0);
+    var change = vec2<f32>(0.0);
+    var is_whole = true;
+    let middle = place_of(block);
+    for (var i = 0; i < 4; i++) {
+        let step = select(vec2<i32>(0, 1), vec2<i32>(1, 0), i < 2) * select(-1, 1, (i & 1) == 1);
+        is_whole = is_whole && is_beside(view, middle, place_of(block + step));
+        change += vec2<f32>(step) * turn_at(block + step);
+    }
+    let least = ridge_rules.least_bend;
+    let bends = (ridge_rules.side * own.x * textureLoad(shape_bend, block, 0).w - least) / max(least, 0.01);
+    var corner = middle;
+    corner.value = dot(change, own.yz);
+    corner.room = min(bends, min(MOST_ACROSS - own.w, facing_of(middle) - LEAST_FACING));
+    corner.is_there = corner.is_there && is_whole;
+    return Crest(corner, vec3<f32>(own.yz, 0.0));
+}
+
+// Returns the direction of a crest on the picture.
+fn on_picture(crest: Crest) -> vec2<f32> {
+    return crest.along.xy;
+}
+#else
 fn crest_of(block: vec2<i32>) -> Crest {
     let seen = textureLoad(shape_normal, block, 0);
     let shape = textureLoad(shape_bend, block, 0);
@@ -51,16 +110,19 @@ fn crest_of(block: vec2<i32>) -> Crest {
     let found = principal_of(bend);
     let frame = frame_of(seen.xyz);
     let change = ridge_rules.side * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
-    let facing = dot(seen.xyz, normalize(view.eye_m - corner_at(view, block, seen, 0.0, 0.0).at_m));
     let least = ridge_rules.least_bend;
-    let room = min(min((found.most * shape.w - least) / max(least, 0.01), (MOST_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
-        facing - LEAST_FACING);
-    return Crest(corner_at(view, block, seen, change, room), frame * found.along);
+    var corner = corner_at(view, block, seen, change, 0.0);
+    corner.room = min(min((found.most * shape.w - least) / max(least, 0.01), (MOST_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
+        facing_of(corner) - LEAST_FACING);
+    return Crest(corner, frame * found.along);
 }
 
-// Smallest cosine between the directions at a cell's corners. With less agreement the surface bends alike in all
-// directions, and there is no ridge.
-const ALIKE: f32 = 0.7;
+fn on_picture(crest: Crest) -> vec2<f32> {
+    let start = view.clip_from_camera * vec4<f32>(crest.corner.at_m, 1.0);
+    let on = view.clip_from_camera * vec4<f32>(crest.along, 0.0);
+    return (on.xy * start.w - start.xy * on.w) * vec2<f32>(1.0, -1.0) * vec2<f32>(view.size_px);
+}
+#endif
 
 // Returns the corner with its direction flipped to agree with another one.
 fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
@@ -72,20 +134,23 @@ fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
 }
 
 fn look(block: vec2<i32>) -> Curves {
-    if any(block + 1 >= vec2<i32>(textureDimensions(shape_normal))) {
+#ifdef APPARENT
+    // A crest depends on the blocks around it.
+    let reach = 1;
+#else
+    let reach = 0;
+#endif
+    if any(block < vec2<i32>(reach)) || any(block + 1 + reach >= vec2<i32>(textureDimensions(shape_normal))) {
         return Curves();
     }
     let first = crest_of(block);
-    let nw = first.corner;
+    let nw = agreeing(first, first.along);
     let ne = agreeing(crest_of(block + vec2<i32>(1, 0)), first.along);
     let se = agreeing(crest_of(block + vec2<i32>(1, 1)), first.along);
     let sw = agreeing(crest_of(block + vec2<i32>(0, 1)), first.along);
     // On a ridge the derivative falls along its direction on the picture.
     let slope = 0.5 * vec2<f32>(ne.value - nw.value + se.value - sw.value, sw.value - nw.value + se.value - ne.value);
-    let start = view.clip_from_camera * vec4<f32>(nw.at_m, 1.0);
-    let on = view.clip_from_camera * vec4<f32>(first.along, 0.0);
-    let way = (on.xy * start.w - start.xy * on.w) * vec2<f32>(1.0, -1.0) * vec2<f32>(view.size_px);
-    if dot(slope, way) >= 0.0 {
+    if dot(slope, on_picture(first)) >= 0.0 {
         return Curves();
     }
     return curves_of(view, nw, ne, se, sw);

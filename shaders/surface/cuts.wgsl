@@ -16,6 +16,7 @@
 #import hachure::earth::{bend_normal, unbend}
 #import hachure::form::{form_of_level, level_seen, steps_on_plane}
 #import hachure::surface_id::{kind_of, LAND}
+#import hachure::line_ink::line_ink
 
 struct CutLayer {
     // Unit normal of the planes: east, north, up.
@@ -61,10 +62,10 @@ fn slope_above(normal: vec3<f32>, slope: vec2<f32>) -> vec2<f32> {
 
 // Returns the ink of lines `interval_m` apart, shifted by a part of that, at a height that changes by `rise_m` per
 // pixel.
-fn line_ink(height_m: f32, interval_m: f32, shift: f32, rise_m: f32, width_px: f32) -> f32 {
+fn lines(height_m: f32, interval_m: f32, shift: f32, rise_m: f32, width_px: f32) -> f32 {
     let turn = height_m / interval_m - shift;
     let away_px = abs(turn - round(turn)) * interval_m / rise_m;
-    return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - away_px, 0.0, 1.0);
+    return line_ink(away_px, width_px);
 }
 
 // Returns the ink of a family at a height above its planes that changes by `rise_m` per pixel, and by `calm_m` on the
@@ -77,8 +78,8 @@ fn family_ink(layer: CutLayer, height_m: f32, rise_m: f32, calm_m: f32, dark: f3
     let share = smoothstep(CLOSED_GAP, OPEN_GAP, gap);
     let interval_m = exp2(power);
     let gap_px = interval_m / max(rise_m, calm_m / WIDEST_GAP);
-    let own = line_ink(height_m, interval_m, 0.0, rise_m, (1.0 - 0.5 * share) * gap_px * dark);
-    let between = line_ink(height_m, interval_m, 0.5, rise_m, 0.5 * share * gap_px * dark);
+    let own = lines(height_m, interval_m, 0.0, rise_m, (1.0 - 0.5 * share) * gap_px * dark);
+    let between = lines(height_m, interval_m, 0.5, rise_m, 0.5 * share * gap_px * dark);
     return max(own, between);
 }
 

@@ -12,6 +12,7 @@
 #import hachure::earth::{bend_normal, unbend}
 #import hachure::form::{form_of_level, level_seen, steps_on_plane}
 #import hachure::surface_id::{kind_of, LAND}
+#import hachure::line_ink::line_ink
 
 struct HeightLineRules {
     interval_m: f32,
@@ -45,7 +46,7 @@ const MOST_GAP_PX: f32 = 800.0;
 fn lines(height_m: f32, rise_m: f32, interval_m: f32, width_px: f32) -> f32 {
     let gap_px = interval_m / max(rise_m, 1e-9 * interval_m);
     let away_px = abs(height_m / interval_m - round(height_m / interval_m)) * gap_px;
-    let cover = min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - away_px, 0.0, 1.0);
+    let cover = line_ink(away_px, width_px);
     let is_told = smoothstep(LEAST_GAP_PX, 2.0 * LEAST_GAP_PX, gap_px / max(width_px, 1.0));
     return cover * is_told * (1.0 - smoothstep(0.5 * MOST_GAP_PX, MOST_GAP_PX, gap_px));
 }

@@ -20,12 +20,12 @@
 // The offset of a row's marks is a digital net of the rows' numbers, so that neighbouring rows have different offsets.
 // As long as neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all
 // widths grow such that the inked part remains the requested darkness, up to black.
-#import hachure::view::{View, ray_of_pixel}
-#import hachure::mark_normal::{mark_normal_at, values_between_blocks}
-#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at}
+#import hachure::hatch::{HatchLayer, Footprint, change_along, divide, charts_at}
+#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, position}
 #ifdef DOTS
 #import hachure::dots::{DotAxis, distance_px, dot_at, ink_of_dot}
-#import hachure::hatch::DOTS
+#import hachure::hatch::{footprint, DOTS}
+#import hachure::view::ray_of_pixel
 #endif
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
@@ -37,30 +37,16 @@ const LOST: f32 = 0.075;
 const FINER_BITS: i32 = 6;
 const IDENTITY_BITS: u32 = 0xfffffu;
 
-struct Axis {
-    direction: vec3<f32>,
-    pad: f32,
-}
-
 // The camera's position on an axis, in grid points of a level.
 struct Cell {
     index: i32,
     rest: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> hatch: Hatch;
-@group(0) @binding(2) var<storage, read> axes: array<Axis>;
 // Level by level for each axis.
-@group(0) @binding(3) var<storage, read> cells: array<Cell>;
-@group(0) @binding(4) var position: texture_2d<f32>;
-@group(0) @binding(5) var normal: texture_2d<f32>;
-@group(0) @binding(6) var mark_normal: texture_2d<f32>;
-@group(0) @binding(7) var tone: texture_2d<f32>;
+@group(0) @binding(8) var<storage, read> cells: array<Cell>;
 // See `texel_of`.
-@group(0) @binding(8) var cover: texture_storage_2d<rgba16float, write>;
-// See surface/bend_axis.wgsl; a single empty texel if no layer needs it.
-@group(0) @binding(9) var bend_axis: texture_2d<f32>;
+@group(0) @binding(9) var cover: texture_storage_2d<rgba16float, write>;
 
 fn mixed_bits(value: u32) -> u32 {
     var v = value * 747796405u + 2891336453u;
@@ -302,27 +288,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(cover, pixel, vec4<f32>(0.0));
         return;
     }
-    let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let land = textureLoad(normal, pixel, 0);
-    let n = mark_normal_at(view, mark_normal, pixel, at, land);
-    var line = vec2<f32>(0.0);
-    if hatch.by_curvature != 0u {
-        line = values_between_blocks(view, mark_normal, bend_axis, pixel, at).xy;
-    }
-    let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
+    let surface = hatched_surface(pixel, at);
+    let n = surface.normal;
 #ifdef DOTS
     // Marks treat trees as flat.
-    let own = footprint(view, ray_of_pixel(view, pixel), at.w, select(n, land.xyz, land.w == 1.0));
+    let own = footprint(view, ray_of_pixel(view, pixel), at.w, select(n, surface.own.xyz, surface.own.w == 1.0));
 #else
-    let own = foot;
+    let own = surface.foot;
 #endif
-    let shares = divide(hatch, darkness, length(n.xy));
+    let shares = divide(hatch, surface.darkness, length(n.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares[i] > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
-            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, line, foot, own);
-            all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], darkness)));
+            let one = layer_cover(i32(i), min(shares[i], 0.9999), at.xyz, n, surface.line, surface.foot, own);
+            all = united(all, Cover(one.ink, one.reach, one.rise * growth_of_share(shares[i], surface.darkness)));
         }
     }
-    textureStore(cover, pixel, texel_of(all, darkness));
+    textureStore(cover, pixel, texel_of(all, surface.darkness));
 }

@@ -14,9 +14,8 @@
 //   shares of darkness assume independent marks.
 // - With SWELLING there may be marks that swell; without it their code is omitted.
 // - Phases come from the CPU in f64, one for each axis and scale.
-#import hachure::view::{View, ray_of_pixel}
-#import hachure::mark_normal::{mark_normal_at, values_between_blocks}
-#import hachure::hatch::{Hatch, HatchLayer, Footprint, footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
+#import hachure::hatch::{HatchLayer, Footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
+#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, position}
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
 // Part of the interval between two scales in which both are drawn: across, and along.
@@ -27,28 +26,13 @@ const GOLDEN: f32 = 0.38196601;
 // Least border of a mark, in thresholds: four quantisation steps, without which a line that begins would be dotted.
 const LEAST_BORDER: f32 = 0.016;
 
-// An axis of a chart.
-struct Axis {
-    direction: vec3<f32>,
-    pad: f32,
-}
-
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> hatch: Hatch;
-@group(0) @binding(2) var<storage, read> axes: array<Axis>;
 // The camera's position on each axis, in texels of each level: level by level for each axis.
-@group(0) @binding(3) var<storage, read> phases: array<f32>;
+@group(0) @binding(8) var<storage, read> phases: array<f32>;
 // Tile by tile, row by row, for each texel the four thresholds around it (this, along, across, both) and the gradient
 // of thresholds there, for ink and for gaps: square roots in half bytes.
-@group(0) @binding(4) var<storage, read> maps: array<vec2<u32>>;
-@group(0) @binding(7) var position: texture_2d<f32>;
-@group(0) @binding(8) var normal: texture_2d<f32>;
-@group(0) @binding(9) var mark_normal: texture_2d<f32>;
-@group(0) @binding(10) var tone: texture_2d<f32>;
+@group(0) @binding(9) var<storage, read> maps: array<vec2<u32>>;
 // See `texel_of`.
-@group(0) @binding(11) var cover: texture_storage_2d<rgba16float, write>;
-// See surface/bend_axis.wgsl; a single empty texel if no layer needs it.
-@group(0) @binding(12) var bend_axis: texture_2d<f32>;
+@group(0) @binding(10) var cover: texture_storage_2d<rgba16float, write>;
 
 // A threshold, and the width of a border of one pixel, in thresholds.
 struct Threshold {
@@ -223,21 +207,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(cover, pixel, vec4<f32>(0.0));
         return;
     }
-    let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
-    let n = mark_normal_at(view, mark_normal, pixel, at, textureLoad(normal, pixel, 0));
-    var line = vec2<f32>(0.0);
-    if hatch.by_curvature != 0u {
-        line = values_between_blocks(view, mark_normal, bend_axis, pixel, at).xy;
-    }
-    let foot = footprint(view, ray_of_pixel(view, pixel), at.w, n);
-    var shares = divide(hatch, darkness, length(n.xy));
+    let surface = hatched_surface(pixel, at);
+    var shares = divide(hatch, surface.darkness, length(surface.normal.xy));
     var all = Cover(0.0, -1e3, 0.0);
     for (var i = 0u; i < hatch.count; i++) {
         if shares.x > 0.0 && ((hatch.drawn >> i) & 1u) != 0u {
-            let growth = growth_of_share(shares.x, darkness);
-            all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, n, line, foot));
+            let growth = growth_of_share(shares.x, surface.darkness);
+            all = united(all, layer_cover(i32(i), shares.x, growth, at.xyz, surface.normal, surface.line, surface.foot));
         }
         shares = shares.yzwx;
     }
-    textureStore(cover, pixel, texel_of(all, darkness));
+    textureStore(cover, pixel, texel_of(all, surface.darkness));
 }

@@ -2,14 +2,11 @@
 //
 // Colours come from a two-dimensional table of the tone and of the place's height, slope or distance (X-toon: Barla,
 // Thollot and Markosian 2006). Elevation tints are such a table.
-#import hachure::view::{View, distance_from_eye}
+#import hachure::view::distance_from_eye
 #import hachure::earth::unbend
-#import hachure::focus::{Focus, in_focus, half_of_focus}
-#import hachure::light::{Light, light_tone, haze_clear}
-#ifdef HORIZON_MAPS
-#import hachure::horizon_maps::visibility_at
-#endif
-#import hachure::lit_normal::lit_normal
+#import hachure::focus::half_of_focus
+#import hachure::light::{light_tone, haze_clear}
+#import hachure::lit_surface::{lit_surface, view, light, position}
 #import hachure::mark_normal::FLAT
 
 #ifdef LOCAL_COLOR
@@ -50,31 +47,21 @@ struct Toon {
     pad_b: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<uniform> toon: Toon;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(7) var<uniform> toon: Toon;
 // Linear colour, by tone from dark to light, and by the attribute.
-@group(0) @binding(5) var ramp: texture_2d<f32>;
+@group(0) @binding(8) var ramp: texture_2d<f32>;
 // rgb: colour before lines and haze; a: the requested tone, haze included.
-@group(0) @binding(6) var tone: texture_storage_2d<rgba16float, write>;
-// The normal that is lit: see surface/form.wgsl. A single empty texel if the land itself is lit.
-@group(0) @binding(18) var form_normal: texture_2d<f32>;
-@group(0) @binding(19) var<storage, read> focus: Focus;
+@group(0) @binding(9) var tone: texture_storage_2d<rgba16float, write>;
 // See tones/relief/radiance.wgsl; a single empty texel if `relief` is 0.
 @group(0) @binding(20) var relief_light: texture_2d<f32>;
 // See tones/crests.wgsl; a single empty texel if `crests` is 0.
 @group(0) @binding(21) var crest_light: texture_2d<f32>;
 #ifdef MARKED_TREES
-@group(0) @binding(7) var mark_surface: texture_2d<f32>;
-#endif
-#ifdef TREE_SHADOWS
-@group(0) @binding(8) var tree_shadow: texture_2d<f32>;
+@group(0) @binding(17) var mark_surface: texture_2d<f32>;
 #endif
 #ifdef LOCAL_COLOR
-@group(0) @binding(9) var surface_id: texture_2d<u32>;
-@group(0) @binding(17) var local_color: texture_2d<u32>;
+@group(0) @binding(18) var surface_id: texture_2d<u32>;
+@group(0) @binding(19) var local_color: texture_2d<u32>;
 #endif
 
 fn stepped(lit: f32) -> f32 {
@@ -121,19 +108,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
-    let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
-    // Away from the focus there is less detail.
-    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
-#ifdef HORIZON_MAPS
-    var seen = visibility_at(at.xyz, light.to_sun);
-#else
-    var seen = vec2<f32>(1.0);
-#endif
-#ifdef TREE_SHADOWS
-    seen.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
-#endif
+    let surface = lit_surface(pixel, at);
+    let n = surface.normal;
     let relief = textureLoad(relief_light, select(vec2<i32>(0), pixel, toon.relief > 0.0), 0);
-    var lit = light_tone(light, n, seen);
+    var lit = light_tone(light, n, surface.seen);
     if toon.relief > 0.0 {
         lit = relief.a;
     }
@@ -147,10 +125,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let round = textureLoad(mark_surface, pixel, 0);
     if round.w == FLAT {
         let at_marks = vec4<f32>(round.xyz, sqrt(n.w));
-        marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, seen)));
+        marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, surface.seen)));
     }
 #endif
-    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(clear);
+    let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(surface.clear);
     var color = ramp_color(value, attribute_at(at.xyz, n.xyz)) * mix(vec3<f32>(1.0), relief.rgb, toon.light_color);
 #ifdef LOCAL_COLOR
     let kind = kind_of(textureLoad(surface_id, pixel, 0).r);

@@ -11,6 +11,7 @@
 // if nothing does, it is the sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so
 // does this.
 #import hachure::view::{View, distance_from_eye, from_eye}
+#import hachure::line_ink::line_ink
 #ifdef MIRROR
 #import hachure::earth::unbend
 #import hachure::color::luminance
@@ -73,11 +74,6 @@ fn change(pixel: vec2<i32>, step: vec2<i32>, own: f32) -> f32 {
         }
     }
     return select(least, 0.0, least == 1e30);
-}
-
-// Returns the part of a pixel that a line covers whose centre is `away_px` away.
-fn line_ink(away_px: f32, width_px: f32) -> f32 {
-    return min(width_px, 1.0) * clamp(0.5 * max(width_px, 1.0) + 0.5 - abs(away_px), 0.0, 1.0);
 }
 
 #ifdef MIRROR

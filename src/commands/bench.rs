@@ -20,12 +20,10 @@ use clap::Args;
 use self::pairs::{Checks, PairPlan};
 use self::style_run::StyleRun;
 use super::arguments;
-use super::height_args::HeightArgs;
-use super::light_args::LightArgs;
 use super::progress::Bar;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
-use super::water_args::WaterArgs;
+use super::world_args::WorldArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
 use crate::frame::Antialias;
@@ -36,7 +34,6 @@ use crate::measure::report_html::write_html;
 use crate::measure::report_text;
 use crate::measure::statistics::{RunFrames, write_frames_csv};
 use crate::scene::path::CameraPath;
-use crate::scene::reach::Reach;
 use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
@@ -53,21 +50,9 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
 pub struct BenchArgs {
-    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
-    /// embedded world]
-    pub world: Option<String>,
-    /// How to read height files.
+    /// The world that is drawn.
     #[command(flatten)]
-    pub heights: HeightArgs,
-    /// How light falls.
-    #[command(flatten)]
-    pub light: LightArgs,
-    /// Where additional water is.
-    #[command(flatten)]
-    pub water: WaterArgs,
-    /// Allow a scene file to name addresses and files outside its folder
-    #[arg(long)]
-    pub trust_scene: bool,
+    pub world: WorldArgs,
     /// Camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour, valley, teleport,
     /// ascent)
     #[arg(long)]
@@ -114,14 +99,13 @@ pub struct BenchArgs {
 pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     args.stereo.check()?;
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
-    arguments::check_world(args.world.as_deref())?;
+    args.world.check()?;
     // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
     // once: it may be a pipe.
     let path_text = CameraPath::read_text(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
-    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.water.over(args.light.over(args.heights.over(scene)));
-    let inputs = inputs::of(args.world.as_deref(), &scene, &styles, Some(&args.path));
+    let scene = args.world.scene()?;
+    let inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
     FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Bakes the world once, if needed; then each style opens its own.
@@ -132,7 +116,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
     if let Some(first) = path.frames(1.0).next() {
-        runs.iter_mut().for_each(|run| args.light.beside(&mut run.world.scene.sun, &first));
+        runs.iter_mut().for_each(|run| args.world.light.beside(&mut run.world.scene.sun, &first));
     }
     place_eyes(&gpu, &path, args, &mut runs)?;
     fly(&gpu, &path, args, &mut runs)?;

@@ -4,15 +4,15 @@
 mod in_headset;
 #[cfg(feature = "window")]
 mod in_window;
+#[cfg(any(feature = "window", all(feature = "headset", any(target_os = "linux", target_os = "windows"))))]
+mod opened;
 
 use clap::Args;
 
 use super::arguments;
-use super::height_args::HeightArgs;
-use super::light_args::LightArgs;
 use super::render::parse_size;
 use super::stereo_args::StereoArgs;
-use super::water_args::WaterArgs;
+use super::world_args::WorldArgs;
 use crate::frame::Antialias;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
@@ -20,21 +20,9 @@ use crate::scene::camera::Camera;
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
 pub struct FlyArgs {
-    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
-    /// embedded world]
-    pub world: Option<String>,
-    /// How to read height files.
+    /// The world that is drawn.
     #[command(flatten)]
-    pub heights: HeightArgs,
-    /// How light falls.
-    #[command(flatten)]
-    pub light: LightArgs,
-    /// Where additional water is.
-    #[command(flatten)]
-    pub water: WaterArgs,
-    /// Allow a scene file to name addresses and files outside its folder
-    #[arg(long)]
-    pub trust_scene: bool,
+    pub world: WorldArgs,
     /// Preset or style file
     #[arg(long, default_value = "ink")]
     pub style: String,

@@ -16,6 +16,7 @@ pub mod render;
 pub mod stereo_args;
 pub mod styles;
 pub mod water_args;
+pub mod world_args;
 
 use serde::Serialize;
 

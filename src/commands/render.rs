@@ -19,12 +19,10 @@ use self::job::Job;
 use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
 use super::arguments;
-use super::height_args::HeightArgs;
-use super::light_args::LightArgs;
 use super::misuse::Misuse;
 use super::progress::Bar;
 use super::stereo_args::StereoArgs;
-use super::water_args::WaterArgs;
+use super::world_args::WorldArgs;
 use super::{print, print_json};
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
@@ -37,7 +35,6 @@ use crate::picture::{PartRule, PictureReport};
 use crate::scene::camera::Camera;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::path::CameraPath;
-use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
@@ -49,21 +46,9 @@ use crate::world::{self, OpenWorld};
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
 pub struct RenderArgs {
-    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
-    /// embedded world]
-    pub world: Option<String>,
-    /// How to read height files.
+    /// The world that is drawn.
     #[command(flatten)]
-    pub heights: HeightArgs,
-    /// How light falls.
-    #[command(flatten)]
-    pub light: LightArgs,
-    /// Where additional water is.
-    #[command(flatten)]
-    pub water: WaterArgs,
-    /// Allow a scene file to name addresses and files outside its folder
-    #[arg(long)]
-    pub trust_scene: bool,
+    pub world: WorldArgs,
     /// Output file: .png, .exr, .mp4, .svg (strokes and marks), with --map also .tif or .geojson; or frames, named by a
     /// pattern like dir/%05d.png
     #[arg(short, long)]
@@ -249,10 +234,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if let Some(folder) = folder.filter(|folder| !matches!(kind, OutputKind::Frames(..)) && !folder.is_dir()) {
         bail!("cannot write {}: there is no folder {}", named(&args.output), named(folder));
     }
-    arguments::check_world(args.world.as_deref())?;
+    args.world.check()?;
     // Open the world before the GPU: its errors can be reported without one.
-    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.water.over(args.light.over(args.heights.over(scene)));
+    let scene = args.world.scene()?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
@@ -298,7 +282,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         imprint,
     };
     let cameras = job.cameras()?;
-    args.light.beside(&mut job.world.scene.sun, &cameras[0]);
+    args.world.light.beside(&mut job.world.scene.sun, &cameras[0]);
     job.imprint.sun = job.world.scene.sun;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;

@@ -1,8 +1,7 @@
 //! Draws the picture, or those of two eyes, into a window. See `shaders/composite/present.wgsl`.
 
 use crate::gpu::Gpu;
-use crate::gpu::pipelines::{Draw, Key, Raw, Ready, replaced};
-use crate::gpu::pools::Pools;
+use crate::gpu::full_screen::FullScreen;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::composite::present::Present as PresentUniform;
 use crate::scene::anaglyph::{Glasses, Mix};
@@ -21,27 +20,17 @@ pub enum Shown<'a> {
     },
 }
 
-/// The pass that presents to a window. It has its own pools, because its frames are the window's.
+/// The pass that presents to a window.
 pub struct PresentPass {
-    pools: Pools,
-    draw: Draw,
-    /// Whether the pass encodes to sRGB, because the window's format does not.
-    encodes: bool,
+    full_screen: FullScreen,
+    /// The window's format. The pass encodes to sRGB if the format does not.
+    format: wgpu::TextureFormat,
 }
 
 impl PresentPass {
     /// Creates the pass for a window's format.
     pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
-        let draw = Draw {
-            name: "composite/present",
-            definitions: &[],
-            fragment: "fragment",
-            colors: [replaced(format), None, None, None, None],
-            depth: None,
-            writes_depth: false,
-            topology: wgpu::PrimitiveTopology::TriangleList,
-        };
-        Self { pools: Pools::new(gpu), draw, encodes: !format.is_srgb() }
+        Self { full_screen: FullScreen::new(gpu), format }
     }
 
     /// Draws `shown` over all of `window`, whose size is `window_px`, with `encoder`, which the caller submits next.
@@ -54,15 +43,14 @@ impl PresentPass {
         window_px: [u32; 2],
     ) {
         let window_px = window_px.map(|side| side as f32);
-        let Pools { compiles, groups, arena, .. } = &mut self.pools;
         let mixed = |mix: &Mix| mix.map(|[red, green, blue]| [red, green, blue, 0.0]);
         let (side_by_side, [left_mix, right_mix]) = match shown {
             Shown::Pair { glasses: Some(glasses), .. } => (0, glasses.mixes().map(mixed)),
             Shown::Pair { glasses: None, .. } | Shown::One(_) => (1, Default::default()),
         };
-        let encode = u32::from(self.encodes);
+        let encode = u32::from(!self.format.is_srgb());
         let uniform = PresentUniform { encode, side_by_side, window_px, left_mix, right_mix };
-        let mut resources = vec![("present", arena.uniform(gpu, "present", &uniform))];
+        let mut resources = vec![("present", self.full_screen.uniform(gpu, "present", &uniform))];
         let fragment = match shown {
             Shown::One(picture) => {
                 resources.push(("picture", picture.into()));
@@ -73,25 +61,8 @@ impl PresentPass {
                 "pair"
             }
         };
-        let draw = Key::Draw(Draw { fragment, ..self.draw.clone() });
-        let ready = gpu.pipelines().ready(gpu, groups, &draw, &resources, compiles);
-        arena.flush(gpu);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("composite/present"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: window,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations { load: wgpu::LoadOp::Clear(wgpu::Color::BLACK), store: wgpu::StoreOp::Store },
-            })],
-            ..Default::default()
-        });
-        if let Some((Ready { raw: Raw::Draw(pipeline), bound }, _)) = &ready {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, &bound.group, &bound.offsets);
-            pass.draw(0..3, 0..1);
-        }
-        drop(pass);
-        self.pools.end_frame();
+        let pass = ("composite/present", fragment);
+        self.full_screen.draw(gpu, encoder, pass, &resources, (window, self.format));
+        self.full_screen.flush(gpu);
     }
 }

@@ -5,9 +5,7 @@ use crate::composite::NOTHING;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
-use crate::lines::{
-    self, apparent, apparent_ridges, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold,
-};
+use crate::lines::{self, apparent, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold};
 use crate::style::{Detector, Lines, Strokes};
 use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
@@ -161,12 +159,9 @@ pub(super) fn add_edges(
         });
         let sides = [(false, strokes.ridge_width), (true, strokes.valley_width)];
         for (valleys, _) in sides.into_iter().filter(|(_, width)| *width > 0.0) {
-            if let Some(apparent) = &apparent {
-                let inputs = apparent_ridges::Inputs { view, least_bend, valleys, position, normal, shapes, apparent };
-                apparent_ridges::run(recorder, edges, &inputs);
-            } else {
-                ridges::run(recorder, edges, &ridges::Inputs { view, least_bend, valleys, position, normal, shapes });
-            }
+            let apparent = apparent.as_ref();
+            let inputs = ridges::Inputs { view, least_bend, valleys, position, normal, shapes, apparent };
+            ridges::run(recorder, edges, &inputs);
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod buffer;
 mod build;
 pub mod cache;
 pub mod device;
+pub(crate) mod full_screen;
 pub mod async_readback;
 pub mod pipelines;
 pub mod pools;

@@ -52,9 +52,33 @@ pub struct Draw {
     pub topology: wgpu::PrimitiveTopology,
 }
 
+impl Draw {
+    /// Triangles without colour targets and without depth, drawn by the entry point `fragment`; the fields that differ
+    /// replace these.
+    pub(crate) const fn triangles(name: &'static str) -> Self {
+        Self {
+            name,
+            definitions: &[],
+            fragment: "fragment",
+            colors: [None, None, None, None, None],
+            depth: None,
+            writes_depth: false,
+            topology: wgpu::PrimitiveTopology::TriangleList,
+        }
+    }
+}
+
 /// A colour target without blending.
 pub const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
+}
+
+/// A colour target that keeps the maximum: ink over ink would depend on the order of what is drawn, which is arbitrary.
+pub(crate) const fn greatest(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
+    let one = wgpu::BlendFactor::One;
+    let max = wgpu::BlendComponent { src_factor: one, dst_factor: one, operation: wgpu::BlendOperation::Max };
+    let blend = Some(wgpu::BlendState { color: max, alpha: max });
+    Some(wgpu::ColorTargetState { format, blend, write_mask: wgpu::ColorWrites::ALL })
 }
 
 /// Who compiles a pipeline that is requested for the first time.

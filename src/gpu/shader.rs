@@ -25,6 +25,7 @@ pub const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["ANTIALIASED", "EIGHT"]),
     ("lines/threshold", &["EIGHT"]),
     ("lines/curvature", &["TEXTURED"]),
+    ("lines/ridges", &["APPARENT"]),
     ("lines/tone/search", &["SPECULAR"]),
     ("tones/toon", &["HORIZON_MAPS"]),
     ("tones/toon", &["MARKED_TREES"]),

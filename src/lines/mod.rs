@@ -3,7 +3,6 @@
 //! lines from shading. [`strokes`] are lines as geometry.
 
 pub mod apparent;
-pub mod apparent_ridges;
 pub mod crowd;
 pub mod curvature;
 pub mod detector;

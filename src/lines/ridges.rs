@@ -1,8 +1,9 @@
-//! Ridges and valleys → the edge list. See `shaders/lines/ridges.wgsl`.
+//! Ridges and valleys, of the surface or apparent ones → the edge list. See `shaders/lines/ridges.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
 use crate::gpu::bind::Resource;
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::scan::{Groups, Ordered};
 use crate::gpu::target::Target;
@@ -21,6 +22,8 @@ pub struct Inputs<'a> {
     pub normal: &'a Target,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
+    /// [`APPARENT`](super::apparent::APPARENT), to trace the crests of view-dependent curvature instead.
+    pub apparent: Option<&'a Target>,
 }
 
 /// Adds the ridges or valleys to the edge list.
@@ -35,6 +38,9 @@ pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
         edges.draw(),
     ];
     resources.extend(inputs.shapes.resources());
+    resources.extend(inputs.apparent.map(|apparent| ("apparent", apparent.into())));
+    let definitions: &[&str] = if inputs.apparent.is_some() { &["APPARENT"] } else { &[] };
+    let shader = Compute { name: "lines/ridges", definitions };
     let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader: "lines/ridges".into(), find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader, find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

@@ -14,13 +14,10 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 const HIDDEN: BufferKind = BufferKind::storage("hidden area");
 
 const DRAW: Draw = Draw {
-    name: "surface/hidden",
-    definitions: &[],
-    fragment: "fragment",
     colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    ..Draw::triangles("surface/hidden")
 };
 
 /// The area of an eye's picture that is not visible.

@@ -16,13 +16,9 @@
 //   sample of a DEM would look like a fold.
 //
 // Without WARPED, light is unchanged.
-#import hachure::view::{View, from_eye, distance_from_eye}
-#import hachure::focus::{Focus, in_focus}
-#import hachure::light::{Light, tone_of_lit}
-#ifdef HORIZON_MAPS
-#import hachure::horizon_maps::visibility_at
-#endif
-#import hachure::lit_normal::lit_normal
+#import hachure::view::from_eye
+#import hachure::light::tone_of_lit
+#import hachure::lit_surface::{lit_surface, view, light, position}
 #import hachure::color::luminance
 #import hachure::light_warp::{WarpedLight, inverse_warp_of, warp_light}
 #ifdef WARPED
@@ -57,22 +53,13 @@ struct SkyLight {
     pad_b: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<storage, read> surroundings: Surroundings;
-@group(0) @binding(3) var<storage, read> focus: Focus;
-@group(0) @binding(4) var<storage, read> sky_lights: array<SkyLight>;
-@group(0) @binding(5) var position: texture_2d<f32>;
-@group(0) @binding(6) var normal: texture_2d<f32>;
-@group(0) @binding(7) var form_normal: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> surroundings: Surroundings;
+@group(0) @binding(8) var<storage, read> sky_lights: array<SkyLight>;
 // rgb: the light's colour, of luminance 1; a: the requested tone.
-@group(0) @binding(8) var relief_light: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(9) var relief_light: texture_storage_2d<rgba16float, write>;
 #ifdef WARPED
 @group(0) @binding(20) var<storage, read> relief_rules: ReliefRules;
 @group(0) @binding(21) var depth_gradient: texture_2d<f32>;
-#endif
-#ifdef TREE_SHADOWS
-@group(0) @binding(22) var tree_shadow: texture_2d<f32>;
 #endif
 
 const PI: f32 = 3.1415927;
@@ -101,16 +88,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(relief_light, pixel, vec4<f32>(1.0));
         return;
     }
-    let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
-    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
-#ifdef HORIZON_MAPS
-    var visible = visibility_at(at.xyz, light.to_sun);
-#else
-    var visible = vec2<f32>(1.0);
-#endif
-#ifdef TREE_SHADOWS
-    visible.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
-#endif
+    let surface = lit_surface(pixel, at);
+    let n = surface.normal;
     let to_eye_world = -normalize(from_eye(view, at.xyz));
     let toward_eye = -cross(surroundings.right, surroundings.down);
     let seen_normal = vec3<f32>(dot(n.xyz, surroundings.right), dot(n.xyz, surroundings.down), dot(n.xyz, toward_eye));
@@ -153,8 +132,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if surroundings.gloss > 0.0 {
         sun_gloss = PI * glossy(seen_normal, sun.direction, to_eye) * sun.growth;
     }
-    let sky_seen = mix(1.0, visible.y, light.occlusion);
-    let sun_seen = mix(1.0, visible.x, light.shadow);
+    let sky_seen = mix(1.0, surface.seen.y, light.occlusion);
+    let sun_seen = mix(1.0, surface.seen.x, light.shadow);
     let lit = contrast * (sky_seen * (diffuse / max(white, 1e-6) + surroundings.gloss * gloss)
         + sun_seen * surroundings.sun * (sun_cosine + surroundings.gloss * sun_gloss));
     let strength = luminance(lit);

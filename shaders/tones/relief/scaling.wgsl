@@ -5,13 +5,9 @@
 // (alpha + d (e - alpha - alpha e)). Light above alpha becomes lighter where the surface bulges and darker in hollows,
 // light below alpha the opposite, and kappa = 0 leaves it unchanged. Kappa is the mean curvature, here limited to -1 to
 // 1 by an arctangent as in the warp.
-#import hachure::view::{View, from_eye}
-#import hachure::focus::{Focus, in_focus}
-#import hachure::light::{Light, light_tone}
-#ifdef HORIZON_MAPS
-#import hachure::horizon_maps::visibility_at
-#endif
-#import hachure::lit_normal::lit_normal
+#import hachure::view::from_eye
+#import hachure::light::light_tone
+#import hachure::lit_surface::{lit_surface, view, light, position}
 #import hachure::relief::{ReliefRules, bend_at}
 
 struct ScalingRules {
@@ -21,20 +17,11 @@ struct ScalingRules {
     invariant: f32,
 }
 
-@group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> light: Light;
-@group(0) @binding(2) var<storage, read> relief_rules: ReliefRules;
-@group(0) @binding(3) var<storage, read> scaling_rules: ScalingRules;
-@group(0) @binding(4) var<storage, read> focus: Focus;
-@group(0) @binding(5) var position: texture_2d<f32>;
-@group(0) @binding(6) var normal: texture_2d<f32>;
-@group(0) @binding(7) var form_normal: texture_2d<f32>;
-@group(0) @binding(8) var depth_gradient: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> scaling_rules: ScalingRules;
 // rgb: white; a: the requested tone.
 @group(0) @binding(9) var relief_light: texture_storage_2d<rgba16float, write>;
-#ifdef TREE_SHADOWS
-@group(0) @binding(22) var tree_shadow: texture_2d<f32>;
-#endif
+@group(0) @binding(20) var<storage, read> relief_rules: ReliefRules;
+@group(0) @binding(21) var depth_gradient: texture_2d<f32>;
 
 const PI: f32 = 3.1415927;
 
@@ -56,18 +43,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(relief_light, pixel, vec4<f32>(1.0));
         return;
     }
-    let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
-    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
-#ifdef HORIZON_MAPS
-    var seen = visibility_at(at.xyz, light.to_sun);
-#else
-    var seen = vec2<f32>(1.0);
-#endif
-#ifdef TREE_SHADOWS
-    seen.x *= 1.0 - textureLoad(tree_shadow, pixel, 0).r;
-#endif
+    let surface = lit_surface(pixel, at);
+    let n = surface.normal;
     let facing = clamp(-dot(n.xyz, normalize(from_eye(view, at.xyz))), 0.0, 1.0);
     let bend = bend_at(view, relief_rules, depth_gradient, pixel, at.w, facing);
     let kappa = atan(0.5 * (bend.x + bend.z)) * 2.0 / PI;
-    textureStore(relief_light, pixel, vec4<f32>(vec3<f32>(1.0), scaled(light_tone(light, n, seen), kappa)));
+    textureStore(relief_light, pixel, vec4<f32>(vec3<f32>(1.0), scaled(light_tone(light, n, surface.seen), kappa)));
 }

@@ -1,13 +1,11 @@
 //! `fly --vr` in a build with OpenXR.
 
 use super::FlyArgs;
+use super::opened::OpenedWorld;
+use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
-use crate::commands::{arguments, progress};
 use crate::headset::{self, HeadsetOptions, HeadsetWorld, Runtime};
-use crate::scene::reach::Reach;
 use crate::scene::stereo::Eyes;
-use crate::tiles::terrain::{Loading, TerrainOptions};
-use crate::world::{self, OpenWorld};
 
 /// Runs the command.
 ///
@@ -21,24 +19,13 @@ pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
     }
     // Report errors before the world is baked.
     arguments::style(&args.style)?;
-    arguments::check_world(args.world.as_deref())?;
+    args.world.check()?;
     let runtime = Runtime::connect()?;
-    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.water.over(args.light.over(args.heights.over(scene)));
-    let store = world::open_store(&scene, &progress::Bar::default())?;
+    let opened = OpenedWorld::new(args)?;
     let options = HeadsetOptions { style: args.style.clone(), antialias: args.antialias, frames: args.frames };
-    let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-    let (start, light) = (args.camera, args.light);
+    let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
-        let options =
-            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let mut world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
-        let start = start.unwrap_or_else(|| world.default_camera());
-        light.beside(&mut world.scene.sun, &start);
-        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
-        if let Err(error) = world.ground_was_read() {
-            tracing::warn!("{error}");
-        }
+        let (world, start) = opened.on_gpu(&args, gpu)?;
         Ok(HeadsetWorld { light: world.light(), start, surfaces: world.surfaces })
     };
     Ok(headset::fly(runtime, &options, open)?)

@@ -3,12 +3,10 @@
 use std::path::Path;
 
 use super::FlyArgs;
-use crate::commands::{arguments, progress};
+use super::opened::OpenedWorld;
+use crate::commands::arguments;
 use crate::gpu::device::AdapterWish;
-use crate::scene::reach::Reach;
-use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::window::{FlightOptions, FlightWorld, Windowing};
-use crate::world::{self, OpenWorld};
 
 /// Runs the command.
 ///
@@ -18,7 +16,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // Report errors before a window opens.
     args.stereo.check()?;
     arguments::style(&args.style)?;
-    arguments::check_world(args.world.as_deref())?;
+    args.world.check()?;
     let windowing = Windowing::new()?;
     let options = FlightOptions {
         style: args.style.clone(),
@@ -31,24 +29,13 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),
         follows_land: args.stereo.asks_for_nearest(),
     };
-    // Also before the window opens: a DEM that is opened for the first time takes a while to bake.
-    let scene = world::scene_of(args.world.as_deref(), Reach::trusting(args.trust_scene))?;
-    let scene = args.water.over(args.light.over(args.heights.over(scene)));
-    let store = world::open_store(&scene, &progress::Bar::default())?;
+    // Also before the window opens: it may take a while.
+    let opened = OpenedWorld::new(args)?;
     let args = args.clone();
     let open = move |gpu: &crate::gpu::Gpu| {
-        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
-        let options =
-            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
-        let mut world = OpenWorld::on_gpu_with(gpu, scene, store, options, &progress::Bar::default())?;
-        let start = args.camera.unwrap_or_else(|| world.default_camera());
-        args.light.beside(&mut world.scene.sun, &start);
-        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
-        if let Err(error) = world.ground_was_read() {
-            tracing::warn!("{error}");
-        }
+        let (world, start) = opened.on_gpu(&args, gpu)?;
         Ok(FlightWorld {
-            name: title(args.world.as_deref()),
+            name: title(args.world.name()),
             light: world.light(),
             sun: world.scene.sun,
             start,

@@ -22,11 +22,11 @@ use crate::style::scale::REFERENCE_DPI;
 pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
     let mut all = args.clone();
     let Imprint { world, camera, sun, size_px, dpi, more, .. } = imprint;
-    if all.world.is_none() {
-        if world.as_ref().is_some_and(|world| world.contains("://")) && !args.trust_scene {
+    if all.world.name.is_none() {
+        if world.as_ref().is_some_and(|world| world.contains("://")) && !args.world.trust_scene {
             bail!("its world is an address on the network; --trust-scene allows it");
         }
-        all.world.clone_from(world);
+        all.world.name.clone_from(world);
     }
     let is_picture = matches!(kind, OutputKind::Picture(_));
     if is_picture && all.path.is_none() {
@@ -43,12 +43,12 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.path = more.path.as_ref().map(PathBuf::from);
         all.fps = all.fps.or(more.fps);
     }
-    if all.light.date.is_none() && all.light.side_light.is_none() {
-        all.light.sun = all.light.sun.or(Some(*sun));
+    if all.world.light.date.is_none() && all.world.light.side_light.is_none() {
+        all.world.light.sun = all.world.light.sun.or(Some(*sun));
     }
-    all.water.water = all.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
-    if let (None, Some(text)) = (all.light.focus, &more.focus) {
-        all.light.focus = Some(text.parse().map_err(anyhow::Error::msg).context("focus")?);
+    all.world.water.water = all.world.water.water.or_else(|| more.water.as_ref().map(PathBuf::from));
+    if let (None, Some(text)) = (all.world.light.focus, &more.focus) {
+        all.world.light.focus = Some(text.parse().map_err(anyhow::Error::msg).context("focus")?);
     }
     if all.size.is_none() {
         // A higher resolution means more pixels: the size of the print stays the same.
@@ -61,10 +61,10 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     }
     all.samples = all.samples.or(more.samples);
     all.lod_error = all.lod_error.or(more.lod_error);
-    all.heights.nodata = all.heights.nodata.or(more.nodata);
-    if let (None, Some(name)) = (all.heights.encoding, &more.encoding) {
+    all.world.heights.nodata = all.world.heights.nodata.or(more.nodata);
+    if let (None, Some(name)) = (all.world.heights.encoding, &more.encoding) {
         let known = Encoding::ALL.into_iter().find(|encoding| encoding.name() == name);
-        all.heights.encoding = Some(known.context("its height encoding is unknown")?);
+        all.world.heights.encoding = Some(known.context("its height encoding is unknown")?);
     }
     if let (None, None, Some(eyes)) = (all.stereo.eyes, all.map, &more.eyes) {
         all.stereo.eyes = Some(eyes.parse().map_err(anyhow::Error::msg).context("eyes")?);
@@ -92,9 +92,9 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
     let is_film = matches!(kind, OutputKind::Mp4);
     let mut imprint = Imprint {
-        world: args.world.clone(),
+        world: args.world.name.clone(),
         camera: *camera,
-        sun: args.light.sun.unwrap_or_default(),
+        sun: args.world.light.sun.unwrap_or_default(),
         style: style.clone(),
         size_px: args.size(),
         dpi: args.dpi,
@@ -103,15 +103,15 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     let more = &mut imprint.more;
     more.samples = args.samples.filter(|samples| *samples != 1);
     more.lod_error = args.lod_error.filter(|error| *error != 1.0);
-    more.nodata = args.heights.nodata;
-    more.encoding = args.heights.encoding.map(|encoding| encoding.name().to_owned());
+    more.nodata = args.world.heights.nodata;
+    more.encoding = args.world.heights.encoding.map(|encoding| encoding.name().to_owned());
     more.eyes = args.stereo.eyes.map(|eyes| eyes.to_string()).filter(|eyes| eyes != "mono");
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
     more.show.clone_from(&args.show);
     more.title.clone_from(&args.title);
-    more.focus = args.light.focus.map(|focus| focus.to_string());
-    more.water = args.water.water.as_ref().map(|path| path.to_string_lossy().into_owned());
+    more.focus = args.world.light.focus.map(|focus| focus.to_string());
+    more.water = args.world.water.water.as_ref().map(|path| path.to_string_lossy().into_owned());
     more.map = args.map.map(|map| map.to_string());
     if is_svg {
         more.paper.clone_from(&args.paper);
@@ -139,7 +139,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
     let Some(like) = &args.like else { return Ok((args.clone(), None)) };
     let imprint = Imprint::read(like)?;
     let all = over(args, kind, &imprint).with_context(|| named(like))?;
-    if let (None, Some(world)) = (&args.world, all.world.as_deref()) {
+    if let (None, Some(world)) = (args.world.name(), all.world.name()) {
         super::arguments::check_world(Some(world)).with_context(|| format!("{}: its world", named(like)))?;
     }
     Ok((all, args.style.is_none().then_some(imprint.style)))

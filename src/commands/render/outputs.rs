@@ -21,7 +21,7 @@ pub(super) fn check(
     style: &Style,
     flight: Option<&str>,
 ) -> anyhow::Result<()> {
-    let mut inputs = inputs::of(args.world.as_deref(), scene, std::slice::from_ref(style), args.path.as_deref());
+    let mut inputs = inputs::of(args.world.name(), scene, std::slice::from_ref(style), args.path.as_deref());
     args.like.iter().for_each(|like| inputs.add(like));
     map::side_paths(args, kind).iter().chain(sheets).try_for_each(|beside| inputs.check(beside))?;
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };

@@ -10,13 +10,8 @@ use crate::gpu::target::{Target, TargetKind};
 pub const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::TextureFormat::R32Uint);
 
 const DRAW: Draw = Draw {
-    name: "lines/strokes/centres",
-    definitions: &[],
-    fragment: "fragment",
     colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None, None],
-    depth: None,
-    writes_depth: false,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    ..Draw::triangles("lines/strokes/centres")
 };
 
 /// Draws the centre lines of this frame's strokes.

@@ -17,13 +17,11 @@ pub const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
 pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
 
 const DRAW: Draw = Draw {
-    name: "lines/strokes/id_image",
-    definitions: &[],
-    fragment: "fragment",
     colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
     topology: wgpu::PrimitiveTopology::LineList,
+    ..Draw::triangles("lines/strokes/id_image")
 };
 
 /// Inputs and outputs of the pass.

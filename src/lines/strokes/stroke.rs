@@ -4,7 +4,7 @@ use super::Lists;
 use super::samples::SampleWork;
 use super::texture::StrokeTexture;
 use crate::gpu::bind::Resource;
-use crate::gpu::pipelines::{Draw, replaced};
+use crate::gpu::pipelines::{Draw, greatest, replaced};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
@@ -17,29 +17,9 @@ pub const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
 /// next frame.
 pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
 
-const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
-    src_factor: wgpu::BlendFactor::One,
-    dst_factor: wgpu::BlendFactor::One,
-    operation: wgpu::BlendOperation::Max,
-};
 const SOLID: Draw = Draw {
-    name: "lines/strokes/stroke",
-    definitions: &[],
-    fragment: "fragment",
-    colors: [
-        Some(wgpu::ColorTargetState {
-            format: INK_FORMAT,
-            blend: Some(wgpu::BlendState { color: DARKER, alpha: DARKER }),
-            write_mask: wgpu::ColorWrites::ALL,
-        }),
-        replaced(wgpu::TextureFormat::R32Uint),
-        None,
-        None,
-        None,
-    ],
-    depth: None,
-    writes_depth: false,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    colors: [greatest(INK_FORMAT), replaced(wgpu::TextureFormat::R32Uint), None, None, None],
+    ..Draw::triangles("lines/strokes/stroke")
 };
 const TEXTURED: Draw = Draw { fragment: "textured", ..SOLID };
 

@@ -12,13 +12,11 @@ use crate::pyramid::tile::PATCH_QUADS;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const SOLID: Draw = Draw {
-    name: "surface/land/raster",
-    definitions: &[],
     fragment: "solid",
     colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    ..Draw::triangles("surface/land/raster")
 };
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
 

@@ -8,13 +8,10 @@ use crate::gpu::target::Target;
 use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 
 const DRAW: Draw = Draw {
-    name: "surface/meshes/raster",
-    definitions: &[],
-    fragment: "fragment",
     colors: [replaced(ID_FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
     writes_depth: true,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    ..Draw::triangles("surface/meshes/raster")
 };
 
 /// Inputs and outputs of the pass.

@@ -3,7 +3,7 @@
 use super::RowPlan;
 use super::marks::Marks;
 use crate::gpu::bind::Resource;
-use crate::gpu::pipelines::Draw;
+use crate::gpu::pipelines::{Draw, greatest};
 use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
@@ -13,30 +13,10 @@ const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 /// Ink of the rows, 0 to 1.
 pub const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
 
-/// The maximum, because ink over ink would depend on the order of the marks, which is arbitrary.
-const DARKER: wgpu::BlendComponent = wgpu::BlendComponent {
-    src_factor: wgpu::BlendFactor::One,
-    dst_factor: wgpu::BlendFactor::One,
-    operation: wgpu::BlendOperation::Max,
-};
 const KIND: Draw = Draw {
-    name: "surface/rows/ribbons",
-    definitions: &[],
-    fragment: "fragment",
-    colors: [
-        Some(wgpu::ColorTargetState {
-            format: INK_FORMAT,
-            blend: Some(wgpu::BlendState { color: DARKER, alpha: DARKER }),
-            write_mask: wgpu::ColorWrites::ALL,
-        }),
-        None,
-        None,
-        None,
-        None,
-    ],
-    depth: None,
-    writes_depth: false,
+    colors: [greatest(INK_FORMAT), None, None, None, None],
     topology: wgpu::PrimitiveTopology::TriangleStrip,
+    ..Draw::triangles("surface/rows/ribbons")
 };
 
 /// Inputs and output of the pass.

@@ -23,15 +23,6 @@ pub(super) const FORM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 /// eye is behind the visible surface, in metres along the view axis. Written where a tree is seen.
 pub const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
 
-const STANDING: Draw = Draw {
-    name: "surface/trees/raster",
-    definitions: &[],
-    fragment: "fragment",
-    colors: [replaced(ID_FORMAT), replaced(NORMAL_FORMAT), replaced(FORM_FORMAT), None, None],
-    depth: Some(DEPTH_FORMAT),
-    writes_depth: true,
-    topology: wgpu::PrimitiveTopology::TriangleList,
-};
 /// Shader definitions of trees in wind.
 pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];
 
@@ -55,12 +46,13 @@ pub struct Inputs<'a> {
 }
 
 impl Inputs<'_> {
-    /// Returns the variant of a pass for this frame; `standing` is the variant without wind and colours.
-    pub(super) fn variant(&self, standing: Draw) -> Draw {
-        let [id, normal, form, ..] = standing.colors.clone();
+    /// Returns the variant of the pass `name` for this frame.
+    pub(super) fn variant(&self, name: &'static str) -> Draw {
+        let [id, normal, form] = [ID_FORMAT, NORMAL_FORMAT, FORM_FORMAT].map(replaced);
+        let standing = Draw { depth: Some(DEPTH_FORMAT), writes_depth: true, ..Draw::triangles(name) };
         let (step, color) = (replaced(STEP_FORMAT), replaced(LOCAL_COLOR_FORMAT));
         match (self.swaying.is_some(), self.colored.is_some()) {
-            (false, false) => standing,
+            (false, false) => Draw { colors: [id, normal, form, None, None], ..standing },
             (true, false) => {
                 Draw { definitions: SWAYING_DEFINITIONS, colors: [id, normal, form, step, None], ..standing }
             }
@@ -71,6 +63,19 @@ impl Inputs<'_> {
                 Draw { definitions: &["LOCAL_COLOR", "WIND"], colors: [id, normal, form, step, color], ..standing }
             }
         }
+    }
+
+    /// Returns the bindings that the shaders of both passes have, for one list of trees.
+    pub(super) fn resources(&self, bucket: u32) -> Vec<Named> {
+        let mut resources = vec![
+            ("view", self.view.clone()),
+            self.terrain.clone(),
+            ("tree_instances", self.trees.instances.binding()),
+            ("tree_order", self.trees.order_of(bucket).binding()),
+            ("tree_species", self.species.clone()),
+        ];
+        resources.extend(self.swaying.into_iter().flat_map(Swaying::resources));
+        resources
     }
 
     /// Draws lists of trees, each with its list number, over the present contents of the targets.
@@ -91,21 +96,13 @@ impl Inputs<'_> {
 
 /// Draws the trees.
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, swaying, species, .. } = inputs;
-    let draw = &inputs.variant(STANDING);
+    let draw = &inputs.variant("surface/trees/raster");
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
-    for (number, model) in trees.shared.species.iter().enumerate() {
+    for (number, model) in inputs.trees.shared.species.iter().enumerate() {
         for (level, mesh) in [(NEAR, &model.near), (MIDDLE, &model.middle)] {
             let bucket = number as u32 * TREE_LEVELS + level;
-            let mut resources = vec![
-                ("view", view.clone()),
-                terrain.clone(),
-                ("tree_instances", trees.instances.binding()),
-                ("tree_order", trees.order_of(bucket).binding()),
-                ("tree_species", species.clone()),
-                ("tree_vertices", mesh.vertices.binding()),
-            ];
-            resources.extend(swaying.into_iter().flat_map(Swaying::resources));
+            let mut resources = inputs.resources(bucket);
+            resources.push(("tree_vertices", mesh.vertices.binding()));
             resources.extend(inputs.colored.map(|colored| {
                 let colors = &colored.colors.species[number];
                 ("tree_colors", if level == NEAR { colors.near.binding() } else { colors.middle.binding() })

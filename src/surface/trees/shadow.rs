@@ -5,7 +5,7 @@ use super::place::Placed;
 use super::raster::SWAYING_DEFINITIONS;
 use super::sway::Swaying;
 use crate::gpu::bind::{Named, Resource};
-use crate::gpu::pipelines::Draw;
+use crate::gpu::pipelines::{Draw, greatest};
 use crate::gpu::recorder::{Attachments, Clears, Drawing, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 pub(super) use crate::gpu::wgsl::surface::trees::shadow::CORNERS;
@@ -16,31 +16,11 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 /// The share of sunlight that trees block, 0 to 1.
 pub const TREE_SHADOW: TargetKind = TargetKind::attachment("tree shadow", FORMAT);
 
-/// Keeps the darkest of overlapping shadows.
-const DARKEST: wgpu::BlendComponent = wgpu::BlendComponent {
-    src_factor: wgpu::BlendFactor::One,
-    dst_factor: wgpu::BlendFactor::One,
-    operation: wgpu::BlendOperation::Max,
-};
-
 const STANDING: Draw = Draw {
-    name: "surface/trees/shadow",
-    definitions: &[],
-    fragment: "fragment",
-    colors: [
-        Some(wgpu::ColorTargetState {
-            format: FORMAT,
-            blend: Some(wgpu::BlendState { color: DARKEST, alpha: DARKEST }),
-            write_mask: wgpu::ColorWrites::ALL,
-        }),
-        None,
-        None,
-        None,
-        None,
-    ],
+    // The darkest of overlapping shadows.
+    colors: [greatest(FORMAT), None, None, None, None],
     depth: Some(DEPTH_FORMAT),
-    writes_depth: false,
-    topology: wgpu::PrimitiveTopology::TriangleList,
+    ..Draw::triangles("surface/trees/shadow")
 };
 const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, ..STANDING };
 

@@ -9,6 +9,7 @@ pub mod equations;
 pub mod field;
 pub mod forest;
 pub mod hill;
+pub mod probe;
 pub mod shapes;
 pub mod shot;
 pub mod silhouette;

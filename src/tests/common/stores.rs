@@ -23,6 +23,35 @@ pub enum Fate {
     ComesRaised(f32),
 }
 
+/// Implements the methods that return what the inner store returns: all but those of tiles.
+macro_rules! as_inner {
+    () => {
+        fn name(&self) -> String {
+            self.inner.name()
+        }
+
+        fn levels(&self) -> &[LevelSize] {
+            self.inner.levels()
+        }
+
+        fn georeference(&self) -> &Georeference {
+            self.inner.georeference()
+        }
+
+        fn range_m(&self) -> [f32; 2] {
+            self.inner.range_m()
+        }
+
+        fn is_measured(&self) -> bool {
+            self.inner.is_measured()
+        }
+
+        fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+            self.inner.coarse_patches()
+        }
+    };
+}
+
 /// Another store, with a delay for every tile and planted outcomes.
 pub struct Bumpy {
     inner: Arc<dyn TileStore>,
@@ -40,29 +69,7 @@ impl Bumpy {
 }
 
 impl TileStore for Bumpy {
-    fn name(&self) -> String {
-        self.inner.name()
-    }
-
-    fn levels(&self) -> &[LevelSize] {
-        self.inner.levels()
-    }
-
-    fn georeference(&self) -> &Georeference {
-        self.inner.georeference()
-    }
-
-    fn range_m(&self) -> [f32; 2] {
-        self.inner.range_m()
-    }
-
-    fn is_measured(&self) -> bool {
-        self.inner.is_measured()
-    }
-
-    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
-        self.inner.coarse_patches()
-    }
+    as_inner!();
 
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
         self.fetches.fetch_add(1, Ordering::Relaxed);
@@ -133,29 +140,7 @@ impl Shuffled {
 }
 
 impl TileStore for Shuffled {
-    fn name(&self) -> String {
-        self.inner.name()
-    }
-
-    fn levels(&self) -> &[LevelSize] {
-        self.inner.levels()
-    }
-
-    fn georeference(&self) -> &Georeference {
-        self.inner.georeference()
-    }
-
-    fn range_m(&self) -> [f32; 2] {
-        self.inner.range_m()
-    }
-
-    fn is_measured(&self) -> bool {
-        self.inner.is_measured()
-    }
-
-    fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
-        self.inner.coarse_patches()
-    }
+    as_inner!();
 
     fn has_tile(&self, address: TileAddress) -> bool {
         self.inner.has_tile(address)

@@ -5,9 +5,8 @@ use std::f64::consts::{PI, TAU};
 use glam::{DVec2, DVec3};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
-use hachure::gpu::shader::compose_text;
 
-use crate::tests::common::gpu;
+use crate::tests::common::{gpu, probe};
 
 const PROBE: &str = r"
 #import hachure::light_warp::{warp_of, inverse_warp_of, warp_light, scale_less_one}
@@ -52,40 +51,11 @@ struct Answer {
 }
 
 fn ask(gpu: &Gpu, questions: &[Question]) -> Vec<Answer> {
-    use wgpu::util::{BufferInitDescriptor, DeviceExt};
-    let module = compose_text("probe", PROBE).unwrap_or_else(|error| panic!("{error}"));
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
-    });
-    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some("main"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
     let mut padded = questions.to_vec();
-    padded.resize(questions.len().next_multiple_of(64), questions[0]);
-    let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-    let buffer =
-        |contents: &[u8]| gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage });
-    let buffers = [buffer(bytemuck::cast_slice(&padded)), buffer(&vec![0; padded.len() * size_of::<Answer>()])];
-    let entries = (0..).zip(&buffers);
-    let entries: Vec<_> = entries
-        .map(|(binding, buffer)| wgpu::BindGroupEntry { binding, resource: buffer.as_entire_binding() })
-        .collect();
-    let layout = &pipeline.get_bind_group_layout(0);
-    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries });
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(padded.len() as u32 / 64, 1, 1);
-    }
-    gpu.queue.submit([encoder.finish()]);
+    padded.resize(questions.len().next_multiple_of(probe::THREADS), questions[0]);
+    let answers = vec![0_u8; padded.len() * size_of::<Answer>()];
+    let buffers = [bytemuck::cast_slice(&padded), &answers[..]].map(|contents| probe::storage(gpu, contents));
+    probe::run(gpu, PROBE, buffers.iter().map(wgpu::Buffer::as_entire_binding), padded.len());
     read_buffer(gpu, &buffers[1], questions.len()).unwrap()
 }
 

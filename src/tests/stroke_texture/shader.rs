@@ -3,11 +3,10 @@
 use hachure::gpu::Gpu;
 use hachure::gpu::bind::{Named, Resource};
 use hachure::gpu::readback::read_buffer;
-use hachure::gpu::shader::compose_text;
 use hachure::lines::strokes::texture::{Brush, StrokeTexture, grow};
 use hachure::style::texture::Recipe;
 
-use crate::tests::common::gpu;
+use crate::tests::common::{gpu, probe};
 use crate::tests::stroke_texture::{recipe, recipes};
 
 /// Evaluates the shader's functions at many points, and samples the texture at all levels.
@@ -44,28 +43,10 @@ struct Place {
 }
 
 /// Returns results of the GPU: ink and texture coordinates, and texels.
-fn probe(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
-    use wgpu::util::{BufferInitDescriptor, DeviceExt};
-    let module = compose_text("probe", PROBE).unwrap_or_else(|error| panic!("{error}"));
-    let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label: None,
-        source: wgpu::ShaderSource::Naga(std::borrow::Cow::Owned(module)),
-    });
-    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-        label: None,
-        layout: None,
-        module: &module,
-        entry_point: Some("main"),
-        compilation_options: wgpu::PipelineCompilationOptions::default(),
-        cache: None,
-    });
-    let buffer = |contents: &[u8]| {
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
-    };
+fn answers(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
     let texture = StrokeTexture::new(gpu, recipe);
-    let inputs = buffer(bytemuck::cast_slice(places));
-    let outputs = [(); 2].map(|()| buffer(&vec![0; places.len() * 16]));
+    let inputs = probe::storage(gpu, bytemuck::cast_slice(places));
+    let outputs = [(); 2].map(|()| probe::storage(gpu, &vec![0; places.len() * 16]));
     let named = texture.resources();
     fn resource((_, resource): &Named) -> wgpu::BindingResource<'_> {
         match resource {
@@ -78,20 +59,7 @@ fn probe(gpu: &Gpu, recipe: &Recipe, places: &[Place]) -> (Vec<[f32; 4]>, Vec<[f
     let mut resources: Vec<wgpu::BindingResource<'_>> = named.iter().map(resource).collect();
     resources.push(inputs.as_entire_binding());
     resources.extend(outputs.iter().map(wgpu::Buffer::as_entire_binding));
-    let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource });
-    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries.collect::<Vec<_>>(),
-    });
-    let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-    {
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor::default());
-        pass.set_pipeline(&pipeline);
-        pass.set_bind_group(0, &group, &[]);
-        pass.dispatch_workgroups(places.len() as u32 / 64, 1, 1);
-    }
-    gpu.queue.submit([encoder.finish()]);
+    probe::run(gpu, PROBE, resources, places.len());
     let [answers, texels] = outputs.map(|buffer| read_buffer(gpu, &buffer, places.len()).unwrap());
     (answers, texels)
 }
@@ -128,7 +96,7 @@ fn the_shader_does_what_its_twin_says() {
                 }
             })
             .collect();
-        let (answers, _) = probe(&gpu, &recipe, &places);
+        let (answers, _) = answers(&gpu, &recipe, &places);
         let brush = Brush::of(&recipe);
         let [ink, uv] = distance(&brush, &places, &answers);
         println!("{name}: ink within {ink:e}, place within {uv:e} tiles");
@@ -164,7 +132,7 @@ fn the_tile_on_the_gpu_is_the_one_that_was_grown() {
             level: number.into(),
         };
         let places: Vec<Place> = texels.into_iter().map(place).collect();
-        let (_, seen) = probe(&gpu, &recipe, &places);
+        let (_, seen) = answers(&gpu, &recipe, &places);
         let is_near = |texels: &[[u8; 2]]| {
             texels.iter().zip(&seen).all(|(texel, seen)| {
                 (0..2).all(|channel| (f32::from(texel[channel]) / 255.0 - seen[channel]).abs() < 0.01)

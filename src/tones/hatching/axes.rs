@@ -4,8 +4,8 @@
 
 use glam::{DVec2, DVec3};
 
+pub use crate::gpu::wgsl::shared::hatched_surface::Axis;
 pub use crate::gpu::wgsl::tones::fractal_hatching::Cell;
-pub use crate::gpu::wgsl::tones::hatching::Axis;
 use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.

@@ -84,11 +84,22 @@ fn shadows(inputs: &Inputs<'_>) -> usize {
     usize::from(inputs.tree_shadow.is_some()) + 2 * usize::from(inputs.horizon_maps.is_some())
 }
 
-/// Returns the bindings of the shadows, for the two passes that have them.
-fn shadow_resources(inputs: &Inputs<'_>) -> impl Iterator<Item = Named> {
-    let of_land =
-        inputs.horizon_maps.clone().into_iter().flat_map(|(terrain, maps)| std::iter::once(terrain).chain(maps));
-    of_land.chain(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())))
+/// Returns the bindings of `shaders/shared/lit_surface.wgsl`, for the two passes that have shadows.
+fn lit_surface(inputs: &Inputs<'_>, shared: &Shared) -> Vec<Named> {
+    let mut resources = vec![
+        ("view", inputs.view.clone()),
+        ("light", shared.light.clone()),
+        ("focus", shared.focus.clone()),
+        ("position", inputs.position.into()),
+        ("normal", inputs.normal.into()),
+        ("form_normal", inputs.form_normal.into()),
+    ];
+    if let Some((terrain, maps)) = inputs.horizon_maps.clone() {
+        resources.push(terrain);
+        resources.extend(maps);
+    }
+    resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
+    resources
 }
 
 /// Lights the visible surface.

@@ -1,7 +1,7 @@
 //! Environment lighting, warped by curvature. See `shaders/tones/relief/radiance.wgsl`.
 
 use super::surroundings::SkyParts;
-use super::{Inputs, Shared, shadow_resources, shadows};
+use super::{Inputs, Shared, lit_surface, shadows};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
@@ -61,18 +61,12 @@ pub(super) fn run(
         sun: parts.sun.map(|channel| channel as f32),
         count: lights.len() as u32,
     };
-    let mut resources = vec![
-        ("view", inputs.view.clone()),
-        ("light", shared.light.clone()),
+    let mut resources = lit_surface(inputs, shared);
+    resources.extend([
         ("surroundings", recorder.upload(&SURROUNDINGS, &[uniform]).binding()),
-        ("focus", shared.focus.clone()),
         ("sky_lights", recorder.upload(&SKY_LIGHTS, &lights).binding()),
-        ("position", inputs.position.into()),
-        ("normal", inputs.normal.into()),
-        ("form_normal", inputs.form_normal.into()),
         ("relief_light", relief_light.into()),
-    ];
-    resources.extend(shadow_resources(inputs));
+    ]);
     if let Some(slopes) = slopes {
         resources.push(("relief_rules", shared.rules.clone()));
         resources.push(("depth_gradient", slopes.into()));

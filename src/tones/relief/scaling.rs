@@ -1,6 +1,6 @@
 //! Light scaled by curvature. See `shaders/tones/relief/scaling.wgsl`.
 
-use super::{Inputs, Shared, shadow_resources, shadows};
+use super::{Inputs, Shared, lit_surface, shadows};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
@@ -21,19 +21,13 @@ pub(super) fn run(
     relief_light: &Target,
 ) {
     let rules = ScalingRules { strength: inputs.relief.scaling, invariant: inputs.relief.invariant };
-    let mut resources = vec![
-        ("view", inputs.view.clone()),
-        ("light", shared.light.clone()),
+    let mut resources = lit_surface(inputs, shared);
+    resources.extend([
         ("relief_rules", shared.rules.clone()),
         ("scaling_rules", recorder.upload(&RULES, &[rules]).binding()),
-        ("focus", shared.focus.clone()),
-        ("position", inputs.position.into()),
-        ("normal", inputs.normal.into()),
-        ("form_normal", inputs.form_normal.into()),
         ("depth_gradient", slopes.unwrap_or(inputs.form_normal).into()),
         ("relief_light", relief_light.into()),
-    ];
-    resources.extend(shadow_resources(inputs));
+    ]);
     let definitions = DEFINITIONS[shadows(inputs)];
     recorder.pixels(Compute { name: "tones/relief/scaling", definitions }, relief_light.size_px(), &resources);
 }

@@ -1,0 +1,42 @@
+//! The world of a flight, opened before its window or headset and put onto the GPU that these use.
+
+use std::sync::Arc;
+
+use super::FlyArgs;
+use crate::commands::progress::Bar;
+use crate::gpu::Gpu;
+use crate::pyramid::TileStore;
+use crate::scene::Scene;
+use crate::scene::camera::Camera;
+use crate::tiles::terrain::{Loading, TerrainOptions};
+use crate::world::{self, OpenWorld};
+
+/// A scene with the tiles of its land.
+pub(super) struct OpenedWorld {
+    scene: Scene,
+    store: Arc<dyn TileStore>,
+}
+
+impl OpenedWorld {
+    /// Opens the world of the arguments. A DEM that is opened for the first time takes a while to bake.
+    pub(super) fn new(args: &FlyArgs) -> anyhow::Result<Self> {
+        let scene = args.world.scene()?;
+        let store = world::open_store(&scene, &Bar::default())?;
+        Ok(Self { scene, store })
+    }
+
+    /// Puts the world onto a GPU, and returns it with the camera at the start.
+    pub(super) fn on_gpu(self, args: &FlyArgs, gpu: &Gpu) -> anyhow::Result<(OpenWorld, Camera)> {
+        let (lod_error_px, tile_memory_bytes) = (args.lod_error, args.tile_memory << 20);
+        let options =
+            TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
+        let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, &Bar::default())?;
+        let start = args.camera.unwrap_or_else(|| world.default_camera());
+        args.world.light.beside(&mut world.scene.sun, &start);
+        let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
+        if let Err(error) = world.ground_was_read() {
+            tracing::warn!("{error}");
+        }
+        Ok((world, start))
+    }
+}

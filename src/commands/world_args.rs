@@ -1,0 +1,57 @@
+//! Arguments of all commands that draw: the world, and options that replace parts of its scene.
+
+use clap::Args;
+
+use super::arguments;
+use super::height_args::HeightArgs;
+use super::light_args::LightArgs;
+use super::water_args::WaterArgs;
+use crate::scene::Scene;
+use crate::scene::reach::Reach;
+use crate::world;
+
+/// The world that is drawn.
+#[derive(Clone, Debug, Default, Args)]
+pub struct WorldArgs {
+    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
+    /// embedded world]
+    #[arg(id = "world", value_name = "WORLD")]
+    pub name: Option<String>,
+    /// How to read height files.
+    #[command(flatten)]
+    pub heights: HeightArgs,
+    /// How light falls.
+    #[command(flatten)]
+    pub light: LightArgs,
+    /// Where additional water is.
+    #[command(flatten)]
+    pub water: WaterArgs,
+    /// Allow a scene file to name addresses and files outside its folder
+    #[arg(long)]
+    pub trust_scene: bool,
+}
+
+impl WorldArgs {
+    /// Returns the name of the world; `None` is the embedded world.
+    #[must_use]
+    pub fn name(&self) -> Option<&str> {
+        self.name.as_deref()
+    }
+
+    /// Checks that the world exists, if it is a file: see [`arguments::check_world`].
+    ///
+    /// # Errors
+    /// Those of [`arguments::check_world`].
+    pub fn check(&self) -> anyhow::Result<()> {
+        arguments::check_world(self.name())
+    }
+
+    /// Reads the scene of the world; the options replace what it says.
+    ///
+    /// # Errors
+    /// Fails if the scene file cannot be read or is invalid.
+    pub fn scene(&self) -> anyhow::Result<Scene> {
+        let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
+        Ok(self.water.over(self.light.over(self.heights.over(scene))))
+    }
+}
