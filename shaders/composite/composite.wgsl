@@ -54,6 +54,12 @@ struct Composite {
     tone_line_ink: vec3<f32>,
     tone_line_reach: f32,
     highlight_ink: vec3<f32>,
+    // Part of the ink of rows that is left in full haze, 0 to 1.
+    faintest_row: f32,
+    row_ink: vec3<f32>,
+    // Part of the ink of cut lines that is left in full haze, 0 to 1.
+    faintest_cut: f32,
+    cut_ink: vec3<f32>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -120,8 +126,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var color: vec3<f32>;
     // Families of cut lines overlap independently.
     let bare = 1.0 - textureLoad(cuts, pixel, 0).rgb;
-    let cut_ink = 1.0 - bare.r * bare.g * bare.b;
-    var mark_ink = max(max(textureLoad(marks, pixel, 0).r, textureLoad(rows, pixel, 0).r), cut_ink);
+    var cut_ink = 1.0 - bare.r * bare.g * bare.b;
+    var mark_ink = textureLoad(marks, pixel, 0).r;
+    var row_ink = textureLoad(rows, pixel, 0).r;
     var shore_ink = textureLoad(water_ink, pixel, 0).r;
     var contour_ink = textureLoad(height_ink, pixel, 0).r;
     var edge_ink = textureLoad(rims, pixel, 0).r;
@@ -139,6 +146,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
         color = select(mix(composite.unfocused, color, seen), color, seen == 1.0);
         mark_ink *= mix(composite.faintest_mark, 1.0, clear) * half_of_focus(seen);
+        cut_ink *= mix(composite.faintest_cut, 1.0, clear) * half_of_focus(seen);
+        row_ink *= mix(composite.faintest_row, 1.0, clear) * half_of_focus(seen);
         shore_ink *= mix(composite.faintest_water, 1.0, clear) * seen;
         contour_ink *= mix(composite.faintest_height, 1.0, clear) * seen;
         edge_ink *= mix(composite.faintest_rim, 1.0, clear) * seen;
@@ -158,6 +167,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     color = mix(color, composite.tone_line_ink, tone_line.r);
     color = mix(color, composite.height_ink_color, contour_ink);
     color = mix(color, composite.mark_ink, mark_ink);
+    color = mix(color, composite.cut_ink, cut_ink);
+    color = mix(color, composite.row_ink, row_ink);
     color = mix(color, composite.water_ink, shore_ink);
     color = mix(color, composite.rim_ink, edge_ink);
     let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;

@@ -79,8 +79,8 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         faintest_tone: style.haze.faintest_tone,
         line_reach: lines.map_or(1.0, |lines| lines.reach),
         stroke_ink: style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
-        mark_ink: style.mark_ink().map_or([0.0; 3], |ink| ink.linear()),
-        faintest_mark: style.faintest_mark(),
+        mark_ink: style.hatching.as_ref().map_or([0.0; 3], |hatching| hatching.ink.linear()),
+        faintest_mark: style.hatching.as_ref().map_or(1.0, |hatching| hatching.faintest),
         is_sample: u32::from(inputs.is_sample),
         water_ink: style.water.as_ref().map_or([0.0; 3], |water| water.ink.linear()),
         faintest_water: style.water.as_ref().map_or(1.0, |water| water.faintest),
@@ -99,6 +99,10 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         tone_line_ink: style.tone_lines.as_ref().map_or([0.0; 3], |lines| lines.ink.linear()),
         tone_line_reach: style.tone_lines.as_ref().map_or(1.0, |lines| lines.reach),
         highlight_ink: style.tone_lines.as_ref().map_or([0.0; 3], |lines| lines.highlight_ink.linear()),
+        faintest_row: style.rows.as_ref().map_or(1.0, |rows| rows.faintest),
+        row_ink: style.rows.as_ref().map_or([0.0; 3], |rows| rows.ink.linear()),
+        faintest_cut: style.cuts.as_ref().map_or(1.0, |cuts| cuts.faintest),
+        cut_ink: style.cuts.as_ref().map_or([0.0; 3], |cuts| cuts.ink.linear()),
         ..CompositeUniform::default()
     };
     let mut resources: Vec<Named> = vec![

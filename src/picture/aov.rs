@@ -18,7 +18,9 @@ use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::lines::threshold::LINE;
 use crate::style::{Detector, Style};
 use crate::surface::SURFACE_ID;
+use crate::surface::cuts::CUT_INK;
 use crate::surface::motion::MOTION;
+use crate::surface::rows::ribbons::ROW_INK;
 use crate::surface::{NORMAL, POSITION};
 use crate::tones::TONE;
 use crate::tones::balance::MARKS;
@@ -84,7 +86,7 @@ pub enum PlaneSource {
     Strokes,
     /// Requested tone, 0 black to 1 white.
     Tone,
-    /// Tone after hatching, 0 black to 1 white.
+    /// Tone after hatching, rows of hachures and cut lines, 0 black to 1 white.
     Hatch,
 }
 
@@ -151,8 +153,8 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
             }
             "strokes" => add("strokes.id", PlaneSource::Strokes),
             "tone" => add("tone.V", PlaneSource::Tone),
-            // Without hatching the tone does not change.
-            "hatch" if style.hatching.is_some() => add("hatch.V", PlaneSource::Hatch),
+            // Without marks that make tone, the tone does not change.
+            "hatch" if style.hatching.is_some() || style.has_land_lines() => add("hatch.V", PlaneSource::Hatch),
             "hatch" => add("hatch.V", PlaneSource::Tone),
             _ => return Err(AovError::Unknown { name: name.to_owned() }),
         }
@@ -238,12 +240,27 @@ fn read_floats(
             values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
         }),
         PlaneSource::LsaLine => scatter(gpu, renderer, window, &LINE, |i, line: f32| values[i] = line),
-        PlaneSource::Hatch => scatter(gpu, renderer, window, &MARKS, |i, ink: f32| values[i] = 1.0 - ink),
+        PlaneSource::Hatch => read_marks(gpu, renderer, window, values),
         PlaneSource::Tone => {
             scatter(gpu, renderer, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3]))
         }
         PlaneSource::SurfaceId | PlaneSource::Strokes => Ok(()),
     }
+}
+
+/// Reads what all ink layers that make tone leave of white: the darkest of them counts, as in
+/// `shaders/composite/composite.wgsl`.
+fn read_marks(gpu: &Gpu, renderer: &Renderer, window: &Window, values: &mut [f32]) -> Result<(), GpuError> {
+    let mut darkest = vec![0.0_f32; values.len()];
+    scatter(gpu, renderer, window, &MARKS, |i, ink: f32| darkest[i] = darkest[i].max(ink))?;
+    scatter(gpu, renderer, window, &ROW_INK, |i, ink: u16| darkest[i] = darkest[i].max(f32_from_f16(ink)))?;
+    // Families of cut lines overlap independently.
+    let bare = |families: [u16; 4]| families[..3].iter().map(|ink| 1.0 - f32_from_f16(*ink)).product::<f32>();
+    scatter(gpu, renderer, window, &CUT_INK, |i, families: [u16; 4]| {
+        darkest[i] = darkest[i].max(1.0 - bare(families))
+    })?;
+    // Only the pixels of this window change.
+    scatter(gpu, renderer, window, &TONE, |i, _: [u16; 4]| values[i] = 1.0 - darkest[i])
 }
 
 /// Converts a 16-bit float, without loss.

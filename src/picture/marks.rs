@@ -100,29 +100,13 @@ pub(super) fn read(
     let view_uniform = view.still_uniform(view.pose.position_m);
     let size = size_px.map(|side| side as usize);
     let surface = Surface { size_px: size, position, haze_m, view: view_uniform, focus };
+    // In the order of `shaders/composite/composite.wgsl`.
     let mut groups = Vec::new();
     if let Some(sky) = renderer.target(&SKY).filter(|_| style.sky.has_lines()) {
         let texels: Vec<[u16; 4]> = read_as(gpu, sky, [0, 0], size_px)?;
         let shown = texels.iter().zip(&surface.position);
         let ink = shown.map(|(texel, at)| if at[3] > 0.0 { 0.0 } else { f32_from_f16(texel[3]) }).collect();
         groups.push(group("sky", "Sky".to_owned(), style.sky.ink, lines(&InkPicture { size_px, ink })));
-    }
-    if let Some(water) = &style.water {
-        let traced = renderer.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let lines = surface.hazed(traced.unwrap_or_default(), Left { faintest: water.faintest, is_of_tone: false });
-        groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
-    }
-    if let Some(lines) = style.drawn_height_lines() {
-        let traced = renderer.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
-        groups.push(group("heights", "Contour lines of height".to_owned(), lines.ink, traced));
-    }
-    if let Some(rim) = renderer.target(&RIM) {
-        let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
-        let ink = texels.iter().map(|texel| texel[0]).collect();
-        let left = Left { faintest: style.rims.faintest, is_of_tone: false };
-        let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
-        groups.push(group("rims", "Outlines of no-data areas".to_owned(), style.rim_ink(), traced));
     }
     if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, renderer.target(&TONE_INK)?))) {
         let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
@@ -137,7 +121,12 @@ pub(super) fn read(
             groups.push(group(id, label.to_owned(), color, traced));
         }
     }
-    if let (Some(ink), Some(hatching)) = (style.mark_ink(), &style.hatching) {
+    if let Some(lines) = style.drawn_height_lines() {
+        let traced = renderer.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
+        groups.push(group("heights", "Contour lines of height".to_owned(), lines.ink, traced));
+    }
+    if let Some(hatching) = &style.hatching {
         let layers = hatching.layers.iter().zip(1..);
         let drawn = layers.filter_map(|(layer, number)| Some((layer, number, renderer.mark_layer(number - 1)?)));
         let drawn: Vec<_> = drawn
@@ -148,8 +137,8 @@ pub(super) fn read(
             .map(|(layer, number, picture)| {
                 let has_dots = layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots());
                 let traced = if has_dots { dots(&picture) } else { lines(&picture) };
-                let lines = surface.hazed(traced, Left { faintest: style.faintest_mark(), is_of_tone: true });
-                group(&format!("marks-{number}"), format!("Hatching {number}, {}", layer.marks), ink, lines)
+                let lines = surface.hazed(traced, Left { faintest: hatching.faintest, is_of_tone: true });
+                group(&format!("marks-{number}"), format!("Hatching {number}, {}", layer.marks), hatching.ink, lines)
             })
             .collect();
         groups.extend(drawn);
@@ -185,6 +174,18 @@ pub(super) fn read(
         let drawn = renderer.drawn_rows(gpu)?.unwrap_or_default();
         let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
         groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, left)));
+    }
+    if let Some(water) = &style.water {
+        let traced = renderer.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
+        let lines = surface.hazed(traced.unwrap_or_default(), Left { faintest: water.faintest, is_of_tone: false });
+        groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
+    }
+    if let Some(rim) = renderer.target(&RIM) {
+        let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
+        let ink = texels.iter().map(|texel| texel[0]).collect();
+        let left = Left { faintest: style.rims.faintest, is_of_tone: false };
+        let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
+        groups.push(group("rims", "Outlines of no-data areas".to_owned(), style.rim_ink(), traced));
     }
     groups.retain(|group| !group.lines.is_empty());
     Ok(groups)

@@ -261,12 +261,6 @@ impl Style {
         own.map_or(if is_dark { haze } else { [1.0; 3] }, |color| color.linear())
     }
 
-    /// Returns the fraction of the ink of rows, cut lines or hatching that remains in full haze.
-    pub fn faintest_mark(&self) -> f32 {
-        let of_land = self.rows.as_ref().map(|rows| rows.faintest).or(self.cuts.as_ref().map(|cuts| cuts.faintest));
-        of_land.or(self.hatching.as_ref().map(|hatching| hatching.faintest)).unwrap_or(1.0)
-    }
-
     /// Returns the light that emphasises relief, if the kind of tone supports it.
     pub fn drawn_relief(&self) -> Option<&Relief> {
         self.relief.as_ref().filter(|_| matches!(self.tone, Tone::Toon(_)))

@@ -8,7 +8,7 @@ use common::{World, grid_of, quantile, rough_height_m};
 use hachure::composite::PICTURE;
 use hachure::frame::{Light, Renderer};
 use hachure::scene::{Haze, Scene};
-use hachure::style::{self, Style};
+use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const SPACING_M: f64 = 60.0;

@@ -1,6 +1,6 @@
 //! The table in `src/frame_passes.md` agrees with the traces of frames that are drawn here.
 //!
-//! `HACHURE_REWRITE=1 cargo test --release --test frame_passes` rewrites the table.
+//! `HACHURE_REWRITE=1 cargo test --release --lib tests::frame_passes` rewrites the table.
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 #![allow(clippy::disallowed_methods, reason = "the table is a source file under version control")]
 

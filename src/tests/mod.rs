@@ -7,6 +7,7 @@
 mod common;
 
 mod antialias;
+mod aov;
 mod border;
 mod chain;
 mod coherence;

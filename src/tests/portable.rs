@@ -16,7 +16,7 @@ use hachure::gpu::device::AdapterWish;
 use hachure::gpu::readback::read;
 use hachure::mesh::placed::Placed;
 use hachure::scene::view::{Pose, View};
-use hachure::style::{self, Style};
+use hachure::style::Style;
 use hachure::tiles::Terrain;
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::Surfaces;

@@ -262,7 +262,7 @@ fn strokes_run_alone() {
     }
 }
 
-/// Measures twenty views of real land; run with `cargo test --release --test strokes -- --ignored --nocapture`.
+/// Measures twenty views of real land; run with `cargo test --release --lib tests::strokes -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement that takes a minute"]
 fn twenty_views() {

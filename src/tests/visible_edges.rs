@@ -295,7 +295,7 @@ fn directions_and_sizes_make_no_difference() {
     }
 }
 
-/// Run by hand on an idle machine: `cargo test --release --test visible_edges -- --ignored --nocapture`.
+/// Run by hand on an idle machine: `cargo test --release --lib tests::visible_edges -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn time_grows_linearly_with_the_edges() {

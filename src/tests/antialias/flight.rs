@@ -21,7 +21,7 @@ const SETTLING: u32 = 12;
 /// A camera near the ground.
 const LOW: &str = "-300,-2500,+60,20,-4,60";
 
-/// Returns the pose of one frame of a slow path: a metre and an eighth of a degree per frame, as in `--test coherence`.
+/// Returns the pose of one frame of a slow path: a metre and an eighth of a degree per frame, as in `--lib tests::coherence`.
 fn slow(world: &World, renderer: u32) -> Pose {
     let mut pose = world.pose(VIEW);
     pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(renderer);

@@ -178,7 +178,7 @@ fn marks_of_two_eyes_are_as_dark() {
     }
 }
 
-/// Prints a table of agreement: `cargo test --release --test eyes table -- --ignored --nocapture`
+/// Prints a table of agreement: `cargo test --release --lib tests::eyes -- --ignored --nocapture`
 #[test]
 #[ignore = "a measurement"]
 fn table() {

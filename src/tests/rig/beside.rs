@@ -7,7 +7,7 @@ use hachure::composite::PICTURE;
 use hachure::frame::Renderer;
 use hachure::gpu::pipelines::Builds;
 use hachure::scene::view::{Pose, Rig};
-use hachure::style::{self, Style};
+use hachure::style::Style;
 
 use crate::tests::common::World;
 use crate::tests::rig::{START, bytes, draw_rig, hill_apart, light, view};

@@ -2,7 +2,7 @@
 
 use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
-use hachure::style::{self, Style};
+use hachure::style::Style;
 
 use crate::tests::rig::{START, draw_rig, hill_apart, view};
 
@@ -31,7 +31,7 @@ fn a_steady_frame_makes_no_gpu_object() {
     }
 }
 
-/// Run with `cargo test --release --test rig recording -- --ignored --nocapture`.
+/// Run with `cargo test --release --lib tests::rig -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn recording_takes_milliseconds() {

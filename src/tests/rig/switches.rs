@@ -2,7 +2,7 @@
 
 use hachure::frame::Renderer;
 use hachure::scene::view::Rig;
-use hachure::style::{self, Style};
+use hachure::style::Style;
 
 use crate::tests::rig::{START, differing, draw_rig, hill_apart, seen, view};
 

@@ -27,7 +27,7 @@ fn spearman(a: &[f64], b: &[f64]) -> f64 {
     sum(&a, &b) / (sum(&a, &a) * sum(&b, &b)).sqrt()
 }
 
-/// Run with `cargo test --release --test rows real -- --ignored --nocapture`.
+/// Run with `cargo test --release --lib tests::rows -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement that takes minutes"]
 fn rows_of_real_land_follow_its_slopes() {
