@@ -1,4 +1,4 @@
-//! Baking: from heights to a pyramid on disk, in memory that does not grow with the number of heights. [`measure`] is
+//! Baking: from heights to a pyramid on disk, in memory that does not grow with the number of heights. `measure` is
 //! the part of it that a pyramid in memory needs: the measured errors, without files and without encoded tiles.
 //!
 //! `plan` divides the work into rounds and chunks, `chunk` bakes one, `part` is its result, `folder` stores the parts
