@@ -148,6 +148,6 @@ fn a_pyramid_with_stale_statistics_is_a_dem_with_a_note() {
     std::fs::copy(place.path("baked.tif.tiles"), place.path("dem.tif.tiles")).unwrap();
     let info = place.json(&["info", "dem.tif", "--json"]);
     assert_eq!(info["kind"], "dem");
-    assert!(info["stale"].as_str().unwrap().contains("stale"), "{info}");
+    assert!(info["stale"].as_str().unwrap().contains("outdated"), "{info}");
     assert!(place.error(&["info", "baked.tif.tiles"]).contains("baked.tif.tiles"));
 }
