@@ -276,7 +276,7 @@ impl Pipelines {
         self.lock().builds
     }
 
-    /// Reads shaders from other texts from now on. Existing pipelines stay until [`Pipelines::reload`] finds that their
+    /// Reads shaders from other texts from now on. Existing pipelines stay until a reload finds that their
     /// text has changed.
     pub fn set_texts(&self, texts: Texts) {
         let mut state = self.lock();

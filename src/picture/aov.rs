@@ -257,7 +257,7 @@ fn read_marks(gpu: &Gpu, renderer: &Renderer, window: &Window, values: &mut [f32
     // Families of cut lines overlap independently.
     let bare = |families: [u16; 4]| families[..3].iter().map(|ink| 1.0 - f32_from_f16(*ink)).product::<f32>();
     scatter(gpu, renderer, window, &CUT_INK, |i, families: [u16; 4]| {
-        darkest[i] = darkest[i].max(1.0 - bare(families))
+        darkest[i] = darkest[i].max(1.0 - bare(families));
     })?;
     // Only the pixels of this window change.
     scatter(gpu, renderer, window, &TONE, |i, _: [u16; 4]| values[i] = 1.0 - darkest[i])
