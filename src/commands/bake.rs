@@ -36,7 +36,8 @@ pub struct BakeArgs {
     /// Largest difference between a stored height and the original, in metres; 0 is lossless
     #[arg(long, value_name = "METRES", default_value_t = 0.01, value_parser = arguments::from_to(0.0, 1e6), allow_hyphen_values = true)]
     pub max_error: f64,
-    /// Bake only part I of N into the work folder OUT.tif.parts; a final call with --resume joins all parts
+    /// Bake only part I of N, I from 1 to N, into the work folder OUT.tif.parts; a final call with --resume joins all
+    /// parts
     #[arg(long, value_name = "I/N", value_parser = parse_shard)]
     pub shard: Option<(u32, u32)>,
     /// Continue with the parts that an earlier call left in the work folder

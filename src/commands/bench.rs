@@ -57,7 +57,7 @@ pub struct BenchArgs {
     /// ascent)
     #[arg(long)]
     pub path: PathBuf,
-    /// Presets or style files, separated by commas; ratios are relative to the first
+    /// Presets or style files, separated by commas; the report compares times with those of the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]

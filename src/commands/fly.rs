@@ -26,7 +26,9 @@ pub struct FlyArgs {
     /// Preset or style file
     #[arg(long, default_value = "ink")]
     pub style: String,
-    /// Camera at the start: x,y,z,yaw,pitch,fov in metres and degrees; z as +h is the height above ground
+    /// Camera at the start: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in
+    /// metres, or +h above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical
+    /// field of view in degrees
     #[arg(long, allow_hyphen_values = true)]
     pub camera: Option<Camera>,
     /// Size of the window in pixels

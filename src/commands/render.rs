@@ -63,15 +63,17 @@ pub struct RenderArgs {
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Resolution on paper, in dots per inch: the style's lengths, in pixels at 96 dpi, scale with it [default: 300
-    /// for a raster picture with --paper]
+    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi, are
+    /// multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
     pub dpi: Option<f64>,
-    /// Camera: x,y,z,yaw,pitch,fov in metres and degrees; z as +h is the height above ground [default: the scene's]
+    /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
+    /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of view
+    /// in degrees [default: the scene's]
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
-    /// Draw a georeferenced map from straight above, north up: its centre and width in metres; without a value, all of
-    /// the land
+    /// Draw a georeferenced map from straight above, north up: its centre in metres east and north of the centre of the
+    /// world, and its width in metres; without a value, all of the land
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
     /// Draw the frames of a camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour,
@@ -105,7 +107,8 @@ pub struct RenderArgs {
     /// compositors, where P is the position in the world: metres east, north, up
     #[arg(long, value_name = "NAMES", default_value_t)]
     pub aov_names: Names,
-    /// Write this intermediate picture of the frame instead of the drawing. An unknown name lists the available ones
+    /// Write this intermediate render target of the frame instead of the drawing. An unknown name lists the available
+    /// ones
     #[arg(long, value_name = "NAME", conflicts_with_all = ["path", "aov"])]
     pub show: Option<String>,
     /// Add a title block below the picture: this text, the camera's position and the style; for a --map a scale bar,

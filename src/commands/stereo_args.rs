@@ -20,7 +20,8 @@ pub struct StereoArgs {
     /// land [default: 0.065]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub ipd: Option<Ipd>,
-    /// Distance at which both eyes of a stereo pair see the same, in metres [default: infinitely far]
+    /// Distance of zero parallax of a stereo pair, in metres: what is there appears at the screen [default: infinitely
+    /// far]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::above_0)]
     pub convergence: Option<f64>,
 }
@@ -68,7 +69,9 @@ impl StereoArgs {
     pub fn check(&self) -> Result<(), Misuse> {
         let stray = self.ipd.map(|_| "--ipd").or(self.convergence.map(|_| "--convergence"));
         match stray.filter(|_| self.eyes() == Eyes::Mono) {
-            Some(name) => Err(Misuse(format!("{name}: needs a stereo pair, and --eyes is mono"))),
+            Some(name) => Err(Misuse(format!(
+                "{name}: needs a stereo pair, and --eyes is mono; add --eyes side-by-side or anaglyph"
+            ))),
             None => Ok(()),
         }
     }

@@ -61,7 +61,10 @@ pub enum CoverError {
     #[error(transparent)]
     Read(#[from] SourceError),
     /// The raster has no reference system.
-    #[error("{}: has no coordinate reference system, so it cannot be aligned with the world", named(path))]
+    #[error(
+        "{}: has no coordinate reference system, so it cannot be aligned with the world; assign one with gdal_edit -a_srs",
+        named(path)
+    )]
     Nowhere {
         /// Path of the raster.
         path: PathBuf,

@@ -64,7 +64,7 @@ pub enum PyramidError {
         sidecar: PathBuf,
     },
     /// The tile statistics belong to another version of the GeoTIFF, or of hachure: it has to be baked again.
-    #[error("{}: outdated tile statistics: {cause}", named(path))]
+    #[error("{}: outdated tile statistics: {cause}; bake it again", named(path))]
     StaleSidecar {
         /// The sidecar.
         path: PathBuf,
@@ -72,7 +72,7 @@ pub enum PyramidError {
         cause: String,
     },
     /// The sidecar is damaged: the pyramid has to be baked again.
-    #[error("{}: damaged tile statistics: {cause}", named(path))]
+    #[error("{}: damaged tile statistics: {cause}; bake it again", named(path))]
     CorruptSidecar {
         /// The sidecar.
         path: PathBuf,

@@ -53,7 +53,7 @@ pub enum SunTimeError {
     )]
     NoPlace(Moment),
     /// The sun is below the horizon.
-    #[error("at {moment} the sun is {below_deg:.1}° below the horizon at {place}")]
+    #[error("at {moment} the sun is {below_deg:.1}° below the horizon at {place}; choose another time, or give --sun")]
     Night {
         moment: Moment,
         /// Place on the earth.

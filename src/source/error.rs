@@ -90,7 +90,7 @@ pub enum SourceError {
     TooLarge { path: PathBuf, width: u32, height: u32 },
     /// The system has not enough memory.
     #[error(
-    "{}: not enough memory: reading {width}×{height} samples at once needs {} MB",
+    "{}: not enough memory: reading {width}×{height} samples at once needs {} MB; convert it to a tiled GeoTIFF",
     named(path),
     needed_bytes.div_ceil(1_000_000)
   )]

@@ -54,16 +54,18 @@ fn degrees(degrees: f64) -> String {
 #[non_exhaustive]
 pub enum GeoreferenceError {
     /// The code is not in the catalogue, and the file does not give its units.
-    #[error("its coordinate reference system EPSG:{epsg} is unknown")]
+    #[error("its coordinate reference system EPSG:{epsg} is unknown; reproject it with gdalwarp -t_srs")]
     UnknownCrs { epsg: u32 },
     /// The CRS is geocentric (earth-centred coordinates).
-    #[error("its coordinates are geocentric, which cannot be used for a height grid")]
+    #[error(
+        "its coordinates are geocentric, which cannot be used for a height grid; reproject it with gdalwarp -t_srs"
+    )]
     Geocentric,
     /// The samples coincide, are on a line, or are infinitely far apart.
     #[error("its pixel size is zero or not finite")]
     PixelSize,
     /// A unit or an axis has an impossible value.
-    #[error("its {what} is {value:?}")]
+    #[error("its {what} is {value:?}, which is impossible; correct the georeference")]
     Impossible { what: &'static str, value: f64 },
     /// The grid reaches beyond a pole.
     #[error("its latitudes run from {}° to {}°, beyond ±90°", degrees(*south_degrees), degrees(*north_degrees))]

@@ -138,7 +138,7 @@ fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_beside() 
 
 #[test]
 fn a_focus_that_takes_nothing_changes_no_bit() {
-    let Some(mut world) = world() else { return };
+    let Some(mut world) = World::new(grid_of(385, 385, 60.0, rough_height_m), 1.0) else { return };
     for name in common::presets() {
         let style = Style::load(name).unwrap();
         let bits = |drawn: &Drawn| drawn.ink.iter().map(|ink| ink.to_bits()).collect::<Vec<_>>();

@@ -17,6 +17,7 @@ mod curvature;
 mod cuts;
 mod depth;
 mod derive;
+mod device;
 mod extremes;
 mod eyes;
 mod files;

@@ -21,7 +21,7 @@ use hachure::style::Style;
 use hachure::surface::edges::{Edge, EdgeList, EdgeRules};
 use hachure::surface::{DEPTH, DEPTH_FORMAT};
 
-/// The near constant of `surface/view.rs`: reversed depth is this divided by the distance.
+/// The near constant of `scene/view.rs`: reversed depth is this divided by the distance.
 const NEAR_M: f32 = 1e-4;
 const SKY: f32 = f32::INFINITY;
 

@@ -88,10 +88,12 @@ pub enum WorldError {
         spacing_m: f64,
     },
     /// The scene's heights are those that an earlier call gave.
-    #[error("{HEIGHTS_IN_MEMORY}: a scene does not hold them; open them by OpenWorld::from_heights")]
+    #[error(
+        "{HEIGHTS_IN_MEMORY}: a scene cannot contain heights from memory; open the world with OpenWorld::from_heights"
+    )]
     Given,
     /// A no-data value is given for heights that are not baked here.
-    #[error("{}: --nodata works only for local DEM files; bake it with --nodata first", named(name))]
+    #[error("{}: --nodata works only for local DEM files; bake the file with --nodata first", named(name))]
     NoData {
         /// Name of the world.
         name: String,

@@ -43,7 +43,10 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
         };
     }
     if args.size.is_some() {
-        return Err(Misuse("--size: with --paper, the size in pixels follows from --dpi".to_owned()));
+        return Err(Misuse(
+            "--size: cannot be combined with --paper, where the size in pixels follows from --dpi; leave --size out"
+                .to_owned(),
+        ));
     }
     let [longer, shorter] = sheet::sides_mm("--paper", paper).map_err(Misuse)?;
     let sides_mm = if args.portrait { [shorter, longer] } else { [longer, shorter] };

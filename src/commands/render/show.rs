@@ -24,7 +24,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     }
     let [width, height] = args.size();
     if !PartRule::default().is_whole(args.size()) {
-        return Err(Misuse(format!("--show: {width}x{height} px is too large for a picture drawn in one part")));
+        return Err(Misuse(format!(
+            "--show: {width}x{height} px is too large for a picture drawn in one part; reduce --size"
+        )));
     }
     Ok(())
 }

@@ -83,7 +83,11 @@ pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
     let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     // The size of the ranks, the largest buffer.
     let wanted = 64 * u64::from(capacity);
-    if wanted > limit { Err(GpuError::Limit { what: "the buffer for chaining lines", wanted, limit }) } else { Ok(()) }
+    if wanted > limit {
+        Err(GpuError::Limit { what: "the buffer for chaining lines, in bytes,", wanted, limit })
+    } else {
+        Ok(())
+    }
 }
 
 /// Chains the segments.

@@ -93,8 +93,10 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             let tone_style = style.tone_lines.as_ref().unwrap();
             let [mut dark, mut highlight, ..] = layers.tone_lines[i].map(half::f16::to_f64);
             // Families of cut lines cross each other.
-            let cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
-            let mut mark_ink = f64::from(layers.marks[i].max(layers.rows[i])).max(cut_ink);
+            let (cuts, rows) = (style.cuts.as_ref().unwrap(), style.rows.as_ref().unwrap());
+            let mut cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
+            let mut mark_ink = f64::from(layers.marks[i]);
+            let mut row_ink = f64::from(layers.rows[i]);
             let mut color = if here[3] <= 0.0 {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
                 mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
@@ -102,6 +104,8 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 let [red, green, blue, _] = layers.tone[i].map(half::f16::to_f64);
                 let clear = clearness(away(here), 1.0);
                 mark_ink *= faintest(hatching.faintest, clear);
+                cut_ink *= faintest(cuts.faintest, clear);
+                row_ink *= faintest(rows.faintest, clear);
                 shore_ink *= faintest(water.faintest, clear);
                 height_ink *= faintest(heights.faintest, clear);
                 rim_ink *= faintest(style.rims.faintest, clear);
@@ -114,6 +118,8 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
             color = mix(color, linear(tone_style.ink), dark);
             color = mix(color, linear(heights.ink), height_ink);
             color = mix(color, linear(hatching.ink), mark_ink);
+            color = mix(color, linear(cuts.ink), cut_ink);
+            color = mix(color, linear(rows.ink), row_ink);
             color = mix(color, linear(water.ink), shore_ink);
             color = mix(color, linear(style.rim_ink()), rim_ink);
             let drawn = f64::from(layers.line[i]);
@@ -135,7 +141,10 @@ fn the_composite_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
     let mut style = Style::load("ink").unwrap();
     style.strokes = Style::load("pen").unwrap().strokes;
-    style.hatching = Style::load("hachures").unwrap().hatching;
+    let Style { hatching, rows, .. } = Style::load("hachures").unwrap();
+    (style.hatching, style.rows, style.cuts) = (hatching, rows, Style::load("engraving").unwrap().cuts);
+    style.rows.as_mut().unwrap().ink = Color::from_srgb([0.1, 0.4, 0.1]);
+    style.cuts.as_mut().unwrap().ink = Color::from_srgb([0.1, 0.1, 0.5]);
     style.water = Style::parse(
         "water",
         "name = \"w\"\ndescription = \"\"\n[water]\nink = \"#103050\"\n[tone]\nkind = \"plain\"\n",
@@ -195,6 +204,13 @@ fn the_composite_is_its_twin() {
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         let mut black = style.clone();
         black.rims.faintest = 1.0;
+        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
+        // Planted errors: rows in the ink of hatching, and cut lines that do not fade.
+        let mut exchanged = style.clone();
+        exchanged.rows.as_mut().unwrap().ink = style.hatching.as_ref().unwrap().ink;
+        assert!(off(&found, &twin(&layers, &exchanged, &light, 1.01), 2e-3) > 500);
+        let mut black = style.clone();
+        black.cuts.as_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         // Planted error: lines from shading that do not fade.
         let mut black = style.clone();
