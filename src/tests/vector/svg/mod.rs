@@ -111,6 +111,7 @@ pub fn read(text: &str) -> Vec<Read> {
         let first_word = match id.split('-').collect::<Vec<_>>().as_slice() {
             ["marks", ..] => "hatching",
             ["heights", ..] => "contour",
+            ["cuts", ..] => "cut",
             ["rims", ..] => "outlines",
             ["water", ..] => "shores",
             ["tone", "highlights"] => "highlight",
