@@ -259,7 +259,7 @@ fn paper_and_dots_make_pixels() {
     assert!(text.contains("width=\"25.4mm\" height=\"12.7mm\""), "{}", &text[..400]);
 
     for (arguments, cause) in [
-        ("--paper a4 --size 100x100 -o x.png", "--size: with --paper"),
+        ("--paper a4 --size 100x100 -o x.png", "--size: cannot be combined with --paper"),
         ("--portrait -o x.png", "--portrait: requires --paper"),
         ("--paper a9 -o x.png", "--paper \"a9\""),
         ("--paper 99999x10 --dpi 10000 -o x.png", "each side must be 1 to 1048576"),

@@ -118,7 +118,7 @@ fn memory_that_cannot_be_had_is_told_in_one_line() {
     let error = String::from_utf8_lossy(&output.stderr);
     assert_eq!(output.status.code(), Some(1), "{error}");
     // It is preceded by a warning that the grid has no CRS.
-    let expected = "large.asc: not enough memory: reading 16000×16000 samples at once needs 1024 MB\n";
+    let expected = "large.asc: not enough memory: reading 16000×16000 samples at once needs 1024 MB; convert it to a tiled GeoTIFF\n";
     assert!(error.ends_with(expected) && error.lines().count() == 2, "{error}");
 }
 
