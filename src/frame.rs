@@ -9,6 +9,7 @@ mod antialias;
 mod bend;
 mod eye;
 mod land_maps;
+mod inks;
 mod left;
 mod lines;
 mod mark_layers;
@@ -64,15 +65,15 @@ pub fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
 pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light: &Light) -> Prepared {
     let sea_level_m = world.sea_level_m();
     let terrain = &mut world.terrain;
-    terrain.map_water(gpu, style.water.as_ref().map(|_| sea_level_m));
+    terrain.map_water(gpu, style.water().map(|_| sea_level_m));
     terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()))
 }
 
 /// The lines of a style; in one that has strokes instead, those of trees.
 fn drawn_lines<'a>(world: &Surfaces, style: &'a Style) -> Option<Cow<'a, Lines>> {
-    let of_trees = || world.forest().and(style.strokes.as_ref()).map(Lines::of_trees).map(Cow::Owned);
-    style.lines.as_ref().map(Cow::Borrowed).or_else(of_trees)
+    let of_trees = || world.forest().and(style.strokes()).map(Lines::of_trees).map(Cow::Owned);
+    style.lines().map(Cow::Borrowed).or_else(of_trees)
 }
 
 /// The light and air of a rig's frame, which sees a focus from its origin: that of the scene, or of the style.
@@ -329,10 +330,8 @@ impl Renderer {
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
         let all_tiles = !land_changes || world.terrain.options().loading == Loading::Wait;
-        let rows = style
-            .rows
-            .as_ref()
-            .map(|rows| self.rows.plan(gpu, &world.terrain, &prepared.selection, rig, rows, all_tiles));
+        let rows =
+            style.rows().map(|rows| self.rows.plan(gpu, &world.terrain, &prepared.selection, rig, rows, all_tiles));
         let inputs = FrameInputs {
             world,
             mesh,

@@ -42,7 +42,7 @@ fn outlier_share(name: &str, style: &Style) -> f64 {
         "pencil-lines" => 0.0125,
         "pencil" => 0.05,
         "wash" => 0.03,
-        _ if style.strokes.is_some() || style.hatching.is_some() => 0.02,
+        _ if style.strokes().is_some() || style.hatching().is_some() => 0.02,
         _ => 0.006,
     }
 }

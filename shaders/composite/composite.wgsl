@@ -3,93 +3,107 @@
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::paper::{bordered, paper_grain}
 
+// Ink of one colour, over the tones and over the inks before it.
+struct Ink {
+    // Linear colour.
+    color: vec3<f32>,
+    // Fraction of the ink that remains in full haze.
+    faintest: f32,
+    // 1 for the channel of the picture that holds the ink, 0 for the others.
+    channel: vec4<f32>,
+    // How many times farther than tones the ink reaches into the haze.
+    reach: f32,
+    // DONE, ON_SURFACE, WITH_TONE or ON_NEAREST.
+    fading: u32,
+    // 1: the first three channels are families of lines that cross each other.
+    is_crossed: u32,
+}
+
+// The ink has faded already.
+const DONE: u32 = 0u;
+// The ink fades as the surface that it lies on.
+const ON_SURFACE: u32 = 1u;
+// So does ink whose amount follows the tone, which has already lost its share of the focus.
+const WITH_TONE: u32 = 2u;
+// Detected lines fade as the nearest surface around them.
+const ON_NEAREST: u32 = 3u;
+
 struct Composite {
     paper: vec3<f32>,
     // Distance at which haze has taken 63 %.
     haze_m: f32,
-    ink: vec3<f32>,
+    sky_zenith: vec3<f32>,
     // Strength of the paper's grain.
     grain: f32,
-    sky_zenith: vec3<f32>,
-    // Part of a line that is left in full haze, 0 to 1.
-    faintest_line: f32,
     sky_horizon: vec3<f32>,
-    // 1: lines are drawn.
-    line_strength: f32,
-    haze: vec3<f32>,
     // Part of a tone that is left in full haze, 0 to 1.
     faintest_tone: f32,
-    stroke_ink: vec3<f32>,
-    // How many times farther than tones lines reach into the haze.
-    line_reach: f32,
-    mark_ink: vec3<f32>,
-    // Part of a mark's ink that is left in full haze, 0 to 1.
-    faintest_mark: f32,
-    // 1: the picture is one sample of a mean, and its fourth channel is the ink of lines.
+    haze: vec3<f32>,
+    // 1: the picture is one sample of a mean, and its fourth channel is the ink of detected lines.
     is_sample: u32,
-    water_ink: vec3<f32>,
-    // Part of the ink of shores and water lines that is left in full haze, 0 to 1.
-    faintest_water: f32,
     // Linear colour of ruled lines and outlines in the sky.
     sky_ink: vec3<f32>,
-    border: vec3<f32>,
     // 1: the sheet has a margin or a border, whose widths are `border_px`.
     is_bordered: u32,
+    border: vec3<f32>,
+    // Height of the bare paper below the picture.
+    foot_px: f32,
     border_px: vec2<f32>,
     // Cosine and sine of the horizon's depression below level.
     horizon: vec2<f32>,
-    height_ink_color: vec3<f32>,
-    // Part of the ink of contour lines that is left in full haze, 0 to 1.
-    faintest_height: f32,
-    // Height of the bare paper below the picture.
-    foot_px: f32,
     // Linear colour that tones far from the focus approach.
     unfocused: vec3<f32>,
-    // Part of the ink of rims that is left in full haze, 0 to 1.
-    faintest_rim: f32,
-    rim_ink: vec3<f32>,
-    // Part of the ink of lines from shading that is left in full haze, 0 to 1; `tone_line_reach` is how many times
-    // farther than tones they reach into it.
-    faintest_tone_line: f32,
-    tone_line_ink: vec3<f32>,
-    tone_line_reach: f32,
-    highlight_ink: vec3<f32>,
-    // Part of the ink of rows that is left in full haze, 0 to 1.
-    faintest_row: f32,
-    row_ink: vec3<f32>,
-    // Part of the ink of cut lines that is left in full haze, 0 to 1.
-    faintest_cut: f32,
-    cut_ink: vec3<f32>,
+    inks: array<Ink, 12>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> composite: Composite;
 @group(0) @binding(2) var position: texture_2d<f32>;
 @group(0) @binding(3) var tone: texture_2d<f32>;
-@group(0) @binding(4) var line: texture_2d<f32>;
-// Ink of strokes, after haze.
-@group(0) @binding(5) var ink: texture_2d<f32>;
-// Ink of hatching.
-@group(0) @binding(6) var marks: texture_2d<f32>;
-// Ink of rows of hachures.
-@group(0) @binding(7) var rows: texture_2d<f32>;
-// Ink of cut lines, one family per channel.
-@group(0) @binding(8) var cuts: texture_2d<f32>;
-// Ink of shores and water lines.
-@group(0) @binding(9) var water_ink: texture_2d<f32>;
-// Ink of contour lines.
-@group(0) @binding(10) var height_ink: texture_2d<f32>;
-// Ink of the rims of holes.
-@group(0) @binding(11) var rims: texture_2d<f32>;
-@group(0) @binding(12) var<storage, read> focus: Focus;
+@group(0) @binding(4) var<storage, read> focus: Focus;
 #ifdef SKY
 // A drawn sky: linear colour, and the ink of its lines.
-@group(0) @binding(13) var sky: texture_2d<f32>;
+@group(0) @binding(5) var sky: texture_2d<f32>;
 #endif
-// Ink of lines from shading: dark lines and highlight lines.
-@group(0) @binding(15) var tone_lines: texture_2d<f32>;
-// Linear colour; alpha is 1, or in a sample the ink of lines.
-@group(0) @binding(14) var picture: texture_storage_2d<rgba16float, write>;
+// Linear colour; alpha is 1, or in a sample the ink of detected lines.
+@group(0) @binding(6) var picture: texture_storage_2d<rgba16float, write>;
+// The pictures that hold the inks, from the bottom to the top. A style has as many as it has inks.
+#ifdef INK_0
+@group(0) @binding(7) var ink_0: texture_2d<f32>;
+#endif
+#ifdef INK_1
+@group(0) @binding(8) var ink_1: texture_2d<f32>;
+#endif
+#ifdef INK_2
+@group(0) @binding(9) var ink_2: texture_2d<f32>;
+#endif
+#ifdef INK_3
+@group(0) @binding(10) var ink_3: texture_2d<f32>;
+#endif
+#ifdef INK_4
+@group(0) @binding(11) var ink_4: texture_2d<f32>;
+#endif
+#ifdef INK_5
+@group(0) @binding(12) var ink_5: texture_2d<f32>;
+#endif
+#ifdef INK_6
+@group(0) @binding(13) var ink_6: texture_2d<f32>;
+#endif
+#ifdef INK_7
+@group(0) @binding(14) var ink_7: texture_2d<f32>;
+#endif
+#ifdef INK_8
+@group(0) @binding(15) var ink_8: texture_2d<f32>;
+#endif
+#ifdef INK_9
+@group(0) @binding(16) var ink_9: texture_2d<f32>;
+#endif
+#ifdef INK_10
+@group(0) @binding(17) var ink_10: texture_2d<f32>;
+#endif
+#ifdef INK_11
+@group(0) @binding(18) var ink_11: texture_2d<f32>;
+#endif
 
 // Returns the part of the contrast that haze leaves at a distance.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
@@ -114,6 +128,50 @@ fn nearest_m(pixel: vec2<i32>) -> vec4<f32> {
     return nearest;
 }
 
+// What the inks of a pixel depend on.
+struct Place {
+    pixel: vec2<i32>,
+    // Position on the whole sheet, in pixels.
+    sheet_px: vec2<f32>,
+    is_sky: bool,
+    // Distance from the eye.
+    distance_m: f32,
+    // Part of the contrast that haze and focus leave of tones.
+    clear: f32,
+    in_focus: f32,
+}
+
+// Returns what is left of the ink of a detected line. A line covers both sides of its edge; in the distance the farther
+// side fades, so that lines are thin. Away from the focus lines lose their pale sides.
+fn line_left(ink: Ink, drawn: f32, place: Place) -> f32 {
+    if drawn <= 0.0 {
+        return 0.0;
+    }
+    let nearest = nearest_m(place.pixel);
+    let clear = clearness(nearest.w, ink.reach);
+    let seen = in_focus(focus, view, nearest.xyz, place.sheet_px);
+    let is_behind = place.is_sky || place.distance_m > 1.01 * nearest.w;
+    let side = select(1.0, clear, is_behind);
+    let lost = 1.0 - focus_width(seen);
+    let kept = max(drawn - lost, 0.0) / (1.0 - lost);
+    return kept * side * mix(ink.faintest, 1.0, clear) * half_of_focus(seen);
+}
+
+// Returns a colour under an ink; `texel` is that of the ink's picture.
+fn inked(color: vec3<f32>, i: u32, texel: vec4<f32>, place: Place) -> vec3<f32> {
+    let ink = composite.inks[i];
+    let bare = 1.0 - texel.rgb;
+    var amount = select(dot(texel, ink.channel), 1.0 - bare.r * bare.g * bare.b, ink.is_crossed == 1u);
+    if ink.fading == ON_NEAREST {
+        amount = line_left(ink, amount, place);
+    } else if ink.fading != DONE && !place.is_sky {
+        let clear = select(clearness(place.distance_m, ink.reach), place.clear, ink.reach == 1.0);
+        let seen = select(place.in_focus, half_of_focus(place.in_focus), ink.fading == WITH_TONE);
+        amount *= mix(ink.faintest, 1.0, clear) * seen;
+    }
+    return mix(color, ink.color, amount);
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= view.size_px) {
@@ -123,17 +181,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = textureLoad(position, pixel, 0);
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
+    var place = Place(pixel, sheet + 0.5, at.w <= 0.0, 0.0, 1.0, 1.0);
     var color: vec3<f32>;
-    // Families of cut lines overlap independently.
-    let bare = 1.0 - textureLoad(cuts, pixel, 0).rgb;
-    var cut_ink = 1.0 - bare.r * bare.g * bare.b;
-    var mark_ink = textureLoad(marks, pixel, 0).r;
-    var row_ink = textureLoad(rows, pixel, 0).r;
-    var shore_ink = textureLoad(water_ink, pixel, 0).r;
-    var contour_ink = textureLoad(height_ink, pixel, 0).r;
-    var edge_ink = textureLoad(rims, pixel, 0).r;
-    var tone_line = textureLoad(tone_lines, pixel, 0).rg;
-    if at.w <= 0.0 {
+    if place.is_sky {
 #ifdef SKY
         color = textureLoad(sky, pixel, 0).rgb;
 #else
@@ -141,55 +191,101 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         color = mix(composite.sky_horizon, composite.sky_zenith, clamp(up * 2.0, 0.0, 1.0));
 #endif
     } else {
-        let clear = clearness(distance_from_eye(view, at.xyz), 1.0);
-        let seen = in_focus(focus, view, at.xyz, sheet + 0.5);
-        color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, clear));
-        color = select(mix(composite.unfocused, color, seen), color, seen == 1.0);
-        mark_ink *= mix(composite.faintest_mark, 1.0, clear) * half_of_focus(seen);
-        cut_ink *= mix(composite.faintest_cut, 1.0, clear) * half_of_focus(seen);
-        row_ink *= mix(composite.faintest_row, 1.0, clear) * half_of_focus(seen);
-        shore_ink *= mix(composite.faintest_water, 1.0, clear) * seen;
-        contour_ink *= mix(composite.faintest_height, 1.0, clear) * seen;
-        edge_ink *= mix(composite.faintest_rim, 1.0, clear) * seen;
-        let far = clearness(distance_from_eye(view, at.xyz), composite.tone_line_reach);
-        tone_line *= mix(composite.faintest_tone_line, 1.0, far) * seen;
+        place.distance_m = distance_from_eye(view, at.xyz);
+        place.clear = clearness(place.distance_m, 1.0);
+        place.in_focus = in_focus(focus, view, at.xyz, place.sheet_px);
+        color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, place.clear));
+        color = select(mix(composite.unfocused, color, place.in_focus), color, place.in_focus == 1.0);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
         color *= 1.0 + composite.grain * paper_grain(sheet);
     }
 #ifdef SKY
-    if at.w <= 0.0 {
+    if place.is_sky {
         color = mix(color, composite.sky_ink, textureLoad(sky, pixel, 0).a);
     }
 #endif
-    color = mix(color, composite.highlight_ink, tone_line.g);
-    color = mix(color, composite.tone_line_ink, tone_line.r);
-    color = mix(color, composite.height_ink_color, contour_ink);
-    color = mix(color, composite.mark_ink, mark_ink);
-    color = mix(color, composite.cut_ink, cut_ink);
-    color = mix(color, composite.row_ink, row_ink);
-    color = mix(color, composite.water_ink, shore_ink);
-    color = mix(color, composite.rim_ink, edge_ink);
-    let drawn = textureLoad(line, pixel, 0).r * composite.line_strength;
-    if drawn > 0.0 {
-        let nearest = nearest_m(pixel);
-        let clear = clearness(nearest.w, composite.line_reach);
-        let seen = in_focus(focus, view, nearest.xyz, sheet + 0.5);
-        // A line covers both sides of its edge. In the distance the farther side fades, so that lines are thin.
-        let behind = at.w <= 0.0 || distance_from_eye(view, at.xyz) > 1.01 * nearest.w;
-        let side = select(1.0, clear, behind);
-        // Away from the focus lines lose their pale sides.
-        let lost = 1.0 - focus_width(seen);
-        let kept = max(drawn - lost, 0.0) / (1.0 - lost);
-        color = mix(color, composite.ink, kept * side * mix(composite.faintest_line, 1.0, clear) * half_of_focus(seen));
-    }
-    color = mix(color, composite.stroke_ink, textureLoad(ink, pixel, 0).r);
+#ifdef INK_0
+    color = inked(color, 0u, textureLoad(ink_0, pixel, 0), place);
+#endif
+#ifdef INK_1
+    color = inked(color, 1u, textureLoad(ink_1, pixel, 0), place);
+#endif
+#ifdef INK_2
+    color = inked(color, 2u, textureLoad(ink_2, pixel, 0), place);
+#endif
+#ifdef INK_3
+    color = inked(color, 3u, textureLoad(ink_3, pixel, 0), place);
+#endif
+#ifdef INK_4
+    color = inked(color, 4u, textureLoad(ink_4, pixel, 0), place);
+#endif
+#ifdef INK_5
+    color = inked(color, 5u, textureLoad(ink_5, pixel, 0), place);
+#endif
+#ifdef INK_6
+    color = inked(color, 6u, textureLoad(ink_6, pixel, 0), place);
+#endif
+#ifdef INK_7
+    color = inked(color, 7u, textureLoad(ink_7, pixel, 0), place);
+#endif
+#ifdef INK_8
+    color = inked(color, 8u, textureLoad(ink_8, pixel, 0), place);
+#endif
+#ifdef INK_9
+    color = inked(color, 9u, textureLoad(ink_9, pixel, 0), place);
+#endif
+#ifdef INK_10
+    color = inked(color, 10u, textureLoad(ink_10, pixel, 0), place);
+#endif
+#ifdef INK_11
+    color = inked(color, 11u, textureLoad(ink_11, pixel, 0), place);
+#endif
     if composite.is_bordered == 1u {
         let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
         color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
     }
-    // The ink of lines before haze, because distant lines are lines as well.
-    let alpha = select(1.0, textureLoad(line, pixel, 0).r, composite.is_sample == 1u);
+    // In a sample the ink of detected lines before haze, because distant lines are lines as well.
+    var alpha = 1.0;
+    if composite.is_sample == 1u {
+        alpha = 0.0;
+#ifdef INK_0
+        alpha = select(alpha, textureLoad(ink_0, pixel, 0).r, composite.inks[0].fading == ON_NEAREST);
+#endif
+#ifdef INK_1
+        alpha = select(alpha, textureLoad(ink_1, pixel, 0).r, composite.inks[1].fading == ON_NEAREST);
+#endif
+#ifdef INK_2
+        alpha = select(alpha, textureLoad(ink_2, pixel, 0).r, composite.inks[2].fading == ON_NEAREST);
+#endif
+#ifdef INK_3
+        alpha = select(alpha, textureLoad(ink_3, pixel, 0).r, composite.inks[3].fading == ON_NEAREST);
+#endif
+#ifdef INK_4
+        alpha = select(alpha, textureLoad(ink_4, pixel, 0).r, composite.inks[4].fading == ON_NEAREST);
+#endif
+#ifdef INK_5
+        alpha = select(alpha, textureLoad(ink_5, pixel, 0).r, composite.inks[5].fading == ON_NEAREST);
+#endif
+#ifdef INK_6
+        alpha = select(alpha, textureLoad(ink_6, pixel, 0).r, composite.inks[6].fading == ON_NEAREST);
+#endif
+#ifdef INK_7
+        alpha = select(alpha, textureLoad(ink_7, pixel, 0).r, composite.inks[7].fading == ON_NEAREST);
+#endif
+#ifdef INK_8
+        alpha = select(alpha, textureLoad(ink_8, pixel, 0).r, composite.inks[8].fading == ON_NEAREST);
+#endif
+#ifdef INK_9
+        alpha = select(alpha, textureLoad(ink_9, pixel, 0).r, composite.inks[9].fading == ON_NEAREST);
+#endif
+#ifdef INK_10
+        alpha = select(alpha, textureLoad(ink_10, pixel, 0).r, composite.inks[10].fading == ON_NEAREST);
+#endif
+#ifdef INK_11
+        alpha = select(alpha, textureLoad(ink_11, pixel, 0).r, composite.inks[11].fading == ON_NEAREST);
+#endif
+    }
     textureStore(picture, pixel, vec4<f32>(color, alpha));
 }

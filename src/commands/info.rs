@@ -25,7 +25,6 @@ use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::source::{self, OpenOptions};
 use crate::style::Style;
-use crate::style::hatching::Scale;
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
@@ -224,31 +223,13 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
     bail!("{}: this TOML file is neither a scene (no [world]) nor a style (no [tone])", named(file));
 }
 
-/// Returns what a style draws, in drawing order.
+/// Returns what a style draws, in drawing order: its tones, then its ink layers from the bottom to the top.
 fn draws(style: &Style) -> Vec<String> {
-    let lines = style.lines.as_ref().map(|lines| format!("lines by {}", lines.detector.name()));
-    let shadows = style.asks_for_horizons().then_some("cast shadows and sky visibility");
-    let tone = format!("{} shading", style.tone.name());
-    let hatching = style.hatching.as_ref().map(|hatching| match hatching.scale {
-        Scale::Blend => "hatching",
-        Scale::Add => "fractal hatching",
-    });
-    let rows = style.rows.as_ref().map(|_| "rows of hachures");
-    let cuts = style.cuts.as_ref().map(|_| "cut lines");
-    let strokes = style.strokes.as_ref().map(|_| "strokes");
-    let watercolor = style.watercolor.as_ref().map(|_| "watercolour");
-    let named = |part: Option<&str>| part.map(str::to_owned);
-    let parts = [
-        lines,
-        named(strokes),
-        named(shadows),
-        Some(tone),
-        named(watercolor),
-        named(hatching),
-        named(rows),
-        named(cuts),
-    ];
-    parts.into_iter().flatten().collect()
+    let shadows = style.asks_for_horizons().then(|| "cast shadows and sky visibility".to_owned());
+    let watercolor = style.watercolor.as_ref().map(|_| "watercolour".to_owned());
+    let tones = [shadows, Some(format!("{} shading", style.tone.name())), watercolor];
+    let layers = style.layers.iter().map(|layer| layer.kind().summary());
+    tones.into_iter().chain(layers).flatten().collect()
 }
 
 impl Answer {

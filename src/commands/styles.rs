@@ -5,13 +5,15 @@ mod all;
 
 use std::path::{Path, PathBuf};
 
+use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
-use super::misuse::Misuse;
 use super::{print, print_json};
+use crate::file::atomic;
+use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::named;
-use crate::style::{self, Style, StyleError};
+use crate::style::{self, Style};
 use crate::tones::hatching::maps;
 
 /// Arguments of `styles`.
@@ -28,9 +30,9 @@ pub struct StylesArgs {
 enum Action {
     /// List the presets, with a line about each (the default)
     List,
-    /// Print the text of a preset, or every parameter of a style
+    /// Print the text of a style, or every parameter of it
     Show {
-        /// Preset; with --all also a style file
+        /// Preset or style file
         name: String,
         /// Print every parameter with its value, unit, range, default and meaning
         #[arg(long)]
@@ -40,6 +42,17 @@ enum Action {
     Check {
         /// Style file
         file: PathBuf,
+    },
+    /// Print a style file with its ink layers as [[layers]]; comments are kept, and the file itself is not changed
+    ///
+    /// Style files used to have a section for each kind of layer ([strokes], [cuts]). Such files are still read. As
+    /// [[layers]] they can be reordered and repeated.
+    Migrate {
+        /// Style file
+        file: PathBuf,
+        /// New file for the text; a file that exists is not overwritten
+        #[arg(short, long, value_name = "FILE")]
+        output: Option<PathBuf>,
     },
 }
 
@@ -68,6 +81,13 @@ struct Checked<'a> {
     holds: bool,
 }
 
+#[derive(Serialize)]
+struct Migrated<'a> {
+    file: &'a Path,
+    output: &'a Path,
+    has_changed: bool,
+}
+
 /// Runs the command.
 ///
 /// # Errors
@@ -84,15 +104,38 @@ pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
             }
         }
         Some(Action::Show { name, all: false }) => {
-            let text =
-                style::preset_text(name).ok_or_else(|| Misuse::of(StyleError::Unknown { name: name.clone() }))?;
-            if args.json { print_json(&Shown { name, text }) } else { print(text) }
+            let (_, text) = all::load(name)?;
+            let text = &style::migrated(name, &text)?;
+            if args.json { print_json(&Shown { name, text }) } else { print(text.trim_end_matches('\n')) }
         }
+        Some(Action::Migrate { file, output }) => migrate(file, output.as_deref(), args.json),
         Some(Action::Check { file }) => {
             let style = read(file)?;
             let checked = Checked { file, name: style.name, holds: true };
             if args.json { print_json(&checked) } else { print(&format!("{}: valid", named(file))) }
         }
+    }
+}
+
+/// Prints a style file in its present form, or writes it to a new file.
+fn migrate(file: &Path, output: Option<&Path>, json: bool) -> anyhow::Result<()> {
+    let text =
+        read_text(file, LARGEST_STYLE_BYTES).with_context(|| format!("{}: cannot read the style", named(file)))?;
+    let migrated = style::migrated(&file.display().to_string(), &text)?;
+    let Some(output) = output else {
+        return match json {
+            true => print_json(&Shown { name: &file.display().to_string(), text: &migrated }),
+            false => print(migrated.trim_end_matches('\n')),
+        };
+    };
+    if output.symlink_metadata().is_ok() {
+        bail!("{}: the file exists; choose another name, since it would be overwritten", named(output));
+    }
+    atomic::write(output, migrated.as_bytes()).with_context(|| format!("cannot write {}", named(output)))?;
+    let changed = if migrated == text { "nothing had to change" } else { "written" };
+    match json {
+        true => print_json(&Migrated { file, output, has_changed: migrated != text }),
+        false => print(&format!("{}: {changed}", named(output))),
     }
 }
 

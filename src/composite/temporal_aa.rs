@@ -84,7 +84,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         has_history: u32::from(inputs.plan.has_history),
         rest_weight: rest_weight(inputs.plan.frames_at_rest),
         grain: inputs.style.paper.grain,
-        stroke_ink: inputs.style.strokes.as_ref().map_or([0.0; 3], |strokes| strokes.ink.linear()),
+        stroke_ink: inputs.style.strokes().map_or([0.0; 3], |strokes| strokes.ink.linear()),
         frame: (inputs.plan.frame % (1 << 16)) as i32,
         is_bordered: inputs.style.paper.is_bordered().into(),
         paper: inputs.style.paper.color.linear(),

@@ -37,6 +37,37 @@ pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError>
     T::deserialize(values::Root(&table)).map_err(|mistake| told(name, text, &mistake))
 }
 
+/// A mistake in a text that a rewriting of its table finds.
+pub struct Misplaced {
+    /// Byte range of the value.
+    pub at: Range<usize>,
+    pub words: String,
+}
+
+/// Does the same as [`read`] with a table that `rewrite` has changed. Layers of a style are called by their kinds in
+/// errors: `cuts.form_px`, not `layers.cuts.form_px`.
+///
+/// # Errors
+/// As [`read`], and those of `rewrite`.
+pub fn read_rewritten<T: DeserializeOwned>(
+    name: &str,
+    text: &str,
+    rewrite: impl FnOnce(&mut DeTable<'_>) -> Result<(), Misplaced>,
+) -> Result<T, TomlError> {
+    let mut table = parse(name, text)?;
+    if let Err(Misplaced { at, words }) = rewrite(table.get_mut()) {
+        return Err(TomlError { name: name.to_owned(), at: Some(position(text, at.start)), cause: words });
+    }
+    T::deserialize(values::Root(&table)).map_err(|mut mistake| {
+        if mistake.path.first().is_some_and(|first| first == "layers")
+            && mistake.path.get(1).is_some_and(|kind| kind != "kind")
+        {
+            mistake.path.remove(0);
+        }
+        told(name, text, &mistake)
+    })
+}
+
 /// Returns the top-level keys of a TOML text.
 ///
 /// # Errors

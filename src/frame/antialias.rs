@@ -85,7 +85,7 @@ impl Samples {
     /// By how much the content of the next frame is moved. One that makes strokes anew is not: what is seen of edges
     /// would be another part of them from frame to frame.
     pub(super) fn jitter_px(&self, rig: &Rig, style: &Style, strokes_settle: bool) -> DVec2 {
-        let makes_strokes = style.strokes.is_some()
+        let makes_strokes = style.strokes().is_some()
             && (strokes_settle || !self.last.as_ref().is_some_and(|last| last.is_alike(rig, style)));
         if self.antialias == Antialias::None || makes_strokes {
             return DVec2::ZERO;

@@ -26,16 +26,16 @@ impl EyeMemory {
     /// [`GpuError::Limit`].
     pub(super) fn begin_frame(&mut self, gpu: &Gpu, view: &View, style: &Style) -> Result<bool, GpuError> {
         let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
-        match (&style.strokes, &mut self.strokes) {
+        match (style.strokes(), &mut self.strokes) {
             (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),
             // Strokes of another style, or of long ago, are not those that these take over from.
-            (Some(_), Some(strokes)) if !stays || style.strokes != self.drawn => strokes.forget(),
+            (Some(_), Some(strokes)) if !stays || style.strokes() != self.drawn.as_ref() => strokes.forget(),
             (None, Some(_)) if self.frames_without_strokes > KEEP_FRAMES => self.strokes = None,
             _ => {}
         }
-        self.frames_without_strokes = if style.strokes.is_some() { 0 } else { self.frames_without_strokes + 1 };
-        if style.strokes != self.drawn {
-            self.drawn.clone_from(&style.strokes);
+        self.frames_without_strokes = if style.strokes().is_some() { 0 } else { self.frames_without_strokes + 1 };
+        if style.strokes() != self.drawn.as_ref() {
+            self.drawn = style.strokes().cloned();
         }
         Ok(!stays)
     }

@@ -11,7 +11,7 @@ pub(super) fn make(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
     if let Some(tiles) = terrain.horizon_maps().filter(|_| style.asks_for_horizons()) {
         land::horizons::run(recorder, heights, tiles);
     }
-    if let Some(tiles) = terrain.water_maps().filter(|_| style.water.is_some()) {
+    if let Some(tiles) = terrain.water_maps().filter(|_| style.water().is_some()) {
         lakes::make(recorder, heights, tiles, inputs.world.given_water());
     }
     if let Some(plan) = inputs.rows {

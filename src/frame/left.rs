@@ -1,16 +1,13 @@
 //! What the last frame left, for windows, files and measurements.
 
 use super::mark_layers::LAYER_INKS;
-use super::{EyeMemory, Renderer};
+use super::{EyeMemory, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
-use crate::lines::crowd::thin;
-use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::DrawnStrokes;
-use crate::lines::{curvature, rims, smooth, threshold};
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
 use crate::surface::rows::marks::RowSample;
@@ -165,16 +162,12 @@ impl Renderer {
 
     /// Which line picture the composite of an eye read, if the style has lines.
     pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
-        style.lines.as_ref()?;
-        let last = [
-            &agree::AGREED,
-            &thin::UNCROWDED,
-            &smooth::SMOOTHED,
-            &fade_out::FADED,
-            &rims::RIMLESS,
-            &curvature::CURVATURE_LINE,
-            &threshold::LINE,
-        ];
-        last.into_iter().find_map(|kind| self.eye_target(eye, kind))
+        style.lines()?;
+        inks::last_line(&self.eyes.get(eye)?.targets)
+    }
+
+    /// The picture of a layer's ink that an eye drew last; `index` is that of the layer in the style.
+    pub fn ink_target(&self, eye: usize, style: &Style, index: usize) -> Option<&Target> {
+        inks::last(&self.eyes.get(eye)?.targets, style, index)
     }
 }

@@ -55,7 +55,7 @@ pub(super) fn find(
     let line = if lines.detector == Detector::Curvature {
         by_curvature(recorder, inputs, lines, on, targets)
     } else {
-        detect(recorder, inputs, lines, inputs.style.lines.is_none(), on, targets)
+        detect(recorder, inputs, lines, inputs.style.lines().is_none(), on, targets)
     };
     let Some(rim) = on.rim else { return line };
     let rimless = targets.whole(recorder.gpu(), &rims::RIMLESS);

@@ -5,6 +5,7 @@
 //! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
 
 use super::bend::{self, Bends};
+use super::inks::{self, Pictures};
 use super::lines as frame_lines;
 use super::shade::{Shaded, shade};
 use super::trees::{self as frame_trees, SeenTrees};
@@ -20,7 +21,7 @@ use crate::lines::stereo::{agree, fade_out};
 use crate::lines::strokes::history::Step;
 use crate::lines::strokes::partner::{Partner, SeenSurface};
 use crate::lines::strokes::{self, FrameStrokes};
-use crate::style::{Lines, Stereo};
+use crate::style::{Layer, Lines, Stereo};
 use crate::surface::edges::EdgeList;
 use crate::surface::meshes::DrawnMeshes;
 use crate::surface::{self, land, meshes, motion, trees};
@@ -110,7 +111,7 @@ fn see(
     let heights = &terrain.resources();
     let EyeMemory { targets, strokes: stroke_memory, .. } = memory;
 
-    let strokes = style.strokes.as_ref().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
+    let strokes = style.strokes().zip(stroke_memory.as_mut()).map(|(strokes, memory)| {
         let nearest_m = world.nearest_m(rig.origin_m);
         let step = Step { step_s: inputs.step_s, nearest_m, origin_m: rig.origin_m, land_changes: inputs.land_changes };
         let leader = leader.and_then(|leader| Some(&leader.strokes.as_ref()?.frame));
@@ -178,9 +179,10 @@ fn see(
 
     let water = frame_water::find(recorder, inputs, &view, [surface_id, &position], targets);
     // Rims of holes, which lines are not to follow. Most land has none.
-    let rim = (mesh.has_holes() || recorder.prewarms()).then(|| {
+    let rims = style.rims().filter(|_| mesh.has_holes() || recorder.prewarms());
+    let rim = rims.map(|rims| {
         let rim = targets.whole(gpu, &surface::rims::RIM);
-        let (terrain, style) = (heights, &style.rims);
+        let (terrain, style) = (heights, rims);
         let (position, normal) = (&position, &normal);
         let drawn = surface::rims::Inputs { view: &view, terrain, style, surface_id, position, normal, rim: &rim };
         surface::rims::run(recorder, &drawn);
@@ -200,12 +202,12 @@ fn see(
         other_eye_m: rig.is_pair().then(|| (rig.eyes[1 - eye].pose.position_m - rig.origin_m).as_vec3().to_array()),
     };
     let line = inputs.lines.map(|lines| frame_lines::find(recorder, inputs, lines, &on_surface, targets));
-    if let Some((edges, strokes)) = edges.zip(style.strokes.as_ref()) {
+    if let Some((edges, strokes)) = edges.zip(style.strokes()) {
         frame_lines::add_edges(recorder, edges, strokes, &on_surface, targets);
     }
     let bends = bend::find(recorder, inputs, &on_surface.bending(), targets);
     // Strokes: see what is visible of the edges, chain it, draw it.
-    let strokes = style.strokes.as_ref().zip(strokes).map(|(style, mut frame)| {
+    let strokes = style.strokes().zip(strokes).map(|(style, mut frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
         let resolution = style.resolution;
         let ink = frame.draw(
@@ -307,7 +309,6 @@ fn finish(
     let gpu = recorder.gpu();
     let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
     let targets = &mut memory.targets;
-    let nothing = targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let marks = shaded[eye].balance.as_ref().map(|balance| {
         // Both eyes of a pair draw what the ink of both asks for.
         let partner = if rig.is_pair() { seen.get(1 - eye).zip(shaded.get(1 - eye)) } else { None };
@@ -318,41 +319,36 @@ fn finish(
         &balance.marks
     });
     let picture = &targets.whole(gpu, &composite::PICTURE);
-    let (line, tone) = (line.as_ref().unwrap_or(&nothing), &shaded[eye].colors);
     let stroke_ink = strokes.as_ref().map(|strokes| &strokes.ink);
-    let ink = stroke_ink.unwrap_or(&nothing);
-    let (marks, rows) = (marks.unwrap_or(&nothing), shaded[eye].rows.as_ref().unwrap_or(&nothing));
-    let cuts = shaded[eye].cut_ink.as_ref().unwrap_or(&nothing);
-    let water_ink = shaded[eye].water_ink.as_ref().unwrap_or(&nothing);
-    let height_ink = shaded[eye].height_ink.as_ref().unwrap_or(&nothing);
     let sky = style.sky.is_drawn().then(|| {
         let sky = targets.whole(gpu, &SKY);
         sky::run(recorder, &sky::Inputs { view, style: &style.sky, panorama: &style.panorama, light, sky: &sky });
         sky
     });
-    let (lines, is_sample, sky) = (inputs.lines, false, sky.as_ref());
-    let rims = rim.as_ref().unwrap_or(&nothing);
-    let tone_lines = shaded[eye].tone_ink.as_ref().unwrap_or(&nothing);
-    let inks = composite::Inks {
-        line,
-        strokes: ink,
-        marks,
-        rows,
-        cuts,
-        water: water_ink,
-        heights: height_ink,
-        rims,
-        tone_lines,
+    let (tone, sky, is_sample) = (&shaded[eye].colors, sky.as_ref(), false);
+    let pictures = Pictures {
+        line: line.clone(),
+        strokes: stroke_ink.cloned(),
+        rim: rim.clone(),
+        marks: marks.cloned(),
+        of_layers: shaded[eye].inks.clone(),
     };
-    let drawn = composite::Inputs { view, style, lines, light, position, tone, sky, inks, is_sample, picture };
+    let inks = &inks::drawn(style, inputs.lines, &pictures);
+    let drawn = composite::Inputs { view, style, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(recorder, &drawn);
         return;
     };
     let sample = &targets.whole(gpu, &temporal_aa::SAMPLE);
-    let inks = composite::Inks { strokes: &nothing, ..inks };
+    // Strokes on top are drawn over the mean, because they move on their own. Strokes below other inks are samples, as
+    // those are.
+    let is_on_top = matches!(style.layers.last(), Some(Layer::Strokes(_)));
+    let (over, inks) = match stroke_ink.filter(|_| is_on_top) {
+        Some(ink) => (Some(ink), &inks[..inks.len() - 1]),
+        None => (None, inks.as_slice()),
+    };
     composite::run(recorder, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
-    let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: stroke_ink, histories, picture };
+    let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: over, histories, picture };
     temporal_aa::run(recorder, &mean);
 }

@@ -10,7 +10,7 @@ use crate::surface::rows::{balance, beside, choice, marks, proposals, ribbons, r
 /// The hatching that a frame draws: where the land has rows or cut lines, a texture is for what stands on it.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
     let has_standing = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
-    inputs.style.hatching.as_ref().filter(|_| !inputs.style.has_land_lines() || has_standing)
+    inputs.style.hatching().filter(|_| !inputs.style.has_land_lines() || has_standing)
 }
 
 /// Where hatching lies, if the land has rows or cut lines: a position without the land.

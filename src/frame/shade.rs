@@ -2,12 +2,13 @@
 
 use super::passes::Seen;
 use super::trees as frame_trees;
-use super::{EyeMemory, FrameInputs, mark_layers, rows, water as frame_water};
+use super::{EyeMemory, FrameInputs, inks, mark_layers, rows, water as frame_water};
 use crate::composite;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::lines::tone::{self, tone_image};
-use crate::surface::{cuts, form, height_lines, mark_normal};
+use crate::style::Layer;
+use crate::surface::{form, mark_normal};
 use crate::tones::light::LightUniform;
 use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
 
@@ -16,16 +17,9 @@ pub(super) struct Shaded {
     pub(super) colors: Target,
     /// Of a style with hatching.
     pub(super) balance: Option<balance::Inputs>,
-    /// Ink of a style with rows of hachures.
-    pub(super) rows: Option<Target>,
-    /// Cut lines, of a style with such lines.
-    pub(super) cut_ink: Option<Target>,
-    /// Ink of shores and water lines, of a style with water.
-    pub(super) water_ink: Option<Target>,
-    /// Lines of equal height, of a style with such lines.
-    pub(super) height_ink: Option<Target>,
-    /// Lines from tone, of a style with such lines.
-    pub(super) tone_ink: Option<Target>,
+    /// The picture of each layer's ink, by the index of the layer; those of hatching, rims, detected lines and strokes
+    /// are made elsewhere.
+    pub(super) inks: Vec<Option<Target>>,
 }
 
 /// Tones of an eye, and its marks as far as they are its own.
@@ -108,7 +102,7 @@ pub(super) fn shade(
         tone: &tone,
     };
     tones::run(recorder, &asked);
-    let tone_ink = style.tone_lines.as_ref().map(|lines| {
+    let tone_ink = style.tone_lines().map(|lines| {
         let cells = tone::cells(lines, targets.size_px());
         let tone_image = &targets.sized(gpu, &tone_image::TONE_IMAGE, cells);
         let uniform = LightUniform::new(style, light);
@@ -131,22 +125,6 @@ pub(super) fn shade(
     let of_water = frame_water::AtEye { view, position, water, tone: &tone };
     let watered = frame_water::draw(recorder, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |watered| (watered.tone, Some(watered.ink)));
-    let height_ink = style.drawn_height_lines().map(|lines| {
-        let height_ink = targets.whole(gpu, &height_lines::HEIGHT_INK);
-        let (terrain, origin_z_m) = (&terrain.resources(), origin_m.z);
-        let drawn = height_lines::Inputs {
-            view,
-            terrain,
-            style: lines,
-            origin_z_m,
-            surface_id,
-            position,
-            water: water.unwrap_or(nothing),
-            height_ink: &height_ink,
-        };
-        height_lines::run(recorder, &drawn);
-        height_ink
-    });
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
         let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
@@ -167,14 +145,14 @@ pub(super) fn shade(
         }
         balance
     });
-    let cut_ink = style.cuts.as_ref().map(|cuts| {
-        let cut_ink = targets.whole(gpu, &cuts::CUT_INK);
-        let (terrain, tone) = (&terrain.resources(), &tone);
-        let drawn =
-            cuts::Inputs { view, terrain, style: cuts, origin_m, surface_id, position, tone, cut_ink: &cut_ink };
-        cuts::run(recorder, &drawn);
-        cut_ink
-    });
     let rows = rows::draw(recorder, inputs, view, [surface_id, position, &tone], targets);
-    Shaded { colors, balance, rows, cut_ink, water_ink, height_ink, tone_ink }
+    let at_eye = inks::AtEye { view, surface_id, position, normal, tone: &tone, water: water.unwrap_or(nothing) };
+    let inks = style.layers.iter().enumerate().map(|(index, layer)| match layer {
+        Layer::ToneLines(_) => tone_ink.clone(),
+        Layer::Rows(_) => rows.clone(),
+        Layer::Water(_) => water_ink.clone(),
+        _ => inks::draw(recorder, inputs, layer, style.layers.number(index), &at_eye, targets),
+    });
+    let inks = inks.collect();
+    Shaded { colors, balance, inks }
 }

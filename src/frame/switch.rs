@@ -152,7 +152,7 @@ impl Renderer {
         if style.asks_for_horizons() {
             world.terrain.map_horizons(gpu, Some(light.to_sun));
         }
-        if style.water.is_some() {
+        if style.water().is_some() {
             let sea_level_m = world.sea_level_m();
             world.terrain.map_water(gpu, Some(sea_level_m));
         }
@@ -174,7 +174,7 @@ impl Renderer {
             let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
-            let rows = style.rows.as_ref().map(|_| RowPlan::prewarm(gpu));
+            let rows = style.rows().map(|_| RowPlan::prewarm(gpu));
             let inputs = FrameInputs {
                 world,
                 mesh,

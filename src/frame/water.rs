@@ -32,7 +32,7 @@ pub(super) fn find(
     [surface_id, position]: [&Target; 2],
     targets: &mut Targets,
 ) -> Option<Target> {
-    let style = inputs.style.water.as_ref()?;
+    let style = inputs.style.water()?;
     let terrain = &inputs.world.terrain.water_map_resources()?;
     let water = targets.whole(recorder.gpu(), &WATER);
     water::run(recorder, &water::Inputs { view, terrain, style, surface_id, position, water: &water });
@@ -46,7 +46,7 @@ pub(super) fn draw(
     eye: &AtEye<'_>,
     targets: &mut Targets,
 ) -> Option<Watered> {
-    let style = inputs.style.water.as_ref()?;
+    let style = inputs.style.water()?;
     let &AtEye { view, position, water, tone } = eye;
     let water = water?;
     let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(recorder.gpu(), kind));

@@ -142,6 +142,14 @@ impl<'a> Recorder<'a> {
         }
     }
 
+    /// Returns a uniform with these bytes, which must have the layout of the shader's struct.
+    pub fn uniform_bytes(&mut self, name: &'static str, bytes: &[u8]) -> Resource {
+        match self.blank(name, bytes.len() as u64) {
+            Some(blank) => Resource::Buffer(blank),
+            None => Resource::Buffer(self.pools.arena.push(self.gpu, name, bytes)),
+        }
+    }
+
     /// Returns the buffer of a kind that only the GPU writes, with at least `bytes` bytes. All passes and eyes share
     /// it, one after the other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {

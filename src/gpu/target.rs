@@ -75,9 +75,9 @@ impl Target {
 pub struct Targets {
     /// Size of a whole picture, in pixels.
     size_px: [u32; 2],
-    /// Each target with the last frame that requested it, by name and size: alternating styles may need the same
-    /// picture in two sizes.
-    targets: FxHashMap<(&'static str, [u32; 2]), (Target, u64)>,
+    /// Each target with the last frame that requested it, by name, number and size: alternating styles may need the
+    /// same picture in two sizes, and a style may have several layers of a kind.
+    targets: FxHashMap<(&'static str, usize, [u32; 2]), (Target, u64)>,
     frame: u64,
 }
 
@@ -116,16 +116,32 @@ impl Targets {
 
     /// Returns the picture of a kind in the given size, in pixels.
     pub fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
+        self.entry(gpu, kind, 0, size_px)
+    }
+
+    /// Returns one of several pictures of a kind, in the size of a whole picture. Number 0 is that of
+    /// [`whole`](Self::whole).
+    pub fn numbered(&mut self, gpu: &Gpu, kind: &TargetKind, number: usize) -> Target {
+        self.entry(gpu, kind, number, self.size_px)
+    }
+
+    fn entry(&mut self, gpu: &Gpu, kind: &TargetKind, number: usize, size_px: [u32; 2]) -> Target {
         let make = || (Target::new(gpu, kind, size_px), 0);
-        let (target, used_in) = self.targets.entry((kind.name, size_px)).or_insert_with(make);
+        let (target, used_in) = self.targets.entry((kind.name, number, size_px)).or_insert_with(make);
         *used_in = self.frame;
         target.clone()
     }
 
     /// Returns the picture of a kind, if the latest frame requested it.
     pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
-        let mut used = self.targets.values().filter(|(_, used_in)| *used_in == self.frame);
-        used.find(|(target, _)| target.name == kind.name).map(|(target, _)| target)
+        self.get_numbered(kind, 0)
+    }
+
+    /// Returns one of several pictures of a kind, if the latest frame requested it.
+    pub fn get_numbered(&self, kind: &TargetKind, number: usize) -> Option<&Target> {
+        let is_it = |(name, own, _): &(&str, usize, [u32; 2])| *name == kind.name && *own == number;
+        let mut used = self.targets.iter().filter(|(_, (_, used_in))| *used_in == self.frame);
+        used.find(|(key, _)| is_it(key)).map(|(_, (target, _))| target)
     }
 
     /// Returns width and height of a whole picture, in pixels.

@@ -16,14 +16,12 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::detector::ERRORS;
 use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::lines::threshold::LINE;
+use crate::style::layers::Channels;
 use crate::style::{Detector, Style};
 use crate::surface::SURFACE_ID;
-use crate::surface::cuts::CUT_INK;
 use crate::surface::motion::MOTION;
-use crate::surface::rows::ribbons::ROW_INK;
 use crate::surface::{NORMAL, POSITION};
 use crate::tones::TONE;
-use crate::tones::balance::MARKS;
 
 /// Naming scheme of channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -145,7 +143,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
             "surface" => add("surface.id", PlaneSource::SurfaceId),
             "motion" => (0..2).for_each(|i| add(&format!("motion.{}", xyz[i]), PlaneSource::Motion(i))),
             "lsa" => {
-                if style.lines.as_ref().is_none_or(|lines| lines.detector != Detector::Lsa) {
+                if style.lines().is_none_or(|lines| lines.detector != Detector::Lsa) {
                     return Err(AovError::NoLsa { style: style.name.clone() });
                 }
                 add("lsa.error", PlaneSource::LsaError);
@@ -154,7 +152,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
             "strokes" => add("strokes.id", PlaneSource::Strokes),
             "tone" => add("tone.V", PlaneSource::Tone),
             // Without marks that make tone, the tone does not change.
-            "hatch" if style.hatching.is_some() || style.has_land_lines() => add("hatch.V", PlaneSource::Hatch),
+            "hatch" if style.ink_layers().iter().any(|own| own.ink.makes_tone) => add("hatch.V", PlaneSource::Hatch),
             "hatch" => add("hatch.V", PlaneSource::Tone),
             _ => return Err(AovError::Unknown { name: name.to_owned() }),
         }
@@ -183,6 +181,7 @@ impl PlaneSource {
 pub(super) fn read_planes(
     gpu: &Gpu,
     renderer: &Renderer,
+    style: &Style,
     window: &Window,
     planes: &[Plane],
     samples: &mut [Samples],
@@ -199,7 +198,7 @@ pub(super) fn read_planes(
                     scatter(gpu, renderer, window, &STROKE_IDS, |i, sample: u32| ids[i] = stroke(sample))?;
                 }
             }
-            Samples::F32(values) => read_floats(gpu, renderer, window, plane.source, values)?,
+            Samples::F32(values) => read_floats(gpu, renderer, style, window, plane.source, values)?,
         }
     }
     Ok(())
@@ -219,6 +218,7 @@ fn scatter<T: bytemuck::Pod>(
 fn read_floats(
     gpu: &Gpu,
     renderer: &Renderer,
+    style: &Style,
     window: &Window,
     source: PlaneSource,
     values: &mut [f32],
@@ -240,7 +240,7 @@ fn read_floats(
             values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);
         }),
         PlaneSource::LsaLine => scatter(gpu, renderer, window, &LINE, |i, line: f32| values[i] = line),
-        PlaneSource::Hatch => read_marks(gpu, renderer, window, values),
+        PlaneSource::Hatch => read_marks(gpu, renderer, style, window, values),
         PlaneSource::Tone => {
             scatter(gpu, renderer, window, &TONE, |i, tone: [u16; 4]| values[i] = f32_from_f16(tone[3]))
         }
@@ -250,15 +250,25 @@ fn read_floats(
 
 /// Reads what all ink layers that make tone leave of white: the darkest of them counts, as in
 /// `shaders/composite/composite.wgsl`.
-fn read_marks(gpu: &Gpu, renderer: &Renderer, window: &Window, values: &mut [f32]) -> Result<(), GpuError> {
+fn read_marks(
+    gpu: &Gpu,
+    renderer: &Renderer,
+    style: &Style,
+    window: &Window,
+    values: &mut [f32],
+) -> Result<(), GpuError> {
     let mut darkest = vec![0.0_f32; values.len()];
-    scatter(gpu, renderer, window, &MARKS, |i, ink: f32| darkest[i] = darkest[i].max(ink))?;
-    scatter(gpu, renderer, window, &ROW_INK, |i, ink: u16| darkest[i] = darkest[i].max(f32_from_f16(ink)))?;
-    // Families of cut lines overlap independently.
-    let bare = |families: [u16; 4]| families[..3].iter().map(|ink| 1.0 - f32_from_f16(*ink)).product::<f32>();
-    scatter(gpu, renderer, window, &CUT_INK, |i, families: [u16; 4]| {
-        darkest[i] = darkest[i].max(1.0 - bare(families));
-    })?;
+    for own in style.ink_layers().iter().filter(|own| own.ink.makes_tone) {
+        let Some(target) = own.layer.and_then(|index| renderer.ink_target(window.eye, style, index)) else { continue };
+        let texels = super::ink::channels(gpu, target, window.inset, window.size_px)?;
+        window.place(&texels, |i, texel| {
+            let ink = match own.ink.channels {
+                Channels::One(channel) => texel[channel],
+                Channels::Crossed(_) => 1.0 - texel[..3].iter().map(|ink| 1.0 - ink).product::<f32>(),
+            };
+            darkest[i] = darkest[i].max(ink);
+        });
+    }
     // Only the pixels of this window change.
     scatter(gpu, renderer, window, &TONE, |i, _: [u16; 4]| values[i] = 1.0 - darkest[i])
 }

@@ -8,26 +8,22 @@
 
 use rayon::prelude::*;
 
-use super::aov::f32_from_f16;
+use super::ink::channels;
 use crate::composite::sky::SKY;
 use crate::frame::Renderer;
 use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
-use crate::lines::tone::ink::TONE_INK;
 use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
-use crate::style::{Color, Style};
-use crate::surface::cuts::CUT_INK;
-use crate::surface::height_lines::HEIGHT_INK;
+use crate::style::layers::{Channels, Fading, Trace};
+use crate::style::{InkLayer, Style};
 use crate::surface::id::Kind;
-use crate::surface::rims::RIM;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
 use crate::surface::{POSITION, SURFACE_ID};
-use crate::tones::water::WATER_INK;
 use crate::vector::trace::{InkPicture, dots, lines};
 use crate::vector::{Group, GroupKind};
 
@@ -45,15 +41,6 @@ struct Surface {
     focus: Option<Focus>,
 }
 
-/// How ink fades with distance.
-#[derive(Clone, Copy)]
-struct Left {
-    /// Fraction of the ink that remains in full haze.
-    faintest: f32,
-    /// Whether the ink follows the tone, which has already faded.
-    is_of_tone: bool,
-}
-
 impl Surface {
     fn pixel(&self, px: [f32; 2]) -> Option<usize> {
         let [x, y] = px.map(|px| px.floor());
@@ -63,26 +50,34 @@ impl Surface {
     }
 
     /// Returns the fraction of ink that haze and focus leave at a pixel, as in `shaders/composite/composite.wgsl`.
-    fn clear(&self, px: [f32; 2], left: Left) -> f32 {
+    fn clear(&self, px: [f32; 2], fading: Fading) -> f32 {
+        let Fading::OnSurface { faintest, reach, follows_tone } = fading else { return 1.0 };
         let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };
-        let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / self.haze_m;
+        let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / (self.haze_m * reach);
         let seen = self.focus.map_or(1.0, |focus| focus.left(&self.view, [at[0], at[1], at[2]], px));
-        let seen = if left.is_of_tone { seen.sqrt() } else { seen };
-        seen * (left.faintest + (1.0 - left.faintest) * (-t * t).exp())
+        let seen = if follows_tone { seen.sqrt() } else { seen };
+        seen * (faintest + (1.0 - faintest) * (-t * t).exp())
     }
 
     /// Sets the ink of lines to what haze and focus leave of it.
-    fn hazed(&self, mut lines: Vec<Polyline>, left: Left) -> Vec<Polyline> {
+    fn hazed(&self, mut lines: Vec<Polyline>, fading: Fading) -> Vec<Polyline> {
         for point in lines.iter_mut().flat_map(|line| &mut line.points) {
-            point.ink = self.clear(point.px, left);
+            point.ink = self.clear(point.px, fading);
         }
         lines
     }
 }
 
+/// The groups of a picture in its order: marks below strokes, and marks above them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Marks {
+    pub below: Vec<Group>,
+    pub above: Vec<Group>,
+}
+
 /// Returns the marks of the last frame, which must have a single eye, as a group for each kind; groups without lines
 /// are left out. `view` and `light` are those with which the frame was drawn. The renderer must have been set to keep
-/// the layers of marks ([`Renderer::set_wants_mark_layers`]).
+/// the sets of hatching marks ([`Renderer::set_wants_mark_layers`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] if the device is lost or out of memory.
@@ -92,115 +87,101 @@ pub(super) fn read(
     style: &Style,
     view: &View,
     light: &Light,
-) -> Result<Vec<Group>, GpuError> {
-    let Some(position) = renderer.target(&POSITION) else { return Ok(Vec::new()) };
+) -> Result<Marks, GpuError> {
+    let mut marks = Marks::default();
+    let Some(position) = renderer.target(&POSITION) else { return Ok(marks) };
     let size_px = view.part.size_px;
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
     let (haze_m, focus) = (light.haze_m as f32, light.focus);
     let view_uniform = view.still_uniform(view.pose.position_m);
     let size = size_px.map(|side| side as usize);
     let surface = Surface { size_px: size, position, haze_m, view: view_uniform, focus };
-    // In the order of `shaders/composite/composite.wgsl`.
-    let mut groups = Vec::new();
-    if let Some(sky) = renderer.target(&SKY).filter(|_| style.sky.has_lines()) {
-        let texels: Vec<[u16; 4]> = read_as(gpu, sky, [0, 0], size_px)?;
-        let shown = texels.iter().zip(&surface.position);
-        let ink = shown.map(|(texel, at)| if at[3] > 0.0 { 0.0 } else { f32_from_f16(texel[3]) }).collect();
-        groups.push(group("sky", "Sky".to_owned(), style.sky.ink, lines(&InkPicture { size_px, ink })));
+    let mut has_strokes = false;
+    for own in style.ink_layers() {
+        let groups = match &own.ink.trace {
+            Trace::LeftOut(_) => continue,
+            Trace::Strokes => {
+                has_strokes = true;
+                continue;
+            }
+            Trace::Picture => {
+                let target = match own.layer {
+                    Some(index) => renderer.ink_target(0, style, index),
+                    None => renderer.target(&SKY),
+                };
+                target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &own, &surface))?
+            }
+            Trace::Sets(sets) => {
+                let drawn =
+                    sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_layer(number)?)));
+                let drawn: Vec<_> = drawn
+                    .map(|(set, target)| Ok((set, InkPicture { size_px, ink: read_as(gpu, target, [0, 0], size_px)? })))
+                    .collect::<Result<_, GpuError>>()?;
+                let traced = drawn.par_iter().enumerate().map(|(number, (set, picture))| {
+                    let traced = if set.is_of_dots { dots(picture) } else { lines(picture) };
+                    group(&own, Some(number + 1), set.label.clone(), surface.hazed(traced, own.ink.fading))
+                });
+                traced.collect()
+            }
+            Trace::Rows { spacing_px } => {
+                let visible = rows(gpu, renderer, view, &surface, *spacing_px)?;
+                vec![group(&own, None, own.ink.label.clone(), surface.hazed(visible, own.ink.fading))]
+            }
+        };
+        let groups = groups.into_iter().filter(|group| !group.lines.is_empty());
+        if has_strokes { marks.above.extend(groups) } else { marks.below.extend(groups) }
     }
-    if let Some((style, ink)) = style.tone_lines.as_ref().and_then(|lines| Some((lines, renderer.target(&TONE_INK)?))) {
-        let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
-        let left = Left { faintest: style.faintest, is_of_tone: false };
-        let kinds = [
-            ("tone-highlights", "Highlight lines from shading", style.highlight_ink, 1),
-            ("tone-lines", "Dark lines from shading", style.ink, 0),
-        ];
-        for (id, label, color, channel) in kinds {
-            let ink = texels.iter().map(|texel| f32_from_f16(texel[channel])).collect();
-            let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
-            groups.push(group(id, label.to_owned(), color, traced));
+    Ok(marks)
+}
+
+/// Returns the lines of an ink that exists only as a picture: a group, or one for each family of lines.
+fn traced(gpu: &Gpu, target: &Target, own: &InkLayer, surface: &Surface) -> Result<Vec<Group>, GpuError> {
+    let size_px = surface.size_px.map(|side| side as u32);
+    let texels = channels(gpu, target, [0, 0], size_px)?;
+    let is_sky = own.layer.is_none();
+    let of_channel = |channel: usize| {
+        // The picture of the sky is only shown where no surface is.
+        let ink = texels.iter().zip(&surface.position);
+        let ink = ink.map(|(texel, at)| if is_sky && at[3] > 0.0 { 0.0 } else { texel[channel] }).collect();
+        surface.hazed(lines(&InkPicture { size_px, ink }), own.ink.fading)
+    };
+    Ok(match own.ink.channels {
+        Channels::One(channel) => vec![group(own, None, own.ink.label.clone(), of_channel(channel))],
+        Channels::Crossed(families) => {
+            let family =
+                |family| group(own, Some(family + 1), format!("{} {}", own.ink.label, family + 1), of_channel(family));
+            (0..families).into_par_iter().map(family).collect()
         }
-    }
-    if let Some(lines) = style.drawn_height_lines() {
-        let traced = renderer.target(&HEIGHT_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let traced = surface.hazed(traced.unwrap_or_default(), Left { faintest: lines.faintest, is_of_tone: false });
-        groups.push(group("heights", "Contour lines of height".to_owned(), lines.ink, traced));
-    }
-    if let Some(hatching) = &style.hatching {
-        let layers = hatching.layers.iter().zip(1..);
-        let drawn = layers.filter_map(|(layer, number)| Some((layer, number, renderer.mark_layer(number - 1)?)));
-        let drawn: Vec<_> = drawn
-            .map(|(layer, number, ink)| Ok((layer, number, picture(gpu, ink, size_px)?)))
-            .collect::<Result<_, GpuError>>()?;
-        let drawn: Vec<Group> = drawn
-            .into_par_iter()
-            .map(|(layer, number, picture)| {
-                let has_dots = layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots());
-                let traced = if has_dots { dots(&picture) } else { lines(&picture) };
-                let lines = surface.hazed(traced, Left { faintest: hatching.faintest, is_of_tone: true });
-                group(&format!("marks-{number}"), format!("Hatching {number}, {}", layer.marks), hatching.ink, lines)
-            })
-            .collect();
-        groups.extend(drawn);
-    }
-    if let Some((cuts, ink)) = style.cuts.as_ref().zip(renderer.target(&CUT_INK)) {
-        let texels: Vec<[u16; 4]> = read_as(gpu, ink, [0, 0], size_px)?;
-        let families: Vec<Group> = (0..cuts.layers.len())
-            .into_par_iter()
-            .map(|family| {
-                let ink = texels.iter().map(|texel| f32_from_f16(texel[family])).collect();
-                let left = Left { faintest: cuts.faintest, is_of_tone: true };
-                let lines = surface.hazed(lines(&InkPicture { size_px, ink }), left);
-                let number = family + 1;
-                group(&format!("cuts-{number}"), format!("Cut lines {number}"), cuts.ink, lines)
-            })
-            .collect();
-        groups.extend(families);
-    }
-    if let Some(rows) = &style.rows {
-        let ids: Vec<u32> = match renderer.target(&SURFACE_ID) {
-            Some(ids) => read_as(gpu, ids, [0, 0], size_px)?,
-            None => Vec::new(),
-        };
-        let spacing = rows.spacing_px / view.focal_px() as f32;
-        let is_shown = |px: [f32; 2], depth_m: f32| {
-            surface.pixel(px).is_some_and(|pixel| {
-                let land_m = surface.position[pixel][3];
-                let is_land = ids.get(pixel).is_some_and(|id| Kind::of(*id) == Kind::Land);
-                land_m > 0.0 && depth_m <= allowed_m(land_m, spacing) && is_land
-            })
-        };
-        let left = Left { faintest: rows.faintest, is_of_tone: true };
-        let drawn = renderer.drawn_rows(gpu)?.unwrap_or_default();
-        let lines: Vec<Polyline> = drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect();
-        groups.push(group("hachures", "Hachures".to_owned(), rows.ink, surface.hazed(lines, left)));
-    }
-    if let Some(water) = &style.water {
-        let traced = renderer.target(&WATER_INK).map(|ink| traced(gpu, ink, size_px)).transpose()?;
-        let lines = surface.hazed(traced.unwrap_or_default(), Left { faintest: water.faintest, is_of_tone: false });
-        groups.push(group("water", "Shores and water lines".to_owned(), water.ink, lines));
-    }
-    if let Some(rim) = renderer.target(&RIM) {
-        let texels: Vec<[f32; 2]> = read_as(gpu, rim, [0, 0], size_px)?;
-        let ink = texels.iter().map(|texel| texel[0]).collect();
-        let left = Left { faintest: style.rims.faintest, is_of_tone: false };
-        let traced = surface.hazed(lines(&InkPicture { size_px, ink }), left);
-        groups.push(group("rims", "Outlines of no-data areas".to_owned(), style.rim_ink(), traced));
-    }
-    groups.retain(|group| !group.lines.is_empty());
-    Ok(groups)
+    })
 }
 
-fn group(id: &str, label: String, ink: Color, lines: Vec<Polyline>) -> Group {
-    Group { id: id.to_owned(), label, ink, kind: GroupKind::Marks, lines }
+/// Returns the visible pieces of the marks of rows.
+fn rows(
+    gpu: &Gpu,
+    renderer: &Renderer,
+    view: &View,
+    surface: &Surface,
+    spacing_px: f32,
+) -> Result<Vec<Polyline>, GpuError> {
+    let ids: Vec<u32> = match renderer.target(&SURFACE_ID) {
+        Some(ids) => read_as(gpu, ids, [0, 0], view.part.size_px)?,
+        None => Vec::new(),
+    };
+    let spacing = spacing_px / view.focal_px() as f32;
+    let is_shown = |px: [f32; 2], depth_m: f32| {
+        surface.pixel(px).is_some_and(|pixel| {
+            let land_m = surface.position[pixel][3];
+            let is_land = ids.get(pixel).is_some_and(|id| Kind::of(*id) == Kind::Land);
+            land_m > 0.0 && depth_m <= allowed_m(land_m, spacing) && is_land
+        })
+    };
+    let drawn = renderer.drawn_rows(gpu)?.unwrap_or_default();
+    Ok(drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect())
 }
 
-fn picture(gpu: &Gpu, ink: &Target, size_px: [u32; 2]) -> Result<InkPicture, GpuError> {
-    Ok(InkPicture { size_px, ink: read_as(gpu, ink, [0, 0], size_px)? })
-}
-
-fn traced(gpu: &Gpu, ink: &Target, size_px: [u32; 2]) -> Result<Vec<Polyline>, GpuError> {
-    Ok(lines(&picture(gpu, ink, size_px)?))
+fn group(own: &InkLayer, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
+    let label = if own.number > 0 { format!("{label} (layer {})", own.number + 1) } else { label };
+    Group { id: own.id(part), label, ink: own.color, kind: GroupKind::Marks, lines }
 }
 
 /// Returns the visible pieces of a mark, tested every half pixel.

@@ -10,6 +10,7 @@
 pub mod aov;
 pub mod eyes;
 pub mod imprint;
+mod ink;
 mod marks;
 pub mod nearest;
 mod report;
@@ -34,16 +35,13 @@ use crate::file::png::PngWriter;
 use crate::frame::{self, Antialias, Light, Renderer, terrain_view_of};
 use crate::gpu::readback;
 use crate::gpu::target::Target;
-use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
 use crate::gpu::{Gpu, GpuError};
-use crate::lines::crowd::Cap;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Clock, Part, Pose, Rig, View};
+use crate::style::Style;
 use crate::style::color::srgb_from_linear;
-use crate::style::{Style, ToneLines};
-use crate::surface::bend_axis;
 use crate::tiles::terrain::Loading;
-use crate::tones::{balance, relief};
+use crate::tones::relief;
 use crate::world::Surfaces;
 
 /// Largest size of a band of rows in memory, in bytes.
@@ -76,7 +74,6 @@ impl PartRule {
 }
 
 /// Least margin for strokes: a stroke depends on its ends, where it tapers, and farther ends do not show.
-const STROKE_MARGIN_PX: u32 = 256;
 
 /// Largest margin for the search of matching lines in the other eye. It grows with the parallax of the nearest land.
 const PARALLAX_MARGIN_PX: f64 = 256.0;
@@ -207,11 +204,6 @@ fn render_eyes<E>(
     let band_rows =
         if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
     let part_columns = if single { width } else { part_px };
-    // In a print, strokes taper over more pixels.
-    let stroke_px = request.style.strokes.as_ref();
-    let stroke_px = stroke_px.map_or(0, |strokes| STROKE_MARGIN_PX.max((2.0 * strokes.taper_px).ceil() as u32));
-    let balance_px = request.style.hatching.as_ref().map_or(0, balance::reach_px);
-    let axis_px = request.style.hatching.as_ref().map_or(0, bend_axis::reach_px);
     let parallax_px = pair.map_or(0.0, |pair| {
         let camera = View::whole(request.pose, request.pose, request.size_px);
         camera.focal_px() * pair.ipd_m / world.nearest_m(request.pose.position_m)
@@ -219,18 +211,11 @@ fn render_eyes<E>(
     let parallax_px = parallax_px.min(PARALLAX_MARGIN_PX).ceil() as u32;
     let is_flight = single && request.samples <= 1;
     let antialias = if is_flight { request.antialias } else { Antialias::None };
-    let crowd_px = request.style.lines.as_ref().and_then(|lines| Cap::of(lines.crowd, lines.crowd_px));
-    let crowd_px = crowd_px.map_or(0, |cap| cap.reach_px());
     let relief_px = request.style.drawn_relief().map_or(0, relief::diffuse::reach_px);
-    let tone_px = request.style.tone_lines.as_ref().map_or(0, ToneLines::reach_px);
-    let mirrors = request.style.water.as_ref().is_some_and(|water| water.mirror > 0.0);
-    let mirror_px = if mirrors { MIRROR_REACH_PX as u32 + parts.margin_px } else { 0 };
-    let margin_px = (parts.margin_px + parallax_px + crowd_px)
-        .max(stroke_px)
-        .max(balance_px + axis_px)
-        .max(mirror_px)
-        .max(tone_px)
-        .max(relief_px);
+    let reaches = || request.style.layers.iter().map(|layer| layer.kind().reach_px());
+    let more_px: u32 = reaches().map(|reach| reach.more_px).sum();
+    let margin_px = reaches().map(|reach| reach.margin_px).fold(relief_px, u32::max);
+    let margin_px = margin_px.max(parts.margin_px + parallax_px + more_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {
@@ -293,7 +278,7 @@ fn render_eyes<E>(
                         add_picture(gpu, renderer, &window(eye), weight, band)?;
                     }
                     if number == 0 {
-                        aov::read_planes(gpu, renderer, &window(eye), request.planes, &mut band.planes)?;
+                        aov::read_planes(gpu, renderer, request.style, &window(eye), request.planes, &mut band.planes)?;
                     }
                 }
                 report.add(&prepared, renderer);
@@ -361,13 +346,18 @@ impl Window {
         mut put: impl FnMut(usize, T),
     ) -> Result<(), GpuError> {
         let texels: Vec<T> = readback::read_as(gpu, target, self.inset, self.size_px)?;
+        self.place(&texels, &mut put);
+        Ok(())
+    }
+
+    /// Calls `put(index in the band, texel)` for each texel of the part.
+    fn place<T: Copy>(&self, texels: &[T], mut put: impl FnMut(usize, T)) {
         for (y, row) in texels.chunks_exact(self.size_px[0] as usize).enumerate() {
             let first = y * self.width as usize + self.first_column as usize;
             for (x, texel) in row.iter().enumerate() {
                 put(first + x, *texel);
             }
         }
-        Ok(())
     }
 }
 

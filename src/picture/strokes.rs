@@ -12,11 +12,13 @@ use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Rig, View};
-use crate::style::Style;
+use crate::style::layers::Trace;
+use crate::style::{InkLayer, Layer, Style};
 use crate::surface::rims::RIM;
 use crate::vector::Group;
 use crate::world::Surfaces;
 
+use super::marks::Marks;
 use super::{PictureReport, PictureRequest, marks};
 
 /// Largest number of pixels of a picture: about 2.5 GiB on the GPU.
@@ -49,21 +51,25 @@ pub enum StrokesError {
 pub struct Drawn {
     /// Strokes of each eye; the left eye of a stereo pair comes first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Hachures, hatching, contour lines of height, and lines of water, of the sky and around no-data areas; one group
-    /// for each kind. Empty for a stereo pair.
+    /// Marks below the strokes, from the bottom to the top: one group for each ink, or for each of its families or sets.
+    /// Empty for a stereo pair.
     pub marks: Vec<Group>,
+    /// Marks above the strokes.
+    pub marks_above: Vec<Group>,
     /// Statistics of the rendering.
     pub report: PictureReport,
 }
 
-/// Returns whether a style has marks that can become vector lines.
+/// Returns whether a style has marks that can become vector lines. Outlines of no-data areas do not count: every style
+/// has them.
 pub fn has_marks(style: &Style) -> bool {
-    let has_marks = style.hatching.is_some() || style.rows.is_some() || style.water.is_some();
-    has_marks
-        || style.tone_lines.is_some()
-        || style.cuts.is_some()
-        || style.height_lines.is_some()
-        || style.sky.has_lines()
+    let is_mark = |own: &InkLayer| match own.ink.trace {
+        Trace::LeftOut(_) | Trace::Strokes => false,
+        Trace::Picture | Trace::Sets(_) | Trace::Rows { .. } => {
+            !own.layer.is_some_and(|index| matches!(style.layers[index], Layer::Rims(_)))
+        }
+    };
+    style.ink_layers().iter().any(is_mark)
 }
 
 /// Renders a picture and reads back its marks and the strokes of each eye; the pixels stay on the GPU. `request.planes`
@@ -103,10 +109,11 @@ pub fn render_strokes(
     let light = seen_light(world, &rig, style, &request.light);
     // No-data areas have outlines in every style.
     let reads_marks = pair.is_none() && (wants_marks || renderer.target(&RIM).is_some());
-    let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Vec::new() };
+    let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Marks::default() };
     renderer.set_wants_mark_layers(false);
     gpu.check()?;
-    let all = strokes.iter_mut().flatten().chain(marks.iter_mut().flat_map(|group| &mut group.lines));
+    let groups = marks.below.iter_mut().chain(&mut marks.above);
+    let all = strokes.iter_mut().flatten().chain(groups.flat_map(|group| &mut group.lines));
     for point in all.flat_map(|line| &mut line.points) {
         point.px = point.px.map(|px| px / scale as f32);
         point.half_width_px /= scale as f32;
@@ -114,5 +121,5 @@ pub fn render_strokes(
     let mut report = PictureReport::default();
     report.add(&prepared, renderer);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
-    Ok(Drawn { strokes, marks, report })
+    Ok(Drawn { strokes, marks: marks.below, marks_above: marks.above, report })
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::parameters::{Range, parameters};
-use super::{StyleError, texture};
+use super::texture;
 
 parameters! {
     /// Lines found by the curvature of the land (Pietrok 2021, section 4.1), for `detector = "curvature"` in `[lines]`.
@@ -35,12 +35,6 @@ parameters! {
 }
 
 impl Curvature {
-    /// Loads the texture; `folder` is the base of a relative path.
-    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
-        self.texture = texture::named(self.texture_name.as_deref(), folder)?;
-        Ok(())
-    }
-
     /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
     pub(super) fn file(&self, folder: &Path) -> Option<PathBuf> {
         self.texture_name.as_ref().and_then(|name| texture::file(name, folder))

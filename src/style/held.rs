@@ -3,7 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::{Style, StyleError, marks, parameters, texture};
+use super::layers::RecipeSource;
+use super::{Layer, Style, StyleError, marks, parameters, texture};
 
 /// The recipes of a style that are files, as text, by the names that the style uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -18,10 +19,16 @@ impl Style {
     /// Returns the recipes of the style that are files.
     pub fn recipe_files(&self) -> StyleFiles {
         let here = Path::new("");
-        let layers = self.hatching.iter().flat_map(|hatching| &hatching.layers);
-        let layers = layers.filter(|layer| marks::file(&layer.marks, here).is_some());
-        let marks = layers.filter_map(|layer| Some((layer.marks.clone(), parameters::text(layer.recipe.as_ref()?))));
-        let of_strokes = self.strokes.iter().map(|strokes| (&strokes.texture_name, &strokes.texture));
+        let sets = self.layers.iter().flat_map(|layer| match layer {
+            Layer::Hatching(hatching) => hatching.layers.as_slice(),
+            _ => &[],
+        });
+        let sets = sets.filter(|set| marks::file(&set.marks, here).is_some());
+        let marks = sets.filter_map(|set| Some((set.marks.clone(), parameters::text(set.recipe.as_ref()?))));
+        let of_strokes = self.layers.iter().filter_map(|layer| match layer {
+            Layer::Strokes(strokes) => Some((&strokes.texture_name, &strokes.texture)),
+            _ => None,
+        });
         let textures = of_strokes.chain([(&self.curvature.texture_name, &self.curvature.texture)]);
         let textures = textures.filter_map(|(name, recipe)| {
             let name = name.as_ref().filter(|name| texture::file(name, here).is_some())?;
@@ -36,35 +43,8 @@ impl Style {
     /// # Errors
     /// As [`Style::parse`]; a recipe that is neither in `held` nor built in is unknown.
     pub fn parse_with(name: &str, text: &str, held: &StyleFiles) -> Result<Self, StyleError> {
-        let mut style: Self = parameters::read(name, text)?;
-        let here = Path::new("");
-        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
-            let recipe = match held.marks.get(&layer.marks) {
-                Some(text) => marks::Recipe::parse(&layer.marks, text)?,
-                None if marks::file(&layer.marks, here).is_none() => marks::Recipe::load(&layer.marks, here)?,
-                None => return Err(StyleError::UnknownMarks { name: layer.marks.clone() }),
-            };
-            marks::check_pictures(&recipe)?;
-            style.files.extend(recipe.images.iter().cloned());
-            layer.recipe = Some(recipe);
-        }
-        if let Some(hatching) = &mut style.hatching {
-            hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
-        }
-        if let Some(relief) = &mut style.relief {
-            relief.complete(here)?;
-            style.files.extend(relief.environment.clone());
-        }
-        let of_strokes = style.strokes.iter_mut().map(|strokes| (&strokes.texture_name, &mut strokes.texture));
-        let curvature = &mut style.curvature;
-        for (name, recipe) in of_strokes.chain([(&curvature.texture_name, &mut curvature.texture)]) {
-            let Some(name) = name else { continue };
-            *recipe = Some(match held.textures.get(name) {
-                Some(text) => texture::Recipe::parse(name, text)?,
-                None if texture::file(name, here).is_none() => texture::Recipe::load(name, here)?,
-                None => return Err(StyleError::UnknownTexture { name: name.clone() }),
-            });
-        }
+        let mut style = Self::read_values(name, text)?;
+        style.complete(RecipeSource::Held(held)).map_err(|(_, error)| error)?;
         Ok(style)
     }
 }
@@ -95,12 +75,12 @@ mod tests {
         assert_eq!((held.marks.len(), held.textures.len()), (1, 1));
         drop(folder);
         let again = Style::parse_with("x.png", &style.text(), &held).unwrap();
-        assert_eq!((&again.hatching, &again.strokes), (&style.hatching, &style.strokes));
+        assert_eq!(&again.layers, &style.layers);
         assert!(again.curvature.texture.is_some() && again.curvature == style.curvature);
         // A changed number in a stored recipe changes the style, and without the recipe parsing fails.
         let mut other = held.clone();
         other.marks.values_mut().for_each(|text| *text = text.replace("21", "22"));
-        assert_ne!(Style::parse_with("x.png", &style.text(), &other).unwrap().hatching, style.hatching);
+        assert_ne!(Style::parse_with("x.png", &style.text(), &other).unwrap().hatching(), style.hatching());
         assert!(Style::parse_with("x.png", &style.text(), &StyleFiles::default()).is_err());
     }
 

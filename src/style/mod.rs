@@ -2,48 +2,37 @@
 
 pub mod color;
 mod curvature;
-mod cuts;
 mod error;
 mod focus;
-pub mod hatching;
-mod height_lines;
 mod held;
-mod lines;
+pub mod layers;
 pub mod marks;
 pub mod parameters;
 mod recipes;
 mod relief;
-mod rims;
-mod rows;
 pub mod scale;
 pub mod sky;
-mod strokes;
 pub mod texture;
 pub mod tone;
-mod tone_lines;
-mod water;
 
 use std::path::{Path, PathBuf};
 
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
-use crate::file::toml_text::Wrong;
+use crate::file::toml_text::{self, TomlError, Wrong};
 pub use color::Color;
 pub use curvature::Curvature;
-pub use cuts::{CutLayer, Cuts};
 pub use error::StyleError;
 pub use focus::Focus;
-pub use height_lines::HeightLines;
 pub use held::StyleFiles;
-pub use lines::{Detector, Epsilon, Lines, Stereo};
-use parameters::{Range, parameters};
+use layers::RecipeSource;
+pub use layers::{
+    CutLayer, Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, Rims, Rows, Stereo, Strokes,
+    ToneLight, ToneLines, Water, hatching,
+};
+use parameters::{Range, Setting, parameters};
 pub use relief::{Relief, ReliefKind};
-pub use rims::Rims;
-pub use rows::Rows;
 pub use sky::Sky;
-pub use strokes::Strokes;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
-pub use tone_lines::{ToneLight, ToneLines};
-pub use water::Water;
 
 /// Name and text of each built-in style (preset).
 const PRESETS: &[(&str, &str)] = &[
@@ -83,14 +72,10 @@ parameters! {
         name: String;
         /// One-line description of the style.
         description: String;
-        /// Lines that are detected in images of the surface; without this section none are drawn.
-        lines: Option<Lines>;
+        /// Ink layers, from the bottom to the top.
+        layers: Layers;
         /// Settings of `detector = "curvature"`: contours and suggestive contours by the curvature of the land.
         curvature: Curvature;
-        /// Lines from shading, found in a shaded image of the scene; without this section none are drawn.
-        tone_lines: Option<ToneLines>;
-        /// Pen strokes along contours; without this section none are drawn.
-        strokes: Option<Strokes>;
         /// How light becomes tone and colour.
         tone: Tone;
         /// How the land is lit, for toon tones and for hatching.
@@ -99,19 +84,6 @@ parameters! {
         relief: Option<Relief>;
         /// Tones that look like watercolour; without this section tones are not modified.
         watercolor: Option<Watercolor>;
-        /// Tones drawn as hatching marks; without this section none are drawn.
-        hatching: Option<hatching::Hatching>;
-        /// Rows of hachures on the land; `[hatching]` of the same style then applies only to models and trees.
-        rows: Option<Rows>;
-        /// Lines where parallel planes cut the land; `[hatching]` of the same style then applies only to models and
-        /// trees.
-        cuts: Option<Cuts>;
-        /// Contour lines of height; without this section none are drawn.
-        height_lines: Option<HeightLines>;
-        /// Lakes and the sea, where the heights show them; without this section they are drawn as land.
-        water: Option<Water>;
-        /// Dashed lines around no-data areas.
-        rims: Rims;
         /// The paper on which the picture is drawn.
         paper: Paper;
         /// The sky above the horizon.
@@ -126,14 +98,6 @@ parameters! {
         /// All files that the style was read from: its own, those of its recipes, and their images. A preset has none.
         files: Vec<PathBuf>;
     }
-}
-
-/// Least difference in lightness between lettering and paper, as a fraction of that between black and white.
-const LEAST_CONTRAST: f32 = 0.4;
-
-/// Returns the mean of the sRGB channels of a colour, 0 to 1.
-fn lightness(color: Color) -> f32 {
-    color.srgb().iter().sum::<f32>() / 3.0
 }
 
 parameters! {
@@ -216,41 +180,15 @@ impl Style {
     /// of height get an interval for the map's scale.
     #[must_use]
     pub fn for_map(self, pixel_m: f64) -> Self {
-        let height_lines = self.height_lines.map(|lines| lines.for_map(pixel_m));
-        let focus = self.focus.filter(|focus| focus.distance_m.is_none());
-        Self { panorama: Panorama { horizon_deg: 0.0 }, height_lines, focus, ..self }
-    }
-
-    /// Returns the contour lines of height, if the style draws any.
-    pub fn drawn_height_lines(&self) -> Option<&HeightLines> {
-        self.height_lines.as_ref().filter(|lines| lines.interval_m > 0.0)
-    }
-
-    /// Returns the colour of lettering on bare paper: the first ink of the style with enough contrast to the paper.
-    pub fn lettering_ink(&self) -> Color {
-        let paper = lightness(self.paper.color);
-        let lines = [
-            self.strokes.as_ref().map(|strokes| strokes.ink),
-            self.mark_ink(),
-            self.lines.as_ref().map(|lines| lines.ink),
-            self.tone_lines.as_ref().map(|lines| lines.ink),
-            self.height_lines.as_ref().map(|lines| lines.ink),
-            (self.paper.border_px > 0.0).then_some(self.paper.border),
-        ];
-        let seen = lines.into_iter().flatten().find(|ink| (lightness(*ink) - paper).abs() > LEAST_CONTRAST);
-        seen.unwrap_or(if paper > 0.5 { Color::default() } else { Color::WHITE })
+        let mut style = self;
+        style.layers.iter_mut().for_each(|layer| layer.kind_mut().prepare_for_map(pixel_m));
+        let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
+        Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style }
     }
 
     /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.
     pub fn has_land_lines(&self) -> bool {
-        self.rows.is_some() || self.cuts.is_some()
-    }
-
-    /// Returns the colour of rows, cut lines or hatching, in this order of precedence; `None` if the style has none of
-    /// them.
-    pub fn mark_ink(&self) -> Option<Color> {
-        let of_land = self.rows.as_ref().map(|rows| rows.ink).or(self.cuts.as_ref().map(|cuts| cuts.ink));
-        of_land.or(self.hatching.as_ref().map(|hatching| hatching.ink))
+        self.rows().is_some() || self.cuts().is_some()
     }
 
     /// Returns the linear colour that tones fade to far from the focus, before it is multiplied by the paper.
@@ -274,7 +212,7 @@ impl Style {
     /// Returns whether smoothed normals of the land are needed.
     pub fn asks_for_form(&self) -> bool {
         let of_tones = matches!(self.tone, Tone::Toon(_)) && self.light.detail < 1.0;
-        let of_lines = self.tone_lines.as_ref().is_some_and(|lines| lines.abstracted > 0.0);
+        let of_lines = self.tone_lines().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
@@ -322,37 +260,69 @@ impl Style {
     /// # Errors
     /// [`StyleError::Parse`] and [`StyleError::Named`].
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
-        let mut style: Self = parameters::read(name, text)?;
+        let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        let named = |key: &str, source: StyleError| StyleError::Named {
-            place: Wrong::told(key, source.to_string()).in_text(name, text),
+        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| StyleError::Named {
+            place: in_text(Wrong::told(key, source.to_string()), name, text),
             source: Box::new(source),
-        };
-        if let Some(hatching) = &mut style.hatching {
-            for (number, layer) in hatching.layers.iter_mut().enumerate() {
-                layer.complete(folder).map_err(|error| named(&format!("hatching.layers[{number}].marks"), error))?;
-                style.files.extend(layer.files(folder));
-            }
-            hatching.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
-        }
-        if let Some(relief) = &mut style.relief {
-            relief.complete(folder).map_err(|error| named("relief.environment", error))?;
-            style.files.extend(relief.environment.clone());
-        }
-        if let Some(cuts) = &mut style.cuts {
-            cuts.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
-        }
-        style.curvature.complete(folder).map_err(|error| named("curvature.texture", error))?;
-        style.files.extend(style.curvature.file(folder));
-        if let Some(strokes) = &mut style.strokes {
-            strokes.complete(folder).map_err(|error| named("strokes.texture", error))?;
-            style.files.extend(strokes.files(folder));
-        }
+        })?;
         Ok(style)
+    }
+
+    /// Reads all values of a style in either form, and checks them; recipes and images are not loaded.
+    fn read_values(name: &str, text: &str) -> Result<Self, StyleError> {
+        let style: Self = toml_text::read_rewritten(name, text, layers::with_layers)?;
+        style.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
+        Ok(style)
+    }
+
+    /// Loads the recipes and images that the style names.
+    ///
+    /// # Errors
+    /// The key, and what is wrong.
+    fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), (String, StyleError)> {
+        for index in 0..self.layers.len() {
+            let key = self.layers.key(index);
+            let layer = self.layers[index].kind_mut();
+            let files = layer.complete(source).map_err(|(within, error)| (format!("{key}.{within}"), error))?;
+            self.files.extend(files);
+        }
+        let folder = match source {
+            RecipeSource::Folder(folder) => folder,
+            RecipeSource::Held(_) => Path::new(""),
+        };
+        if let Some(relief) = &mut self.relief {
+            relief.complete(folder).map_err(|error| ("relief.environment".to_owned(), error))?;
+            self.files.extend(relief.environment.clone());
+        }
+        let curvature = &mut self.curvature;
+        curvature.texture = source
+            .texture(curvature.texture_name.as_deref())
+            .map_err(|error| ("curvature.texture".to_owned(), error))?;
+        if let RecipeSource::Folder(folder) = source {
+            self.files.extend(self.curvature.file(folder));
+        }
+        Ok(())
     }
 
     /// Returns the style as TOML text with every parameter that has a value. Parsing the text gives an equal style.
     pub fn text(&self) -> String {
         parameters::text(self)
     }
+}
+
+/// Returns a mistake with its position in a style's text, which may have either form.
+fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
+    let key = text.parse().map(|document: toml_edit::DocumentMut| layers::written_key(document.as_item(), &wrong.key));
+    Wrong { key: key.unwrap_or(wrong.key), ..wrong }.in_text(name, text)
+}
+
+/// Returns the text of a style with its sections as `[[layers]]`, the present form; comments and all other text stay.
+///
+/// # Errors
+/// [`StyleError`] of a text that is not a valid style.
+pub fn migrated(name: &str, text: &str) -> Result<String, StyleError> {
+    Style::read_values(name, text)?;
+    // A text that is a valid style is TOML.
+    Ok(layers::migrated(text).unwrap_or_else(|_| text.to_owned()))
 }

@@ -22,23 +22,18 @@ impl Style {
         }
         let factor = factor as f32;
         style.scale_lengths(factor, None, &Range::Any);
-        if let Some(texture) = style.strokes.as_mut().and_then(|strokes| strokes.texture.as_mut()) {
-            *texture = texture.scaled(factor);
-        }
-        for layer in style.hatching.iter_mut().flat_map(|hatching| &mut hatching.layers) {
-            layer.size = (layer.size * factor).clamp(0.25, 8.0);
-        }
         style
     }
 
     /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
     pub fn unscaled(&self) -> Option<String> {
-        let parts = [
-            ("detected lines", self.lines.is_some()),
+        let of_layers = self.layers.iter().filter_map(|layer| Some((layer.kind().unscaled()?, true)));
+        let of_style = [
             ("the grain of the paper", self.paper.grain > 0.0),
             ("the grain of watercolour", self.watercolor.as_ref().is_some_and(|water| water.granulation > 0.0)),
         ];
-        let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();
+        let parts: Vec<&str> =
+            of_layers.chain(of_style).filter(|(_, is_there)| *is_there).map(|(name, _)| name).collect();
         let (last, others) = parts.split_last()?;
         Some(if others.is_empty() { (*last).to_owned() } else { format!("{} and {last}", others.join(", ")) })
     }
@@ -47,7 +42,7 @@ impl Style {
 impl texture::Recipe {
     /// Returns the recipe for strokes that are `factor` times as wide. Sides of the tile stay powers of two, and the
     /// tile has room for at least as many marks.
-    fn scaled(&self, factor: f32) -> Self {
+    pub(super) fn scaled(&self, factor: f32) -> Self {
         let mut recipe = self.clone();
         recipe.scale_lengths(factor, None, &Range::Any);
         let grown = |side: u32, most: u32| ((side as f32 * factor).ceil() as u32).next_power_of_two().clamp(side, most);
@@ -72,7 +67,7 @@ mod tests {
             for factor in [0.25, 2.0, 300.0 / 96.0, 100.0] {
                 let scaled = style.scaled(factor);
                 Style::parse("scaled.toml", &scaled.text()).unwrap();
-                let texture = scaled.strokes.as_ref().and_then(|strokes| strokes.texture.as_ref());
+                let texture = scaled.strokes().and_then(|strokes| strokes.texture.as_ref());
                 texture.into_iter().for_each(|recipe| {
                     texture::Recipe::parse("scaled.toml", &crate::style::parameters::text(recipe)).unwrap();
                 });
@@ -80,7 +75,7 @@ mod tests {
         }
         // Lengths within their range are scaled exactly.
         let [pen, print] = [1.0, 3.125].map(|factor| Style::load("wash").unwrap().scaled(factor));
-        let widths = [&pen, &print].map(|style| style.strokes.as_ref().unwrap().width_px);
+        let widths = [&pen, &print].map(|style| style.strokes().unwrap().width_px);
         assert_eq!(widths[1], 3.125 * widths[0]);
         assert_ne!(print.watercolor, pen.watercolor);
     }
@@ -111,7 +106,7 @@ mod tests {
         planted.light.crests_px = style.light.crests_px;
         assert_eq!(wrong(&planted), ["light.crests_px"]);
         // The largest total length of strokes is not a length on the picture.
-        assert_eq!(Style::load("pen").unwrap().scaled(2.0).strokes.unwrap().budget_px, 400_000.0);
+        assert_eq!(Style::load("pen").unwrap().scaled(2.0).strokes().unwrap().budget_px, 400_000.0);
     }
 
     #[test]

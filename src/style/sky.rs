@@ -1,6 +1,7 @@
 //! The `[sky]` section of a style.
 
 use super::Color;
+use super::layers::{Channels, Fading, Ink, Trace};
 use super::parameters::{Range, choices, parameters};
 
 parameters! {
@@ -67,6 +68,20 @@ impl Sky {
     /// Returns whether the sky has lines: ruled lines, or outlines of clouds or the sun.
     pub fn has_lines(&self) -> bool {
         self.rules_px > 0.0 || self.outline_px > 0.0 && (self.clouds > 0.0 || self.sun_deg > 0.0)
+    }
+
+    /// Returns the ink of the lines of the sky, if it has any.
+    pub(super) fn lines(&self) -> Option<Ink> {
+        self.has_lines().then(|| Ink {
+            id: "sky",
+            label: "Sky".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(3),
+            fading: Fading::Done,
+            makes_tone: false,
+            is_main: false,
+            trace: Trace::Picture,
+        })
     }
 
     /// Returns whether the sky has a coloured gradient or a graded band.

@@ -113,11 +113,6 @@ pub(super) fn file(name: &str, folder: &Path) -> Option<PathBuf> {
     RECIPES.file(name, folder)
 }
 
-/// Loads the recipe that a style's parameter names, if it names one; paths are relative to `folder`.
-pub(super) fn named(name: Option<&str>, folder: &Path) -> Result<Option<Recipe>, StyleError> {
-    name.map(|name| Recipe::load(name, folder)).transpose()
-}
-
 impl Recipe {
     /// Loads one of [`names`], or a file (`.toml`) whose path is relative to `folder`.
     ///

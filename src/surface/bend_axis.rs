@@ -4,27 +4,14 @@
 //! Why: `docs/decisions/curvature.md`.
 
 use super::curvature::Shapes;
-use super::mark_normal::BLOCK_PX;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::wgsl::surface::bend_axis::{BendAxisRules, REACH};
+use crate::gpu::wgsl::surface::bend_axis::BendAxisRules;
 use crate::style::hatching::Hatching;
 
 /// xy: cosine and sine of twice the axis's angle on the map (counter-clockwise from east), times its confidence, 0 to
 /// 1. The size is [`mark_normal_size`](super::mark_normal::mark_normal_size).
 pub const BEND_AXIS: TargetKind = TargetKind::storage("bend axis", wgpu::TextureFormat::Rgba16Float);
-
-/// Returns the step between the blocks that are averaged, in blocks: the average covers about two samples of the form
-/// to each side.
-fn step(hatching: &Hatching) -> i32 {
-    (2.0 * hatching.form_px / (BLOCK_PX * REACH as u32) as f32).round().max(1.0) as i32
-}
-
-/// Returns how far around a pixel its axis depends on the picture, in pixels; 0 if the marks do not follow curvature.
-pub fn reach_px(hatching: &Hatching) -> u32 {
-    // Plus one block, because a pixel interpolates between its own block and the neighbouring one.
-    if hatching.follows_curvature() { (step(hatching) * REACH + 1) as u32 * BLOCK_PX } else { 0 }
-}
 
 /// Inputs and output of the pass.
 pub struct Inputs<'a> {
@@ -36,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let rules = BendAxisRules { step: step(inputs.hatching) };
+    let rules = BendAxisRules { step: inputs.hatching.axis_step() };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [
         ("bend_axis_rules", recorder.uniform("bend axis rules", &rules)),

@@ -16,8 +16,6 @@ pub mod lakes;
 pub mod water;
 pub mod curvature;
 pub mod bend_axis;
-pub mod cuts;
-pub mod height_lines;
 pub mod rims;
 pub mod rows;
 pub mod motion;

@@ -113,7 +113,7 @@ fn lines_of_a_drawing_end_at_the_border() {
     let style = Style { paper: paper(), ..common::all_lines("strokes") };
     let request = PictureRequest::still(world.pose(CAMERA), SIZE_PX, &style, north_west());
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
-    let mut drawing = groups(&drawn.strokes[0], style.strokes.as_ref().unwrap().ink);
+    let mut drawing = groups(&drawn.strokes[0], style.strokes().unwrap().ink);
     let low_px = MARGIN_PX as f32 + 0.5 * BORDER_PX as f32;
     let outside = |drawing: &[Group]| {
         let places = drawing.iter().flat_map(|group| &group.lines).flat_map(|line| &line.points);

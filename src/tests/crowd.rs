@@ -52,15 +52,15 @@ fn cells(inks: &[f64]) -> Vec<f64> {
 /// Loads a preset with `crowd` as the limit of its lines and strokes.
 fn capped(name: &str, crowd: f32) -> Style {
     let mut style = Style { water: None, ..Style::load(name).unwrap() };
-    style.lines.iter_mut().for_each(|lines| lines.crowd = crowd);
-    style.strokes.iter_mut().for_each(|strokes| strokes.crowd = crowd);
+    style.lines_mut().into_iter().for_each(|lines| lines.crowd = crowd);
+    style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = crowd);
     style
 }
 
 /// Returns the limit of a style's strokes or lines; 1 is no limit.
 fn cap_of(style: &Style) -> Option<f32> {
-    let strokes = style.strokes.as_ref().map(|strokes| strokes.crowd);
-    strokes.or(style.lines.as_ref().map(|lines| lines.crowd))
+    let strokes = style.strokes().map(|strokes| strokes.crowd);
+    strokes.or(style.lines().map(|lines| lines.crowd))
 }
 
 /// Returns the lines, or the strokes, of a view; `crowd` is the limit of both.
@@ -70,7 +70,7 @@ fn drawn(world: &mut World, renderer: &mut Renderer, name: &str, crowd: f32, ahe
     pose.position_m.y += ahead_m;
     draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
     let lines = if crowd < 1.0 { &UNCROWDED } else { &SMOOTHED };
-    let target = renderer.target(if style.strokes.is_some() { &INK } else { lines }).unwrap().clone();
+    let target = renderer.target(if style.strokes().is_some() { &INK } else { lines }).unwrap().clone();
     inks(world, &target)
 }
 
@@ -100,7 +100,7 @@ fn drawn_by_both(world: &mut World, pose: Pose, style: &Style, ipd_m: f64) -> [V
     let prepared = frame::prepare(&world.gpu, &mut world.surfaces, &rig, style, &NOON);
     renderer.render_rig(&world.gpu, &world.surfaces, &prepared, &rig, style, &NOON).unwrap();
     world.gpu.check().unwrap();
-    let kind = if style.strokes.is_some() { &INK } else { &AGREED };
+    let kind = if style.strokes().is_some() { &INK } else { &AGREED };
     [0, 1].map(|eye| inks(world, &renderer.eye_target(eye, kind).unwrap().clone()))
 }
 

@@ -49,7 +49,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         // Terraces of this land are as level as lakes, and their shores are not marks.
         let style = Style { water: None, ..Style::load(name).unwrap() };
         // Styles of lines alone draw hardly anything on near faces and more far away, so they are not tested.
-        if style.hatching.is_none() && !style.has_land_lines() {
+        if style.hatching().is_none() && !style.has_land_lines() {
             continue;
         }
         let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -62,7 +62,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
         // steep land, of which this picture has hardly any near the camera.
         let most = match name {
             "rock" => 2.0,
-            _ if style.rows.is_some() => 0.85,
+            _ if style.rows().is_some() => 0.85,
             _ => 0.68,
         };
         if part > most || clear_part < 1.5 * part {

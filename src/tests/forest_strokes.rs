@@ -51,7 +51,7 @@ impl Bench {
         forest.species = FORMS.iter().map(|(form, _)| Species::new(*form, 1.0, 18.0)).collect();
         world.surfaces.set_forest(Some(forest));
         let mut style = common::all_lines("strokes");
-        style.strokes.as_mut().unwrap().update_every = 1;
+        style.strokes_mut().unwrap().update_every = 1;
         let view = still(world.pose(camera), SIZE_PX);
         let renderer = Renderer::new(&world.gpu).unwrap();
         Some(Self { world, renderer, style, view })
@@ -237,7 +237,7 @@ fn outline(bench: &Bench) -> [Vec<bool>; 2] {
 fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
     let Some(mut bench) = Bench::new(CAMERA) else { return };
     // Strokes as wide as a line, without tapering, and without the limit on crowded ones.
-    let strokes = bench.style.strokes.as_mut().unwrap();
+    let strokes = bench.style.strokes_mut().unwrap();
     (strokes.width_px, strokes.taper_px) = (1.5, 0.0);
     bench.edges();
     let [outline, within] = outline(&bench);

@@ -164,14 +164,14 @@ fn level_land_is_paper() {
     for name in ["hachures", "engraving", "crosshatch", "pencil", "stipple", "woodcut"] {
         let mut ink = |level: bool| {
             let mut style = Style::load(name).unwrap();
-            style.strokes = None;
+            style.set_strokes(None);
             style.paper.grain = 0.0;
             if !level {
                 style.light.level_deg = 0.0;
                 // Nor may it be white because the light is strong.
                 style.light.exposure = 1.0;
-                style.cuts.iter_mut().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
-                style.rows.iter_mut().for_each(|rows| rows.level_deg = 0.5);
+                style.cuts_mut().into_iter().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
+                style.rows_mut().into_iter().for_each(|rows| rows.level_deg = 0.5);
             }
             let pose = world.pose("0,0,+2500,0,-90,50");
             let mut renderer = Renderer::new(&world.gpu).unwrap();

@@ -137,7 +137,7 @@ fn traces() -> Option<Traces> {
         traces.add("temporal anti-aliasing", &trace);
     }
     let mut style = Style::load("ink").unwrap();
-    style.lines.as_mut().unwrap().detector = Detector::Curvature;
+    style.lines_mut().unwrap().detector = Detector::Curvature;
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("styles with `detector = \"curvature\"`", &trace);
@@ -149,7 +149,7 @@ fn traces() -> Option<Traces> {
         traces.add(&format!("styles with relief of kind `{}`", kind.name()), &trace);
     }
     let mut style = Style::load("suggestive").unwrap();
-    style.strokes.as_mut().unwrap().ridge_apparent = true;
+    style.strokes_mut().unwrap().ridge_apparent = true;
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("styles with apparent ridges", &trace);

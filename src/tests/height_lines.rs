@@ -25,7 +25,7 @@ fn world() -> Option<World> {
 
 fn style(change: impl Fn(&mut HeightLines)) -> Style {
     let mut style = Style::load("pen").unwrap();
-    change(style.height_lines.as_mut().unwrap());
+    change(style.height_lines_mut().unwrap());
     style
 }
 

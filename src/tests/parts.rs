@@ -78,7 +78,7 @@ fn parts_join_without_a_seam() {
         if size_px[0] > 100 {
             // A cap of crowded lines would add its own margin.
             let mut open = ink("footprint");
-            open.lines.as_mut().unwrap().crowd = 1.0;
+            open.lines_mut().unwrap().crowd = 1.0;
             let rules = [WHOLE, PartRule { whole_px: 0, part_px, margin_px: 0 }];
             let [whole, bare] = rules.map(|parts| render_style(&mut world, size_px, &open, &parts));
             let found = difference(&whole, &bare);
@@ -113,7 +113,7 @@ fn marks_join_without_a_seam() {
         let found = difference(&whole, &parts);
         println!("{scale}, marks of size {size} by {direction}: {found:?}");
         assert!(found.holds(), "{scale}, marks of size {size}: {found:?}");
-        style.hatching.as_mut().unwrap().balance = false;
+        style.hatching_mut().unwrap().balance = false;
         let bare = difference(&whole, &render_style(&mut world, [317, 211], &style, &rule));
         assert!(!bare.holds(), "marks without balance were not detected: {bare:?}");
     }

@@ -330,7 +330,7 @@ fn land_without_holes_has_no_rim() {
 #[test]
 fn rims_are_a_layer_of_lines() {
     let Some(mut world) = world_with(None) else { return };
-    let style = style("strokes", |style| style.water = None);
+    let style = style("strokes", |style| style.set_water(None));
     let request = PictureRequest::still(world.pose(ABOVE), SIZE_PX, &style, NOON);
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
     let group = drawn.marks.iter().find(|group| group.id == "rims").unwrap();

@@ -218,7 +218,7 @@ fn contours_are_drawn_and_nothing_else() {
         let all: Vec<(f64, f64)> = views
             .into_iter()
             .map(|camera| {
-                let drawn = drawing(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
+                let drawn = drawing(&mut world, camera, |style| style.strokes_mut().unwrap().borders = false);
                 exactness(&format!("{name} {camera}"), &drawn)
             })
             .collect();
@@ -229,7 +229,7 @@ fn contours_are_drawn_and_nothing_else() {
 #[test]
 fn a_stroke_that_is_missing_or_astray_is_noticed() {
     let Some(mut world) = hill() else { return };
-    let mut drawn = drawing(&mut world, HILL[0], |style| style.strokes.as_mut().unwrap().borders = false);
+    let mut drawn = drawing(&mut world, HILL[0], |style| style.strokes_mut().unwrap().borders = false);
     let truth = true_contours(&drawn);
     // Planted: all strokes five pixels lower, then a third of the chains missing.
     let points = drawn.points.clone();
@@ -248,7 +248,7 @@ fn strokes_run_alone() {
     for camera in RAINIER {
         let [alone, planted] = [None, Some(0.0)].map(|merge_px| {
             let drawn = drawing(&mut world, camera, |style| {
-                let strokes = style.strokes.as_mut().unwrap();
+                let strokes = style.strokes_mut().unwrap();
                 strokes.merge_px = merge_px.unwrap_or(strokes.merge_px);
             });
             doubled(&drawn.points, SIZE_PX, 1.0)
@@ -278,7 +278,7 @@ fn twenty_views() {
     for name in WORLDS {
         let Some(mut world) = real(&format!("dem/geotiff/{name}")) else { continue };
         for camera in VIEWS {
-            let drawn = drawing(&mut world, camera, |style| style.strokes.as_mut().unwrap().borders = false);
+            let drawn = drawing(&mut world, camera, |style| style.strokes_mut().unwrap().borders = false);
             let (recall, precision) = exactness(&format!("{name} {camera}"), &drawn);
             let far = missed(&true_contours(&drawn), &along_strokes(&drawn.points, SIZE_PX), 8.0).len() as f64;
             let twice = doubled(&drawn.points, SIZE_PX, 1.0);

@@ -32,25 +32,6 @@ const NO_MORE: TargetKind = TargetKind::storage("no more ink", wgpu::TextureForm
 /// Ink of the marks, 0 to 1.
 pub const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::R32Float);
 
-/// Side of a cell for marks of their recipes' size, in pixels; the bell's standard deviation is 1.6 cells, two spacings
-/// of marks.
-const CELL_PX: u32 = 8;
-/// How far away cells may influence a pixel, in cells: the bell's reach, the cell itself, and the distance between two
-/// cells.
-const REACH_CELLS: u32 = 6;
-
-/// Returns the side of the cells in which the ink of a style's marks is counted, in pixels; it grows with the largest
-/// marks.
-pub fn cell_px(hatching: &Hatching) -> u32 {
-    let largest = hatching.layers.iter().map(|layer| layer.size).fold(1.0, f32::max);
-    CELL_PX * (largest.ceil() as u32).next_power_of_two()
-}
-
-/// Returns how far away ink influences a pixel, in pixels: the margin of a part of a large picture.
-pub fn reach_px(hatching: &Hatching) -> u32 {
-    if hatching.balance { REACH_CELLS * cell_px(hatching) } else { 0 }
-}
-
 /// The targets that the passes share.
 #[derive(Clone)]
 pub struct Inputs {
@@ -71,7 +52,7 @@ impl Inputs {
     /// Allocates the targets for the marks of a style. Cells are aligned to the whole picture, so a part of it may
     /// overlap one more cell.
     pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, view: &Resource, hatching: &Hatching) -> Self {
-        let cell_px = if hatching.balance { cell_px(hatching) } else { 1 };
+        let cell_px = if hatching.balance { hatching.cell_px() } else { 1 };
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
         let gpu = recorder.gpu();
         let uniform = BalanceUniform { cell_px: cell_px as i32, pad_a: 0, pad_b: 0, pad_c: 0 };

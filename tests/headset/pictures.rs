@@ -180,7 +180,7 @@ fn what_nobody_sees_is_not_drawn() {
     };
     // A cap counts lines in windows, some of which extend into hidden parts.
     let mut ink = Style::load("ink").unwrap();
-    ink.lines.as_mut().unwrap().crowd = 1.0;
+    ink.lines_mut().unwrap().crowd = 1.0;
     // Level land would be white, like parts that are not drawn.
     ink.light.level_deg = 0.0;
     let ink_file = room.path("ink.toml");

@@ -134,7 +134,7 @@ impl StyleRun {
         self.renderer.set_step_s(WARM_UP_STEP_S);
         self.renderer.set_traces(true);
         // Strokes may be older than the tiles, and fade in and out over several frames.
-        let mut updates = self.style.strokes.as_ref().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
+        let mut updates = self.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for renderer in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
             self.passes.take(self.renderer.trace());

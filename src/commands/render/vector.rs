@@ -14,7 +14,8 @@ use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
-use crate::style::{Color, Style};
+use crate::style::layers::Trace;
+use crate::style::{InkLayer, Style};
 use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
@@ -55,9 +56,10 @@ impl SvgOptions {
         if !is_svg && !is_on_earth {
             return Ok(None);
         }
-        let tone_ink = style.tone_lines.as_ref().map(|lines| lines.ink);
         // Shores and water lines alone are not a drawing.
-        let Some(ink) = style.strokes.as_ref().map(|strokes| strokes.ink).or(style.mark_ink()).or(tone_ink) else {
+        let mut inks = style.ink_layers().into_iter().rev();
+        let is_drawing = |own: &InkLayer| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
+        let Some(ink) = inks.find(is_drawing).map(|own| own.color) else {
             let style = shown(&style.name);
             let ending = if is_svg { "an .svg" } else { "a .geojson" };
             let misuse = format!(
@@ -142,13 +144,14 @@ impl SvgOptions {
 
 /// Returns which parts of a style's pictures an SVG leaves out, as text; `None` if it leaves out nothing.
 pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
-    let strokes = style.strokes.as_ref();
-    let parts = [
-        ("pixel lines", style.lines.is_some()),
+    let of_layers = style.ink_layers().into_iter().filter_map(|own| match own.ink.trace {
+        Trace::LeftOut(part) => Some(part),
+        _ => None,
+    });
+    let of_kinds = style.layers.iter().filter_map(|layer| layer.kind().missing_in_vectors());
+    let of_style = [
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),
-        ("stroke textures", strokes.is_some_and(|strokes| strokes.texture.is_some())),
-        ("water tint", style.water.as_ref().is_some_and(|water| water.tint != Color::WHITE)),
         ("sky colours", style.sky.is_drawn() && style.sky.has_colors()),
         (
             "sun and clouds without outline",
@@ -157,7 +160,8 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         ("stars", style.sky.stars > 0.0),
         ("marks", !eyes.of_pair().is_empty() && has_marks(style)),
     ];
-    let parts: Vec<&str> = parts.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name).collect();
+    let of_style = of_style.iter().filter(|(_, is_there)| *is_there).map(|(name, _)| *name);
+    let parts: Vec<&str> = of_layers.chain(of_kinds).chain(of_style).collect();
     let (last, others) = parts.split_last()?;
     Some(if others.is_empty() { (*last).to_owned() } else { format!("{} and {last}", others.join(", ")) })
 }
@@ -188,9 +192,10 @@ impl Job<'_> {
             (shown, eyes) => {
                 let eye = usize::from(shown == Eyes::Right && eyes.len() > 1);
                 let strokes = eyes.get(eye).map_or(&[][..], Vec::as_slice);
-                // Strokes are drawn over marks.
+                let stroke_ink = self.style.strokes().map_or(settings.ink, |strokes| strokes.ink);
                 let mut groups = lines.marks;
-                groups.extend(vector::groups(strokes, settings.ink));
+                groups.extend(vector::groups(strokes, stroke_ink));
+                groups.extend(lines.marks_above);
                 if !is_on_earth {
                     vector::border::bordered(&mut groups, &self.style.paper, self.args.size());
                 }

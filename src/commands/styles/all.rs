@@ -8,6 +8,7 @@ use toml_edit::{DocumentMut, Item};
 
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
 use crate::file::message::shown;
+use crate::style::layers::layer_names;
 use crate::style::parameters::{Definition, Parameter, Setting, Tree, ValueKind, find, parameters_of};
 use crate::style::{Style, preset_text};
 
@@ -38,6 +39,9 @@ pub(super) struct Row {
     help: &'static str,
     #[serde(skip)]
     is_section: bool,
+    /// Whether the row is the head of a layer.
+    #[serde(skip)]
+    is_layer: bool,
 }
 
 fn as_json<S: Serializer>(item: &Option<Item>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -48,10 +52,10 @@ fn as_json<S: Serializer>(item: &Option<Item>, serializer: S) -> Result<S::Ok, S
 pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
     let whole = style.item().context("a style is a table")?;
     let document: DocumentMut = text.parse().context("the text of a style is TOML")?;
-    let entries = in_order(document.as_item());
     let row = |Parameter { key, definition }: Parameter| {
         let Definition { help, unit, range, is_required, .. } = definition;
         let is_section = definition.section().is_some();
+        let is_layer = layer_names().any(|name| name == definition.key) && !key.contains('.');
         let choices = match &definition.kind {
             ValueKind::Choice(all) => Some(all.iter().map(|choice| choice.name.clone()).collect()),
             _ => None,
@@ -59,7 +63,7 @@ pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
         let [least, most] = range.ends();
         Row {
             value: find(&whole, &key).cloned(),
-            is_set: find(document.as_item(), &as_written(&key, &entries)).is_some(),
+            is_set: find(document.as_item(), &as_written(&key, document.as_item())).is_some(),
             kind: definition.kind.name(),
             range: definition.allowed(),
             default: definition.default.filter(|_| !is_section),
@@ -71,30 +75,30 @@ pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
             is_required,
             help,
             is_section,
+            is_layer,
         }
     };
     Ok(parameters_of(&Style::kind(), Some(&whole)).into_iter().map(row).collect())
 }
 
-/// Returns the index in the text of each hatching layer of the style, which sorts its layers.
-fn in_order(document: &Item) -> Vec<usize> {
-    let count = find(document, "hatching.layers").map_or(0, |layers| {
-        layers.as_array_of_tables().map_or_else(|| layers.as_array().map_or(0, |list| list.len()), |list| list.len())
-    });
-    let from = |number: &usize| {
-        let from = find(document, &format!("hatching.layers[{number}].from"));
+/// Converts a key of the style to the key of the same value in its text: the style sorts sets of hatching marks and
+/// families of cut lines by `from`.
+fn as_written(key: &str, document: &Item) -> String {
+    let Some((list, number, rest)) = ["sets[", "families["].iter().find_map(|name| {
+        let (before, after) = key.split_once(name)?;
+        let (number, rest) = after.split_once(']')?;
+        Some((format!("{before}{}", name.trim_end_matches('[')), number.parse::<usize>().ok()?, rest))
+    }) else {
+        return key.to_owned();
+    };
+    let from = |number: usize| {
+        let from = find(document, &format!("{list}[{number}].from"));
         from.and_then(|from| from.as_float().or_else(|| from.as_integer().map(|whole| whole as f64))).unwrap_or(0.0)
     };
-    let mut entries: Vec<usize> = (0..count).collect();
-    entries.sort_by(|a, b| from(a).total_cmp(&from(b)));
-    entries
-}
-
-/// Converts a key of the style to the key of the same value in its text.
-fn as_written(key: &str, entries: &[usize]) -> String {
-    let layer = key.strip_prefix("hatching.layers[").and_then(|rest| rest.split_once(']'));
-    let written = layer.and_then(|(number, rest)| Some((entries.get(number.parse::<usize>().ok()?)?, rest)));
-    written.map_or_else(|| key.to_owned(), |(number, rest)| format!("hatching.layers[{number}]{rest}"))
+    let mut entries: Vec<usize> =
+        (0..).take_while(|number| find(document, &format!("{list}[{number}]")).is_some()).collect();
+    entries.sort_by(|a, b| from(*a).total_cmp(&from(*b)));
+    entries.get(number).map_or_else(|| key.to_owned(), |written| format!("{list}[{written}]{rest}"))
 }
 
 /// Loads a preset or a style file, with its text.
@@ -123,7 +127,8 @@ pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     for row in rows {
         if row.is_section {
             let state = if row.value.is_none() { ", not in this style" } else { "" };
-            lines.extend([String::new(), format!("[{}]{state}: {}", row.key, row.help)]);
+            let name = if row.is_layer { format!("layer {}", row.key) } else { format!("[{}]", row.key) };
+            lines.extend([String::new(), format!("{name}{state}: {}", row.help)]);
             continue;
         }
         let mark = if row.is_set { "*" } else { " " };

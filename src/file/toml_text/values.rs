@@ -178,6 +178,12 @@ impl<'de> Deserializer<'de> for Value<'_> {
         names: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Mistake> {
+        // A variant with contents is a table with one key.
+        if let DeValue::Table(table) = self.0.get_ref()
+            && let (1, Some((key, value))) = (table.len(), table.iter().next())
+        {
+            return visitor.visit_enum(Variant { key, value });
+        }
         let text = self.0.get_ref().as_str().ok_or_else(|| self.not(&format!("one of {}", names.join(", "))))?;
         visitor.visit_enum(Name(text))
     }
@@ -218,6 +224,46 @@ impl<'de> VariantAccess<'de> for Bare {
 
     fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], _: V) -> Result<V::Value, Mistake> {
         Err(Mistake::wanted("a table", "it is text"))
+    }
+}
+
+/// The name of an enum variant with its contents.
+struct Variant<'a> {
+    key: &'a Key<'a>,
+    value: &'a Spanned<DeValue<'a>>,
+}
+
+impl<'de> EnumAccess<'de> for Variant<'_> {
+    type Error = Mistake;
+    type Variant = Self;
+
+    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Self), Mistake> {
+        let text: StrDeserializer<'_, Mistake> = self.key.get_ref().as_ref().into_deserializer();
+        let name = seed.deserialize(text);
+        let name =
+            name.map_err(|mistake| Mistake { at: Some(self.key.span()), path: vec!["kind".to_owned()], ..mistake });
+        Ok((name?, self))
+    }
+}
+
+impl<'de> VariantAccess<'de> for Variant<'_> {
+    type Error = Mistake;
+
+    fn unit_variant(self) -> Result<(), Mistake> {
+        Err(Mistake::wanted("text", "it is a table"))
+    }
+
+    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Mistake> {
+        let Self { key, value } = self;
+        seed.deserialize(Value(value)).map_err(|mistake| mistake.within(key.get_ref(), value.get_ref(), value.span()))
+    }
+
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, _: V) -> Result<V::Value, Mistake> {
+        Err(Mistake::wanted("a list", "it is a table"))
+    }
+
+    fn struct_variant<V: Visitor<'de>>(self, _: &'static [&'static str], visitor: V) -> Result<V::Value, Mistake> {
+        visitor.visit_map(Entries::of(Value(self.value).table()?))
     }
 }
 

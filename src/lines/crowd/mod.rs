@@ -28,9 +28,6 @@ const BARS: TargetKind = TargetKind::storage("crowd bars", wgpu::TextureFormat::
 
 /// Cells along a side of the window.
 const CELLS: f32 = 4.0;
-/// How far away ink may influence a line's rank and bar, in sides of the window: half a window, a cell, and the
-/// distance between two cells.
-const REACH: f32 = 1.25;
 
 /// The fraction of the paper that lines may cover, and the window in which it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,11 +42,6 @@ impl Cap {
     /// Returns the cap of a style's `crowd` and `crowd_px`; a `crowd` of 1 is no cap.
     pub fn of(most: f32, window_px: f32) -> Option<Self> {
         (most < 1.0).then_some(Self { most, window_px })
-    }
-
-    /// Returns how far away ink influences a line, in pixels: the margin of a part of a large picture.
-    pub fn reach_px(&self) -> u32 {
-        (self.window_px * REACH).ceil() as u32
     }
 }
 

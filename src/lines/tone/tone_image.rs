@@ -83,7 +83,7 @@ mod tests {
         let text = "name = \"t\"\ndescription = \"\"\n[tone]\nkind = \"plain\"\n[tone_lines]\n";
         let of = |keys: &str| {
             let style = Style::parse("t", &format!("{text}{keys}")).unwrap();
-            to_light(style.tone_lines.as_ref().unwrap(), DVec3::Z, &pose)
+            to_light(style.tone_lines().unwrap(), DVec3::Z, &pose)
         };
         assert_eq!(of(""), DVec3::Z);
         assert_eq!(of("light = \"head\"\n"), DVec3::ZERO);

@@ -42,13 +42,13 @@ pub fn read_drawn(
         (Some(_), Some([history, _])) => Some(channel::<4>(gpu, history, size_px, 3)?),
         (line, _) => line.map(|line| readback::read_as(gpu, line, [0, 0], size_px)).transpose()?,
     };
-    let ink = match (renderer.eye_target(eye, &INK).filter(|_| style.strokes.is_some()), mean) {
+    let ink = match (renderer.eye_target(eye, &INK).filter(|_| style.strokes().is_some()), mean) {
         (Some(_), Some([_, seen])) => Some(channel::<4>(gpu, seen, size_px, 2)?),
         (drawn, _) => drawn.map(|drawn| channel::<1>(gpu, drawn, size_px, 0)).transpose()?,
     };
-    let marks = renderer.eye_target(eye, &MARKS).filter(|_| style.hatching.is_some());
+    let marks = renderer.eye_target(eye, &MARKS).filter(|_| style.hatching().is_some());
     let marks: Option<Vec<f32>> = marks.map(|marks| readback::read_as(gpu, marks, [0, 0], size_px)).transpose()?;
-    let rows = renderer.eye_target(eye, &ROW_INK).filter(|_| style.rows.is_some());
+    let rows = renderer.eye_target(eye, &ROW_INK).filter(|_| style.rows().is_some());
     let rows = rows.map(|rows| channel::<1>(gpu, rows, size_px, 0)).transpose()?;
     let luma = halves::<4>(gpu, picture, size_px)?
         .into_iter()

@@ -18,7 +18,7 @@ use crate::style::Style;
 /// # Errors
 /// [`GpuError::Readback`].
 pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<u64>, GpuError> {
-    let (Some(_), Some(passes)) = (&style.strokes, renderer.strokes()) else { return Ok(None) };
+    let (Some(_), Some(passes)) = (style.strokes(), renderer.strokes()) else { return Ok(None) };
     let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts.raw, 1)?;
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
 }
@@ -28,7 +28,7 @@ pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Op
 /// # Errors
 /// [`GpuError::Readback`].
 pub fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<LeftOut>, GpuError> {
-    let (Some(_), Some(passes)) = (&style.strokes, renderer.strokes()) else { return Ok(None) };
+    let (Some(_), Some(passes)) = (style.strokes(), renderer.strokes()) else { return Ok(None) };
     passes.left_out(gpu).map(Some)
 }
 
@@ -45,7 +45,7 @@ pub fn read_stroke_pictures(
     numbers: &TargetKind,
 ) -> Result<Option<StrokePictures>, GpuError> {
     let drawn = renderer.eye_strokes(eye).zip(renderer.eye_target(eye, numbers));
-    let Some((passes, ids)) = drawn.filter(|_| style.strokes.is_some()) else {
+    let Some((passes, ids)) = drawn.filter(|_| style.strokes().is_some()) else {
         return Ok(None);
     };
     let size_px = ids.size_px();

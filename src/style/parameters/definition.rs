@@ -3,6 +3,7 @@
 use toml_edit::{ArrayOfTables, Item};
 
 use super::{Range, Setting, find};
+use crate::style::layers::keys_of_layers;
 
 /// The definition of a parameter, or of a section of parameters.
 #[derive(Clone, Debug)]
@@ -43,6 +44,8 @@ pub enum ValueKind {
     List(Box<ValueKind>),
     /// A section with parameters of its own.
     Section(Vec<Definition>),
+    /// An ordered list of layers, each of one of these kinds.
+    Layers(Vec<Definition>),
 }
 
 /// One of the names that a parameter accepts.
@@ -96,7 +99,7 @@ impl Definition {
     /// Returns the definitions inside a section or a list of sections; `None` for a value.
     pub fn section(&self) -> Option<&[Self]> {
         match &self.kind {
-            ValueKind::Section(definitions) => Some(definitions),
+            ValueKind::Section(definitions) | ValueKind::Layers(definitions) => Some(definitions),
             ValueKind::List(kind) => match &**kind {
                 ValueKind::Section(definitions) => Some(definitions),
                 _ => None,
@@ -119,6 +122,7 @@ impl ValueKind {
             Self::Choice(_) => "name",
             Self::List(_) => "list",
             Self::Section(_) => "section",
+            Self::Layers(_) => "layers",
         }
     }
 
@@ -126,7 +130,7 @@ impl ValueKind {
         match self {
             Self::Color => "colours",
             Self::Text => "texts",
-            Self::Section(_) => "sections",
+            Self::Section(_) | Self::Layers(_) => "sections",
             _ => "values",
         }
     }
@@ -168,6 +172,10 @@ fn collect(definitions: &[Definition], section: &str, item: Option<&Item>, all: 
     }
     for definition in definitions {
         let Some(within) = definition.section() else { continue };
+        if let ValueKind::Layers(kinds) = &definition.kind {
+            collect_layers(kinds, item, all);
+            continue;
+        }
         let key = key_of(definition);
         let places = match &definition.kind {
             ValueKind::List(_) => {
@@ -183,5 +191,21 @@ fn collect(definitions: &[Definition], section: &str, item: Option<&Item>, all: 
             all.push(Parameter { key: place.clone(), definition: definition.clone() });
             collect(within, &place, item, all);
         }
+    }
+}
+
+/// Adds the parameters of layers: those that the document has, from the bottom to the top, and then the kinds that it
+/// lacks.
+fn collect_layers(kinds: &[Definition], item: Option<&Item>, all: &mut Vec<Parameter>) {
+    let held = item.map(keys_of_layers).unwrap_or_default();
+    let of_key = |key: &String| {
+        let name = key.split('[').next().unwrap_or_default();
+        Some((key.clone(), kinds.iter().find(|kind| kind.key == name)?))
+    };
+    let lacking = kinds.iter().filter(|kind| !held.iter().any(|key| key == kind.key));
+    let lacking = lacking.map(|kind| (kind.key.to_owned(), kind));
+    for (key, kind) in held.iter().filter_map(of_key).chain(lacking) {
+        all.push(Parameter { key: key.clone(), definition: kind.clone() });
+        collect(kind.section().unwrap_or_default(), &key, item, all);
     }
 }

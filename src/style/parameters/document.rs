@@ -29,14 +29,16 @@ pub fn document() -> String {
     let parts = [
         Part {
             title: "Styles",
-            about: "The keys of the first table are written before the first section. A section that is left out draws \
-                    nothing, or has its default values if all of its keys have one.",
+            about: "The keys of the first table are written before the first section. A section that is left out has its \
+                    default values, or does nothing. `[[layers]]` are the inks, from the bottom to the top; each has a \
+                    `kind`. Files with a section for each kind (`[strokes]`) are still read; `hachure styles migrate` \
+                    rewrites them.",
             names: Vec::new(),
             kind: Style::kind(),
         },
         Part {
             title: "Recipes of marks",
-            about: "`hatching.layers.marks` of a style names a recipe. Values without a unit are fractions. *Mid tone* \
+            about: "`marks` of a set of hatching names a recipe. Values without a unit are fractions. *Mid tone* \
                     is the darkness at which marks are `width_px` wide and `spacing_px` apart; the width is at most \
                     90 % of the spacing.",
             names: marks::names(),
@@ -44,7 +46,7 @@ pub fn document() -> String {
         },
         Part {
             title: "Recipes of stroke textures",
-            about: "`strokes.texture` of a style names a recipe. Values without a unit are fractions. A texel is a \
+            about: "`texture` of a layer of strokes names a recipe. Values without a unit are fractions. A texel is a \
                     pixel.",
             names: texture::names(),
             kind: texture::Recipe::kind(),
@@ -52,6 +54,7 @@ pub fn document() -> String {
     ];
     let mut text = HEAD.to_owned();
     for Part { title, about, names, kind } in parts {
+        let layers = kinds_of_layers(&kind);
         // Writing into a string cannot fail.
         let _ = write!(text, "\n## {title}\n\n{about}");
         text += &match names.is_empty() {
@@ -67,6 +70,14 @@ pub fn document() -> String {
             table(&mut text, &rows);
             rows.clear();
             let is_list = key.ends_with("[]");
+            if layers.contains(&key.as_str()) {
+                let _ = write!(text, "\n### `[[layers]]` with `kind = \"{key}\"`\n\n{}\n", definition.help);
+                continue;
+            }
+            let key = match layers.iter().find_map(|kind| key.strip_prefix(*kind)?.strip_prefix('.')) {
+                Some(within) => format!("layers.{within}"),
+                None => key,
+            };
             let shown = if is_list { format!("[[{}]]", key.replace("[]", "")) } else { format!("[{key}]") };
             let count =
                 if is_list { format!(" There may be {} of this name.", definition.allowed()) } else { String::new() };
@@ -75,6 +86,16 @@ pub fn document() -> String {
         table(&mut text, &rows);
     }
     text
+}
+
+/// Returns the kinds of layers of a style.
+fn kinds_of_layers(kind: &ValueKind) -> Vec<&'static str> {
+    let ValueKind::Section(definitions) = kind else { return Vec::new() };
+    let of_layers = |definition: &Definition| match &definition.kind {
+        ValueKind::Layers(kinds) => kinds.iter().map(|kind| kind.key).collect(),
+        _ => Vec::new(),
+    };
+    definitions.iter().flat_map(of_layers).collect()
 }
 
 /// Appends the table of a section's parameters, and the meaning of each name that a parameter accepts.

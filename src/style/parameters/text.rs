@@ -7,6 +7,7 @@ use toml_edit::{DocumentMut, Item, Table, Value};
 use super::{Definition, Setting, parameters_of};
 use crate::file::message::{did_you_mean, shown};
 use crate::file::toml_text::{self, TomlError, Wrong};
+use crate::style::layers::{add_missing_layer, written_key};
 
 /// Returns a style or recipe as TOML text with every parameter that has a value, defaults included.
 pub fn text(of: &impl Setting) -> String {
@@ -22,9 +23,11 @@ fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
     })
 }
 
-/// Returns the item at a key, for example `hatching.layers[0].from`.
+/// Returns the item at a key, for example `hatching.sets[0].from`. `item` is the whole document; it may have either form
+/// of a style file.
 pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
-    steps(key).try_fold(item, |item, (name, number)| {
+    let key = written_key(item, key);
+    steps(&key).try_fold(item, |item, (name, number)| {
         let named = item.as_table_like()?.get(name)?;
         number.map_or(Some(named), |number| named.get(number))
     })
@@ -43,6 +46,9 @@ pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value
     known::<T>(key).map_err(&wrong)?;
     let mut document: DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
+    add_missing_layer(&mut document, key);
+    let key = written_key(document.as_item(), key);
+    let key = key.as_str();
     let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
     let mut item = document.as_item_mut();
     for (step, number) in steps(sections).filter(|(step, _)| !step.is_empty()) {
@@ -139,19 +145,24 @@ mod tests {
         assert_eq!(set("strokes.width_px", 2.5.into()).unwrap(), text.replace("2.0  # was", "2.5  # was"));
         assert_eq!(set("name", "z".into()).unwrap(), text.replacen("\"x\"", "\"z\"", 1));
         let second = text.replace("marks = \"dash\"\n", "marks = \"dash\"\nfrom = 0.5\n");
-        assert_eq!(set("hatching.layers[1].from", 0.5.into()).unwrap(), second);
+        assert_eq!(set("hatching.sets[1].from", 0.5.into()).unwrap(), second);
         // A missing key is added.
         let added = text.replace("# was 3\n", "# was 3\ntaper_px = 9.0\n");
         assert_eq!(set("strokes.taper_px", 9.0.into()).unwrap(), added);
         assert_eq!(set("paper.grain", 0.5.into()).unwrap(), format!("{text}\n[paper]\ngrain = 0.5\n"));
-        // The text has `[[hatching.layers]]` but no `[hatching]`.
+        // The text has `[[hatching.layers]]` but no `[hatching]`. A text with layers gets a new one.
+        let new = crate::style::layers::migrated(text).unwrap();
+        let lined = set::<Style>("x.toml", &new, "height_lines.line_px", 1.5.into()).unwrap();
+        assert_eq!(Style::parse("x.toml", &lined).unwrap().height_lines().unwrap().line_px, 1.5);
+        let wider = set::<Style>("x.toml", &new, "strokes.width_px", 2.5.into()).unwrap();
+        assert_eq!(Style::parse("x.toml", &wider).unwrap().strokes().unwrap().width_px, 2.5);
         let soft = set("hatching.softness", 0.25.into()).unwrap();
-        let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching.unwrap());
+        let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching().cloned().unwrap());
         assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),
-            ("hatching.layers[2].from", "x.toml:10:1: hatching.layers[2].from: the list has no such entry"),
+            ("hatching.sets[2].from", "x.toml:10:1: hatching.layers[2].from: the list has no such entry"),
             ("", "x.toml: there is no parameter "),
         ] {
             let error = set(key, 1.into()).unwrap_err();

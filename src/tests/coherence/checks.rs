@@ -67,7 +67,7 @@ const MOST_PX: f32 = SPACING_PX + 0.1;
 
 /// Returns how far lines grow in a frame of 1/30 s, in pixels.
 pub fn growth_px(style: &Style) -> f32 {
-    16.0 / (30.0 * style.strokes.as_ref().expect("a style of strokes").fade_s)
+    16.0 / (30.0 * style.strokes().expect("a style of strokes").fade_s)
 }
 
 /// Checks two successive frames without an update between them: new lines grow by no more than `growth_px`, and fading

@@ -34,7 +34,7 @@ fn mountains() -> Option<World> {
 
 fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
     let mut style = common::all_lines("strokes");
-    change(style.strokes.as_mut().unwrap());
+    change(style.strokes_mut().unwrap());
     style
 }
 

@@ -136,8 +136,8 @@ pub fn filled_grid(path: &Path) -> HeightGrid {
 /// Loads a preset without its cap on crowded lines and strokes, so that it draws all of them.
 pub fn all_lines(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
-    style.lines.iter_mut().for_each(|lines| lines.crowd = 1.0);
-    style.strokes.iter_mut().for_each(|strokes| strokes.crowd = 1.0);
+    style.lines_mut().into_iter().for_each(|lines| lines.crowd = 1.0);
+    style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = 1.0);
     style
 }
 

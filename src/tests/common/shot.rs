@@ -15,7 +15,7 @@ use super::draw::north_west;
 pub fn ink(epsilon: &str) -> Style {
     let text = preset_text("ink").unwrap().replace("\"footprint\"", &format!("\"{epsilon}\""));
     let style = Style::parse("ink", &text).unwrap();
-    assert_eq!(format!("{:?}", style.lines.as_ref().unwrap().epsilon).to_lowercase(), epsilon);
+    assert_eq!(format!("{:?}", style.lines().unwrap().epsilon).to_lowercase(), epsilon);
     style
 }
 

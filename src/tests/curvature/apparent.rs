@@ -138,8 +138,8 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
         let land = |x_m: f64, y_m: f64| height_m(DVec2::new(x_m, y_m));
         let Some(mut world) = World::new(grid_of(160, 160, SPACING_M, land), 0.2) else { return };
         let mut style = crate::tests::common::all_lines("strokes");
-        style.water = None;
-        let strokes = style.strokes.as_mut().unwrap();
+        style.set_water(None);
+        let strokes = style.strokes_mut().unwrap();
         (strokes.ridge_px, strokes.ridge_bend, strokes.ridge_apparent) = (Some(1.0), LEAST_BEND as f32, true);
         (strokes.ridge_width, strokes.valley_width) = (1.0, 1.0);
         for camera in ["0,-1500,900,0,-30,50", "-900,-1300,1300,35,-37,50"] {

@@ -152,8 +152,8 @@ fn frame_of(n: DVec3) -> [DVec3; 2] {
 
 fn style(feature_px: f32) -> Style {
     let mut style = common::all_lines("strokes");
-    style.strokes.as_mut().unwrap().suggestive_px = Some(feature_px);
-    style.water = None;
+    style.strokes_mut().unwrap().suggestive_px = Some(feature_px);
+    style.set_water(None);
     style
 }
 

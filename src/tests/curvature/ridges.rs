@@ -43,8 +43,8 @@ fn circle(away_m: f64) -> impl Iterator<Item = DVec3> {
 
 fn style(change: impl Fn(&mut hachure::style::Strokes)) -> Style {
     let mut style = crate::tests::common::all_lines("strokes");
-    style.water = None;
-    let strokes = style.strokes.as_mut().unwrap();
+    style.set_water(None);
+    let strokes = style.strokes_mut().unwrap();
     (strokes.ridge_px, strokes.ridge_bend) = (Some(1.0), 0.02);
     (strokes.ridge_width, strokes.valley_width) = (1.0, 1.0);
     change(strokes);

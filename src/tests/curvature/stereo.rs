@@ -60,7 +60,7 @@ fn look(world: &mut World, style: &Style, rig: &Rig) -> Alone {
 fn pairs_draw_what_is_a_suggestive_contour_for_both_eyes() {
     let mut style = crate::tests::curvature::style(12.0);
     // Long lines, so that partners do not end early because their rise is near the limit.
-    style.strokes.as_mut().unwrap().suggestive_rise = 0.01;
+    style.strokes_mut().unwrap().suggestive_rise = 0.01;
     let mut lone_parts = [0.0; 2];
     for (file, camera) in VIEWS {
         let Some(mut world) = World::filled(file, 1.0) else { return };

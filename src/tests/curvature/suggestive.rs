@@ -135,7 +135,7 @@ fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, ey
     draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &NOON);
     let mut places_m = places_m(&world.gpu, &renderer, pose.position_m);
     places_m.iter_mut().for_each(|place| *place = place.filter(|place_m| is_known(place_m.truncate())));
-    let strokes = style.strokes.as_ref().unwrap();
+    let strokes = style.strokes().unwrap();
     let (rise, facing) = (f64::from(strokes.suggestive_rise), f64::from(strokes.suggestive_deg).to_radians().cos());
     let eye_m = pose.position_m + eye_off_m;
     let sure = zeros(shape, &places_m, eye_m, rise * BESIDE, facing - 0.03, shape.least_px);
@@ -158,7 +158,7 @@ fn they_lie_where_the_radial_curvature_of_closed_forms_is_zero() {
         let height_m = |x_m: f64, y_m: f64| (land.height_m)(DVec2::new(x_m, y_m));
         let Some(mut world) = World::new(grid_of(samples, samples, spacing_m, height_m), 0.2) else { return };
         let mut style = style(1.0);
-        let strokes = style.strokes.as_mut().unwrap();
+        let strokes = style.strokes_mut().unwrap();
         // Samples are close together here, so a feature rises little.
         (strokes.suggestive_rise, strokes.suggestive_deg) = (4e-4, 5.0);
         let bends = |map: DVec2| {

@@ -21,7 +21,7 @@ const SECTORS: usize = 8;
 
 fn style(texture: Option<&str>) -> Style {
     let mut style = all_lines("ink");
-    style.lines.as_mut().unwrap().detector = Detector::Curvature;
+    style.lines_mut().unwrap().detector = Detector::Curvature;
     style.curvature.width_px = WIDTH_PX as f32;
     style.curvature.suggestive = 0.0;
     style.curvature.texture_name = texture.map(str::to_owned);

@@ -21,8 +21,8 @@ fn lakes_do_not_bend() {
     let Some(mut world) = World::new(grid_of(321, 321, 10.0, height_m), 0.0) else { return };
     let pose = world.pose("0,-1400,700,0,-30,50");
     let mut style = all_lines("strokes");
-    style.strokes.as_mut().unwrap().suggestive_px = Some(6.0);
-    style.water = Style::load("strokes").unwrap().water;
+    style.strokes_mut().unwrap().suggestive_px = Some(6.0);
+    style.set_water(Style::load("strokes").unwrap().water);
     // The blocks of lakes, and how many of them have curvature.
     let mut lake: Option<Vec<usize>> = None;
     let wide = SIZE_PX[0].div_ceil(4) as usize + 1;

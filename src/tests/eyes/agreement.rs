@@ -125,7 +125,7 @@ fn strokes_of_two_eyes_are_the_same_strokes() {
     for (place, mut world, pose) in places(1) {
         for name in ["strokes", "charcoal"] {
             let mut style = Style::load(name).unwrap();
-            style.strokes.as_mut().unwrap().wobble_px = 0.0;
+            style.strokes_mut().unwrap().wobble_px = 0.0;
             let wide_m = wide_m(&mut world, pose, &style);
             let mut at = |ipd_m: f64| {
                 let eyes = draw(&world.gpu, &mut world.surfaces, &style, &rig(pose, ipd_m, SIZE_PX));
@@ -165,7 +165,7 @@ fn marks_of_two_eyes_are_as_dark() {
             let correlation = of(&agreement(&eyes), "mark_correlation");
             println!("{place}, {name}: correlation of the ink of marks {correlation:.3}");
             // Each eye selects rows by its own picture, so some marks are in one eye only.
-            let is_of_rows = style.rows.is_some();
+            let is_of_rows = style.rows().is_some();
             assert!(
                 correlation >= if is_of_rows { 0.9 } else { 0.93 },
                 "{place}, {name}: correlation {correlation:.3}"

@@ -48,7 +48,7 @@ fn agreement(eyes: &[DrawnFrame]) -> Metrics {
 /// Loads a preset and changes its lines.
 fn with_lines(name: &str, change: impl FnOnce(&mut Lines)) -> Style {
     let mut style = Style::load(name).unwrap();
-    change(style.lines.as_mut().unwrap());
+    change(style.lines_mut().unwrap());
     style
 }
 

@@ -90,7 +90,7 @@ fn a_tone_that_is_off_is_seen() {
 fn marks_that_are_not_balanced_are_not_even() {
     let Some(mut plane) = Plane::new(20.0) else { return };
     let (balanced, mut bare) = (style("blend", 0.5, &fixed("cross", 33.0)), style("blend", 0.5, &fixed("cross", 33.0)));
-    bare.hatching.as_mut().unwrap().balance = false;
+    bare.hatching_mut().unwrap().balance = false;
     let mut off =
         |style: &Style| plane.shoot(plane.eye(7.0, 9000.0, 35.0, 20.0, 30.0), [256, 256], style).worst_window(64, 0.5);
     let (balanced, bare) = (off(&balanced), off(&bare));

@@ -72,7 +72,7 @@ fn mix(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 /// behind a line.
 fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> {
     let view = view();
-    let lines = style.lines.as_ref().unwrap();
+    let lines = style.lines().unwrap();
     let at = |x: i64, y: i64| layers.position[inside(x, y)].map(f64::from);
     let away = |[x, y, z, _]: [f64; 4]| DVec3::new(x, y, z).length();
     let clearness = |distance_m: f64, reach: f64| (-(distance_m / (light.haze_m * reach)).powi(2)).exp();
@@ -84,16 +84,16 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
         .flat_map(|(x, y)| {
             let i = inside(x, y);
             let here = at(x, y);
-            let hatching = style.hatching.as_ref().unwrap();
-            let water = style.water.as_ref().unwrap();
-            let heights = style.height_lines.as_ref().unwrap();
+            let hatching = style.hatching().unwrap();
+            let water = style.water().unwrap();
+            let heights = style.height_lines().unwrap();
             let mut height_ink = f64::from(layers.heights[i]);
             let mut shore_ink = f64::from(layers.water[i]);
             let mut rim_ink = f64::from(layers.rims[i][0]);
-            let tone_style = style.tone_lines.as_ref().unwrap();
+            let tone_style = style.tone_lines().unwrap();
             let [mut dark, mut highlight, ..] = layers.tone_lines[i].map(half::f16::to_f64);
             // Families of cut lines cross each other.
-            let (cuts, rows) = (style.cuts.as_ref().unwrap(), style.rows.as_ref().unwrap());
+            let (cuts, rows) = (style.cuts().unwrap(), style.rows().unwrap());
             let mut cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
             let mut mark_ink = f64::from(layers.marks[i]);
             let mut row_ink = f64::from(layers.rows[i]);
@@ -130,7 +130,7 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                 let side = if here[3] <= 0.0 || away(here) > behind * nearest { clear } else { 1.0 };
                 color = mix(color, linear(lines.ink), drawn * side * faintest(lines.faintest, clear));
             }
-            color = mix(color, linear(style.strokes.as_ref().unwrap().ink), layers.ink[i][0].to_f64());
+            color = mix(color, linear(style.strokes().unwrap().ink), layers.ink[i][0].to_f64());
             color.to_array()
         })
         .collect()
@@ -140,20 +140,20 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
 fn the_composite_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
     let mut style = Style::load("ink").unwrap();
-    style.strokes = Style::load("pen").unwrap().strokes;
+    style.set_strokes(Style::load("pen").unwrap().strokes);
     let Style { hatching, rows, .. } = Style::load("hachures").unwrap();
     (style.hatching, style.rows, style.cuts) = (hatching, rows, Style::load("engraving").unwrap().cuts);
-    style.rows.as_mut().unwrap().ink = Color::from_srgb([0.1, 0.4, 0.1]);
-    style.cuts.as_mut().unwrap().ink = Color::from_srgb([0.1, 0.1, 0.5]);
+    style.rows_mut().unwrap().ink = Color::from_srgb([0.1, 0.4, 0.1]);
+    style.cuts_mut().unwrap().ink = Color::from_srgb([0.1, 0.1, 0.5]);
     style.water = Style::parse(
         "water",
         "name = \"w\"\ndescription = \"\"\n[water]\nink = \"#103050\"\n[tone]\nkind = \"plain\"\n",
     )
     .unwrap()
     .water;
-    style.tone_lines = Style::load("tone-lines").unwrap().tone_lines;
-    style.height_lines = Style::load("pen").unwrap().height_lines;
-    style.height_lines.as_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
+    style.set_tone_lines(Style::load("tone-lines").unwrap().tone_lines);
+    style.set_height_lines(Style::load("pen").unwrap().height_lines);
+    style.height_lines_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
     style.rims.ink = Some(Color::from_srgb([0.6, 0.1, 0.3]));
     style.paper.grain = 0.0;
     let layers = layers();
@@ -173,7 +173,7 @@ fn the_composite_is_its_twin() {
         let picture = bench.out(&PICTURE);
         bench.run(|recorder| {
             let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
-            let (style, light, lines) = (&style, &light, style.lines.as_ref());
+            let (style, light, lines) = (&style, &light, style.lines());
             let (position, tone, line) = (&position, &tone, &line);
             let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
             let (cuts, water, heights, rims, tone_lines) = (&cuts, &water, &heights, &rims, &tone_lines);
@@ -200,21 +200,21 @@ fn the_composite_is_its_twin() {
         assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
         // Planted errors: marks and rims that do not fade.
         let mut black = style.clone();
-        black.hatching.as_mut().unwrap().faintest = 1.0;
+        black.hatching_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         let mut black = style.clone();
         black.rims.faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         // Planted errors: rows in the ink of hatching, and cut lines that do not fade.
         let mut exchanged = style.clone();
-        exchanged.rows.as_mut().unwrap().ink = style.hatching.as_ref().unwrap().ink;
+        exchanged.rows_mut().unwrap().ink = style.hatching().unwrap().ink;
         assert!(off(&found, &twin(&layers, &exchanged, &light, 1.01), 2e-3) > 500);
         let mut black = style.clone();
-        black.cuts.as_mut().unwrap().faintest = 1.0;
+        black.cuts_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
         // Planted error: lines from shading that do not fade.
         let mut black = style.clone();
-        black.tone_lines.as_mut().unwrap().faintest = 1.0;
+        black.tone_lines_mut().unwrap().faintest = 1.0;
         assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
     }
 }

@@ -83,7 +83,7 @@ fn agreement_with(shot: &Shot, expected: impl Fn(usize) -> Option<f64> + Sync) -
 fn equation_8_holds(name: &str, world: Option<World>, views: &[&str]) {
     let Some(mut world) = world else { return };
     let mut style = ink("paper");
-    let lines = style.lines.as_mut().unwrap();
+    let lines = style.lines_mut().unwrap();
     lines.geometric_antialias = true;
     let ramp = lines.ramp.map(f64::from);
     let (mut renderer, mut counted) = (None, 0);

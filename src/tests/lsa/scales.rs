@@ -111,7 +111,7 @@ fn lines(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 
 /// None has a cap of crowded lines, which would remove what detectors find.
 fn detectors() -> Vec<(&'static str, Style)> {
     let of = |mut style: Style, full: bool| {
-        let lines = style.lines.as_mut().unwrap();
+        let lines = style.lines_mut().unwrap();
         (lines.geometric_antialias, lines.halved, lines.density) = (full, !full, if full { 2.0 } else { 1.0 });
         lines.crowd = 1.0;
         style

@@ -42,7 +42,7 @@ impl Bench {
     fn new() -> Option<Self> {
         let (_, mut world) = shapes::hill()?;
         let mut style = Style::load("strokes").unwrap();
-        let strokes = style.strokes.as_mut().unwrap();
+        let strokes = style.strokes_mut().unwrap();
         strokes.crease_deg = Some(CREASE_DEG);
         // Strokes, and so edges, are updated in every frame.
         strokes.update_every = 1;

@@ -24,7 +24,7 @@ const HALF_M: DVec2 = DVec2::splat(1600.0);
 
 fn strokes(world: &mut World, camera: &str) -> (View, Vec<Point>) {
     let mut style = crate::tests::common::all_lines("strokes");
-    style.strokes.as_mut().unwrap().borders = false;
+    style.strokes_mut().unwrap().borders = false;
     strokes_of(world, camera, &style)
 }
 
@@ -121,7 +121,7 @@ fn a_crease_in_a_corner_is_drawn_where_a_style_wants_it() {
     shapes::place(&mut world, &mesh, &shapes::stance(foot_m, 30.0, 1.0));
     let crease = |world: &mut World, crease_deg: Option<f32>| {
         let mut style = crate::tests::common::all_lines("strokes");
-        style.strokes.as_mut().unwrap().crease_deg = crease_deg;
+        style.strokes_mut().unwrap().crease_deg = crease_deg;
         let (view, points) = strokes_of(world, "0,0,3000,20,40,40", &style);
         let ends = [0.0, 20.0].map(|z| view.place_px(foot_m + DVec3::Z * z - pose.position_m).unwrap());
         let truth: Vec<DVec2> = (0..=400).map(|i| ends[0].lerp(ends[1], f64::from(i) / 400.0)).collect();

@@ -30,7 +30,7 @@ fn alone(name: &str) -> Style {
     if let Some(hatching) = &mut style.hatching {
         hatching.balance = false;
     }
-    style.strokes = None;
+    style.set_strokes(None);
     style
 }
 

@@ -14,7 +14,7 @@ fn a_steady_frame_makes_no_gpu_object() {
         let style = Style::load(name).unwrap();
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Rig::mono(view(pose, pose));
-        let updates = style.strokes.as_ref().map_or(1, |strokes| strokes.update_every);
+        let updates = style.strokes().map_or(1, |strokes| strokes.update_every);
         // The loop draws both kinds of frames of a style with strokes, and uses both of its lists of samples.
         for _ in 0..2 * updates + 2 {
             draw_rig(&mut world, &mut renderer, &style, &rig);

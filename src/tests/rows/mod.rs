@@ -301,7 +301,7 @@ const FARTHEST_M: f64 = 16_000.0;
 /// Returns the mean ink of marks in bands of distance, from near to far. Ink beyond `rubbed_m` does not count.
 fn bands(world: &mut World, spacing_px: f64, rubbed_m: f64) -> Vec<f64> {
     let mut style = style(DARKNESS);
-    style.rows.as_mut().unwrap().spacing_px = spacing_px as f32;
+    style.rows_mut().unwrap().spacing_px = spacing_px as f32;
     let view = still(world.pose("0,-9000,+700,0,-8,60"), SIZE_PX);
     let light = Light { to_sun: DVec3::Z, haze_m: 1e9, haze_srgb: None, focus: None };
     let mut renderer = Renderer::new(&world.gpu).unwrap();

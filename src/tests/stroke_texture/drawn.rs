@@ -35,7 +35,7 @@ fn solid_strokes_know_of_no_texture() {
     let mut renderer = None;
     let style = |texture: Option<Recipe>| {
         let mut style = crate::tests::common::all_lines("strokes");
-        let strokes = style.strokes.as_mut().unwrap();
+        let strokes = style.strokes_mut().unwrap();
         (strokes.texture, strokes.faintest, strokes.taper_px) = (texture, 1.0, 0.0);
         // Each picture is drawn without the history of strokes.
         (strokes.carry, strokes.update_every) = (false, 1);

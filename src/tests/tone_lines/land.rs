@@ -49,11 +49,11 @@ fn land_has_lines_and_flat_ground_and_no_light_have_none() {
 fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let mut style = Style::load("tone-lines").unwrap();
-    style.water = None;
+    style.set_water(None);
     style.paper.grain = 0.0;
     // A shot reads the errors of LSA, so the style needs its lines.
-    style.lines = Style::load("ink").unwrap().lines;
-    style.lines.as_mut().unwrap().crowd = 1.0;
+    style.set_lines(Style::load("ink").unwrap().lines);
+    style.lines_mut().unwrap().crowd = 1.0;
     let pose = world.pose("900,-900,+20,315,3,60");
     let mut renderer = None;
     let mut shoot = |style: &Style, rule: PartRule| {
@@ -69,6 +69,6 @@ fn parts_of_a_large_picture_have_the_lines_of_the_whole() {
     println!("{own} of {} pixels differ where parts meet", whole.len());
     assert!(own < 20);
     // Planted: slightly wider lines.
-    style.tone_lines.as_mut().unwrap().width_px += 0.3;
+    style.tone_lines_mut().unwrap().width_px += 0.3;
     assert!(differing(shoot(&style, parts)) > 100);
 }

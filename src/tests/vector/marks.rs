@@ -44,7 +44,7 @@ fn ink_of(world: &mut World, style: &Style) -> Vec<f32> {
 fn groups_of(world: &mut World, style: &Style) -> Vec<Group> {
     let request = PictureRequest::still(world.pose(CAMERA), SIZE_PX, style, north_west());
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
-    assert!(drawn.strokes.iter().flatten().count() > 5);
+    assert!(drawn.strokes().into_iter().flatten().count() > 5);
     drawn.marks
 }
 
@@ -81,9 +81,9 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
     for name in STYLES {
         let mut style = Style::load(name).unwrap();
         // Ink that does not fade, so that the ink target equals what is drawn.
-        style.hatching.iter_mut().for_each(|hatching| hatching.faintest = 1.0);
-        style.rows.iter_mut().for_each(|rows| rows.faintest = 1.0);
-        style.cuts.iter_mut().for_each(|cuts| cuts.faintest = 1.0);
+        style.hatching_mut().into_iter().for_each(|hatching| hatching.faintest = 1.0);
+        style.rows_mut().into_iter().for_each(|rows| rows.faintest = 1.0);
+        style.cuts_mut().into_iter().for_each(|cuts| cuts.faintest = 1.0);
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
         assert!(groups.iter().all(|group| group.kind == GroupKind::Marks && !group.lines.is_empty()));

@@ -74,7 +74,7 @@ fn recipes(hatching: &Hatching) -> Vec<Recipe> {
 /// # Errors
 /// [`StyleError`], which names the picture.
 pub fn check(style: &Style) -> Result<(), StyleError> {
-    style.hatching.iter().flat_map(recipes).try_for_each(|recipe| TonalArtMap::cached(&recipe).map(|_| ()))
+    style.hatching().into_iter().flat_map(recipes).try_for_each(|recipe| TonalArtMap::cached(&recipe).map(|_| ()))
 }
 
 impl Maps {

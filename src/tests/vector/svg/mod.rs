@@ -32,7 +32,7 @@ struct Drawn {
 
 fn strokes_of(world: &mut World, camera: &str, change: impl FnOnce(&mut hachure::style::Strokes)) -> Drawn {
     let mut style = crate::tests::common::all_lines("strokes");
-    change(style.strokes.as_mut().unwrap());
+    change(style.strokes_mut().unwrap());
     let view = still(world.pose(camera), SIZE_PX);
     let gpu = &world.gpu;
     let mut renderer = Renderer::new(gpu).unwrap();

@@ -1,7 +1,8 @@
-//! The `[lines]` section of a style: lines that are detected in images of the surface.
+//! Lines that are detected in images of the surface. Their passes are in `src/lines`.
 
-use super::parameters::{Range, choices, parameters};
-use super::{Color, Strokes};
+use super::{Channels, Fading, Ink, InkKind, Reach, Strokes, Trace};
+use crate::style::Color;
+use crate::style::parameters::{Range, choices, parameters};
 
 parameters! {
     /// Lines that are detected in images of the surface.
@@ -68,6 +69,38 @@ impl Lines {
     /// Returns whether the density filter treats each of the eight directions separately.
     pub fn has_eight_directions(&self) -> bool {
         self.detector == Detector::Lsa && !self.halved && self.density > 0.0
+    }
+}
+
+/// How far away ink may influence a line's rank among crowded lines, in sides of the window: half a window, a cell, and
+/// the distance between two cells.
+const CROWD_REACH: f32 = 1.25;
+
+impl InkKind for Lines {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "lines",
+            label: "Detected lines".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::OnNearest { faintest: self.faintest, reach: self.reach },
+            makes_tone: false,
+            is_main: true,
+            trace: Trace::LeftOut("pixel lines"),
+        }]
+    }
+
+    fn reach_px(&self) -> Reach {
+        let reach_px = if self.crowd < 1.0 { (self.crowd_px * CROWD_REACH).ceil() as u32 } else { 0 };
+        Reach { more_px: reach_px, ..Reach::default() }
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some(format!("lines by {}", self.detector.name()))
+    }
+
+    fn unscaled(&self) -> Option<&'static str> {
+        Some("detected lines")
     }
 }
 

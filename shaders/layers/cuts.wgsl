@@ -18,7 +18,7 @@
 #import hachure::surface_id::{kind_of, LAND}
 #import hachure::line_ink::line_ink
 
-struct CutLayer {
+struct CutFamily {
     // Unit normal of the planes: east, north, up.
     normal: vec3<f32>,
     // Height of the rig's origin above a plane that all powers of two share.
@@ -33,16 +33,16 @@ struct CutRules {
     form_px: f32,
     darkest: f32,
     count: u32,
-    layers: array<CutLayer, 3>,
+    families: array<CutFamily, 3>,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> cut_rules: CutRules;
+@group(0) @binding(1) var<uniform> rules: CutRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_2d<f32>;
 // Ink of each family in its own channel, 0 to 1.
-@group(0) @binding(5) var cut_ink: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(5) var ink: texture_storage_2d<rgba16float, write>;
 
 // Levels by which the form that determines density is coarser.
 const COARSER: f32 = 1.5;
@@ -70,8 +70,8 @@ fn lines(height_m: f32, interval_m: f32, shift: f32, rise_m: f32, width_px: f32)
 
 // Returns the ink of a family at a height above its planes that changes by `rise_m` per pixel, and by `calm_m` on the
 // coarser form.
-fn family_ink(layer: CutLayer, height_m: f32, rise_m: f32, calm_m: f32, dark: f32) -> f32 {
-    let wanted = log2(layer.spacing_px * max(calm_m, 1e-12));
+fn family_ink(family: CutFamily, height_m: f32, rise_m: f32, calm_m: f32, dark: f32) -> f32 {
+    let wanted = log2(family.spacing_px * max(calm_m, 1e-12));
     // Whole lines are one to two spacings apart.
     let power = ceil(wanted);
     let gap = exp2(power - wanted);
@@ -90,14 +90,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
-    let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, cut_rules.darkest);
+    let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, rules.darkest);
     if at.w <= 0.0 || dark <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
-        textureStore(cut_ink, pixel, vec4<f32>(0.0, 0.0, 0.0, 1.0));
+        textureStore(ink, pixel, vec4<f32>(0.0, 0.0, 0.0, 1.0));
         return;
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let level = level_seen(view, at.xyz, flat_place, point, cut_rules.form_px);
+    let level = level_seen(view, at.xyz, flat_place, point, rules.form_px);
     let form = form_of_level(point.g, level);
     let calm = form_of_level(point.g, level + COARSER).gradient;
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
@@ -106,21 +106,21 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 
     // The darkness left by crossing families, as light that passes through all of them.
     var light = 1.0 - dark;
-    for (var i = 1u; i < cut_rules.count; i++) {
-        light /= 1.0 - CROSSING * max(dark - cut_rules.layers[i].darkness_from, 0.0);
+    for (var i = 1u; i < rules.count; i++) {
+        light /= 1.0 - CROSSING * max(dark - rules.families[i].darkness_from, 0.0);
     }
     var inks = vec3<f32>(0.0);
-    for (var i = 0u; i < cut_rules.count; i++) {
-        let layer = cut_rules.layers[i];
-        let own_dark = select(CROSSING * max(dark - layer.darkness_from, 0.0), clamp(1.0 - light, 0.0, 1.0), i == 0u);
-        let height_m = dot(layer.normal, vec3<f32>(flat_place.flat_m.xy, form.height_m)) + layer.phase_m;
-        let by_m = slope_above(layer.normal, slope);
+    for (var i = 0u; i < rules.count; i++) {
+        let family = rules.families[i];
+        let own_dark = select(CROSSING * max(dark - family.darkness_from, 0.0), clamp(1.0 - light, 0.0, 1.0), i == 0u);
+        let height_m = dot(family.normal, vec3<f32>(flat_place.flat_m.xy, form.height_m)) + family.phase_m;
+        let by_m = slope_above(family.normal, slope);
         let rise_m = max(length(vec2<f32>(dot(by_m, steps[0].xy), dot(by_m, steps[1].xy))), 1e-9);
-        let calm_by_m = slope_above(layer.normal, calm_slope);
+        let calm_by_m = slope_above(family.normal, calm_slope);
         let calm_m = length(vec2<f32>(dot(calm_by_m, steps[0].xy), dot(calm_by_m, steps[1].xy)));
-        let calm_sine = length(cross(layer.normal, normalize(vec3<f32>(-calm_slope, 1.0))));
-        let sine = min(length(cross(layer.normal, normalize(vec3<f32>(-slope, 1.0)))), calm_sine);
-        inks[i] = family_ink(layer, height_m, rise_m, calm_m, own_dark * smoothstep(layer.level, 2.0 * layer.level, sine));
+        let calm_sine = length(cross(family.normal, normalize(vec3<f32>(-calm_slope, 1.0))));
+        let sine = min(length(cross(family.normal, normalize(vec3<f32>(-slope, 1.0)))), calm_sine);
+        inks[i] = family_ink(family, height_m, rise_m, calm_m, own_dark * smoothstep(family.level, 2.0 * family.level, sine));
     }
-    textureStore(cut_ink, pixel, vec4<f32>(inks, 1.0));
+    textureStore(ink, pixel, vec4<f32>(inks, 1.0));
 }

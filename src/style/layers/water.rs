@@ -1,7 +1,9 @@
-//! The `[water]` section of a style: lakes and the sea.
+//! Lakes and the sea. Their passes are `src/surface/water.rs` and `src/tones/water.rs`.
 
-use super::Color;
-use super::parameters::{Range, parameters};
+use super::{Channels, Fading, Ink, InkKind, Reach, Trace};
+use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
+use crate::style::Color;
+use crate::style::parameters::{Range, parameters};
 
 parameters! {
     /// Lakes and the sea: a tint, a line along the shore, and water lines or ruled lines.
@@ -35,6 +37,34 @@ parameters! {
 const FARTHEST_PX: f32 = 96.0;
 /// Number of gaps from the shore over which ruled lines become lighter.
 const RULES_FADE: f32 = 6.0;
+
+impl InkKind for Water {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "water",
+            label: "Shores and water lines".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: false },
+            makes_tone: false,
+            is_main: false,
+            trace: Trace::Picture,
+        }]
+    }
+
+    fn reach_px(&self) -> Reach {
+        let more_px = if self.mirror > 0.0 { MIRROR_REACH_PX as u32 } else { 0 };
+        Reach { more_px, ..Reach::default() }
+    }
+
+    fn missing_in_vectors(&self) -> Option<&'static str> {
+        (self.tint != Color::WHITE).then_some("water tint")
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("water".to_owned())
+    }
+}
 
 impl Water {
     /// Returns how far from the shore the lines reach, in pixels; the water map must reach at least as far.

@@ -1,7 +1,20 @@
-//! The `[height_lines]` section of a style: contour lines of height.
+//! Contour lines of height (isohypses). See `shaders/layers/height_lines.wgsl`.
+//!
+//! Why: `docs/decisions/maps.md`.
 
-use super::Color;
-use super::parameters::{Range, parameters};
+use glam::DVec3;
+
+use super::{Channels, Fading, Ink, InkKind, InkPass, Trace};
+use crate::gpu::target::TargetKind;
+use crate::gpu::wgsl::layers::height_lines::HeightLineRules;
+use crate::style::Color;
+use crate::style::parameters::{Range, parameters};
+
+/// Ink of contour lines of height, 0 to 1.
+pub const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
+
+/// Every fifth contour line is an index contour, which is heavier.
+const INDEX: f64 = 5.0;
 
 parameters! {
     /// Contour lines of height (isohypses); every fifth line is an index contour.
@@ -31,6 +44,47 @@ fn least_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }
 
+impl InkKind for HeightLines {
+    fn inks(&self) -> Vec<Ink> {
+        // Without an interval, lines are only for maps.
+        let ink = Ink {
+            id: "heights",
+            label: "Contour lines of height".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: false },
+            makes_tone: false,
+            is_main: true,
+            trace: Trace::Picture,
+        };
+        vec![ink]
+    }
+
+    fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
+        let index_m = INDEX * f64::from(self.interval_m);
+        let rules = HeightLineRules {
+            interval_m: self.interval_m,
+            phase_m: origin_m.z.rem_euclid(index_m) as f32,
+            line_px: self.line_px,
+            index_px: self.index_px,
+            form_px: self.form_px,
+            index: INDEX as f32,
+            steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
+        };
+        let rules = bytemuck::bytes_of(&rules).to_vec();
+        // Without an interval there are no lines.
+        (self.interval_m > 0.0).then_some(InkPass { shader: "layers/height_lines", rules, ink: &HEIGHT_INK })
+    }
+
+    fn prepare_for_map(&mut self, pixel_m: f64) {
+        *self = self.clone().for_map(pixel_m);
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("contour lines of height".to_owned())
+    }
+}
+
 impl HeightLines {
     /// Returns the lines for a map with pixels of `pixel_m` metres. An interval of 0 becomes 1, 2 or 5 times a power of
     /// ten.
@@ -57,7 +111,7 @@ mod tests {
     fn intervals_of_maps_are_round() {
         let style = Style::load("pen").unwrap();
         let interval_m = |pixel_m: f64| {
-            let lines = HeightLines { interval_m: 0.0, ..style.height_lines.clone().unwrap() };
+            let lines = HeightLines { interval_m: 0.0, ..style.height_lines().cloned().unwrap() };
             f64::from(lines.for_map(pixel_m).interval_m)
         };
         for (pixel_m, wanted_m) in [(0.5, 2.0), (3.0, 10.0), (5.0, 20.0), (27.0, 100.0), (90.0, 200.0), (200.0, 200.0)]

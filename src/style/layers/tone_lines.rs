@@ -1,9 +1,10 @@
-//! The `[tone_lines]` section of a style: lines from shading (abstracted shading).
+//! Lines from shading (abstracted shading). Their passes are in `src/lines/tone`.
 
-use super::Color;
-use super::parameters::{Range, choices, parameters};
+use super::{Channels, Fading, Ink, InkKind, Reach, Trace};
 use crate::gpu::wgsl::lines::tone::blur::REACH;
 use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
+use crate::style::Color;
+use crate::style::parameters::{Range, choices, parameters};
 
 parameters! {
     /// Lines from shading (Lee, Markosian, Lee and Hughes 2007): dark lines along dark valleys of the shaded image,
@@ -73,6 +74,33 @@ choices! {
         Head,
         /// A light beside the eye, at `side_deg` and `rise_deg`.
         Side,
+    }
+}
+
+impl InkKind for ToneLines {
+    fn inks(&self) -> Vec<Ink> {
+        let ink = |id, label: &str, color, channel, is_main| Ink {
+            id,
+            label: label.to_owned(),
+            color: Some(color),
+            channels: Channels::One(channel),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: self.reach, follows_tone: false },
+            makes_tone: false,
+            is_main,
+            trace: Trace::Picture,
+        };
+        vec![
+            ink("tone-highlights", "Highlight lines from shading", self.highlight_ink, 1, false),
+            ink("tone-lines", "Dark lines from shading", self.ink, 0, true),
+        ]
+    }
+
+    fn reach_px(&self) -> Reach {
+        Reach { margin_px: ToneLines::reach_px(self), ..Reach::default() }
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("lines from shading".to_owned())
     }
 }
 

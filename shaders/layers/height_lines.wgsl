@@ -28,14 +28,14 @@ struct HeightLineRules {
 }
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<uniform> height_line_rules: HeightLineRules;
+@group(0) @binding(1) var<uniform> rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var position: texture_2d<f32>;
 // Positive on water, which is level, so that a line of its height would wander along its shores. A single texel without
 // water.
 @group(0) @binding(4) var water: texture_2d<f32>;
 // Ink, 0 to 1.
-@group(0) @binding(5) var height_ink: texture_storage_2d<r32float, write>;
+@group(0) @binding(5) var ink: texture_storage_2d<r32float, write>;
 
 // Gap below which lines are gone; from twice that on they are whole.
 const LEAST_GAP_PX: f32 = 2.0;
@@ -60,22 +60,22 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at = textureLoad(position, pixel, 0);
     let on_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
     if at.w <= 0.0 || on_water || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
-        textureStore(height_ink, pixel, vec4<f32>(0.0));
+        textureStore(ink, pixel, vec4<f32>(0.0));
         return;
     }
     let flat_place = unbend(at.xyz);
     let point = grid_from_world(flat_place.flat_m.xy);
-    let level = level_seen(view, at.xyz, flat_place, point, height_line_rules.form_px);
+    let level = level_seen(view, at.xyz, flat_place, point, rules.form_px);
     let form = form_of_level(point.g, level);
     let slope = vec2<f32>(dot(form.gradient, point.dg_dx), dot(form.gradient, point.dg_dy));
     let steps = steps_on_plane(view, pixel, at.w, bend_normal(flat_place, slope));
     let rise_m = length(vec2<f32>(dot(slope, steps[0].xy), dot(slope, steps[1].xy)));
-    let height_m = form.height_m + height_line_rules.phase_m;
-    let interval_m = height_line_rules.interval_m;
-    let index_m = interval_m * height_line_rules.index;
+    let height_m = form.height_m + rules.phase_m;
+    let interval_m = rules.interval_m;
+    let index_m = interval_m * rules.index;
     let ink = max(
-        lines(height_m, rise_m, interval_m, height_line_rules.line_px),
-        lines(height_m, rise_m, index_m, height_line_rules.index_px));
-    let is_gentle = 1.0 - smoothstep(0.8 * height_line_rules.steepest, height_line_rules.steepest, length(slope));
-    textureStore(height_ink, pixel, vec4<f32>(ink * is_gentle));
+        lines(height_m, rise_m, interval_m, rules.line_px),
+        lines(height_m, rise_m, index_m, rules.index_px));
+    let is_gentle = 1.0 - smoothstep(0.8 * rules.steepest, rules.steepest, length(slope));
+    textureStore(ink, pixel, vec4<f32>(ink * is_gentle));
 }

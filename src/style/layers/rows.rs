@@ -1,7 +1,8 @@
-//! The `[rows]` section of a style: rows of hachures.
+//! Rows of hachures. Their passes are in `src/surface/rows`.
 
-use super::Color;
-use super::parameters::{Range, parameters};
+use super::{Channels, Fading, Ink, InkKind, Trace};
+use crate::style::Color;
+use crate::style::parameters::{Range, parameters};
 
 parameters! {
     /// Rows of hachures: each row fills the land between two heights, and each mark runs down the slope.
@@ -21,5 +22,24 @@ parameters! {
         /// Fraction of the ink that remains in full haze; how much thinner the marks become is set by
         /// `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+    }
+}
+
+impl InkKind for Rows {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "hachures",
+            label: "Hachures".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
+            makes_tone: true,
+            is_main: true,
+            trace: Trace::Rows { spacing_px: self.spacing_px },
+        }]
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("rows of hachures".to_owned())
     }
 }

@@ -1,9 +1,13 @@
-//! The `[strokes]` section of a style: pen strokes along contours.
+//! Pen strokes along contours. Their passes are in `src/lines/strokes`.
 
 use std::path::{Path, PathBuf};
 
-use super::parameters::{Range, parameters};
-use super::{Color, StyleError, texture};
+use super::{Channels, Fading, Ink, InkKind, Reach, RecipeSource, Trace};
+use crate::style::parameters::{Range, parameters};
+use crate::style::{Color, StyleError, texture};
+
+/// Least margin of a part of a large picture, in pixels, around which strokes are also found.
+const MARGIN_PX: u32 = 256;
 
 parameters! {
     /// Pen strokes along contours, ridges and valleys.
@@ -87,15 +91,52 @@ parameters! {
     }
 }
 
-impl Strokes {
-    /// Loads the texture; `folder` is the base of a relative path.
-    pub(super) fn complete(&mut self, folder: &Path) -> Result<(), StyleError> {
-        self.texture = texture::named(self.texture_name.as_deref(), folder)?;
-        Ok(())
+impl InkKind for Strokes {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "strokes",
+            label: "Strokes".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::Done,
+            makes_tone: false,
+            is_main: true,
+            trace: Trace::Strokes,
+        }]
     }
 
+    fn reach_px(&self) -> Reach {
+        // In a print, strokes taper over more pixels.
+        Reach { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Reach::default() }
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("strokes".to_owned())
+    }
+
+    fn missing_in_vectors(&self) -> Option<&'static str> {
+        self.texture.is_some().then_some("stroke textures")
+    }
+
+    fn scale_marks(&mut self, factor: f32) {
+        if let Some(texture) = &mut self.texture {
+            *texture = texture.scaled(factor);
+        }
+    }
+
+    fn complete(&mut self, source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
+        self.texture = source.texture(self.texture_name.as_deref()).map_err(|error| ("texture".to_owned(), error))?;
+        let file = match source {
+            RecipeSource::Folder(folder) => self.file(folder),
+            RecipeSource::Held(_) => None,
+        };
+        Ok(file.into_iter().collect())
+    }
+}
+
+impl Strokes {
     /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
-    pub(super) fn files(&self, folder: &Path) -> Option<PathBuf> {
+    fn file(&self, folder: &Path) -> Option<PathBuf> {
         self.texture_name.as_ref().and_then(|name| texture::file(name, folder))
     }
 }

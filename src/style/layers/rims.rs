@@ -1,7 +1,8 @@
-//! The `[rims]` section of a style: lines around no-data areas.
+//! Dashed lines around no-data areas. Their pass is `src/surface/rims.rs`.
 
-use super::parameters::{Range, parameters};
-use super::{Color, Style};
+use super::{Channels, Fading, Ink, InkKind, Trace};
+use crate::style::Color;
+use crate::style::parameters::{Range, parameters};
 
 parameters! {
     /// Dashed lines around no-data areas of the DEM that are not filled.
@@ -19,16 +20,17 @@ parameters! {
     }
 }
 
-impl Rims {
-    /// Returns whether the lines have a width.
-    pub fn are_drawn(&self) -> bool {
-        self.width_px > 0.0
-    }
-}
-
-impl Style {
-    /// Returns the colour of the lines around no-data areas.
-    pub fn rim_ink(&self) -> Color {
-        self.rims.ink.unwrap_or_else(|| self.lettering_ink())
+impl InkKind for Rims {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "rims",
+            label: "Outlines of no-data areas".to_owned(),
+            color: self.ink,
+            channels: Channels::One(0),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: false },
+            makes_tone: false,
+            is_main: false,
+            trace: Trace::Picture,
+        }]
     }
 }

@@ -1,0 +1,105 @@
+//! Lines where parallel planes cut the land. See `shaders/layers/cuts.wgsl`.
+//!
+//! Why: `docs/decisions/cuts.md`.
+
+use std::path::PathBuf;
+
+use glam::DVec3;
+
+use super::{Channels, Fading, Ink, InkKind, InkPass, RecipeSource, Trace};
+use crate::gpu::target::TargetKind;
+use crate::gpu::wgsl::layers::cuts::{CutFamily, CutRules};
+use crate::style::parameters::{Range, parameters};
+use crate::style::{Color, StyleError};
+
+/// Ink of the families of planes, one family per channel, 0 to 1.
+pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
+
+/// Period to which heights above a plane are reduced, in metres: a multiple of every smaller power of two, so a plane
+/// of every spacing, and small enough for an f32 to keep millimetres.
+const PERIOD_M: f64 = (1_u32 << 13) as f64;
+
+/// Largest number of families of planes.
+pub const MOST_CUTS: usize = 3;
+
+parameters! {
+    /// Lines where families of parallel planes cut the land. Their density follows the spacing on the picture, and they
+    /// are wider where the tone is darker.
+    pub struct Cuts {
+        /// Colour of the lines.
+        ink: Color = Color::default();
+        /// The land is smoothed to this size before it is cut, so that lines do not follow single samples.
+        form_px: f32 = 6.0 => Range::Within(1.0, 256.0);
+        /// Fraction of the land that the lines cover where the tone is darkest.
+        darkest: f32 = 0.9 => Range::Within(0.0, 0.98);
+        /// Fraction of the ink that remains in full haze; how much thinner the lines become is set by
+        /// `haze.faintest_tone`.
+        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        /// One family of parallel planes each; the families are sorted by `from`.
+        layers as "families": Vec<CutLayer> => Range::Entries(1, MOST_CUTS);
+    }
+}
+
+parameters! {
+    /// A family of parallel planes.
+    pub struct CutLayer {
+        /// Mean distance between lines on the picture.
+        spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
+        /// Tilt of the planes from horizontal: 0 gives contour lines of height, 90 vertical planes.
+        tilt_deg: f32 = 0.0 => Range::Within(0.0, 90.0);
+        /// Azimuth toward which tilted planes rise, clockwise from north.
+        azimuth_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        /// Land at a smaller angle to the planes has no lines; for horizontal planes that is flat land.
+        level_deg: f32 = 2.0 => Range::Within(0.1, 45.0);
+        /// Darkness from which the family is drawn.
+        from: f32 = 0.0 => Range::Within(0.0, 0.99);
+    }
+}
+
+impl InkKind for Cuts {
+    fn inks(&self) -> Vec<Ink> {
+        vec![Ink {
+            id: "cuts",
+            label: "Cut lines".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::Crossed(self.layers.len()),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
+            makes_tone: true,
+            is_main: true,
+            trace: Trace::Picture,
+        }]
+    }
+
+    fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
+        let mut rules = CutRules {
+            form_px: self.form_px,
+            darkest: self.darkest,
+            count: self.layers.len() as u32,
+            ..CutRules::default()
+        };
+        for (drawn, layer) in rules.families.iter_mut().zip(&self.layers) {
+            let (sin_tilt, cos_tilt) = f64::from(layer.tilt_deg).to_radians().sin_cos();
+            let (east, north) = f64::from(layer.azimuth_deg).to_radians().sin_cos();
+            // The planes rise toward the azimuth, so their normals point away from it.
+            let normal = DVec3::new(-sin_tilt * east, -sin_tilt * north, cos_tilt);
+            *drawn = CutFamily {
+                normal: normal.as_vec3().to_array(),
+                phase_m: normal.dot(origin_m).rem_euclid(PERIOD_M) as f32,
+                spacing_px: layer.spacing_px,
+                level: layer.level_deg.to_radians().sin(),
+                darkness_from: layer.from,
+                ..CutFamily::default()
+            };
+        }
+        Some(InkPass { shader: "layers/cuts", rules: bytemuck::bytes_of(&rules).to_vec(), ink: &CUT_INK })
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some("cut lines".to_owned())
+    }
+
+    fn complete(&mut self, _: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
+        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        Ok(Vec::new())
+    }
+}

@@ -1,0 +1,316 @@
+//! The two forms of a style file: an ordered list `[[layers]]`, and the older one, with a section for each kind of layer.
+//!
+//! Sections are read as layers in the order of kinds; [`migrated`] rewrites them and keeps comments.
+
+use std::borrow::Cow;
+
+use toml::Spanned;
+use toml::de::{DeArray, DeTable, DeValue};
+use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
+
+use super::{is_kind, keyed};
+use crate::file::toml_text::Misplaced;
+
+/// Sections of the older form that are layers, from the bottom to the top. Kinds that came later have no section.
+const SECTIONS: [&str; 9] =
+    ["tone_lines", "height_lines", "hatching", "cuts", "rows", "water", "rims", "lines", "strokes"];
+/// Lists in these sections with their older and present names.
+const RENAMED: [(&str, &str, &str); 2] = [("hatching", "layers", "sets"), ("cuts", "layers", "families")];
+
+/// Rewrites the table of a style file so that serde reads either form: `layers` is a list of tables with one key, the
+/// kind. Values keep their positions in the text.
+///
+/// # Errors
+/// A layer without a kind; a section next to a list of layers.
+pub(in crate::style) fn with_layers(table: &mut DeTable<'_>) -> Result<(), Misplaced> {
+    let section = SECTIONS.iter().find_map(|name| table.get_key_value(*name));
+    let section = section.map(|(key, _)| (key.span(), key.get_ref().to_string()));
+    let list = match (table.remove_entry("layers"), section) {
+        (Some(_), Some((at, name))) => {
+            let words = format!(
+                "[{name}] cannot be used with [[layers]]: write it as a layer with kind = \"{name}\", as `hachure styles \
+                 migrate` does with all sections of a file that has no [[layers]]"
+            );
+            return Err(Misplaced { at, words });
+        }
+        (None, None) => return Ok(()),
+        (None, Some((at, _))) => {
+            let key = Spanned::new(at, Cow::Borrowed("layers"));
+            let mut list = DeArray::new();
+            for name in SECTIONS {
+                let Some((kind, mut section)) = table.remove_entry(name) else { continue };
+                if let DeValue::Table(section) = section.get_mut() {
+                    rename(section, name);
+                }
+                list.push(single(kind, section));
+            }
+            (key, Spanned::new(first_span(&list), DeValue::Array(list)))
+        }
+        (Some((key, given)), None) => {
+            let DeValue::Array(tables) = given.get_ref() else {
+                table.insert(key, given);
+                return Ok(());
+            };
+            let mut list = DeArray::new();
+            for layer in tables.iter() {
+                list.push(by_kind(layer)?);
+            }
+            (key, Spanned::new(given.span(), DeValue::Array(list)))
+        }
+    };
+    table.insert(list.0, list.1);
+    Ok(())
+}
+
+/// Returns a layer with its `kind` as the only key.
+fn by_kind<'a>(layer: &Spanned<DeValue<'a>>) -> Result<Spanned<DeValue<'a>>, Misplaced> {
+    let wrong = |at, words: &str| Misplaced { at, words: words.to_owned() };
+    let DeValue::Table(mut table) = layer.get_ref().clone() else {
+        return Err(wrong(layer.span(), "a layer must be a table with a kind, for example [[layers]] kind = \"cuts\""));
+    };
+    let Some(kind) = table.remove("kind") else {
+        return Err(wrong(layer.span(), "the key \"layers.kind\" is missing"));
+    };
+    let at = kind.span();
+    let DeValue::String(name) = kind.into_inner() else {
+        return Err(wrong(at, "layers.kind must be text"));
+    };
+    Ok(single(Spanned::new(at, name), Spanned::new(layer.span(), DeValue::Table(table))))
+}
+
+/// Returns a table with one entry.
+fn single<'a>(key: Spanned<Cow<'a, str>>, value: Spanned<DeValue<'a>>) -> Spanned<DeValue<'a>> {
+    let span = value.span();
+    let mut table = DeTable::new();
+    table.insert(key, value);
+    Spanned::new(span, DeValue::Table(table))
+}
+
+fn first_span(list: &DeArray<'_>) -> std::ops::Range<usize> {
+    list.iter().next().map_or(0..0, Spanned::span)
+}
+
+/// Gives the lists of a section their present names.
+fn rename(section: &mut DeTable<'_>, name: &str) {
+    for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
+        if let Some((key, list)) = section.remove_entry(*old) {
+            section.insert(Spanned::new(key.span(), Cow::Borrowed(*new)), list);
+        }
+    }
+}
+
+/// Returns the key of a parameter as a text of either form has it: `cuts[1].form_px` is `layers[4].form_px` in a list of
+/// layers, and `cuts.families[0].from` is `cuts.layers[0].from` in a text with sections. Keys of other parameters stay.
+pub(in crate::style) fn written_key(document: &Item, key: &str) -> String {
+    let (first, rest) = key.split_once('.').map_or((key, ""), |(first, rest)| (first, rest));
+    let (name, number) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
+        Some((name, number)) => (name, number.parse().unwrap_or(0)),
+        None => (first, 0),
+    };
+    if !is_kind(name) {
+        return key.to_owned();
+    }
+    let rest = if rest.is_empty() { String::new() } else { format!(".{rest}") };
+    if let Some(index) = layer_index(document, name, number) {
+        return format!("layers[{index}]{rest}");
+    }
+    let renamed =
+        RENAMED.iter().find(|(section, _, new)| *section == name && rest[1.min(rest.len())..].starts_with(new));
+    match (document.get(name), renamed) {
+        (Some(_), Some((_, old, new))) => format!("{name}.{old}{}", &rest[1 + new.len()..]),
+        _ => key.to_owned(),
+    }
+}
+
+/// Returns the index in a list of layers of the layer of a kind with this number among those of its kind.
+fn layer_index(document: &Item, name: &str, number: usize) -> Option<usize> {
+    let layers = document.get("layers")?;
+    let kinds = (0..).map_while(|index| layers.get(index));
+    let own = kinds.enumerate().filter(|(_, layer)| layer.get("kind").and_then(Item::as_str) == Some(name));
+    own.map(|(index, _)| index).nth(number)
+}
+
+/// Adds a layer of a kind on top of the layers of a document that lists them and lacks the kind.
+pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str) {
+    let name = key.split(['.', '[']).next().unwrap_or_default();
+    if !is_kind(name) || layer_index(document.as_item(), name, 0).is_some() {
+        return;
+    }
+    if let Some(layers) = document.get_mut("layers").and_then(Item::as_array_of_tables_mut) {
+        let mut table = Table::new();
+        table.insert("kind", value(name));
+        layers.push(table);
+    }
+}
+
+/// Returns the kinds of the layers of a style's document, each with its number among those of its kind.
+pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
+    let layers = document.get("layers").into_iter().flat_map(|layers| (0..).map_while(|index| layers.get(index)));
+    let names: Vec<&str> = layers.filter_map(|layer| layer.get("kind")?.as_str()).collect();
+    let number = |index: usize| names[..index].iter().filter(|name| **name == names[index]).count();
+    (0..names.len()).map(|index| keyed(names[index], number(index))).collect()
+}
+
+/// Returns the text of a style with its sections as `[[layers]]`; comments, order within sections and all other text
+/// stay. A text without such sections stays as it is.
+///
+/// # Errors
+/// The text is not TOML, in the words of the parser.
+pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlError> {
+    let mut document: DocumentMut = text.parse()?;
+    if document.contains_key("layers") || !SECTIONS.iter().any(|name| document.contains_key(name)) {
+        return Ok(text.to_owned());
+    }
+    let mut layers = ArrayOfTables::new();
+    let mut first = usize::MAX;
+    for name in SECTIONS {
+        let Some(section) = document.remove(name) else { continue };
+        let Ok(mut table) = section.into_table() else { continue };
+        first = first.min(place(&table));
+        for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
+            if let Some(list) = table.remove(old) {
+                table.insert(new, list);
+            }
+        }
+        // A section whose header is only implied by those below it needs one as a layer.
+        table.set_implicit(false);
+        table.set_dotted(false);
+        layers.push(with_kind(table, name));
+    }
+    // Layers are written where the first of their sections was.
+    let mut order: Vec<(usize, String)> =
+        document.iter().filter_map(|(key, item)| Some((item_place(item)?, key.to_owned()))).collect();
+    order.push((first, "layers".to_owned()));
+    order.sort();
+    document.insert("layers", Item::ArrayOfTables(layers));
+    let mut next = 0;
+    for (_, key) in order {
+        if let Some(item) = document.get_mut(&key) {
+            number(item, &mut next);
+        }
+    }
+    Ok(document.to_string())
+}
+
+/// Returns a table whose first key is the kind.
+fn with_kind(table: Table, name: &str) -> Table {
+    let mut with_kind = Table::new();
+    *with_kind.decor_mut() = table.decor().clone();
+    with_kind.insert("kind", value(name));
+    for key in table.iter().map(|(key, _)| key.to_owned()).collect::<Vec<_>>() {
+        if let Some((key, item)) = table.get_key_value(&key) {
+            with_kind.insert_formatted(key, item.clone());
+        }
+    }
+    with_kind
+}
+
+/// Returns where in the text the first of the headers at and below a table is.
+fn place(table: &Table) -> usize {
+    let below = table.iter().filter_map(|(_, item)| item_place(item)).min().unwrap_or(usize::MAX);
+    table.position().map_or(usize::MAX, |at| at.max(0) as usize).min(below)
+}
+
+fn item_place(item: &Item) -> Option<usize> {
+    match item {
+        Item::Table(table) => Some(place(table)),
+        Item::ArrayOfTables(tables) => tables.iter().map(place).min(),
+        _ => None,
+    }
+}
+
+/// Numbers the headers of an item in the order in which they are to be written.
+fn number(item: &mut Item, next: &mut isize) {
+    let mut of_table = |table: &mut Table| {
+        table.set_position(Some(*next));
+        *next += 1;
+        let mut below: Vec<(usize, String)> =
+            table.iter().filter_map(|(key, item)| Some((item_place(item)?, key.to_owned()))).collect();
+        below.sort();
+        for (_, key) in below {
+            if let Some(item) = table.get_mut(&key) {
+                number(item, next);
+            }
+        }
+    };
+    match item {
+        Item::Table(table) => of_table(table),
+        Item::ArrayOfTables(tables) => tables.iter_mut().for_each(of_table),
+        _ => {}
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
+    use super::*;
+    use crate::style::Style;
+
+    const OLD: &str = "# A style of mine\nname = \"x\"\ndescription = \"y\"\n\n# a pen\n[strokes] # thin\nwidth_px = 2.0  # was 3\n\n\
+        [tone] # grey\nkind = \"plain\"\n\n# Crossed\n[cuts]\nform_px = 7.0\n# level\n[[cuts.layers]]\nspacing_px = 4.0\n\
+        [[cuts.layers]]\ntilt_deg = 70.0 # steep\nfrom = 0.5\n\n[paper]\ngrain = 0.1\n";
+
+    #[test]
+    fn migration_keeps_comments_and_the_style() {
+        let new = migrated(OLD).unwrap();
+        println!("{new}");
+        let [old_style, new_style] = [OLD, new.as_str()].map(|text| Style::parse("x.toml", text).unwrap());
+        assert_eq!(old_style, new_style);
+        for comment in
+            ["# A style of mine", "# a pen", "# thin", "# was 3", "# grey", "# Crossed", "# level", "# steep"]
+        {
+            assert_eq!(new.matches(comment).count(), 1, "{comment} in {new}");
+        }
+        // Cut lines are below strokes, whatever the order of sections.
+        let place = |words: &str| new.find(words).unwrap_or_else(|| panic!("{words} in {new}"));
+        assert!(place("kind = \"cuts\"") < place("kind = \"strokes\""));
+        assert!(place("# Crossed") < place("kind = \"cuts\"") && place("# a pen") > place("tilt_deg"));
+        assert!(new.contains("[[layers.families]]") && !new.contains("[cuts]"));
+        // A new form stays as it is, and the order of layers counts.
+        assert_eq!(migrated(&new).unwrap(), new);
+    }
+
+    #[test]
+    fn keys_are_found_in_either_form() {
+        let new = migrated(OLD).unwrap();
+        for (text, written) in [(OLD, "cuts.layers[1].from"), (new.as_str(), "layers[0].families[1].from")] {
+            let document: DocumentMut = text.parse().unwrap();
+            assert_eq!(written_key(document.as_item(), "cuts.families[1].from"), written);
+            assert_eq!(written_key(document.as_item(), "paper.grain"), "paper.grain");
+        }
+        let document: DocumentMut = new.parse().unwrap();
+        assert_eq!(keys_of_layers(document.as_item()), ["cuts", "strokes"]);
+    }
+
+    #[test]
+    fn mistakes_name_the_layer_and_its_place() {
+        let head = "name = \"x\"\ndescription = \"y\"\n[tone]\nkind = \"plain\"\n";
+        for (layers, words) in [
+            ("[[layers]]\n", "x.toml:5:1: the key \"layers.kind\" is missing"),
+            ("[[layers]]\nkind = \"cut\"\n", "x.toml:6:8: layers.kind cannot be \"cut\"; did you mean \"cuts\"?"),
+            ("[[layers]]\nkind = 3\n", "x.toml:6:8: layers.kind must be text"),
+            (
+                "[[layers]]\nkind = \"cuts\"\nform = 3\n",
+                "x.toml:7:1: unknown key \"cuts.form\"; did you mean \"form_px\"?",
+            ),
+            (
+                "[[layers]]\nkind = \"strokes\"\nwidth_px = \"thin\"\n",
+                "x.toml:7:12: strokes.width_px must be a number, but \"thin\" is text",
+            ),
+            (
+                "[[layers]]\nkind = \"height_lines\"\n[[layers]]\nkind = \"height_lines\"\nline_px = 99\n",
+                "x.toml:9:11: height_lines.line_px is 99, not between 0.1 and 8",
+            ),
+            (
+                "[[layers]]\nkind = \"rims\"\n[[layers]]\nkind = \"rims\"\n",
+                "x.toml:7:1: rims: a style has at most one layer of this kind",
+            ),
+            ("[cuts]\nform_px = 1\n[[layers]]\nkind = \"rims\"\n", "x.toml:5:2: [cuts] cannot be used with [[layers]]"),
+            ("layers = 3\n", "x.toml:5:1: unknown key \"tone.layers\""),
+        ] {
+            let error = Style::parse("x.toml", &format!("{head}{layers}")).unwrap_err().to_string();
+            assert!(error.starts_with(words), "{error}\n{words}");
+        }
+    }
+}

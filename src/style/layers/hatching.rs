@@ -1,0 +1,185 @@
+//! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in `src/tones/hatching`.
+
+use std::path::PathBuf;
+
+use super::{Channels, Fading, Ink, InkKind, Reach, RecipeSource, Set, Trace};
+use crate::gpu::wgsl::shared::mark_normal::BLOCK_PX;
+use crate::gpu::wgsl::surface::bend_axis::REACH as AXIS_REACH;
+use crate::style::marks::{self, Recipe};
+use crate::style::parameters::{Range, choices, parameters};
+use crate::style::{Color, StyleError};
+
+/// Largest number of layers.
+pub const MOST_LAYERS: usize = 4;
+
+parameters! {
+    /// Tones drawn as hatching marks.
+    pub struct Hatching {
+        /// Colour of the marks.
+        ink: Color = Color::default();
+        /// How marks keep their size on the picture while the camera moves closer.
+        scale: Scale = Scale::Blend;
+        /// Softness of a mark's edge, as a range of tones; 0 looks like a pen, 0.1 like a pencil.
+        softness: f32 = 0.0 => Range::Within(0.0, 0.5);
+        /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.
+        form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
+        /// On gentler slopes the direction of marks follows coarser land, by up to two levels; 0 turns this off.
+        calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
+        /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
+        faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
+        /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
+        balance: bool = true;
+        /// One kind of mark each; the layers are sorted by `from`.
+        layers as "sets": Vec<Layer> => Range::Entries(1, MOST_LAYERS);
+    }
+}
+
+choices! {
+    /// How marks keep their size on the picture.
+    pub enum Scale {
+        /// Marks of two scales fade into each other.
+        Blend,
+        /// Moving closer only adds marks and removes none.
+        Add,
+    }
+}
+
+parameters! {
+    /// A layer of one kind of mark.
+    pub struct Layer {
+        /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
+        marks: String;
+        /// Direction of the marks.
+        direction: Direction = Direction::Fixed;
+        /// Azimuth of fixed marks, clockwise from north; for other directions, the angle that is added to them.
+        angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        /// Azimuth of slope marks on flat land, clockwise from north.
+        level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
+        /// Darkness from which the layer is drawn.
+        from: f32 = 0.0 => Range::Within(0.0, 0.99);
+        /// Scale factor of the marks relative to their recipe.
+        size: f32 = 1.0 => Range::Within(0.25, 8.0);
+        /// Range of slopes on which the layer is drawn.
+        slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
+    } beside {
+        /// The loaded recipe of `marks`.
+        recipe: Option<Recipe>;
+    }
+}
+
+choices! {
+    /// Direction of hatching marks.
+    pub enum Direction {
+        /// A fixed azimuth.
+        Fixed,
+        /// Down the slope, like hachures on a map.
+        Slope,
+        /// Along the contour lines of height.
+        Contour,
+        /// Away from the eye: dots stay round on land seen at a grazing angle.
+        Sight,
+        /// Along the direction of greatest curvature; with an angle of 90, along that of least curvature.
+        Curvature,
+    }
+}
+
+/// Side of a cell in which ink is counted for marks of their recipes' size, in pixels; the bell's standard deviation is
+/// 1.6 cells, two spacings of marks.
+const CELL_PX: u32 = 8;
+/// How far away cells may influence a pixel, in cells: the bell's reach, the cell itself, and the distance between two
+/// cells.
+const REACH_CELLS: u32 = 6;
+
+impl Hatching {
+    /// Returns the side of the cells in which the ink of the marks is counted, in pixels; it grows with the largest
+    /// marks.
+    pub fn cell_px(&self) -> u32 {
+        let largest = self.layers.iter().map(|layer| layer.size).fold(1.0, f32::max);
+        CELL_PX * (largest.ceil() as u32).next_power_of_two()
+    }
+
+    /// Returns the step between the blocks that are averaged for the axis of curvature, in blocks: the average covers
+    /// about two samples of the form to each side.
+    pub(crate) fn axis_step(&self) -> i32 {
+        (2.0 * self.form_px / (BLOCK_PX as u32 * AXIS_REACH as u32) as f32).round().max(1.0) as i32
+    }
+
+    /// Returns how far around a pixel its axis of curvature depends on the picture, in pixels; 0 if the marks do not
+    /// follow curvature.
+    fn axis_reach_px(&self) -> u32 {
+        // Plus one block, because a pixel interpolates between its own block and the neighbouring one.
+        if self.follows_curvature() { (self.axis_step() * AXIS_REACH + 1) as u32 * BLOCK_PX as u32 } else { 0 }
+    }
+
+    /// Returns whether the marks of any layer follow the curvature of the land.
+    pub fn follows_curvature(&self) -> bool {
+        self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
+    }
+}
+
+impl InkKind for Hatching {
+    fn inks(&self) -> Vec<Ink> {
+        let set = |(number, layer): (usize, &Layer)| Set {
+            label: format!("Hatching {number}, {}", layer.marks),
+            is_of_dots: layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
+        };
+        vec![Ink {
+            id: "marks",
+            label: "Hatching".to_owned(),
+            color: Some(self.ink),
+            channels: Channels::One(0),
+            fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
+            makes_tone: true,
+            is_main: true,
+            trace: Trace::Sets((1..).zip(&self.layers).map(set).collect()),
+        }]
+    }
+
+    fn reach_px(&self) -> Reach {
+        let balance_px = if self.balance { REACH_CELLS * self.cell_px() } else { 0 };
+        Reach { margin_px: balance_px + self.axis_reach_px(), ..Reach::default() }
+    }
+
+    fn summary(&self) -> Option<String> {
+        Some(match self.scale {
+            Scale::Blend => "hatching".to_owned(),
+            Scale::Add => "fractal hatching".to_owned(),
+        })
+    }
+
+    fn scale_marks(&mut self, factor: f32) {
+        for layer in &mut self.layers {
+            layer.size = (layer.size * factor).clamp(0.25, 8.0);
+        }
+    }
+
+    fn complete(&mut self, source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
+        let mut files = Vec::new();
+        for (number, layer) in self.layers.iter_mut().enumerate() {
+            layer.complete(source).map_err(|error| (format!("sets[{number}].marks"), error))?;
+            files.extend(layer.files(source));
+        }
+        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        Ok(files)
+    }
+}
+
+impl Layer {
+    /// Loads the recipe of the marks and checks its images.
+    fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), StyleError> {
+        let recipe = source.marks(&self.marks)?;
+        marks::check_pictures(&recipe)?;
+        self.recipe = Some(recipe);
+        Ok(())
+    }
+
+    /// Returns the files that the set was read from.
+    fn files(&self, source: RecipeSource<'_>) -> impl Iterator<Item = PathBuf> {
+        let images = self.recipe.iter().flat_map(|recipe| recipe.images.iter().cloned());
+        let own = match source {
+            RecipeSource::Folder(folder) => marks::file(&self.marks, folder),
+            RecipeSource::Held(_) => None,
+        };
+        own.into_iter().chain(images)
+    }
+}
