@@ -22,9 +22,9 @@
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::edges::{KIND_RIDGE, KIND_VALLEY}
-#import hachure::edge_list::has_told
+#import hachure::edge_list::has_updated_total
 #ifdef APPARENT
-#import hachure::cells::is_beside
+#import hachure::cells::on_one_surface
 #else
 #import hachure::curvature::{frame_of, form3, principal_of}
 #endif
@@ -86,7 +86,7 @@ fn crest_of(block: vec2<i32>) -> Crest {
     let middle = place_of(block);
     for (var i = 0; i < 4; i++) {
         let step = select(vec2<i32>(0, 1), vec2<i32>(1, 0), i < 2) * select(-1, 1, (i & 1) == 1);
-        is_whole = is_whole && is_beside(view, middle, place_of(block + step));
+        is_whole = is_whole && on_one_surface(view, middle, place_of(block + step));
         change += vec2<f32>(step) * turn_at(block + step);
     }
     let least = ridge_rules.least_bend;
@@ -163,7 +163,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);

@@ -26,7 +26,7 @@ fn corner_at(view: View, block: vec2<i32>, seen: vec4<f32>, value: f32, room: f3
     return Corner(vec2<f32>(pixel) + 0.5, place_of_pixel(view, pixel, seen.w), seen.xyz, value, room, seen.w > 0.0);
 }
 
-fn is_beside(view: View, a: Corner, b: Corner) -> bool {
+fn on_one_surface(view: View, a: Corner, b: Corner) -> bool {
     let away_m = b.at_m - a.at_m;
     let allowed_m = ON_PLANE * f32(BLOCK_PX) * distance_from_eye(view, a.at_m) / view.focal_px;
     return a.is_there && b.is_there && abs(dot(a.normal, away_m)) < allowed_m && abs(dot(b.normal, away_m)) < allowed_m;
@@ -67,7 +67,7 @@ fn add_curve(curves: ptr<function, Curves>, start: Crossing, end: Crossing) {
 // Returns the curves of a cell whose corners are given clockwise from the north-west.
 fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curves {
     var curves: Curves;
-    if !(is_beside(view, nw, ne) && is_beside(view, ne, se) && is_beside(view, se, sw) && is_beside(view, sw, nw)) {
+    if !(on_one_surface(view, nw, ne) && on_one_surface(view, ne, se) && on_one_surface(view, se, sw) && on_one_surface(view, sw, nw)) {
         return curves;
     }
     var sides = array<Crossing, 4>(crossing_of(nw, ne), crossing_of(ne, se), crossing_of(se, sw), crossing_of(sw, nw));

@@ -1,7 +1,7 @@
 // Appends to the edge list (edges.wgsl) in an order that does not depend on timing (ordered.wgsl).
 //
 // A pass runs in three stages. At stages 0 and 1 each workgroup clears its marks and marks the edges it has found.
-// `has_counted` ends stage 0; at stage 1 edges are written from `place_in_list` on. At stage 2 `has_told` adds to the
+// `has_counted` ends stage 0; at stage 1 edges are written from `place_in_list` on. At stage 2 `has_updated_total` adds to the
 // number of edges.
 #define_import_path hachure::edge_list
 #import hachure::edges::{Edge, MOST_EDGES}
@@ -13,7 +13,7 @@
 @group(0) @binding(27) var<storage, read_write> order: Order;
 
 // Updates the number of edges at stage 2. Returns whether this is stage 2, where the pass has nothing else to do.
-fn has_told(thread: u32) -> bool {
+fn has_updated_total(thread: u32) -> bool {
     if order.stage == 2u && thread == 0u {
         edge_draw[0] += 2u * order.starts[order.groups];
     }

@@ -36,8 +36,8 @@ fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f
         off = distance(sheet_px, focus.at.xy * view.picture_px) / view.picture_px.y;
     }
     if focus.about == AT_PLACE {
-        let beside = at_m - focus.at;
-        off = length(beside - focus.axis * dot(beside, focus.axis));
+        let away_m = at_m - focus.at;
+        off = length(away_m - focus.axis * dot(away_m, focus.axis));
     }
     let t = max(off / focus.extent - 1.0, 0.0);
     return 1.0 - focus.strength * (1.0 - exp(-t * t));

@@ -155,7 +155,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
                 return print_json(&report);
             }
             let parts = parts_path(output);
-            let there = told_resumed(resumed_chunks);
+            let there = resumed_note(resumed_chunks);
             print(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
@@ -174,14 +174,14 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
                 return print_json(&report);
             }
             let Report { heights, levels, .. } = &report;
-            let there = told_resumed(baked.resumed_chunks);
+            let there = resumed_note(baked.resumed_chunks);
             let text = format!("baked in {duration_s:.2} s{there}\n{}{}", heights.lines(), levels.lines());
             print(&format!("{}: {text}", named(output)))
         }
     }
 }
 
-fn told_resumed(chunks: u64) -> String {
+fn resumed_note(chunks: u64) -> String {
     if chunks == 0 { String::new() } else { format!("; {chunks} chunks reused") }
 }
 

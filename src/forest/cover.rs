@@ -99,7 +99,7 @@ pub enum CoverError {
 }
 
 /// The quantity that a raster gives.
-enum Asks<'a> {
+enum Question<'a> {
     Mask { full: f32 },
     Class { classes: &'a [CoverClass], numbers: FxHashMap<i32, u8> },
     Canopy,
@@ -115,37 +115,38 @@ impl Cover {
         let Some((_, first)) = files.files().next() else { return Ok(None) };
         let ground = Ground::new(place, samples)
             .map_err(|error| CoverError::NoWay { path: first.clone(), cause: error.to_string() })?;
-        let mut rasters: Vec<(Laid<'_>, Asks<'_>)> = Vec::new();
+        let mut rasters: Vec<(Laid<'_>, Question<'_>)> = Vec::new();
         if let Some(path) = &files.mask {
             let values = open_values(path, Holds::Shades)?;
-            let asks = Asks::Mask { full: values.full as f32 };
+            let question = Question::Mask { full: values.full as f32 };
             let laid = match values.is_located {
                 true => Laid::by_place(path, values.reader, &ground)?,
                 false => Laid::stretched(path, values.reader, &ground)?,
             };
-            rasters.push((laid, asks));
+            rasters.push((laid, question));
         }
         if let Some(path) = &files.land_cover {
             let reader = open_values(path, Holds::Classes)?.reader;
             let numbers = files.classes.iter().zip(1..).map(|(class, number)| (class.class, number)).collect();
-            rasters.push((Laid::by_place(path, reader, &ground)?, Asks::Class { classes: &files.classes, numbers }));
+            rasters
+                .push((Laid::by_place(path, reader, &ground)?, Question::Class { classes: &files.classes, numbers }));
         }
         if let Some(path) = &files.canopy_height {
             let reader = open_values(path, Holds::Heights)?.reader;
-            rasters.push((Laid::by_place(path, reader, &ground)?, Asks::Canopy));
+            rasters.push((Laid::by_place(path, reader, &ground)?, Question::Canopy));
         }
         let grid = Grid::over(&ground, rasters.iter().map(|(laid, _)| laid))?;
 
         let mut densities = vec![1_f32; grid.cells()];
         let mut texels = vec![[0, 0, 0, 255_u8]; grid.cells()];
-        for (laid, asks) in &rasters {
+        for (laid, question) in &rasters {
             let put = |cell: usize, answer: Answer| {
                 densities[cell] *= answer.density;
                 texels[cell][1] = texels[cell][1].max(answer.class);
                 texels[cell][2] = texels[cell][2].max(answer.quarters_m);
             };
-            let tally = resample(laid, &grid, |values, tally| asks.answer(values, tally), put)?;
-            let factor = asks.told(laid.path, &tally, laid.samples_per_point(&grid))?;
+            let tally = resample(laid, &grid, |values, tally| question.answer(values, tally), put)?;
+            let factor = question.check_tally(laid.path, &tally, laid.samples_per_point(&grid))?;
             densities.iter_mut().for_each(|density| *density *= factor);
         }
         for (texel, density) in texels.iter_mut().zip(densities) {
@@ -166,7 +167,7 @@ impl Cover {
     }
 }
 
-impl Asks<'_> {
+impl Question<'_> {
     /// Returns the answer for a cell with these values; NaN is no data.
     fn answer(&self, values: &[f32], tally: &mut Tally) -> Answer {
         let count = values.len() as f32;
@@ -217,7 +218,7 @@ impl Asks<'_> {
     ///
     /// # Errors
     /// The raster does not overlap the grid, or has values that are not classes.
-    fn told(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
+    fn check_tally(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
         if tally.inside == 0 {
             return Err(CoverError::OutsideWorld { path: path.to_owned() });
         }

@@ -172,7 +172,7 @@ impl Flight {
     fn draw(&mut self, state: &xr::FrameState) -> Result<Option<[xr::View; 2]>, HeadsetError> {
         let now = Instant::now();
         let headset = &self.headset;
-        let asked = if headset.is_focused() { self.hands.ask(&headset.session)? } else { Asked::default() };
+        let asked = if headset.is_focused() { self.hands.read(&headset.session)? } else { Asked::default() };
         let time = state.predicted_display_time;
         let (flags, views) = headset.session.locate_views(VIEWS, time, &headset.space).during("xrLocateViews")?;
         let known = xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID;

@@ -94,8 +94,8 @@ impl Hands {
     /// Returns the error of the runtime.
     pub fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
         let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
-        let stick = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
-        let button = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
+        let stick = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
+        let button = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
         let hands = Self {
             fly: stick("fly", "Fly forward and sideways")?,
             turn: stick("turn_and_lift", "Turn, move up and down")?,
@@ -136,7 +136,7 @@ impl Hands {
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub fn ask(&self, session: &xr::Session<xr::Vulkan>) -> Result<Asked, HeadsetError> {
+    pub fn read(&self, session: &xr::Session<xr::Vulkan>) -> Result<Asked, HeadsetError> {
         session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
         let stick = |action: &xr::Action<xr::Vector2f>| {
             let state = action.state(session, xr::Path::NULL).during("xrGetActionStateVector2f")?;

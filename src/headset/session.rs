@@ -126,7 +126,7 @@ impl Headset {
         let (gpu, binding) = binding::open_gpu(instance, *system)?;
         let (session, waiter, stream) = open_session(&runtime, &gpu, binding)?;
         let (space, floor_m) = open_space(&session)?;
-        let hidden = if runtime.has_masks { hidden::ask(&session)? } else { hidden::Triangles::default() };
+        let hidden = if runtime.has_masks { hidden::query(&session)? } else { hidden::Triangles::default() };
         let sizes_px = [left, right].map(|view| {
             // The recommended size is limited to the largest size that the runtime accepts.
             let fit = |wish: u32, most: [u32; 2]| most.into_iter().filter(|most| *most > 0).fold(wish, u32::min).max(1);
@@ -201,7 +201,7 @@ impl Headset {
                 xr::Event::InstanceLossPending(_) => return Err(HeadsetError::Lost { cause: "the runtime" }),
                 // The event may arrive for each eye; both are queried.
                 xr::Event::VisibilityMaskChangedKHR(_) if self.runtime.has_masks => {
-                    self.hidden = hidden::ask(&self.session)?;
+                    self.hidden = hidden::query(&self.session)?;
                 }
                 xr::Event::EventsLost(lost) => tracing::warn!("{} OpenXR events were lost", lost.lost_event_count()),
                 _ => {}

@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_letter_is_replaced_and_told_once() {
+    fn characters_without_a_letter_are_replaced_and_reported_once() {
         let line = Line::new("  Mont\tBlanc \n 山 é 山 Ж");
         assert_eq!(line.text(), "Mont Blanc ? é ? ?");
         assert_eq!(line.replaced, ['山', 'Ж']);

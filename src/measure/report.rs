@@ -267,7 +267,7 @@ impl Report {
     /// Returns a line for each run in which strokes were left out, or in which the terrain was over its triangle
     /// budget.
     pub fn warnings(&self) -> Vec<String> {
-        let strokes = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
+        let strokes = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.message()?));
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);

@@ -81,7 +81,7 @@ pub struct StrokePictures {
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
     /// Whether the frame rebuilt its strokes (an update); otherwise it moved those of the previous frame.
-    pub made_anew: bool,
+    pub rebuilt: bool,
 }
 
 /// Part and whole of a share, kept apart so that shares can be summed over frames.
@@ -139,7 +139,7 @@ pub struct StrokeMeasures {
     /// For each line pixel that belonged to the same stroke before, how far the parameter moved, in pixels.
     pub slips_px: Vec<f32>,
     /// Whether the later frame rebuilt its strokes.
-    pub made_anew: bool,
+    pub rebuilt: bool,
 }
 
 /// Measurements of two consecutive frames.
@@ -189,7 +189,7 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
             died: died.lone_strokes(&strokes_before.id),
             identity_change: identities_last.then_some(followed.changed),
             slips_px: followed.slips_px,
-            made_anew: strokes_now.made_anew,
+            rebuilt: strokes_now.rebuilt,
         });
     }
     Ok(measures)

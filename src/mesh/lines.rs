@@ -189,13 +189,20 @@ pub(super) struct Stream<'a, R> {
     at: usize,
     faces: u32,
     /// Called occasionally with the number of bytes read.
-    told: &'a dyn Fn(u64),
+    progress: &'a dyn Fn(u64),
     error: Option<Error>,
 }
 
 impl<'a, R: BufRead> Stream<'a, R> {
-    pub fn new(from: R, told: &'a dyn Fn(u64)) -> Self {
-        Self { lines: Lines::new(from), kept: Vec::with_capacity(2 * BATCH_BYTES), at: 0, faces: 0, told, error: None }
+    pub fn new(from: R, progress: &'a dyn Fn(u64)) -> Self {
+        Self {
+            lines: Lines::new(from),
+            kept: Vec::with_capacity(2 * BATCH_BYTES),
+            at: 0,
+            faces: 0,
+            progress,
+            error: None,
+        }
     }
 
     /// Returns the text's statements about materials, or the error that occurred while reading it.
@@ -221,7 +228,7 @@ impl<'a, R: BufRead> Stream<'a, R> {
                 self.kept.extend_from_slice(b"g\n");
             }
         }
-        (self.told)(self.lines.read_bytes);
+        (self.progress)(self.lines.read_bytes);
         Ok(())
     }
 }

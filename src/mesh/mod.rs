@@ -7,7 +7,6 @@
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
-mod beside;
 pub mod build;
 pub mod curvature;
 pub mod deviation;
@@ -18,6 +17,7 @@ pub mod normals;
 pub mod obj;
 pub mod paint;
 pub mod placed;
+mod sidecar;
 pub mod silhouette;
 pub mod simplify;
 mod wrong_line;

@@ -53,7 +53,7 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     // A pipe can be read only once.
     if !std::fs::metadata(path).map_err(unread)?.is_file() {
         let text = read_bytes(path, LARGEST_BYTES).map_err(unread)?;
-        let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::told);
+        let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::into_message);
         return read.map_err(|cause| wrong(blamed(cause, &text)));
     }
     let file = Bounded::open(path, LARGEST_BYTES).map_err(unread)?;
@@ -61,14 +61,14 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     let is_long = bytes >= LONG_BYTES;
     let what = |doing: &str| format!("{doing} {}", shown(&name));
     let (reading, joining) = (what("reading"), what("joining"));
-    let tell = |what: &str, done: f64| {
+    let report_done = |what: &str, done: f64| {
         if is_long {
             progress.report(what, done as f32);
         }
     };
     let from = BufReader::with_capacity(1 << 20, file);
-    let read = |done: u64| tell(&reading, done as f64 / bytes as f64);
-    read_text(name.clone(), from, place, &read, &|done| tell(&joining, done)).map_err(|cause| match cause {
+    let read = |done: u64| report_done(&reading, done as f64 / bytes as f64);
+    read_text(name.clone(), from, place, &read, &|done| report_done(&joining, done)).map_err(|cause| match cause {
         Cause::File(cause) => wrong(cause),
         Cause::Text(cause) => wrong(match read_bytes(path, LARGEST_BYTES) {
             Ok(text) => blamed(cause, &text),
@@ -82,12 +82,12 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
 /// # Errors
 /// Returns a message, with the number of the line where that is known.
 pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
-    read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.told(), text))
+    read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.into_message(), text))
 }
 
 /// Returns the existing files that are read with a model: the libraries and textures that the beginning of the file
 /// names.
-pub fn files_beside(path: &Path) -> Vec<PathBuf> {
+pub fn sidecar_files(path: &Path) -> Vec<PathBuf> {
     use std::io::Read;
     let mut beginning = Vec::new();
     let read =
@@ -104,7 +104,7 @@ enum Cause {
 }
 
 impl Cause {
-    fn told(self) -> String {
+    fn into_message(self) -> String {
         let (Self::File(cause) | Self::Text(cause)) = self;
         cause
     }

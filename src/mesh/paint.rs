@@ -8,9 +8,9 @@ use std::path::Path;
 use rustc_hash::FxHashMap;
 
 use super::Material;
-use super::beside::find;
 use super::lines::Said;
 use super::mtl::{self, Entry, linear_from_srgb};
+use super::sidecar::find;
 use crate::file::input::read_bytes;
 use crate::file::message::{named, quoted};
 use crate::file::one_line;
@@ -139,9 +139,9 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
 
 /// Returns a list of the first names, short enough for a line.
 fn list(names: &[&[u8]]) -> String {
-    let told: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
+    let shown: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
     let more = if names.len() > 3 { format!(" and {} more", names.len() - 3) } else { String::new() };
-    told.join(", ") + &more
+    shown.join(", ") + &more
 }
 
 /// Returns the existing libraries. A line may name several, and a name may contain spaces: so the line is one name if

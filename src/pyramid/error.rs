@@ -190,7 +190,7 @@ impl PyramidError {
     }
 
     /// Returns the error with its causes, in one line.
-    pub fn told(&self) -> String {
+    pub fn message(&self) -> String {
         crate::file::one_line(&chain(self))
     }
 

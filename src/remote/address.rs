@@ -36,7 +36,7 @@ pub fn is_remote(location: &str) -> bool {
 }
 
 /// Returns the address of a sidecar file: `suffix` is appended to the path, before any query.
-pub fn beside(location: &str, suffix: &str) -> String {
+pub fn sidecar_url(location: &str, suffix: &str) -> String {
     let end = if is_remote(location) { location.find(['?', '#']).unwrap_or(location.len()) } else { location.len() };
     format!("{}{suffix}{}", &location[..end], &location[end..])
 }
@@ -98,7 +98,7 @@ impl Address {
     }
 
     /// Formats a library's error message: one line of bounded length, without secrets.
-    pub fn told(&self, said: &str) -> String {
+    pub fn printable(&self, said: &str) -> String {
         let mut line = said.split_whitespace().collect::<Vec<_>>().join(" ");
         for secret in &self.secrets {
             line = line.replace(secret.as_str(), "…");
@@ -149,11 +149,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_understood_and_told_without_secrets() {
+    fn urls_are_parsed_and_printed_without_secrets() {
         let address = Address::parse("https://me:p%40ss@host.org:8080/a/b.tif?X-Signature=abc&x=1#page").unwrap();
         assert_eq!(address.name, "https://host.org:8080/a/b.tif");
         let url = "https://host.org:8080/a/b.tif?X-Signature=abc&x=1".to_owned();
-        let said = address.told(&format!("GET {url}\n failed for me:p%40ss"));
+        let said = address.printable(&format!("GET {url}\n failed for me:p%40ss"));
         assert_eq!(said, "GET https://host.org:8080/a/b.tif?… failed for …");
         assert_eq!(address.location, Location::Http { url, login: Some("me:p@ss".into()) });
 
@@ -168,10 +168,10 @@ mod tests {
     }
 
     #[test]
-    fn what_lies_beside() {
-        assert_eq!(beside("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
-        assert_eq!(beside("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
-        assert_eq!(beside("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
+    fn sidecar_urls_keep_the_query() {
+        assert_eq!(sidecar_url("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
+        assert_eq!(sidecar_url("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
+        assert_eq!(sidecar_url("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
     }
 
     #[test]

@@ -36,7 +36,7 @@ impl Object {
     pub fn new(address: &Address, bucket: &str, key: &str, settings: &Settings) -> Result<Self, RemoteError> {
         let bad = |error: &dyn std::error::Error| RemoteError::BadAddress {
             name: address.name.clone(),
-            cause: address.told(&error.to_string()),
+            cause: address.printable(&error.to_string()),
         };
         let mut builder = AmazonS3Builder::new();
         for (key, value) in &settings.s3 {
@@ -60,7 +60,7 @@ impl Object {
     pub async fn range(&self, range: Range<u64>, address: &Address) -> Result<Answer, NoAnswer> {
         let failed = |error: object_store::Error| {
             fault(&error).unwrap_or_else(|| {
-                let cause = address.told(&error.to_string());
+                let cause = address.printable(&error.to_string());
                 NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause })
             })
         };
@@ -136,8 +136,8 @@ impl Connector {
         let mut headers = HeaderMap::new();
         let last = start + bytes.len() as u64 - 1;
         headers.insert(header::CONTENT_LENGTH, HeaderValue::from(bytes.len()));
-        let told = [(header::CONTENT_RANGE, Some(format!("bytes {start}-{last}/{size}"))), (header::ETAG, version)];
-        for (name, text) in told {
+        let sent = [(header::CONTENT_RANGE, Some(format!("bytes {start}-{last}/{size}"))), (header::ETAG, version)];
+        for (name, text) in sent {
             if let Some(value) = text.and_then(|text| HeaderValue::from_str(&text).ok()) {
                 headers.insert(name, value);
             }

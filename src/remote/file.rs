@@ -59,7 +59,7 @@ impl RemoteFile {
     ///
     /// # Errors
     /// The same as [`RemoteFile::open`].
-    pub fn open_beside(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
+    pub fn open_sidecar(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         Self::open_patiently(location, settings, Arc::clone(&self.patience))
     }
 

@@ -61,7 +61,7 @@ impl Client {
     pub fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
         let bad = |cause: String| RemoteError::BadAddress {
             name: self.address.name.clone(),
-            cause: self.address.told(&cause),
+            cause: self.address.printable(&cause),
         };
         let mut request = Request::new(Method::GET, Url::parse(url).map_err(|error| bad(error.to_string()))?);
         if let Some(login) = login {
@@ -157,12 +157,12 @@ impl Client {
         if status != StatusCode::PARTIAL_CONTENT {
             return Err(self.refused(status, response.headers()));
         }
-        let Some(told) = text(response.headers(), header::CONTENT_RANGE) else {
+        let Some(range) = text(response.headers(), header::CONTENT_RANGE) else {
             return Err(self.unusable("the server does not say which part of the file it sends".into()));
         };
-        let Some((sent, size)) = content_range(&told) else {
-            let told = told.chars().take(40).collect::<String>();
-            return Err(self.unusable(format!("the server sends a part with the invalid Content-Range {told:?}")));
+        let Some((sent, size)) = content_range(&range) else {
+            let range = range.chars().take(40).collect::<String>();
+            return Err(self.unusable(format!("the server sends a part with the invalid Content-Range {range:?}")));
         };
         let expected = asked.start..asked.end.min(size);
         if sent != expected {
@@ -178,7 +178,7 @@ impl Client {
     fn refused(&self, status: StatusCode, headers: &HeaderMap) -> NoAnswer {
         let name = self.address.name.clone();
         let number = status.as_u16();
-        let told = format!("the server answers {number}");
+        let answered = format!("the server answers {number}");
         NoAnswer::Never(match number {
             404 | 410 => RemoteError::NotFound { name },
             401 | 403 => RemoteError::Denied { name, cause: number.to_string() },
@@ -191,8 +191,8 @@ impl Client {
                 // The redirects that remain here have no location, or one that is not the address of a web server.
                 let cause = match text(headers, header::LOCATION) {
                     Some(place) => not_followed(place.split(['?', '#']).next().unwrap_or_default()),
-                    None if number == 304 => told,
-                    None => format!("{told} without a Location header"),
+                    None if number == 304 => answered,
+                    None => format!("{answered} without a Location header"),
                 };
                 return self.unusable(cause);
             }
@@ -200,23 +200,26 @@ impl Client {
                 let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
                 return match seconds {
                     Some(seconds @ 1..) => {
-                        let told = format!("{told} and requests a pause of {seconds} s");
-                        NoAnswer::AfterPause(told, Duration::from_secs(seconds.into()))
+                        let answered = format!("{answered} and requests a pause of {seconds} s");
+                        NoAnswer::AfterPause(answered, Duration::from_secs(seconds.into()))
                     }
-                    _ => NoAnswer::Again(told),
+                    _ => NoAnswer::Again(answered),
                 };
             }
-            _ => RemoteError::Unusable { name, cause: told },
+            _ => RemoteError::Unusable { name, cause: answered },
         })
     }
 
     fn unusable(&self, cause: String) -> NoAnswer {
-        NoAnswer::Never(RemoteError::Unusable { name: self.address.name.clone(), cause: self.address.told(&cause) })
+        NoAnswer::Never(RemoteError::Unusable {
+            name: self.address.name.clone(),
+            cause: self.address.printable(&cause),
+        })
     }
 
     /// Converts an error of the library.
     fn why(&self, error: &reqwest::Error) -> NoAnswer {
-        let said = self.address.told(&deepest(error));
+        let said = self.address.printable(&deepest(error));
         if error.is_redirect() {
             return self.unusable(said);
         }

@@ -34,7 +34,7 @@ mod settings;
 mod traffic;
 mod transport;
 
-pub use address::{beside, is_remote, name_of};
+pub use address::{is_remote, name_of, sidecar_url};
 pub use blocks::{BLOCK_BYTES, Block};
 pub use disk::{CachedBlock, inspect};
 pub use error::RemoteError;

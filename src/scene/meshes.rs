@@ -172,8 +172,8 @@ impl MeshToml {
         if self.file.is_empty() {
             return Err(wrong("file", "it is empty".to_owned()));
         }
-        let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
-        let file = beside(&self.file);
+        let resolved = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+        let file = resolved(&self.file);
         let stands = match (self.at, self.instances, self.scatter) {
             (Some((x_m, y_m, z)), None, None) => {
                 let (z_m, height_above_ground) = match z {
@@ -190,7 +190,7 @@ impl MeshToml {
                 Stands::At(MeshPlace { at_m: DVec3::new(x_m, y_m, z_m), height_above_ground })
             }
             (None, Some(list), None) if list.is_empty() => return Err(wrong("instances", "it is empty".to_owned())),
-            (None, Some(list), None) => Stands::Listed(beside(&list)),
+            (None, Some(list), None) => Stands::Listed(resolved(&list)),
             (None, None, Some(scatter)) => Stands::Scattered(scatter.checked()?),
             (None, None, None) => {
                 let cause = "it needs at = [x, y, \"+0\"], instances = \"LIST.csv\" or scatter = { … }";

@@ -15,7 +15,7 @@ use super::masked::{Mask, Masked};
 use super::memory;
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
+use super::samples::{BandMetadata, Meaning, SampleType, Tally, WarnOnce, parse_no_data};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
 use super::tiff_side_files::SideFiles;
 use super::values::{Holds, Values};
@@ -47,7 +47,7 @@ pub(super) struct GeoTiffReader {
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
-    told: Told,
+    warnings: WarnOnce,
 }
 
 impl GeoTiffReader {
@@ -126,7 +126,7 @@ impl GeoTiffReader {
                 meaning,
                 georeference,
                 identity,
-                told: Told::default(),
+                warnings: WarnOnce::default(),
             })
         };
         Ok(Values { reader: Masked::over(heights, masks, path), full, is_located: place.is_some() })
@@ -145,7 +145,7 @@ impl GeoTiffReader {
         }
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         // A sparse file leaves blocks out; they hold the no-data value, or zeros if it declares none, as in GDAL.
         if self.meaning.no_data.is_some() {
             let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());

@@ -17,7 +17,7 @@ use super::memory;
 use super::picture::{Picture, Rows};
 use super::place::{self, check_window};
 use super::reader::{HeightReader, Window};
-use super::samples::{Meaning, SampleType, Tally, Told};
+use super::samples::{Meaning, SampleType, Tally, WarnOnce};
 use super::side_file::Said;
 use super::values::Holds;
 use super::{picture, terrain_rgb};
@@ -47,7 +47,7 @@ struct GreyReader {
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
-    told: Told,
+    warnings: WarnOnce,
     state: Mutex<State>,
 }
 
@@ -79,7 +79,7 @@ impl GreyReader {
             meaning,
             georeference: said.georeference(path, size)?,
             identity: said.identity(path),
-            told: Told::default(),
+            warnings: WarnOnce::default(),
             state: Mutex::new(state),
         })
     }
@@ -108,7 +108,7 @@ impl GreyReader {
             let row = rows.read()?;
             self.append_heights_m(row, row.len() / self.size[0] as usize, &mut heights_m, &mut tally);
         }
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         Ok(Some(heights_m))
     }
 
@@ -158,7 +158,7 @@ impl GreyReader {
             let pixels = &picture.bytes[first..first + window.width as usize * pixel_bytes];
             self.append_heights_m(pixels, pixel_bytes, &mut heights_m, &mut tally);
         }
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         Ok(heights_m)
     }
 }

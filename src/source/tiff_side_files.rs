@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use super::georeference::GeoTags;
-use super::place::{beside, small_text};
+use super::place::{sibling, small_text};
 use super::samples::{BandMetadata, Meaning, parse_no_data};
 use super::{GeoKeys, masked, wkt};
 
@@ -41,7 +41,7 @@ impl SideFiles {
                 Err(error) => tracing::warn!("{error}; it is ignored"),
             }
         }
-        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| beside(path, ending)) {
+        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| sibling(path, ending)) {
             found.world_file = small_text(&world).ok().and_then(|text| parse_world_file(&text));
             match found.world_file {
                 Some(_) => found.files.push(world),
@@ -103,7 +103,7 @@ impl SideFiles {
 /// Returns whether the heights of the GeoTIFF at `path` depend on sidecar files: then it cannot be drawn without
 /// baking.
 pub(crate) fn need_side_files(path: &Path) -> bool {
-    masked::path_beside(path).is_some() || SideFiles::of(path).overrules()
+    masked::sidecar_mask(path).is_some() || SideFiles::of(path).overrules()
 }
 
 /// Returns the text of the first element with this name, without nested elements.

@@ -30,7 +30,7 @@ pub const MOST_EXTENT: u32 = 256;
 /// Largest square of no-data in a hole that is filled, in samples.
 pub const MOST_WIDTH: u32 = 64;
 /// Distance in samples within which heights decide whether a sample is a spike.
-const NEAR: u32 = spikes::BESIDE + 1;
+const NEAR: u32 = spikes::REACH + 1;
 
 /// The limits of the holes that are filled, in samples of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

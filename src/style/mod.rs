@@ -325,7 +325,7 @@ impl Style {
         let mut style: Self = parameters::read(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         let named = |key: &str, source: StyleError| StyleError::Named {
-            place: Wrong::told(key, source.to_string()).in_text(name, text),
+            place: Wrong::with_message(key, source.to_string()).in_text(name, text),
             source: Box::new(source),
         };
         if let Some(hatching) = &mut style.hatching {

@@ -325,7 +325,7 @@ impl Flight {
         renderer.set_builds(Builds::InBackground);
         renderer.set_submits(if self.panel_shown { Submits::Timed } else { Submits::Whole });
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
-        self.stroke_numbers.ask(&self.gpu, renderer.strokes());
+        self.stroke_numbers.request(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
         self.last.time_s = clock.now_s;

@@ -240,7 +240,7 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
     row(ui, "Patches", grouped(facts.patches));
     if let Some(StrokeNumbers { drawn, left_out }) = facts.strokes {
         row(ui, "Strokes", grouped(drawn.into()));
-        if let Some(text) = left_out.told() {
+        if let Some(text) = left_out.message() {
             ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
         }
     }
@@ -322,7 +322,7 @@ mod tests {
     }
 
     /// Returns the texts of the cost section, with their colours.
-    fn told(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
+    fn cost_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
         let facts = Facts {
             adapter: "",
             picture_px: [640, 360],
@@ -374,16 +374,16 @@ mod tests {
     }
 
     #[test]
-    fn strokes_without_room_are_told_as_a_warning() {
+    fn strokes_over_the_limit_are_a_warning() {
         let with = |strokes| Some(StrokeNumbers { drawn: 1234, left_out: LeftOut { strokes, ..LeftOut::default() } });
         let warning = |texts: &[(String, Color32)]| texts.iter().find(|(_, color)| *color == WARNING).cloned();
-        let texts = told(with(56));
+        let texts = cost_texts(with(56));
         assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
         let (text, _) = warning(&texts).expect("a warning");
         assert!(text.contains("56 strokes exceed the limits"), "{text}");
         // If every stroke fits, only the number is shown; without strokes not even that.
-        let texts = told(with(0));
+        let texts = cost_texts(with(0));
         assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
-        assert!(told(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
+        assert!(cost_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
     }
 }

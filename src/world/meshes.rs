@@ -51,14 +51,14 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
 
 /// Computes the coarser levels of a mesh. For a large one this takes some seconds.
 fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
-    let tell = |done: f32| {
+    let report_done = |done: f32| {
         if mesh.triangles.len() > MANY_TRIANGLES {
             progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
         }
     };
-    tell(0.0);
+    report_done(0.0);
     let levels = coarser(mesh);
-    tell(1.0);
+    report_done(1.0);
     levels
 }
 

@@ -167,7 +167,7 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
                 continue;
             }
             inputs.add(file);
-            obj::files_beside(file).iter().for_each(|file| inputs.add(file));
+            obj::sidecar_files(file).iter().for_each(|file| inputs.add(file));
         }
         scene.mesh_lists().for_each(|list| inputs.add(list));
     }
@@ -241,7 +241,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 let name = path.display();
-                tracing::warn!("{}. Reading {name} without baking, with estimated errors", error.told());
+                tracing::warn!("{}. Reading {name} without baking, with estimated errors", error.message());
                 Ok(store)
             }
             opened => Ok(opened?),

@@ -72,8 +72,8 @@ fn across_at(way: Way, step: i32) -> i32 {
 fn begins(pixel: vec2<i32>, id: u32) -> bool {
     // Of two pixels at one step, the one with the lesser coordinate begins the segment.
     let way = way_of(id);
-    let beside = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
-    let has_twin = all(beside >= vec2<i32>(0)) && textureLoad(ids, max(beside, vec2<i32>(0)), 0).r == id;
+    let twin = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
+    let has_twin = all(twin >= vec2<i32>(0)) && textureLoad(ids, max(twin, vec2<i32>(0)), 0).r == id;
     var is_begin = !has_twin;
     let own = select(pixel.x, pixel.y, way.is_steep);
     for (var back = 1; back <= 2 && is_begin; back++) {

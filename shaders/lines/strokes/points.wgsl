@@ -65,10 +65,10 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
     if room <= 0 {
         return own;
     }
-    let beside = joint(chain, i - 1) + joint(chain, i + 1);
-    var around = (2.0 * own + beside) / 4.0;
+    let neighbours = joint(chain, i - 1) + joint(chain, i + 1);
+    var around = (2.0 * own + neighbours) / 4.0;
     if room > 1 {
-        around = (6.0 * own + 4.0 * beside + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
+        around = (6.0 * own + 4.0 * neighbours + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
     }
     let way = around.xy - own.xy;
     return vec3<f32>(own.xy + way * min(1.0, MOST_PX / max(length(way), 1e-6)), own.z);

@@ -13,7 +13,7 @@
 //   MOVE_PX per frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, BESIDE, to_seed_px, hash, let_go}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, NEIGHBOURS, to_seed_px, hash, let_go}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -100,7 +100,7 @@ struct Inherited {
 fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     let at_px = matches[number].at_px;
     var nearest = number;
-    for (var i = 0u; i <= BESIDE && matches[nearest].stroke == 0u; i++) {
+    for (var i = 0u; i <= NEIGHBOURS && matches[nearest].stroke == 0u; i++) {
         nearest = max(number, first + i) - i;
         if matches[nearest].stroke == 0u {
             nearest = min(number + i, end - 1u);
@@ -112,9 +112,9 @@ fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     var sum_px = along_px;
     var weight = 1.0;
     for (var i = max(number, first + 2u) - 2u; i < min(number + 3u, end); i++) {
-        let beside = matches[i];
-        let by_it_px = beside.along_px + beside.sense * (at_px - beside.at_px);
-        let is_same = beside.stroke == found.stroke && beside.sense == found.sense;
+        let other = matches[i];
+        let by_it_px = other.along_px + other.sense * (at_px - other.at_px);
+        let is_same = other.stroke == found.stroke && other.sense == found.sense;
         if is_same && abs(by_it_px - along_px) <= ALIKE_PX {
             sum_px += by_it_px;
             weight += 1.0;
@@ -146,10 +146,10 @@ fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
         let from_middle_px = abs(own.at_px - matches[(first + end) / 2u].at_px);
         reached_px = max(reached_px, -0.5 * temporal.growth_px - min(to_seed_px(along_px), from_middle_px));
     }
-    for (var i = max(number, first + BESIDE) - BESIDE; i < min(number + BESIDE + 1u, end); i++) {
-        let beside = matches[i];
-        if beside.stroke != 0u {
-            reached_px = max(reached_px, beside.shown_px - abs(beside.at_px - own.at_px));
+    for (var i = max(number, first + NEIGHBOURS) - NEIGHBOURS; i < min(number + NEIGHBOURS + 1u, end); i++) {
+        let other = matches[i];
+        if other.stroke != 0u {
+            reached_px = max(reached_px, other.shown_px - abs(other.at_px - own.at_px));
         }
     }
     return reached_px + temporal.growth_px;

@@ -21,7 +21,7 @@
 #import hachure::surface::{vertex_height_m, is_void}
 #import hachure::earth::{bend, unbend}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge, order}
+#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge, order}
 #import hachure::ordered::{clear_marks, mark}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
@@ -196,7 +196,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     let quads = patches[group.x];

@@ -125,16 +125,16 @@ impl<'a> Laid<'a> {
     }
 
     fn measured(self) -> Result<Self, CoverError> {
-        let beside = || CoverError::OutsideWorld { path: self.path.to_owned() };
+        let outside = || CoverError::OutsideWorld { path: self.path.to_owned() };
         let (low_m, high_m) = (self.low_m.max(self.ground.low_m), self.high_m.min(self.ground.high_m));
         if !low_m.cmplt(high_m).all() {
-            return Err(beside());
+            return Err(outside());
         }
         let (middle_m, h_m) = (0.5 * (low_m + high_m), 1e-4 * (high_m - low_m).max_element());
         let slope = |by_m: DVec2| (self.sample_at(middle_m + by_m) - self.sample_at(middle_m - by_m)) / (2.0 * h_m);
         let per_m = DMat2::from_cols(slope(DVec2::X * h_m), slope(DVec2::Y * h_m));
         if !(per_m.is_finite() && per_m.determinant() != 0.0) {
-            return Err(beside());
+            return Err(outside());
         }
         Ok(Self { per_m, ..self })
     }

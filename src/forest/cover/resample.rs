@@ -135,7 +135,13 @@ pub(super) fn resample(
         let firsts: Vec<u32> = (0..grid.size[0]).step_by(wide as usize).collect();
         let block = |first: &u32| {
             let count = [wide.min(grid.size[0] - first), high.min(grid.size[1] - row)];
-            ask(raster, grid, Window { x: *first, y: row, width: count[0], height: count[1] }, wide.min(high), &answer)
+            read_cells(
+                raster,
+                grid,
+                Window { x: *first, y: row, width: count[0], height: count[1] },
+                wide.min(high),
+                &answer,
+            )
         };
         let blocks: Vec<_> = match raster.reader.is_serial() {
             true => firsts.iter().map(block).collect::<Result<_, _>>()?,
@@ -153,7 +159,7 @@ pub(super) fn resample(
 }
 
 /// Resamples one block; returns its rows.
-fn ask(
+fn read_cells(
     raster: &Laid<'_>,
     grid: &Grid,
     block: Window,

@@ -142,8 +142,8 @@ fn classes_of_another_system_lie_where_they_should() {
 
 #[test]
 fn a_real_world_has_its_classes_where_they_should_be() {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from);
+    let default_folder = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let folder = std::env::var_os("HACHURE_TEST_DATA").map_or_else(default_folder, PathBuf::from);
     let path = folder.join("dem/geotiff/N46E008_alps.tif");
     if !path.is_file() {
         println!("skipped: {} is not there", path.display());
@@ -187,7 +187,7 @@ fn densities_are_means_and_classes_those_with_most_trees() {
 }
 
 #[test]
-fn classes_that_are_not_listed_are_told_with_their_count() {
+fn unlisted_classes_are_reported_with_their_count() {
     let (dem, scratch) = (Dem::utm(), Scratch::new());
     let size = [100, 80];
     let class = |x: f64, y: f64| {
@@ -206,8 +206,8 @@ fn classes_that_are_not_listed_are_told_with_their_count() {
     let laid = Laid::by_place(&path, open_values(&path, Holds::Classes).unwrap().reader, &ground).unwrap();
     let grid = Grid::over(&ground, std::iter::once(&laid)).unwrap();
     let numbers = files.classes.iter().zip(1..).map(|(class, number)| (class.class, number)).collect();
-    let asks = Asks::Class { classes: &files.classes, numbers };
-    let tally = resample(&laid, &grid, |values, tally| asks.answer(values, tally), |_, _| {}).unwrap();
+    let question = Question::Class { classes: &files.classes, numbers };
+    let tally = resample(&laid, &grid, |values, tally| question.answer(values, tally), |_, _| {}).unwrap();
     let line = unlisted_line(&path, &tally, laid.samples_per_point(&grid)).unwrap();
     assert!(line.ends_with("class (samples): 11 (800), 12 (450)"), "{line}");
     // Unlisted classes have no trees, the others do.

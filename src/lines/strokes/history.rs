@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn land_that_changes_at_rest_settles_anew() {
+    fn land_that_changes_at_rest_settles_again() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
         let mut rest = |land_changes| {
             history.plan(&strokes, &view(pose(0.0), pose(0.0)), Step { land_changes, ..STEP }, None);

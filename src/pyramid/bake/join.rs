@@ -181,9 +181,9 @@ pub fn join(
     };
     let header = sidecar.header_to_bytes().map_err(PyramidError::encode(job.out))?;
     sidecar.header_bytes = header.len() as u64;
-    let beside = sidecar_path(target);
-    let mut records = AtomicFile::create(&beside).map_err(PyramidError::io(&beside, "creating"))?;
-    records.writer().write_all(&header).map_err(PyramidError::io(&beside, "writing"))?;
+    let sidecar_file = sidecar_path(target);
+    let mut records = AtomicFile::create(&sidecar_file).map_err(PyramidError::io(&sidecar_file, "creating"))?;
+    records.writer().write_all(&header).map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let mut number = 0;
     for (level, size) in sizes.iter().enumerate() {
         for y in 0..size.tiles_y() {
@@ -195,13 +195,13 @@ pub fn join(
                     let tile = &statistics[level][(y * size.tiles_x() + run.x) as usize + i];
                     let checksum = run.part.contents.tiles[run.first + i].checksum;
                     let record = record_bytes(number, tile, checksum, page);
-                    records.writer().write_all(&record).map_err(PyramidError::io(&beside, "writing"))?;
+                    records.writer().write_all(&record).map_err(PyramidError::io(&sidecar_file, "writing"))?;
                     number += 1;
                 }
             }
         }
     }
-    records.sync().map_err(PyramidError::io(&beside, "writing"))?;
+    records.sync().map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let tif_bytes = sidecar.link.tif_bytes;
     job.go_on()?;
     pair::commit(tif.partial_path(), records.partial_path(), job.out)?;

@@ -364,12 +364,12 @@ fn wide_error_m(top: &Tile, finest: LevelSize, size: LevelSize, j: u32, (x, y): 
             continue;
         }
         let (first, opposite) = (height_m(left, above), height_m(right, below));
-        let (beside, down) = (height_m(right, above), height_m(left, below));
+        let (right_above, down) = (height_m(right, above), height_m(left, below));
         for row in above.ceil() as u32..=below as u32 {
             for column in left.ceil() as u32..=right as u32 {
                 let (u, v) = ((f64::from(column) - left) / (right - left), (f64::from(row) - above) / (below - above));
                 let flat = if u >= v {
-                    first + u * (beside - first) + v * (opposite - beside)
+                    first + u * (right_above - first) + v * (opposite - right_above)
                 } else {
                     first + v * (down - first) + u * (opposite - down)
                 };

@@ -7,7 +7,7 @@ use super::cache::cache_folder;
 use super::cog_store::CogStore;
 use super::tile_store::TileStore;
 use crate::pyramid::error::PyramidError;
-use crate::remote::{RemoteError, RemoteFile, Settings, beside};
+use crate::remote::{RemoteError, RemoteFile, Settings, sidecar_url};
 use crate::source::VoidMode;
 use crate::source::tiff_side_files::need_side_files;
 
@@ -46,7 +46,7 @@ fn open_remote_as(
     voids: VoidMode,
 ) -> Result<Arc<CogStore>, PyramidError> {
     let file = RemoteFile::open(url, settings.clone())?;
-    let sidecar = match file.open_beside(&beside(url, ".tiles"), settings) {
+    let sidecar = match file.open_sidecar(&sidecar_url(url, ".tiles"), settings) {
         Ok(sidecar) => Some(sidecar),
         Err(error) if error.is_absent() => None,
         Err(error) => return Err(error.into()),

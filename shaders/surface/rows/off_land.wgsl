@@ -6,7 +6,7 @@
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
 @group(0) @binding(2) var position: texture_2d<f32>;
 // All 0 where land is visible, as for the sky.
-@group(0) @binding(3) var place_beside: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(3) var place_off_land: texture_storage_2d<rgba32float, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -15,5 +15,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let is_land = kind_of(textureLoad(surface_id, pixel, 0).r) == LAND;
-    textureStore(place_beside, pixel, select(textureLoad(position, pixel, 0), vec4<f32>(0.0), is_land));
+    textureStore(place_off_land, pixel, select(textureLoad(position, pixel, 0), vec4<f32>(0.0), is_land));
 }
