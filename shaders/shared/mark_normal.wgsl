@@ -55,8 +55,8 @@ fn block_of(around: Around, i: i32, size: vec2<u32>) -> vec2<i32> {
 }
 
 // Returns the weight of a block for a pixel that sees `at`: how far the block sees the same face of the land. `seen` is
-// the block's normal and depth. A block that is about as far away has a weight of at least `least_weight`, whatever face it
-// sees.
+// the block's normal and depth. A block that is about as far away has a weight of at least `least_weight`, whatever
+// face it sees.
 fn block_weight(view: View, around: Around, i: i32, block: vec2<i32>, seen: vec4<f32>, at: vec4<f32>, least_weight: f32) -> f32 {
     // Allowed distance of the pixel's point from the block's tangent plane: a block's width on the ground.
     let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;

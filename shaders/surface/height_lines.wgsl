@@ -37,9 +37,9 @@ struct HeightLineRules {
 // Ink, 0 to 1.
 @group(0) @binding(5) var height_ink: texture_storage_2d<r32float, write>;
 
-// Gap below which lines are gone; from twice that on they are whole.
+// Distance between contour lines below which they are not drawn; from twice that distance on they are drawn fully.
 const LEAST_GAP_PX: f32 = 2.0;
-// Gap beyond which land is level, and a line on it would be a blot.
+// Distance between contour lines above which the land is so level that a line on it would be a blot.
 const MOST_GAP_PX: f32 = 800.0;
 
 // Returns the ink of lines `interval_m` apart at a height that changes by `rise_m` per pixel.

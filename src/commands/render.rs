@@ -63,13 +63,13 @@ pub struct RenderArgs {
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi, are
-    /// multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
+    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi,
+    /// are multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
-    /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of view
-    /// in degrees [default: the scene's]
+    /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of
+    /// view in degrees [default: the scene's]
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
     /// Draw a georeferenced map from straight above, north up: its centre in metres east and north of the centre of the

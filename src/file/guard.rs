@@ -93,7 +93,7 @@ impl Inputs {
     /// Checks that a folder may be emptied and removed, because no input is inside.
     ///
     /// # Errors
-    /// Returns [`FileError::IsInput`].
+    /// Returns [`FileError::IsInput`] if an input is inside the folder.
     pub fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
         let Ok(inside) = folder.canonicalize() else { return Ok(()) };
         let is_inside = |identity: &Identity| matches!(identity, Identity::Place(place) if place.starts_with(&inside));

@@ -51,7 +51,7 @@ pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
 pub struct Wrong {
     /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.layers[2].from`.
     pub key: String,
-    /// The message.
+    /// The error message, without the file's name and the position.
     pub message: String,
 }
 

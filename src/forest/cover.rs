@@ -80,7 +80,7 @@ pub enum CoverError {
     NoWay {
         /// Path of the raster.
         path: PathBuf,
-        /// What is not known about them.
+        /// The reason, as a clause.
         cause: String,
     },
     /// The raster does not overlap the others, so there would be no trees.

@@ -14,9 +14,9 @@ use glam::DVec3;
 pub struct MeshEdge {
     /// The two ends.
     pub ends: [usize; 2],
-    /// Of the first triangle, the corner opposite to the edge.
+    /// The corner of the first triangle that is opposite to the edge.
     pub across: usize,
-    /// Of the second triangle, the corner opposite to the edge; `None` at a border.
+    /// The corner of the second triangle that is opposite to the edge; `None` at a border.
     pub across_other: Option<usize>,
 }
 

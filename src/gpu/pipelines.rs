@@ -94,7 +94,7 @@ pub enum Builds {
 /// How one renderer has its pipelines compiled.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Compiles {
-    /// Who compiles.
+    /// Whether pipelines are compiled at once or in the background.
     pub builds: Builds,
     /// How many pipelines the renderer's own thread has compiled so far.
     pub built_at_once: u64,

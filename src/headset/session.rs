@@ -63,7 +63,7 @@ impl Runtime {
     }
 }
 
-/// What the session's state allows the program to do.
+/// The work that the session's state allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Life {
     /// Nothing: the session has not begun, or has ended for now.
@@ -79,9 +79,9 @@ pub enum Life {
 pub struct Headset {
     /// Images of both eyes.
     pub eyes: [EyeImages; 2],
-    /// Takes frames.
+    /// The stream to which finished frames are submitted.
     pub stream: xr::FrameStream<xr::Vulkan>,
-    /// Waits for frames.
+    /// Blocks until the runtime wants the next frame.
     pub waiter: xr::FrameWaiter,
     /// Reference space of all poses.
     pub space: xr::Space,

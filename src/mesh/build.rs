@@ -51,8 +51,8 @@ impl Soup {
         self.join(name, paint, &|_| ())
     }
 
-    /// Builds a mesh, and reports the finished fraction to `progress`. Data that is no longer needed is dropped at once,
-    /// because all this takes more memory than the text of a long file.
+    /// Builds a mesh, and reports the finished fraction to `progress`. Data that is no longer needed is dropped at
+    /// once, because all this takes more memory than the text of a long file.
     pub(super) fn join(self, name: String, paint: Paint, progress: &dyn Fn(f64)) -> Result<Mesh, String> {
         self.check()?;
         let Self { places_m, triangles: read, normals: read_normals } = self;

@@ -59,9 +59,9 @@ pub enum Across {
     Border,
     /// The other occurrences of such an edge.
     Again,
-    /// Another triangle.
+    /// A neighbouring triangle.
     Triangle {
-        /// Its index.
+        /// Index of the neighbouring triangle in the mesh.
         index: u32,
         /// Whether it has the opposite winding, so that its front is on this triangle's back side.
         is_turned: bool,

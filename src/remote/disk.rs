@@ -1,6 +1,6 @@
 //! The disk cache: a folder of blocks that were fetched over a network.
 //!
-//! Each block is one file, in a folder for each version of each remote file (address, ETag, modification time, size):
+//! Each block is one file, in a folder for each version of each remote file (URL, ETag, modification time, size):
 //!
 //! ```text
 //! 8 bytes  "HACHBLK1"

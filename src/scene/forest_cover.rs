@@ -9,7 +9,7 @@ use super::forest::{Form, Species, WrongKey, within};
 /// Rasters that control where trees grow; the densities of several rasters are multiplied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoverFiles {
-    /// Greyscale mask: black is no trees, white is as many as the rules allow.
+    /// Greyscale mask: black means no trees, white as many as the rules allow.
     pub mask: Option<PathBuf>,
     /// Land cover: a raster of class numbers.
     pub land_cover: Option<PathBuf>,

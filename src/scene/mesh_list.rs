@@ -51,7 +51,7 @@ pub enum MeshListError {
         path: PathBuf,
         /// Line number, counted from 1 with the header.
         line: usize,
-        /// What is wrong with the line.
+        /// The reason why the line is invalid.
         cause: String,
     },
 }

@@ -56,7 +56,7 @@ pub struct Scatter {
     pub within_m: [f64; 4],
     /// Lowest and highest ground on which copies are placed, in metres.
     pub heights_m: [f64; 2],
-    /// Steepest ground on which copies are placed, in degrees; `None` is no limit.
+    /// Steepest ground on which copies are placed, in degrees; `None` means no limit.
     pub steepest_deg: Option<f64>,
     /// Seed of the random generator; each seed gives different positions.
     pub seed: u32,

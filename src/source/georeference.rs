@@ -39,7 +39,7 @@ pub enum Crs {
         semi_major_axis_m: f64,
         /// Inverse flattening of the ellipsoid; 0 for a sphere.
         inverse_flattening: f64,
-        /// Display name.
+        /// Display name: `EPSG:4326`, or the citation in the file.
         name: String,
     },
 }

@@ -175,8 +175,8 @@ impl HeightReader for Masked {
     }
 
     fn identity(&self) -> String {
-        let sidecar_path = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
+        let names = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
         // The identity includes the masks: a cache from before they were applied does not match.
-        self.heights.identity() + &place::identity(&sidecar_path.collect::<Vec<_>>(), "masked\n")
+        self.heights.identity() + &place::identity(&names.collect::<Vec<_>>(), "masked\n")
     }
 }

@@ -200,7 +200,7 @@ mod tests {
         let near: Vec<f32> = (0..9_990).map(|i| -9_990.0 + i as f32).chain([-9999.0]).collect();
         assert!(lines(&near).is_empty(), "so has what leads to it");
         let other: Vec<f32> = (0..1000).map(|i| if i == 7 { -9998.0 } else { i as f32 }).collect();
-        assert!(lines(&other).is_empty(), "it is no mark");
+        assert!(lines(&other).is_empty(), "this value does not mean no-data");
         assert!(lines(&[-9999.0; 100]).is_empty() && lines(&[f32::NAN; 4]).is_empty() && lines(&[]).is_empty());
     }
 }

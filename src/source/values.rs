@@ -20,7 +20,7 @@ use super::{HeightReader, OpenOptions, SourceError, georeference};
 pub enum Holds {
     /// Heights in metres.
     Heights,
-    /// Class codes.
+    /// Codes of land-cover classes.
     Classes,
     /// Shades, from nothing to everything.
     Shades,

@@ -62,7 +62,7 @@ impl Limits {
     }
 }
 
-/// What is done with no-data.
+/// The treatment of no-data samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum VoidMode {

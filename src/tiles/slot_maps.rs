@@ -2,9 +2,9 @@
 //!
 //! A map is computed when its tile has been loaded, and again when its key has changed (for example the direction to
 //! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
-//! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with them is better.
-//! A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by the error that is
-//! visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
+//! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with
+//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by
+//! the error that is visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
 //! ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.

@@ -49,7 +49,7 @@ pub(super) struct Walk<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Over {
     allowed_m: f64,
-    /// See [`Walk::shown_error_m`].
+    /// Visible error in metres, from [`Walk::shown_error_m`].
     error_m: f64,
 }
 

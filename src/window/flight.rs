@@ -43,7 +43,7 @@ const FIRST_STEP_S: f64 = 1.0 / 60.0;
 /// Delay after the last picture until the panel is painted once more: GPU times arrive late.
 const LATE_FACTS: Duration = Duration::from_millis(150);
 
-/// What to do after an event.
+/// The next step of the program after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// Draw a frame.

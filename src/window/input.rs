@@ -14,10 +14,10 @@ use super::overlay::Overlay;
 /// Pixels of scrolling on a touchpad that count as one notch of a wheel.
 const NOTCH_PX: f64 = 40.0;
 
-/// What an event requires.
+/// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Heard {
-    /// Nothing.
+    /// No reaction: the event is for nobody.
     Nothing,
     /// A repaint of the panel only.
     Panel,

@@ -49,7 +49,7 @@ pub struct Facts<'a> {
     pub height_above_ground_m: f64,
 }
 
-/// What the user requested in the panel.
+/// The user's requests in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Asked {
     /// Area of the panel, which messages avoid.

@@ -57,7 +57,6 @@ pub enum WorldError {
     Terrain {
         /// Name of the pyramid.
         name: String,
-        /// The reason.
         source: TerrainError,
     },
     /// The ground under a camera or a mesh, from which its height is counted, cannot be read.
@@ -118,7 +117,7 @@ pub struct OpenWorld {
     pub surfaces: Surfaces,
 }
 
-/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by an address, by the name of an
+/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by a URL, by the name of an
 /// embedded scene, or not at all.
 ///
 /// # Errors

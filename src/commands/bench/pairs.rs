@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-/// What is measured on a frame in addition to its times.
+/// The measurements of a frame in addition to its times.
 #[derive(Clone, Copy)]
 pub(super) struct Checks {
     pub lod_error: bool,

@@ -126,7 +126,7 @@ fn outlines_stay() {
         let (near, middle) = (like(&model.near), like(&model.middle));
         println!("{name}: {} triangles, near {near:.3}, middle {middle:.3}", mesh.triangles.len());
         assert!(near >= least_near && middle >= least_middle, "{name}");
-        // Planted: a smaller tree, and one that lies on its side.
+        // Planted: a smaller tree, and one that has been tipped over.
         let changed = |place: fn(DVec3) -> DVec3| -> f64 {
             like(&model.near.iter().map(|corner| TreeCorner { at: place(corner.at), ..*corner }).collect::<Vec<_>>())
         };

@@ -15,9 +15,9 @@
 //! K is above 1, because the largest of 4^L times as many samples is wanted. It is fitted to what a bake measures of
 //! four one-degree SRTM tiles with no-data areas, a 25 m DEM and the procedural world (78 tiles, 13,000 patches above
 //! level 0): the estimate is not below the measured error for 96 % of tiles (the worst has 0.7 of it) and 98 % of
-//! patches; at the median it is 1.9 times the error of a tile and 1.9 times that of a patch. `src/tests/derive.rs` asserts
-//! this. Most underestimates are next to no-data; the largest overestimates (3.5 times) are in the procedural world,
-//! whose finest level is smooth.
+//! patches; at the median it is 1.9 times the error of a tile and 1.9 times that of a patch. `src/tests/derive.rs`
+//! asserts this. Most underestimates are next to no-data; the largest overestimates (3.5 times) are in the procedural
+//! world, whose finest level is smooth.
 //!
 //! A mesh patch of stride 2^L is compared with the bicubic surface of its own tile, as `bake::mesh_error` does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything

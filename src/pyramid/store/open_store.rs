@@ -9,7 +9,7 @@ use super::tile_store::TileStore;
 use crate::pyramid::error::PyramidError;
 use crate::remote::{RemoteError, RemoteFile, Settings, sidecar_url};
 use crate::source::VoidMode;
-use crate::source::tiff_side_files::need_side_files;
+use crate::source::tiff_sidecars::needs_sidecars;
 
 /// Bytes of cached decoded blocks, shared by all threads: 48 tiles of 512 × 512 f32.
 const DECODED_BYTES: usize = 48 << 20;
@@ -73,7 +73,7 @@ pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dy
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Ok(None);
     }
-    if need_side_files(path) {
+    if needs_sidecars(path) {
         return Ok(None);
     }
     // A path that is not Unicode is rare, and such a file can still be baked.

@@ -82,7 +82,7 @@ struct Fitted {
     tiles: Loaded,
     jumped: bool,
     detail: Detail,
-    /// See [`MapStep::fade_step_s`].
+    /// Time since the last frame, in seconds; `None` disables fading, as in [`MapStep::fade_step_s`].
     fade_step_s: Option<f64>,
 }
 
