@@ -2,7 +2,7 @@
 #define_import_path hachure::focus
 #import hachure::view::{View, distance_from_eye}
 
-// What the focus is centred on.
+// Kinds of focus: by distance from the eye, around a position on the picture, or around a position in the world.
 const NO_FOCUS: u32 = 0u;
 const AT_DISTANCE: u32 = 1u;
 const ON_PICTURE: u32 = 2u;

@@ -145,7 +145,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 /// Sets the stereo pair: the same for all styles and all frames.
 fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let mut nearest = f64::INFINITY;
-    if args.stereo.asks_for_nearest() {
+    if args.stereo.requests_nearest() {
         for camera in path.spread(ASKED_CAMERAS) {
             nearest = nearest.min(runs[0].nearest_m(gpu, &camera)?);
         }

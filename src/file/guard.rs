@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_folder_would_take_in_is_refused() {
+    fn a_folder_with_an_input_inside_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::create_dir(at("tiles")).unwrap();

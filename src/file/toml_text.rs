@@ -186,7 +186,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_is_read() {
+    fn valid_texts_are_read() {
         let text = "title = \"a\"\ncopies = 3\nfold = \"half\"\ndots = [{ at = [1, 2.5] }]\n\
                     [frame]\nwidth_px = 2\n[ink]\nkind = \"mixed\"\nparts = 1\n";
         let sheet: Sheet = read("sheet.toml", text).unwrap();

@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_view_lists_follows_what_is_drawn() {
+    fn far_blocks_are_thinned_out() {
         let points = Points::new();
         let frustum = Frustum::new(
             [[-1.0, 1.0, 0.4], [1.0, 1.0, 0.4], [1.0, 1.0, -0.6], [-1.0, 1.0, -0.6]].map(DVec3::from_array),

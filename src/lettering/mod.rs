@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn strokes_lie_where_they_are_asked_for() {
+    fn strokes_are_at_the_requested_positions() {
         let strokes = Line::new("H").strokes(DVec2::new(10.0, 100.0), 42.0);
         let points = strokes.concat();
         let [low, high] = [f64::min, f64::max].map(|pick| points.iter().map(|at| at.y).reduce(pick));

@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn steadiness_stands_below_where_it_was_measured() {
+    fn steadiness_is_printed_below_the_times() {
         let measured = [("flicker", 0.0123), ("line_coverage", 0.5), ("e_warp", 2.5e-4), ("pairs", 3.0)];
         let metrics = measured.map(|(name, value)| (name.to_owned(), Some(value)));
         let steady = Run { temporal: Some(metrics.into()), ..run("ink", None) };

@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::build::Soup;
-use super::lines::{Said, Stream, numbered};
+use super::lines::{MaterialStatements, Stream, numbered};
 use super::paint::{self, Paint, Place};
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
@@ -125,18 +125,18 @@ fn read_text(
     read: &dyn Fn(u64),
     joined: &dyn Fn(f64),
 ) -> Result<Mesh, Cause> {
-    let (soup, said) = soup_of(from, read)?;
-    let paint = Paint::of(&said, soup.triangles.len(), place);
-    drop(said);
+    let (soup, statements) = soup_of(from, read)?;
+    let paint = Paint::of(&statements, soup.triangles.len(), place);
+    drop(statements);
     soup.join(name, paint, joined).map_err(Cause::Text)
 }
 
-fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause> {
+fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, MaterialStatements), Cause> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let mut stream = Stream::new(from, read);
     let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut stream, &options, no_materials)));
-    let said = stream.into_said().map_err(|error| Cause::File(error.to_string()))?;
+    let statements = stream.into_material_statements().map_err(|error| Cause::File(error.to_string()))?;
     let (models, _) = match loaded {
         Ok(Ok(loaded)) => loaded,
         Ok(Err(error)) => return Err(Cause::Text(error.to_string())),
@@ -160,5 +160,5 @@ fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause
             soup.triangles.push([corner(triangle[0])?, corner(triangle[1])?, corner(triangle[2])?]);
         }
     }
-    Ok((soup, said))
+    Ok((soup, statements))
 }

@@ -40,7 +40,7 @@ pub struct RemoteFile {
 
 /// Blocks that stay in memory as long as this value exists.
 #[derive(Clone, Debug, Default)]
-pub struct Held {
+pub struct HeldBlocks {
     _blocks: Vec<Arc<Block>>,
 }
 
@@ -155,8 +155,8 @@ impl RemoteFile {
     ///
     /// # Errors
     /// The same as [`RemoteFile::read`].
-    pub fn hold(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<Held, RemoteError> {
-        Ok(Held { _blocks: self.bring(ranges, cancelled)? })
+    pub fn hold(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<HeldBlocks, RemoteError> {
+        Ok(HeldBlocks { _blocks: self.bring(ranges, cancelled)? })
     }
 
     /// Drops the blocks of a range from memory and disk, because their content is invalid: the next read requests them

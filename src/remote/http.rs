@@ -278,7 +278,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_server_says_of_a_part() {
+    fn content_ranges_are_parsed() {
         assert_eq!(content_range("bytes 0-99/1234"), Some((0..100, 1234)));
         assert_eq!(content_range("Bytes 5-5/6 "), Some((5..6, 6)));
         for bad in [

@@ -38,7 +38,7 @@ pub use self::url::{is_remote, name_of, sidecar_url};
 pub use blocks::{BLOCK_BYTES, Block};
 pub use disk::{CachedBlock, inspect};
 pub use error::RemoteError;
-pub use file::{Held, RemoteFile};
+pub use file::{HeldBlocks, RemoteFile};
 pub use settings::Settings;
 pub use traffic::Traffic;
 

@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn patience_ends_all_tries_and_what_the_server_asks_is_kept() {
+    fn patience_ends_all_tries_and_the_servers_pause_is_kept() {
         let settings = Settings { tries: 1000, first_pause: Duration::from_millis(2), ..Settings::default() };
         let patience = Patience::new(Duration::from_millis(60), Duration::from_millis(10));
         let again = || Err::<(), _>(NoAnswer::Again("busy".into()));

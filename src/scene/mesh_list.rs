@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_one_line_with_file_and_row() {
+    fn errors_are_one_line_with_file_and_row() {
         for (text, cause) in [
             ("\n# nothing\n", "huts.csv:1: the header is missing"),
             ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`; it must name x and y"),

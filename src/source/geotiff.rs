@@ -99,7 +99,7 @@ impl GeoTiffReader {
         let place = sidecars.place(&mut tags);
         let mut georeference = match place {
             Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
-            None if holds == Holds::Shades => georeference::unsaid(),
+            None if holds == Holds::Shades => georeference::local_without_warning(),
             None => georeference::nowhere(&name),
         };
         WorldMapping::new(&georeference, width, height).map_err(located)?;

@@ -51,7 +51,7 @@ pub struct Facts<'a> {
 
 /// The user's requests in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct PanelRequests {
     /// Area of the panel, which messages avoid.
     pub rect: Option<egui::Rect>,
     /// Whether to write a picture to a file.
@@ -87,8 +87,8 @@ pub fn show(
     styles: &Styles,
     settings: &mut Settings,
     camera: &mut FlyCamera,
-) -> Asked {
-    let mut asked = Asked::default();
+) -> PanelRequests {
+    let mut requests = PanelRequests::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
     let window = egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false);
     let shown = window.show(context, |ui| {
@@ -97,15 +97,15 @@ pub fn show(
             picture(ui, facts, styles, settings);
             section(ui, "Cost", true, |ui| cost(ui, facts));
             section(ui, "Cost by pass", false, |ui| passes(ui, facts));
-            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
+            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut requests));
             section(ui, "Light", false, |ui| light(ui, settings));
             section(ui, "Keys", false, |ui| {
                 keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
             });
         });
     });
-    asked.rect = shown.map(|shown| shown.response.rect);
-    asked
+    requests.rect = shown.map(|shown| shown.response.rect);
+    requests
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
@@ -188,7 +188,7 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
 }
 
-fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked: &mut Asked) {
+fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, requests: &mut PanelRequests) {
     row(ui, "Above ground", format!("{} m", digits(facts.height_above_ground_m)));
     let [slowest, fastest] = SPEED_RANGE_M_S;
     let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
@@ -207,8 +207,9 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked:
         if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
         }
-        asked.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
-        asked.screenshot = ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
+        requests.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
+        requests.screenshot =
+            ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
     });
 }
 

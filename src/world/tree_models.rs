@@ -73,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_one_line_with_key_and_file() {
+    fn errors_are_one_line_with_key_and_file() {
         let folder = tempfile::tempdir().unwrap();
         let error_of = |name: &str, text: Option<&str>| {
             if let Some(text) = text {

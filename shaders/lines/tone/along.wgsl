@@ -1,6 +1,6 @@
 // Smooths lines from shading along themselves: short fragments vanish, and the rest gets even ink.
 //
-// Lee et al. 2007, "Line drawings via abstracted shading", find lines pixel by pixel and say so: "rendered lines
+// Lee et al. 2007, "Line drawings via abstracted shading", find lines pixel by pixel, and note that "rendered lines
 // contain some pixel-level artifacts and may look a bit ratty" (section 1), and opacity may depend on other measures of
 // confidence (section 3). This pass is not part of the paper. Its measure is length: from each cell it walks both ways
 // along the line, in the direction that the search found, until the line ends or turns sharply. Short ends fade out,

@@ -1,4 +1,5 @@
-// Positions for the marks of a texture in a style whose land has rows: only on things other than land.
+// Removes the land from the positions that hatching reads, in a style whose land has rows of hachures: only models and
+// trees are hatched.
 #import hachure::view::View
 #import hachure::surface_id::{kind_of, LAND}
 

@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_are_as_many_as_asked_for_and_one_in_each_part() {
+    fn there_is_one_pair_in_each_part() {
         for frames in 0..40 {
             for pairs in 0..45 {
                 let begins = begins(frames, pairs);

@@ -132,7 +132,7 @@ impl Job<'_> {
     /// Sets the stereo pair, which is the same for all pictures, so that depth in a film does not pulsate.
     pub(super) fn place_eyes(&mut self, cameras: &[Camera]) -> anyhow::Result<()> {
         let mut nearest = f64::INFINITY;
-        if self.args.stereo.asks_for_nearest() {
+        if self.args.stereo.requests_nearest() {
             let (gpu, renderer) = (&self.gpu, Renderer::or_new(&mut self.renderer, &self.gpu)?);
             for camera in cameras.iter().step_by(cameras.len().div_ceil(ASKED_CAMERAS)) {
                 let pose = self.world.pose(camera);

@@ -73,19 +73,19 @@ pub struct StrokeNumbers {
 
 /// The numbers of interactive frames, read back asynchronously: no frame waits for its own numbers, and a later one
 /// receives them. There are none at first.
-pub struct NumbersLater {
+pub struct AsyncStrokeNumbers {
     later: AsyncReadback,
     last: Option<StrokeNumbers>,
 }
 
-impl Default for NumbersLater {
+impl Default for AsyncStrokeNumbers {
     fn default() -> Self {
         let bytes = size_of::<StrokeCounts>() + size_of::<SampleCounts>();
         Self { later: AsyncReadback::new(bytes as u64), last: None }
     }
 }
 
-impl NumbersLater {
+impl AsyncStrokeNumbers {
     /// Requests the numbers of the frame that was just drawn. If it has no strokes, earlier numbers are discarded.
     pub fn request(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
         let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use self::history::History;
-pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
+pub use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
 pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
 use self::samples::{SampleList, SampleWork, TemporalUniform};

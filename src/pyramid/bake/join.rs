@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::chunk::Job;
-use super::deferred::{Deferred, Served};
+use super::deferred::{Deferred, FinishedLevels};
 use super::part::Part;
 use super::plan::{Chunk, Round};
 use super::vertices::for_children;
@@ -103,7 +103,7 @@ pub fn statistics(
     let deferred: Vec<Deferred> =
         done.iter().flat_map(|done| &done.parts).flat_map(|part| part.contents.deferred.iter().copied()).collect();
     if !deferred.is_empty() {
-        raise(&Served { levels, fallback_m: min_m }, job, &deferred, &mut statistics)?;
+        raise(&FinishedLevels { levels, fallback_m: min_m }, job, &deferred, &mut statistics)?;
     }
     set_corners(&mut statistics, &job.plan.sizes);
     Ok(statistics)
@@ -224,7 +224,7 @@ fn gather(job: &Job<'_>, done: &[Done]) -> Vec<Vec<TileStatistics>> {
 
 /// Raises the errors to those at deferred samples, and then the errors of parents to those of their children.
 fn raise(
-    served: &Served<'_>,
+    served: &FinishedLevels<'_>,
     job: &Job<'_>,
     deferred: &[Deferred],
     statistics: &mut [Vec<TileStatistics>],

@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use hachure::lines::strokes::{LeftOut, NumbersLater};
+use hachure::lines::strokes::{AsyncStrokeNumbers, LeftOut};
 
 use crate::tests::coherence::{Flight, mountains, strokes};
 
@@ -35,7 +35,7 @@ fn what_found_no_room_is_told_without_waiting() {
     let Some(mut world) = mountains() else { return };
     let mut message = |budget_px: f32| {
         let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
-        let mut numbers = NumbersLater::default();
+        let mut numbers = AsyncStrokeNumbers::default();
         assert_eq!(numbers.last(), None);
         // More readbacks than can be open at once, also in frames between updates, where nothing is recounted.
         for frame in 0..12 {
