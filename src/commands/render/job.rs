@@ -324,7 +324,7 @@ impl Job<'_> {
     /// Returns the report, or an error if some tiles could not be read.
     pub(super) fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         self.world.ground_was_read()?;
-        // A drawing that is not of the data must not be written.
+        // A drawing with missing tiles must not be written.
         match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),
