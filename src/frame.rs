@@ -1,9 +1,9 @@
 //! A frame, from top to bottom: surface → lines and tones → composite, for each eye of a rig.
 //!
 //! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
-//! through [`Renderer::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the
-//! pools that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made,
-//! and what is not called any more goes.
+//! through [`Renderer::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
+//! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and
+//! what is not called any more goes.
 
 mod antialias;
 mod bend;

@@ -2,9 +2,9 @@
 //! needs.
 //!
 //! What that is nobody lists. The frame itself is prewarmed: its passes run with a recorder that only asks
-//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, for
-//! strokes do something else in each. What the prewarming run did not meet is missed when a frame is recorded; nothing
-//! of such a frame is submitted, and the last picture stays.
+//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
+//! something else in each. What the prewarming run did not meet is missed when a frame is recorded; nothing of such a frame
+//! is submitted, and the last picture stays.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -54,8 +54,8 @@ impl Switch {
 }
 
 impl Renderer {
-    /// Where pipelines are built, and what else takes long to make. [`Builds::InBackground`] is for windows: a frame
-    /// then never waits for them, and [`Renderer::render`] draws the style before until all is there.
+    /// Where pipelines are built, and what else takes long to make. [`Builds::InBackground`] is for windows: a frame then
+    /// never waits for them, and [`Renderer::render`] draws the style before until all is there.
     pub fn set_builds(&mut self, builds: Builds) {
         self.pools.compiles.builds = builds;
     }
@@ -95,8 +95,7 @@ impl Renderer {
     }
 
     /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
-    /// that are. Each replaces the old one when it holds; errors are in
-    /// [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
+    /// that are. Each replaces the old one when it holds; errors are in [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
         gpu.pipelines().reload(gpu, &mut self.pools.compiles);
         let rebuilds = gpu.pipelines().rebuilds();

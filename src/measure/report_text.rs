@@ -34,7 +34,7 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("E_warp ×1e-6", "e_warp", 1e6, 1),
 ];
 
-/// Returns the tables: what frames cost, and how steady they are if that was measured. – is not measured.
+/// Returns the tables: what frames cost, and how steady they are if that was measured. A dash (–) marks what was not.
 pub fn table(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());

@@ -112,7 +112,7 @@ impl Sidecars {
             Some(wkt) => files.push(("prj", wkt + "\n")),
             None if prj.exists() => {
                 tracing::warn!(
-                    "{}: belongs to another map; none is written for this one, because its reference system has no WKT form",
+                    "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
                     named(&prj)
                 );
             }

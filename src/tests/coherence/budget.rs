@@ -33,7 +33,7 @@ fn the_budget_leaves_out_the_shortest() {
 #[test]
 fn what_found_no_room_is_told_without_waiting() {
     let Some(mut world) = mountains() else { return };
-    let mut message = |budget_px: f32| {
+    let mut told = |budget_px: f32| {
         let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
         let mut numbers = AsyncStrokeNumbers::default();
         assert_eq!(numbers.last(), None);
@@ -60,8 +60,8 @@ fn what_found_no_room_is_told_without_waiting() {
         assert_eq!(numbers.last(), None);
         last
     };
-    let little = message(100.0);
+    let little = told(100.0);
     assert!(little.strokes > 0 && little.message().unwrap().contains(&format!("{} strokes", little.strokes)));
-    let usual = message(strokes(|_| {}).strokes.unwrap().budget_px);
+    let usual = told(strokes(|_| {}).strokes.unwrap().budget_px);
     assert_eq!((usual, usual.message()), (LeftOut::default(), None));
 }
