@@ -288,7 +288,7 @@ impl Renderer {
             return Ok(());
         }
         // Without its pipelines nothing was drawn.
-        let trouble = gpu.pipelines().troubles().into_iter().next();
+        let trouble = gpu.pipelines().shader_errors().into_iter().next();
         trouble.map_or(Ok(()), |trouble| Err(GpuError::Shader(trouble)))
     }
 

@@ -102,7 +102,7 @@ fn parsed() -> Result<Cli, ExitCode> {
         Err(error) => {
             let words: Vec<String> =
                 std::env::args_os().skip(1).map(|word| word.to_string_lossy().into_owned()).collect();
-            Err(fail(&misuse::told(&error, &words, &Cli::command()), 2))
+            Err(fail(&misuse::describe(&error, &words, &Cli::command()), 2))
         }
     }
 }

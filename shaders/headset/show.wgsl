@@ -1,7 +1,7 @@
 // Copies an eye's picture to the headset's image, pixel by pixel, with a vignette while the view moves.
 //
-// Nothing changes within 22 degrees of the lens's axis; beyond 37 degrees the picture is black while the room moves.
-// Motion in peripheral vision is what makes people sick.
+// The vignette leaves the picture unchanged within 22 degrees of the lens's axis, and at full strength makes it black
+// beyond 37 degrees: motion in peripheral vision is what makes people sick.
 #import hachure::full_screen::full_screen_corner
 
 struct Show {

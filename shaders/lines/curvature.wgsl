@@ -146,10 +146,10 @@ fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: 
     var most = 0.0;
     for (var i = 0; i < 4; i++) {
         let side = select(-1, 1, (i & 1) == 1);
-        let beside = clamp(pixel + select(vec2<i32>(0, side), vec2<i32>(side, 0), i < 2), vec2<i32>(0), last);
-        let there = textureLoad(position, beside, 0);
+        let neighbour = clamp(pixel + select(vec2<i32>(0, side), vec2<i32>(side, 0), i < 2), vec2<i32>(0), last);
+        let there = textureLoad(position, neighbour, 0);
         if there.w > 0.0 && abs(dot(n, there.xyz - at.xyz)) < allowed_m {
-            most = max(most, abs(facing_of(there, textureLoad(normal, beside, 0).xyz) - facing));
+            most = max(most, abs(facing_of(there, textureLoad(normal, neighbour, 0).xyz) - facing));
         }
     }
     return 0.5 * abs(facing) / max(most, 1e-4);

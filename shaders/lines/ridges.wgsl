@@ -1,30 +1,31 @@
 // Adds ridges and valleys to the edge list: crests of curvature.
 //
-// On a ridge the curvature has a maximum along its own direction, and is convex; a valley is a ridge of the surface seen
-// from below. So the derivative of the curvature along that direction is zero, and falling. A direction has no sense, so
-// the directions at a cell's corners are flipped to agree with the first one, and the derivative takes its sign from
-// them.
+// On a ridge the surface is convex, and its largest principal curvature has a maximum along its own principal
+// direction: the derivative of the curvature along that direction passes through zero from positive to negative. A
+// valley is a ridge of the surface seen from below. A principal direction is an axis without a sense, so the directions
+// at a cell's corners are flipped to agree with the first corner's, which fixes the sign of the derivative.
 //
 // Without APPARENT, the curvature is that of the surface (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes
 // via Implicit Surface Fitting"), and its derivative comes from `surface/curvature`.
 //
 // With APPARENT, it is the view-dependent curvature of apparent.wgsl (Judd, Durand and Adelson 2007, "Apparent Ridges
 // for Line Drawing"), and its derivative is taken from the neighbouring blocks; the paper takes it from the triangles
-// around a vertex. Apparent ridges slide toward contours as the eye moves, like the lines that a person sees; the others
-// are fixed to the surface.
+// around a vertex. Apparent ridges slide toward contours as the eye moves, like the lines that a person sees; the
+// others are fixed to the surface.
 //
 // Curves are found by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the
-// surface bends less than `least_bend` over a feature, where it bends about as much across (a dome has no ridge), and
-// where it is so foreshortened that its contour is drawn instead, which shows the same shape.
+// surface bends less than `least_bend` over a feature, where it bends about as much in the other principal direction (a
+// dome has no ridge), and where the surface is so foreshortened that its contour is drawn instead, which shows the same
+// shape.
 //
-// Edges are in the order of cells (ordered.wgsl): `stage` 0 counts them, 1 writes them, 2 updates their number.
+// Edges are written in the order of cells, in three stages (edge_list.wgsl).
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::edges::{KIND_RIDGE, KIND_VALLEY}
-#import hachure::edge_list::has_told
+#import hachure::edge_list::has_updated_total
 #ifdef APPARENT
-#import hachure::cells::is_beside
+#import hachure::cells::on_one_surface
 #else
 #import hachure::curvature::{frame_of, form3, principal_of}
 #endif
@@ -48,16 +49,16 @@ struct RidgeRules {
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
 #endif
 
-// Largest curvature across a ridge, as a part of the curvature along its direction.
+// Largest curvature in the other principal direction, relative to the ridge's own.
 const MOST_ACROSS: f32 = 0.7;
 // Cosine between normal and view direction below which the surface's contours are drawn instead.
 const LEAST_FACING: f32 = 0.2;
-// Smallest cosine between the directions at a cell's corners. With less agreement the surface bends alike in all
-// directions, or there is not a single line.
+// Smallest cosine between the directions at a cell's corners. If they agree less, the surface bends about equally in
+// all directions, or several lines meet in the cell.
 const ALIKE: f32 = 0.7;
 
-// A corner of a cell, whose value is the derivative of the curvature along the corner's direction; its sign is that of
-// an arbitrary sense of that direction.
+// A corner of a cell. Its value is the derivative of the curvature along `along`; if `along` is flipped, the value
+// changes its sign.
 struct Crest {
     corner: Corner,
     // Unit vector: in the world, or with APPARENT in xy on the picture.
@@ -73,8 +74,8 @@ fn place_of(block: vec2<i32>) -> Corner {
     return corner_at(view, block, textureLoad(shape_normal, block, 0), 0.0, 0.0);
 }
 
-// Returns the magnitude of the change of the normal. Where the surface becomes concave only its sign jumps; the
-// magnitude is continuous.
+// Returns the magnitude of the view-dependent curvature: it is continuous, while the sign jumps where the surface
+// becomes concave.
 fn turn_at(block: vec2<i32>) -> f32 {
     return abs(textureLoad(apparent, block, 0).x);
 }
@@ -86,7 +87,7 @@ fn crest_of(block: vec2<i32>) -> Crest {
     let middle = place_of(block);
     for (var i = 0; i < 4; i++) {
         let step = select(vec2<i32>(0, 1), vec2<i32>(1, 0), i < 2) * select(-1, 1, (i & 1) == 1);
-        is_whole = is_whole && is_beside(view, middle, place_of(block + step));
+        is_whole = is_whole && on_one_surface(view, middle, place_of(block + step));
         change += vec2<f32>(step) * turn_at(block + step);
     }
     let least = ridge_rules.least_bend;
@@ -148,7 +149,7 @@ fn look(block: vec2<i32>) -> Curves {
     let ne = agreeing(crest_of(block + vec2<i32>(1, 0)), first.along);
     let se = agreeing(crest_of(block + vec2<i32>(1, 1)), first.along);
     let sw = agreeing(crest_of(block + vec2<i32>(0, 1)), first.along);
-    // On a ridge the derivative falls along its direction on the picture.
+    // On a ridge the derivative decreases along the ridge's direction on the picture.
     let slope = 0.5 * vec2<f32>(ne.value - nw.value + se.value - sw.value, sw.value - nw.value + se.value - ne.value);
     if dot(slope, on_picture(first)) >= 0.0 {
         return Curves();
@@ -163,7 +164,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);

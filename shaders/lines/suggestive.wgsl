@@ -20,7 +20,7 @@
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::curvature::{Shape, radial_of}
 #import hachure::edges::KIND_SUGGESTIVE
-#import hachure::edge_list::has_told
+#import hachure::edge_list::has_updated_total
 #import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
 
 struct SuggestiveRules {
@@ -93,7 +93,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);

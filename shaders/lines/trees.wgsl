@@ -28,7 +28,7 @@ struct TreeLines {
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
 @group(0) @binding(3) var depth: texture_depth_2d;
 @group(0) @binding(4) var errors: texture_2d<f32>;
-// Its last channel says whether the visible tree has strokes.
+// Its last channel indicates whether the visible tree has strokes.
 @group(0) @binding(5) var tree_normal: texture_2d<f32>;
 @group(0) @binding(6) var tree_errors: texture_storage_2d<rgba16float, write>;
 

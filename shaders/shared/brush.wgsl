@@ -1,5 +1,5 @@
-// How a stroke texture takes ink. `Brush` in src/lines/strokes/texture.rs is the same rule in Rust, with its
-// derivation.
+// The rule by which a stroke texture takes ink. `Brush` in src/lines/strokes/texture.rs is the same rule in Rust, with
+// its derivation.
 #define_import_path hachure::brush
 
 #import hachure::pcg::pcg

@@ -1,13 +1,13 @@
 // Zero curves of a value on the visible surface, by marching squares over blocks of pixels.
 //
-// A cell has four neighbouring blocks as its corners, which must be of one surface. A curve enters and leaves the cell
-// where the value is zero on a side. It ends inside the cell where `room` falls to zero; `room` is positive where all
-// conditions on the curve hold.
+// A cell has four neighbouring blocks as its corners, which must see the same surface. A curve enters and leaves the
+// cell where the value is zero on a side. It ends inside the cell where `room` falls to zero; `room` is positive where
+// all conditions on the curve hold.
 #define_import_path hachure::cells
 #import hachure::view::{View, place_at, ray_at, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 
-// Two corners are of one surface if each is this near the other's tangent plane, in widths of a cell on the ground.
+// Two corners are on one surface if each is this near the other's tangent plane, in widths of a cell on the ground.
 const ON_PLANE: f32 = 1.5;
 
 // A corner of a cell: the pixel that represents a block. The argument `seen` of `corner_at` is the block's normal, and
@@ -16,8 +16,11 @@ struct Corner {
     px: vec2<f32>,
     at_m: vec3<f32>,
     normal: vec3<f32>,
+    // The value whose zero curves are traced.
     value: f32,
+    // Positive where a curve may be drawn.
     room: f32,
+    // False for the sky.
     is_there: bool,
 }
 
@@ -26,12 +29,14 @@ fn corner_at(view: View, block: vec2<i32>, seen: vec4<f32>, value: f32, room: f3
     return Corner(vec2<f32>(pixel) + 0.5, place_of_pixel(view, pixel, seen.w), seen.xyz, value, room, seen.w > 0.0);
 }
 
-fn is_beside(view: View, a: Corner, b: Corner) -> bool {
+// Returns whether two corners are on one surface.
+fn on_one_surface(view: View, a: Corner, b: Corner) -> bool {
     let away_m = b.at_m - a.at_m;
     let allowed_m = ON_PLANE * f32(BLOCK_PX) * distance_from_eye(view, a.at_m) / view.focal_px;
     return a.is_there && b.is_there && abs(dot(a.normal, away_m)) < allowed_m && abs(dot(b.normal, away_m)) < allowed_m;
 }
 
+// A point on a side of a cell where the value is zero, if there is one (`is_there`).
 struct Crossing {
     px: vec2<f32>,
     room: f32,
@@ -67,7 +72,7 @@ fn add_curve(curves: ptr<function, Curves>, start: Crossing, end: Crossing) {
 // Returns the curves of a cell whose corners are given clockwise from the north-west.
 fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curves {
     var curves: Curves;
-    if !(is_beside(view, nw, ne) && is_beside(view, ne, se) && is_beside(view, se, sw) && is_beside(view, sw, nw)) {
+    if !(on_one_surface(view, nw, ne) && on_one_surface(view, ne, se) && on_one_surface(view, se, sw) && on_one_surface(view, sw, nw)) {
         return curves;
     }
     var sides = array<Crossing, 4>(crossing_of(nw, ne), crossing_of(ne, se), crossing_of(se, sw), crossing_of(sw, nw));

@@ -50,7 +50,7 @@ fn growth_of_share(share: f32, darkness: f32) -> f32 {
 }
 
 // Packs a cover into a texel: unclamped ink, its rise, the requested darkness, and 1 for the surface; the sky is all 0.
-// White and black stay what they are.
+// Balancing does not change full white and full black.
 fn texel_of(cover: Cover, darkness: f32) -> vec4<f32> {
     if darkness > 0.998 {
         return vec4<f32>(2.0, 0.0, darkness, 1.0);

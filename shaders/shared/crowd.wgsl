@@ -1,4 +1,5 @@
-// How much ink the lines around a place leave, by the rank of the lines. See src/lines/crowd/.
+// The density control of lines: ink is counted in cells of the picture, separately for each step of rank, and lines
+// below a cell's bar are left out. See src/lines/crowd/.
 #define_import_path hachure::crowd
 #import hachure::view::View
 

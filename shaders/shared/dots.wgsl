@@ -42,7 +42,7 @@ fn stirred_bits(value: u32) -> u32 {
 
 // Returns an identity of a grid point that is the same at every level that contains it: its odd index at its own level,
 // and that level.
-fn who(index: i32, level: i32) -> u32 {
+fn identity_of(index: i32, level: i32) -> u32 {
     let bits = bitcast<u32>(index);
     let coarser = select(countTrailingZeros(bits), 24u, (bits & 0xffffffu) == 0u);
     return ((bits >> coarser) & 0xffffffu) | (u32(level + i32(coarser)) << 24u);
@@ -67,9 +67,9 @@ struct Dot {
 }
 
 fn dot_at(all: DotAxis, v: DotAxis, step: vec2<i32>, darkness: f32, width_px: f32, seed: u32) -> Dot {
-    let u = of_row(all, who(v.index + step.y, v.level));
+    let u = of_row(all, identity_of(v.index + step.y, v.level));
     let place = vec2<i32>(u.index, v.index) + step;
-    let identity = stirred_bits(who(place.x, u.level) ^ stirred_bits(who(place.y, v.level) ^ seed));
+    let identity = stirred_bits(identity_of(place.x, u.level) ^ stirred_bits(identity_of(place.y, v.level) ^ seed));
     // Where it is dark there is no space for random displacement.
     let apart = distance_px(darkness, 1.0);
     let stray = min(0.4, 0.1 + 0.5 * (apart - 1.0) / apart);

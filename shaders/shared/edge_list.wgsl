@@ -1,8 +1,10 @@
 // Appends to the edge list (edges.wgsl) in an order that does not depend on timing (ordered.wgsl).
 //
-// A pass runs in three stages. At stages 0 and 1 each workgroup clears its marks and marks the edges it has found.
-// `has_counted` ends stage 0; at stage 1 edges are written from `place_in_list` on. At stage 2 `has_told` adds to the
-// number of edges.
+// A pass that appends edges runs in three stages:
+// - Stages 0 and 1: each workgroup clears its marks, and marks the threads that have found edges.
+// - Stage 0 ends with `has_counted`, which stores the number of edges of each workgroup.
+// - Stage 1 writes the edges, from `place_in_list` on.
+// - Stage 2 only adds the number of new edges to the total (`has_updated_total`).
 #define_import_path hachure::edge_list
 #import hachure::edges::{Edge, MOST_EDGES}
 #import hachure::ordered::{Order, all_marks, marks_before}
@@ -12,8 +14,9 @@
 @group(0) @binding(26) var<storage, read_write> edge_draw: array<u32>;
 @group(0) @binding(27) var<storage, read_write> order: Order;
 
-// Updates the number of edges at stage 2. Returns whether this is stage 2, where the pass has nothing else to do.
-fn has_told(thread: u32) -> bool {
+// Adds the number of new edges to the total at stage 2. Returns whether this is stage 2, in which case the pass has
+// nothing else to do.
+fn has_updated_total(thread: u32) -> bool {
     if order.stage == 2u && thread == 0u {
         edge_draw[0] += 2u * order.starts[order.groups];
     }

@@ -2,7 +2,7 @@
 #define_import_path hachure::focus
 #import hachure::view::{View, distance_from_eye}
 
-// What the focus is centred on.
+// Kinds of focus: by distance from the eye, around a position on the picture, or around a position in the world.
 const NO_FOCUS: u32 = 0u;
 const AT_DISTANCE: u32 = 1u;
 const ON_PICTURE: u32 = 2u;
@@ -36,8 +36,8 @@ fn in_focus(focus: Focus, view: View, at_m: vec3<f32>, sheet_px: vec2<f32>) -> f
         off = distance(sheet_px, focus.at.xy * view.picture_px) / view.picture_px.y;
     }
     if focus.about == AT_PLACE {
-        let beside = at_m - focus.at;
-        off = length(beside - focus.axis * dot(beside, focus.axis));
+        let away_m = at_m - focus.at;
+        off = length(away_m - focus.axis * dot(away_m, focus.axis));
     }
     let t = max(off / focus.extent - 1.0, 0.0);
     return 1.0 - focus.strength * (1.0 - exp(-t * t));

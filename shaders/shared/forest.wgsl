@@ -1,4 +1,4 @@
-// How densely trees grow at a place, and of which species a tree is, as determined by the land.
+// The density of trees at a position, and the species of a tree, as determined by the land.
 //
 // The land is sampled at a scale of about RULE_M, whatever level is drawn there, so that no tree comes or goes with the
 // level of detail (far away, where that level is not loaded, at the finest that is).

@@ -1,5 +1,5 @@
-// Code that both ways of hatching share: how darkness is divided among layers, along which axes a layer's marks run at
-// a place, and how these axes project on the picture.
+// Code that both kinds of hatching (tones/hatching.wgsl, tones/fractal_hatching.wgsl) share: how darkness is divided
+// among layers, along which axes a layer's marks run at a place, and how these axes project on the picture.
 //
 // A *chart* is a pair of directions of the world: `across` the marks and `along` them. The coordinate along a direction
 // is u = axis . place, in metres, so a chart is a solid texture (Benard et al. 2009): marks are defined in space and

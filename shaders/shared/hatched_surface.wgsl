@@ -1,5 +1,5 @@
-// What both ways of hatching know of a pixel: how dark its marks are, which normal and direction they follow, and how
-// the surface is foreshortened. They share the bindings that this is read from.
+// The surface at a pixel as both kinds of hatching need it: how dark its marks are, which normal and direction they
+// follow, and how the surface is foreshortened. Both passes have the bindings that it is read from.
 #define_import_path hachure::hatched_surface
 #import hachure::view::{View, ray_of_pixel}
 #import hachure::mark_normal::{mark_normal_at, values_between_blocks}
@@ -34,7 +34,7 @@ struct HatchedSurface {
     foot: Footprint,
 }
 
-// Returns what marks follow at a pixel that sees `at` (w: distance along the view axis).
+// Returns the surface that marks follow at a pixel that sees `at` (w: distance along the view axis).
 fn hatched_surface(pixel: vec2<i32>, at: vec4<f32>) -> HatchedSurface {
     let darkness = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, 1.0);
     let own = textureLoad(normal, pixel, 0);

@@ -1,4 +1,5 @@
-// The parts of the sun and of the sky that a place sees, from the tiles that `surface/land/horizons` makes.
+// The parts of the sun and of the sky that are visible from a point, read from the tiles that `surface/land/horizons`
+// computes.
 //
 // Horizons, not shadows, are interpolated between texels and between the tiles of two levels, so that the border of a
 // shadow is independent of texels and as smooth as the horizon. The level is that of the pixel's footprint: a function

@@ -1,4 +1,4 @@
-// The light on a place: the requested tone, before steps, marks and haze.
+// The light on a surface: the requested tone, before steps, marks and haze.
 #define_import_path hachure::light
 
 // The light of a frame, in the layout that shaders read.

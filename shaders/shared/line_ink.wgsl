@@ -1,4 +1,4 @@
-// How much of a pixel a line covers.
+// The coverage of a pixel by a line.
 #define_import_path hachure::line_ink
 
 // Returns the part of a pixel that a line covers whose centre is `away_px` away; lines thinner than a pixel become

@@ -1,5 +1,5 @@
-// What light falls on at a pixel: the normal that is lit, and how much of the sun and of the sky it sees. The passes
-// that light the visible surface share it, and the bindings that it reads.
+// The surface at a pixel as lighting needs it: the normal that is lit, and which parts of the sun and of the sky are
+// visible from there. All passes that light the visible surface use it, and have the bindings that it reads.
 //
 // With HORIZON_MAPS the land casts shadows, with TREE_SHADOWS trees do.
 #define_import_path hachure::lit_surface
@@ -31,7 +31,7 @@ struct LitSurface {
     clear: f32,
 }
 
-// Returns what light falls on at a pixel that sees `at` (w: distance along the view axis).
+// Returns the lit surface at a pixel that sees `at` (w: distance along the view axis).
 fn lit_surface(pixel: vec2<i32>, at: vec4<f32>) -> LitSurface {
     let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
     // Away from the focus there is less detail.

@@ -1,4 +1,4 @@
-// The colours of trees and models, and how a tone takes them. Colours are linear.
+// The colours of trees and models, and how they are mixed into a tone. Colours are linear.
 //
 // A painter uses a transparent pigment: little of it where the tone is light, so that paper shows through; much where
 // it is dark, up to the pigment's full strength. Light that passes through an amount of pigment is the pigment's colour

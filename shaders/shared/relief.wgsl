@@ -67,10 +67,10 @@ fn bend_at(view: View, rules: ReliefRules, depth_gradient: texture_2d<f32>, pixe
     for (var i = 0; i < 9; i++) {
         let way = vec2<i32>(i % 3, i / 3) - 1;
         let at = clamp(pixel + way, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
-        let beside = unpacked(textureLoad(depth_gradient, at, 0));
-        whole = min(whole, beside.conductance);
+        let neighbour = unpacked(textureLoad(depth_gradient, at, 0));
+        whole = min(whole, neighbour.conductance);
         // Across a silhouette the surface is assumed to continue unchanged.
-        let slope = mix(own.slope, beside.slope, beside.conductance);
+        let slope = mix(own.slope, neighbour.slope, neighbour.conductance);
         by_x += f32(way.x * (2 - abs(way.y))) / 8.0 * slope;
         by_y += f32(way.y * (2 - abs(way.x))) / 8.0 * slope;
     }

@@ -1,7 +1,7 @@
 // The form of the land that rows of hachures follow: heights at the corners of a block's cells, interpolated by cubic
 // convolution (Keys 1981), which passes through these heights and has no kinks.
 #define_import_path hachure::row_form
-#import hachure::rows::{RowBlock, Frame, BESIDE, NODES, SLOPE_CELLS, SLOPE_NODES}
+#import hachure::rows::{RowBlock, Frame, MARGIN_CELLS, NODES, SLOPE_CELLS, SLOPE_NODES}
 
 // Largest step along the slope, in cells.
 const LONGEST: f32 = 2.0;
@@ -19,7 +19,7 @@ fn slopes(t: f32) -> vec4<f32> {
 // Returns the slope to the east and to the north, and the height in the world, at a position in a block whose relief
 // begins at `first`.
 fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3<f32> {
-    let at = clamp(place + f32(BESIDE), vec2<f32>(1.0), vec2<f32>(f32(NODES) - 2.001));
+    let at = clamp(place + f32(MARGIN_CELLS), vec2<f32>(1.0), vec2<f32>(f32(NODES) - 2.001));
     let node = vec2<i32>(floor(at));
     let f = at - vec2<f32>(node);
     let across = weights(f.x);

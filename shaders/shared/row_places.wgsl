@@ -10,7 +10,7 @@
 
 // Cells of the raster per spacing, and the margin of the raster around the picture, in spacings.
 const CELLS_PER_SPACING: f32 = 6.0;
-const RASTER_BESIDE: f32 = 16.0;
+const RASTER_MARGIN: f32 = 16.0;
 // Bit of a word: the cell belongs to a mark that is drawn, whose priority follows.
 const TAKEN: u32 = 0x80000000u;
 // Step of a walk and of a line, in cells, small enough to skip no cell.
@@ -37,7 +37,7 @@ fn cell_px() -> f32 {
 
 // Returns the index of a cell; negative outside of the raster.
 fn cell_at(px: vec2<f32>) -> i32 {
-    let cell = vec2<i32>(floor((px + RASTER_BESIDE * rules.spacing_px) / cell_px()));
+    let cell = vec2<i32>(floor((px + RASTER_MARGIN * rules.spacing_px) / cell_px()));
     let is_outside = any(cell < vec2<i32>(0)) || any(cell >= vec2<i32>(places.size));
     return select(cell.y * i32(places.size.x) + cell.x, -1, is_outside);
 }

@@ -12,7 +12,7 @@
 
 const CELLS: i32 = 64;
 // Cells around the block that have heights too, and nodes (corners of cells) along a side.
-const BESIDE: i32 = 17;
+const MARGIN_CELLS: i32 = 17;
 const NODES: i32 = 99;
 // Distance between the nodes of the slope that octaves follow, in cells, and the number of them along a side, with one
 // outside of the block at either end.

@@ -36,7 +36,7 @@ const SEA_M: f32 = 0.5;
 const LEVEL_WORLD_M: f32 = 0.5;
 // Samples are read this far off the grid of samples and their midpoints, so that rounding never decides which is
 // nearest.
-const BESIDE: f32 = 0.13;
+const OFF_GRID: f32 = 0.13;
 const NO_LAKE: f32 = 1e30;
 const VOID: f32 = 2e30;
 
@@ -169,7 +169,7 @@ fn level_square(g: vec2<f32>, level: i32) -> Square {
         found = select(select(row.z, row.y, next.x == 0), row.x, next.x < 0);
         offset = vec2<f32>(next);
     }
-    let centre = g + (offset + 0.5 - window.f + BESIDE) / wide_scale(window.level);
+    let centre = g + (offset + 0.5 - window.f + OFF_GRID) / wide_scale(window.level);
     // Beyond the border all heights repeat those at the border.
     let half = 0.75 / wide_scale(window.level);
     if !is_in_grid(centre - half) || !is_in_grid(centre + half) {

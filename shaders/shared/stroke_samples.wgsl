@@ -128,7 +128,7 @@ const SEAM_PX: f32 = 6.0;
 // `shown_px` of samples far from any end.
 const WHOLLY_PX: f32 = 8.0;
 // Samples on either side that growth reads.
-const BESIDE: u32 = 8u;
+const NEIGHBOURS: u32 = 8u;
 
 // Returns the distance along a stroke to the nearest sample where growth begins: the last one before a seed point.
 fn to_seed_px(along_px: f32) -> f32 {

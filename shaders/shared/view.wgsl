@@ -69,14 +69,14 @@ fn distance_from_eye(view: View, at_m: vec3<f32>) -> f32 {
 }
 
 // Returns whether a sphere is off-screen.
-fn is_beside(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
+fn is_off_screen(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
     var m = transpose(view.clip_from_camera);
-    var beside = false;
+    var off_screen = false;
     for (var side = 0u; side < 4u; side++) {
         let plane = m[3] + m[side / 2u] * select(-1.0, 1.0, side % 2u == 0u);
-        beside = beside || dot(plane, vec4<f32>(at_m, 1.0)) < -radius_m * length(plane.xyz);
+        off_screen = off_screen || dot(plane, vec4<f32>(at_m, 1.0)) < -radius_m * length(plane.xyz);
     }
-    return beside;
+    return off_screen;
 }
 
 // Returns the sine of a direction's height above a horizon that is below level. `up` is the sine of its height above

@@ -1,4 +1,4 @@
-// Replaces `surface/water` where no tile has water: no pixel has water.
+// Replaces `surface/water` if no tile of the view has water: writes that no pixel is water.
 @group(0) @binding(0) var water: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(8, 8)

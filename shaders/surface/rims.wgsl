@@ -33,7 +33,7 @@ struct RimRules {
 @group(0) @binding(5) var rim: texture_storage_2d<rg32float, write>;
 
 // Distance from a hole within which land is marked as next to it.
-const BESIDE_PX: f32 = 2.0;
+const NEAR_RIM_PX: f32 = 2.0;
 // Largest distance to the side at which the share is evaluated, in samples; a pixel at a flat angle may cover more.
 const MOST_SAMPLES: f32 = 4.0;
 // Largest distance between lattice lines in dashes, and as a part of the longest walk, since rims are not straight; and
@@ -208,5 +208,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         ink *= dash_at(start);
     }
-    textureStore(rim, pixel, vec4<f32>(ink, select(0.0, 1.0, away_px < BESIDE_PX), 0.0, 0.0));
+    textureStore(rim, pixel, vec4<f32>(ink, select(0.0, 1.0, away_px < NEAR_RIM_PX), 0.0, 0.0));
 }

@@ -96,14 +96,14 @@ pub fn no_such_file(name: &str) -> String {
     }
 }
 
-/// Checks that `file` is not an address, since `command` only reads local files.
+/// Checks that `file` is not a URL, since `command` only reads local files.
 ///
 /// # Errors
-/// Returns [`Misuse`] for an address.
+/// Returns [`Misuse`] for a URL.
 pub fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
     if !file.to_string_lossy().contains("://") || file.exists() {
         return Ok(());
     }
-    // An address may contain a password, so it is not repeated.
-    Err(Misuse(format!("{command} reads local files only; render, bench and fly also read addresses")))
+    // A URL may contain a password, so it is not repeated.
+    Err(Misuse(format!("{command} reads local files only; render, bench and fly also read URLs")))
 }

@@ -43,19 +43,19 @@ pub struct BakeArgs {
     /// Continue with the parts that an earlier call left in the work folder
     #[arg(long)]
     pub resume: bool,
-    /// Distance between the samples of a heightmap, in metres [default: the side file's, or 1]
+    /// Distance between the samples of a heightmap, in metres [default: the sidecar file's, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub spacing: Option<f64>,
-    /// Width and height of a raw heightmap, in samples [default: the side file's, or a square]
+    /// Width and height of a raw heightmap, in samples [default: the sidecar file's, or a square]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     pub raw_size: Option<[u32; 2]>,
-    /// Byte order of a raw heightmap: true is big-endian, false little-endian [default: the side file's, or false]
+    /// Whether the samples of a raw heightmap are big-endian: true or false [default: the sidecar file's, or false]
     #[arg(long)]
     pub raw_big_endian: Option<bool>,
-    /// Metres per integer step of a heightmap [default: the side file's, or 1]
+    /// Metres per integer step of a heightmap [default: the sidecar file's, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::not_0, allow_hyphen_values = true)]
     pub height_scale: Option<f64>,
-    /// Height of a heightmap's value 0, in metres [default: the side file's, or 0]
+    /// Height of a heightmap's value 0, in metres [default: the sidecar file's, or 0]
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
     /// How to read height files.
@@ -155,7 +155,7 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
                 return print_json(&report);
             }
             let parts = parts_path(output);
-            let there = told_resumed(resumed_chunks);
+            let there = resumed_note(resumed_chunks);
             print(&format!("{}: shard {shard}/{shards}, {chunks} chunks in {duration_s:.2} s{there}", named(&parts)))
         }
         Ok(Baked::Pyramid(baked)) => {
@@ -174,14 +174,14 @@ pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
                 return print_json(&report);
             }
             let Report { heights, levels, .. } = &report;
-            let there = told_resumed(baked.resumed_chunks);
+            let there = resumed_note(baked.resumed_chunks);
             let text = format!("baked in {duration_s:.2} s{there}\n{}{}", heights.lines(), levels.lines());
             print(&format!("{}: {text}", named(output)))
         }
     }
 }
 
-fn told_resumed(chunks: u64) -> String {
+fn resumed_note(chunks: u64) -> String {
     if chunks == 0 { String::new() } else { format!("; {chunks} chunks reused") }
 }
 

@@ -116,7 +116,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;
     runs[0].world.ground_was_read()?;
     if let Some(first) = path.frames(1.0).next() {
-        runs.iter_mut().for_each(|run| args.world.light.beside(&mut run.world.scene.sun, &first));
+        runs.iter_mut().for_each(|run| args.world.light.place_sun(&mut run.world.scene.sun, &first));
     }
     place_eyes(&gpu, &path, args, &mut runs)?;
     fly(&gpu, &path, args, &mut runs)?;
@@ -145,7 +145,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 /// Sets the stereo pair: the same for all styles and all frames.
 fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let mut nearest = f64::INFINITY;
-    if args.stereo.asks_for_nearest() {
+    if args.stereo.requests_nearest() {
         for camera in path.spread(ASKED_CAMERAS) {
             nearest = nearest.min(runs[0].nearest_m(gpu, &camera)?);
         }

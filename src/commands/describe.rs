@@ -24,9 +24,9 @@ pub struct Heights {
     pub extent_m: [f64; 2],
     /// Coordinate reference system, and its projection to metres.
     pub crs: String,
-    /// Lowest height.
+    /// Lowest height in the file, in metres.
     pub min_m: f32,
-    /// Highest height.
+    /// Highest height in the file, in metres.
     pub max_m: f32,
     /// Number of samples without data.
     pub void_samples: u64,

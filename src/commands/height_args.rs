@@ -9,7 +9,7 @@ use crate::source::{Encoding, OpenOptions, VoidMode};
 /// How to read height files.
 #[derive(Clone, Copy, Debug, Default, Args)]
 pub struct HeightArgs {
-    /// Encoding of heights as colours in a terrain-RGB picture or tile folder: mapbox or terrarium
+    /// How a terrain-RGB picture, or a folder of terrain-RGB tiles, encodes heights as colours: mapbox or terrarium
     #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
     /// Additional no-data value, in metres, besides those that the DEM declares

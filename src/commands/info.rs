@@ -34,7 +34,7 @@ pub struct InfoArgs {
     /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
-    /// Allow a scene file to name addresses and files outside its folder
+    /// Allow a scene file to name URLs and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
     /// Print the description as JSON
@@ -79,7 +79,7 @@ enum Info {
 struct StyleInfo {
     name: String,
     description: String,
-    /// What the style draws, in drawing order.
+    /// Names of the parts that the style draws, in drawing order.
     draws: Vec<String>,
 }
 

@@ -54,7 +54,7 @@ impl LightArgs {
     }
 
     /// Places the sun relative to the first camera, if `--side-light` is given.
-    pub fn beside(&self, sun: &mut Sun, first: &Camera) {
+    pub fn place_sun(&self, sun: &mut Sun, first: &Camera) {
         if let Some(side_deg) = self.side_light {
             sun.azimuth_deg = (first.yaw_deg + side_deg).rem_euclid(360.0);
         }
@@ -85,9 +85,9 @@ mod tests {
         assert_eq!(low.over(at_noon).sun_time, None, "--sun comes before the date of a scene");
         let mut sun = Sun { azimuth_deg: 315.0, elevation_deg: 12.0 };
         let camera: Camera = "0,0,+300,30,-5,50".parse().unwrap();
-        LightArgs::default().beside(&mut sun, &camera);
+        LightArgs::default().place_sun(&mut sun, &camera);
         assert_eq!(sun.azimuth_deg, 315.0);
-        LightArgs { side_light: Some(-70.0), ..LightArgs::default() }.beside(&mut sun, &camera);
+        LightArgs { side_light: Some(-70.0), ..LightArgs::default() }.place_sun(&mut sun, &camera);
         assert_eq!(sun, Sun { azimuth_deg: 320.0, elevation_deg: 12.0 });
         assert!(degrees("-70").is_ok() && ["", "left", "181", "nan"].iter().all(|wrong| degrees(wrong).is_err()));
         for wrong in ["", "315", "315,", "north,40", "400,40", "315,91", "315,40,1", "nan,40"] {

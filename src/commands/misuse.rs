@@ -39,7 +39,7 @@ impl Misuse {
 }
 
 /// Converts an error of the argument parser into one line; `words` are the arguments without the name of `program`.
-pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> String {
+pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) -> String {
     let text = |kind| match error.get(kind) {
         Some(ContextValue::String(text)) => text.clone(),
         Some(ContextValue::Strings(texts)) => texts.join(", "),
@@ -108,8 +108,8 @@ pub fn told(error: &clap::Error, words: &[String], program: &clap::Command) -> S
             prior => format!("{argument} and {prior} cannot be used together"),
         },
         _ => {
-            let told = error.to_string();
-            let first = told.lines().next().unwrap_or_default();
+            let text = error.to_string();
+            let first = text.lines().next().unwrap_or_default();
             printable(first.strip_prefix("error: ").unwrap_or(first), 160)
         }
     }

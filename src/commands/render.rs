@@ -63,13 +63,13 @@ pub struct RenderArgs {
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi, are
-    /// multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
+    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi,
+    /// are multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
-    /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of view
-    /// in degrees [default: the scene's]
+    /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of
+    /// view in degrees [default: the scene's]
     #[arg(long, allow_hyphen_values = true, conflicts_with = "path")]
     pub camera: Option<Camera>,
     /// Draw a georeferenced map from straight above, north up: its centre in metres east and north of the centre of the
@@ -285,7 +285,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         imprint,
     };
     let cameras = job.cameras()?;
-    args.world.light.beside(&mut job.world.scene.sun, &cameras[0]);
+    args.world.light.place_sun(&mut job.world.scene.sun, &cameras[0]);
     job.imprint.sun = job.world.scene.sun;
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;
@@ -301,7 +301,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         );
     }
     if report.over_budget > 0 {
-        tracing::warn!("{}", told_over_budget(&report, cameras.len(), args.lod_error()));
+        tracing::warn!("{}", over_budget_warning(&report, cameras.len(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
         tracing::warn!("{holder} leaves out {left_out}");
@@ -310,8 +310,8 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         let report = job.report(&cameras, report);
         return print_json(&report);
     }
-    let told = job.svg.as_ref().map(|svg| svg.told(&job.drawn)).into_iter();
-    told.chain(job.sheets.as_ref().map(|cut| sheets::told(args, cut))).try_for_each(|line| print(&line))
+    let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn)).into_iter();
+    summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
 }
 
 /// Checks that `--path` and an output of many pictures are given together, so that nobody waits for a film of one
@@ -377,7 +377,7 @@ fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
 }
 
 /// Returns the warning that a picture, or some frames of a film, exceed `--lod-error`.
-fn told_over_budget(report: &PictureReport, frames: usize, lod_error: f64) -> String {
+fn over_budget_warning(report: &PictureReport, frames: usize, lod_error: f64) -> String {
     let of = if frames > 1 { format!(" in {} of {frames} frames", report.over_budget) } else { String::new() };
     format!(
         "the surface error is {:.2} px{of} instead of --lod-error {lod_error}, which would need more triangles than \

@@ -77,7 +77,7 @@ impl StereoArgs {
     }
 
     /// Returns whether the distance to the nearest land has to be measured.
-    pub fn asks_for_nearest(&self) -> bool {
+    pub fn requests_nearest(&self) -> bool {
         self.eyes() != Eyes::Mono && self.ipd == Some(Ipd::Auto)
     }
 

@@ -13,7 +13,7 @@ use crate::world;
 /// The world that is drawn.
 #[derive(Clone, Debug, Default, Args)]
 pub struct WorldArgs {
-    /// Scene file, DEM, folder, baked pyramid, address, or built-in scene (continent, forest, hut) [default: the
+    /// Scene file, DEM, folder, baked pyramid, URL, or built-in scene (continent, forest, hut) [default: the
     /// embedded world]
     #[arg(id = "world", value_name = "WORLD")]
     pub name: Option<String>,
@@ -26,7 +26,7 @@ pub struct WorldArgs {
     /// Where additional water is.
     #[command(flatten)]
     pub water: WaterArgs,
-    /// Allow a scene file to name addresses and files outside its folder
+    /// Allow a scene file to name URLs and files outside its folder
     #[arg(long)]
     pub trust_scene: bool,
 }

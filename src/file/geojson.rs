@@ -16,7 +16,7 @@ const WGS84: u16 = 4326;
 /// The lines of one file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Collection {
-    /// Display name.
+    /// Name of the collection, which GIS programs show as the layer's name.
     pub name: String,
     /// EPSG code of the reference system of the coordinates.
     pub epsg: u16,

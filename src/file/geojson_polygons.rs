@@ -164,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_a_line() {
+    fn errors_are_one_line() {
         let ring = |places: &str| format!("{{\"type\":\"Polygon\",\"coordinates\":[[{places}]]}}");
         let crs = |name: &str| {
             format!(

@@ -93,7 +93,7 @@ impl Inputs {
     /// Checks that a folder may be emptied and removed, because no input is inside.
     ///
     /// # Errors
-    /// Returns [`FileError::IsInput`].
+    /// Returns [`FileError::IsInput`] if an input is inside the folder.
     pub fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
         let Ok(inside) = folder.canonicalize() else { return Ok(()) };
         let is_inside = |identity: &Identity| matches!(identity, Identity::Place(place) if place.starts_with(&inside));
@@ -180,7 +180,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_folder_would_take_in_is_refused() {
+    fn a_folder_with_an_input_inside_is_refused() {
         let folder = tempfile::tempdir().unwrap();
         let at = |name: &str| folder.path().join(name);
         std::fs::create_dir(at("tiles")).unwrap();

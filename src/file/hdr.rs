@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn broken_pictures_are_told_in_a_line() {
+    fn a_broken_picture_has_an_error_of_one_line() {
         let cut = &picture(64, 32)[..200];
         for (bytes, words) in [(&b"PNG"[..], ""), (cut, ""), (&picture(64, 64), "twice as wide"), (b"", "")] {
             let cause = SkyPicture::parse(bytes).unwrap_err();

@@ -158,7 +158,7 @@ pub(super) fn of_ffmetadata(text: &str) -> Option<String> {
 }
 
 /// Runs a program (ffmpeg) on a film and returns its standard output.
-pub(super) fn said(program: &mut Command, path: &Path) -> Result<String, FileError> {
+pub(super) fn output_of(program: &mut Command, path: &Path) -> Result<String, FileError> {
     let output = program.stdin(Stdio::null()).output().map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => {
             FileError::read(path, "hachure reads films through ffmpeg, which is not installed")

@@ -46,7 +46,8 @@ impl Bounded {
         let metadata = std::fs::metadata(path)?;
         let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
         if metadata.len() > most_bytes {
-            let cause = format!("it has {}, but at most {} can be read", told(metadata.len()), told(most_bytes));
+            let cause =
+                format!("it has {}, but at most {} can be read", size_text(metadata.len()), size_text(most_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
         Ok(Self { file, bytes: metadata.len(), read_bytes: 0, most_bytes })
@@ -64,7 +65,7 @@ impl Read for Bounded {
         self.read_bytes += read as u64;
         // The file may grow while it is read, and some virtual files report no length.
         if self.read_bytes > self.most_bytes {
-            let cause = format!("it has more than the limit of {}", told(self.most_bytes));
+            let cause = format!("it has more than the limit of {}", size_text(self.most_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
         Ok(read)
@@ -127,7 +128,7 @@ fn is_open_pipe(_: &Path, _: &Metadata) -> bool {
 }
 
 /// Formats a size for messages.
-fn told(bytes: u64) -> String {
+fn size_text(bytes: u64) -> String {
     match bytes {
         0..1024 => format!("{bytes} bytes"),
         1024..1_048_576 => format!("{} KiB", bytes.div_ceil(1 << 10)),
@@ -151,7 +152,7 @@ mod tests {
         let error = read_bytes(folder.path(), 13).unwrap_err();
         assert_eq!(error.to_string(), "it is a folder, not a file");
         assert_eq!(read_text(&folder.path().join("y"), 1).unwrap_err().kind(), ErrorKind::NotFound);
-        assert_eq!([told(3), told(1 << 14), told((16 << 20) + 1)], ["3 bytes", "16 KiB", "17 MiB"]);
+        assert_eq!([size_text(3), size_text(1 << 14), size_text((16 << 20) + 1)], ["3 bytes", "16 KiB", "17 MiB"]);
     }
 
     #[cfg(target_os = "linux")]

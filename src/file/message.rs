@@ -157,15 +157,15 @@ mod tests {
 
     #[derive(Debug, thiserror::Error)]
     #[error("{words}")]
-    struct Told {
+    struct TestError {
         words: &'static str,
         source: std::io::Error,
     }
 
     #[test]
-    fn causes_are_told_once() {
-        let told = |words| Told { words, source: std::io::Error::other("disk on fire") };
-        assert_eq!(chain(&told("a.tif: cannot be read")), "a.tif: cannot be read: disk on fire");
-        assert_eq!(chain(&told("a.tif: disk on fire, it seems")), "a.tif: disk on fire, it seems");
+    fn causes_are_printed_once() {
+        let error_with = |words| TestError { words, source: std::io::Error::other("disk on fire") };
+        assert_eq!(chain(&error_with("a.tif: cannot be read")), "a.tif: cannot be read: disk on fire");
+        assert_eq!(chain(&error_with("a.tif: disk on fire, it seems")), "a.tif: disk on fire, it seems");
     }
 }

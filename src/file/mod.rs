@@ -46,7 +46,7 @@ pub enum FileError {
     Name {
         /// The name as given.
         path: PathBuf,
-        /// What is wrong with the name, and what would be right.
+        /// The mistake in the name, and the valid names.
         cause: String,
     },
     /// The output is also an input of the same command.

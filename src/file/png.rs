@@ -185,9 +185,9 @@ pub fn write_rgba8(path: &Path, width: u32, height: u32, rgba: &[u8]) -> Result<
 /// A picture in memory.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels per row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// Width × height × 4 bytes: red, green, blue, alpha, row by row from the top.
     pub rgba: Vec<u8>,
@@ -200,8 +200,8 @@ impl std::fmt::Debug for Picture {
     }
 }
 
-/// Returns whether hachure wrote a picture, judged by the text chunks before its pixels. Files other than PNG return
-/// `false`.
+/// Returns whether hachure wrote a picture, judged by the text chunks before its pixels; `false` for files other than
+/// PNG.
 #[must_use]
 pub fn is_drawing(path: &Path) -> bool {
     let Ok(file) = open_regular(path) else { return false };

@@ -56,7 +56,7 @@ pub struct Drawing {
 pub struct Layer {
     /// Identifier, which must be a valid XML name.
     pub id: String,
-    /// Display name.
+    /// Name that Inkscape shows for the layer.
     pub label: String,
     /// Colour of the layer, if it differs from the drawing's.
     pub ink: Option<String>,

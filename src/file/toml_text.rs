@@ -34,7 +34,7 @@ pub struct TomlError {
 /// Fails if the text is not TOML, if a key is unknown or missing, or if a value has the wrong type.
 pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let table = parse(name, text)?;
-    T::deserialize(values::Root(&table)).map_err(|mistake| told(name, text, &mistake))
+    T::deserialize(values::Root(&table)).map_err(|mistake| toml_error(name, text, &mistake))
 }
 
 /// A mistake in a text that a rewriting of its table finds.
@@ -82,8 +82,8 @@ pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
 pub struct Wrong {
     /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.layers[2].from`.
     pub key: String,
-    /// The message.
-    pub told: String,
+    /// The error message, without the file's name and the position.
+    pub message: String,
 }
 
 impl Wrong {
@@ -92,13 +92,13 @@ impl Wrong {
     pub fn new(key: impl Into<String>, words: impl Display) -> Self {
         let key = key.into();
         let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
-        let told = format!("{}{words}", parts.collect::<String>());
-        Self { key, told }
+        let message = format!("{}{words}", parts.collect::<String>());
+        Self { key, message }
     }
 
     /// Builds a message that need not begin with the key.
-    pub fn told(key: impl Into<String>, told: impl Into<String>) -> Self {
-        Self { key: key.into(), told: told.into() }
+    pub fn with_message(key: impl Into<String>, message: impl Into<String>) -> Self {
+        Self { key: key.into(), message: message.into() }
     }
 
     /// Returns the error with the position of the value in the text. For a key that is missing this is the position of
@@ -106,7 +106,7 @@ impl Wrong {
     pub fn in_text(&self, name: &str, text: &str) -> TomlError {
         let table = parse(name, text).ok();
         let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));
-        TomlError { name: name.to_owned(), at, cause: self.told.clone() }
+        TomlError { name: name.to_owned(), at, cause: self.message.clone() }
     }
 }
 
@@ -117,7 +117,7 @@ fn parse<'a>(name: &str, text: &'a str) -> Result<Spanned<DeTable<'a>>, TomlErro
     })
 }
 
-fn told(name: &str, text: &str, mistake: &Mistake) -> TomlError {
+fn toml_error(name: &str, text: &str, mistake: &Mistake) -> TomlError {
     let at = mistake.at.as_ref().map_or(0, |span| span.start);
     TomlError { name: name.to_owned(), at: Some(position(text, at)), cause: mistake.cause() }
 }
@@ -217,7 +217,7 @@ mod tests {
     }
 
     #[test]
-    fn what_holds_is_read() {
+    fn valid_texts_are_read() {
         let text = "title = \"a\"\ncopies = 3\nfold = \"half\"\ndots = [{ at = [1, 2.5] }]\n\
                     [frame]\nwidth_px = 2\n[ink]\nkind = \"mixed\"\nparts = 1\n";
         let sheet: Sheet = read("sheet.toml", text).unwrap();
@@ -293,12 +293,12 @@ mod tests {
     }
 
     #[test]
-    fn what_makes_no_sense_is_told_with_its_key() {
+    fn invalid_values_are_reported_with_their_key() {
         let text = "[[d]]\ne = 1\n[[d]]\ne = 2\n";
         let error = |wrong: Wrong| wrong.in_text("x.toml", text).to_string();
         assert_eq!(error(Wrong::new("d[1].e", " is 2, not 1")), "x.toml:4:5: d.e is 2, not 1");
         assert_eq!(error(Wrong::new("d[1].e[3].f", ": odd")), "x.toml:4:5: d.e.f: odd");
-        assert_eq!(error(Wrong::told("d[0].e", "it is odd")), "x.toml:2:5: it is odd");
+        assert_eq!(error(Wrong::with_message("d[0].e", "it is odd")), "x.toml:2:5: it is odd");
         assert_eq!(error(Wrong::new("f", " is missing")), "x.toml: f is missing");
     }
 

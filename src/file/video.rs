@@ -183,8 +183,8 @@ fn file_url(path: &Path) -> std::ffi::OsString {
 pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     let mut ffmpeg = Command::new("ffmpeg");
     ffmpeg.args(["-hide_banner", "-nostdin", "-loglevel", "error", "-i"]).arg(file_url(path));
-    let said = imprint::said(ffmpeg.args(["-f", "ffmetadata", "pipe:1"]), path)?;
-    Ok(imprint::of_ffmetadata(&said))
+    let output = imprint::output_of(ffmpeg.args(["-f", "ffmetadata", "pipe:1"]), path)?;
+    Ok(imprint::of_ffmetadata(&output))
 }
 
 /// Repeats the last column of an odd width and the last row of an odd height.

@@ -179,8 +179,8 @@ pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
         let corner_m = block.corner_m();
         let bounds = sight.bounds(block);
         let away_m = bounds.distance_m();
-        let is_beside = corner_m.cmpgt(land_m[1]).any() || (corner_m + block.side_m()).cmplt(land_m[0]).any();
-        if is_beside || away_m > reach_m || !frustum.may_see(&bounds) {
+        let is_outside = corner_m.cmpgt(land_m[1]).any() || (corner_m + block.side_m()).cmplt(land_m[0]).any();
+        if is_outside || away_m > reach_m || !frustum.may_see(&bounds) {
             continue;
         }
         let rank = thinning.rank_at(away_m);
@@ -284,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn what_a_view_lists_follows_what_is_drawn() {
+    fn far_blocks_are_thinned_out() {
         let points = Points::new();
         let frustum = Frustum::new(
             [[-1.0, 1.0, 0.4], [1.0, 1.0, 0.4], [1.0, 1.0, -0.6], [-1.0, 1.0, -0.6]].map(DVec3::from_array),

@@ -6,7 +6,7 @@
 //! samples of the finest raster, or as [`MOST_CELLS`] along a side allow. If the axes agree, cells coincide with the
 //! samples of that raster.
 //!
-//! `laid` maps a position in the world to the samples of a raster, through the samples of the DEM, as mosaics do. A
+//! `aligned` maps a position in the world to the samples of a raster, through the samples of the DEM, as mosaics do. A
 //! cell reads points within it (`resample`): one if its raster is no finer than the grid, otherwise several for each
 //! sample. Its density is the mean over them, its class the one with the most trees, its canopy height the mean over
 //! the points that have trees. The densities of several rasters are multiplied.
@@ -14,7 +14,7 @@
 //! Outside of a raster, or where it has no data, there are no trees. A mask without a georeference is stretched over
 //! the DEM, with its upper edge in the north.
 
-mod laid;
+mod aligned;
 mod resample;
 #[cfg(test)]
 mod scratch;
@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 
 use rustc_hash::FxHashMap;
 
-use self::laid::{Ground, Laid};
+use self::aligned::{AlignedRaster, Ground};
 use self::resample::{Answer, Grid, Tally, resample};
 use crate::file::message::named;
 use crate::scene::{CoverClass, CoverFiles};
@@ -80,7 +80,7 @@ pub enum CoverError {
     NoWay {
         /// Path of the raster.
         path: PathBuf,
-        /// What is not known about them.
+        /// The reason, as a clause.
         cause: String,
     },
     /// The raster does not overlap the others, so there would be no trees.
@@ -99,7 +99,7 @@ pub enum CoverError {
 }
 
 /// The quantity that a raster gives.
-enum Asks<'a> {
+enum Question<'a> {
     Mask { full: f32 },
     Class { classes: &'a [CoverClass], numbers: FxHashMap<i32, u8> },
     Canopy,
@@ -115,37 +115,40 @@ impl Cover {
         let Some((_, first)) = files.files().next() else { return Ok(None) };
         let ground = Ground::new(place, samples)
             .map_err(|error| CoverError::NoWay { path: first.clone(), cause: error.to_string() })?;
-        let mut rasters: Vec<(Laid<'_>, Asks<'_>)> = Vec::new();
+        let mut rasters: Vec<(AlignedRaster<'_>, Question<'_>)> = Vec::new();
         if let Some(path) = &files.mask {
             let values = open_values(path, Holds::Shades)?;
-            let asks = Asks::Mask { full: values.full as f32 };
-            let laid = match values.is_located {
-                true => Laid::by_place(path, values.reader, &ground)?,
-                false => Laid::stretched(path, values.reader, &ground)?,
+            let question = Question::Mask { full: values.full as f32 };
+            let aligned = match values.is_located {
+                true => AlignedRaster::by_place(path, values.reader, &ground)?,
+                false => AlignedRaster::stretched(path, values.reader, &ground)?,
             };
-            rasters.push((laid, asks));
+            rasters.push((aligned, question));
         }
         if let Some(path) = &files.land_cover {
             let reader = open_values(path, Holds::Classes)?.reader;
             let numbers = files.classes.iter().zip(1..).map(|(class, number)| (class.class, number)).collect();
-            rasters.push((Laid::by_place(path, reader, &ground)?, Asks::Class { classes: &files.classes, numbers }));
+            rasters.push((
+                AlignedRaster::by_place(path, reader, &ground)?,
+                Question::Class { classes: &files.classes, numbers },
+            ));
         }
         if let Some(path) = &files.canopy_height {
             let reader = open_values(path, Holds::Heights)?.reader;
-            rasters.push((Laid::by_place(path, reader, &ground)?, Asks::Canopy));
+            rasters.push((AlignedRaster::by_place(path, reader, &ground)?, Question::Canopy));
         }
-        let grid = Grid::over(&ground, rasters.iter().map(|(laid, _)| laid))?;
+        let grid = Grid::over(&ground, rasters.iter().map(|(aligned, _)| aligned))?;
 
         let mut densities = vec![1_f32; grid.cells()];
         let mut texels = vec![[0, 0, 0, 255_u8]; grid.cells()];
-        for (laid, asks) in &rasters {
+        for (aligned, question) in &rasters {
             let put = |cell: usize, answer: Answer| {
                 densities[cell] *= answer.density;
                 texels[cell][1] = texels[cell][1].max(answer.class);
                 texels[cell][2] = texels[cell][2].max(answer.quarters_m);
             };
-            let tally = resample(laid, &grid, |values, tally| asks.answer(values, tally), put)?;
-            let factor = asks.told(laid.path, &tally, laid.samples_per_point(&grid))?;
+            let tally = resample(aligned, &grid, |values, tally| question.answer(values, tally), put)?;
+            let factor = question.check_tally(aligned.path, &tally, aligned.samples_per_point(&grid))?;
             densities.iter_mut().for_each(|density| *density *= factor);
         }
         for (texel, density) in texels.iter_mut().zip(densities) {
@@ -166,7 +169,7 @@ impl Cover {
     }
 }
 
-impl Asks<'_> {
+impl Question<'_> {
     /// Returns the answer for a cell with these values; NaN is no data.
     fn answer(&self, values: &[f32], tally: &mut Tally) -> Answer {
         let count = values.len() as f32;
@@ -217,7 +220,7 @@ impl Asks<'_> {
     ///
     /// # Errors
     /// The raster does not overlap the grid, or has values that are not classes.
-    fn told(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
+    fn check_tally(&self, path: &Path, tally: &Tally, samples_per_point: f64) -> Result<f32, CoverError> {
         if tally.inside == 0 {
             return Err(CoverError::OutsideWorld { path: path.to_owned() });
         }

@@ -14,9 +14,9 @@ use glam::DVec3;
 pub struct MeshEdge {
     /// The two ends.
     pub ends: [usize; 2],
-    /// Of the first triangle, the corner opposite to the edge.
+    /// The corner of the first triangle that is opposite to the edge.
     pub across: usize,
-    /// Of the second triangle, the corner opposite to the edge; `None` at a border.
+    /// The corner of the second triangle that is opposite to the edge; `None` at a border.
     pub across_other: Option<usize>,
 }
 
@@ -82,7 +82,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_closed_has_no_border_and_a_hole_has_one_all_around() {
+    fn closed_meshes_have_no_border_and_holes_have_one_all_around() {
         let corners = places(Grown::Conifer);
         let borders = |corners: &[DVec3]| edges(corners).iter().filter(|edge| edge.across_other.is_none()).count();
         let closed = borders(&corners);
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn the_way_a_triangle_winds_and_one_without_area_do_not_matter() {
+    fn winding_and_triangles_without_area_do_not_matter() {
         let [a, b, c, d] = [DVec3::ZERO, DVec3::X, DVec3::Y, DVec3::new(1.0, 1.0, 0.5)];
         let one_way = edges(&[a, b, c, c, b, d]);
         let other_way = edges(&[a, b, c, c, d, b, a, a, d]);

@@ -21,7 +21,7 @@ pub const MIDDLE_TRIANGLES: usize = 300;
 /// Meshes with more triangles than this get their middle level of detail from the near one, to save time.
 pub const MANY_TRIANGLES: usize = 50_000;
 
-/// Largest width relative to height: a wider model is no tree; probably another axis points up.
+/// Largest width relative to height: a wider model cannot be a tree; probably another axis points up.
 const WIDEST: f64 = 20.0;
 /// Height of the foot, relative to the tree's height.
 const FOOT: f64 = 0.05;

@@ -5,7 +5,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::style::hatching::Hatching;
-use crate::surface::rows::{balance, beside, choice, marks, proposals, ribbons, rooms};
+use crate::surface::rows::{balance, choice, marks, off_land, proposals, ribbons, rooms};
 
 /// The hatching that a frame draws: where the land has rows or cut lines, a texture is for what stands on it.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
@@ -24,8 +24,8 @@ pub(super) fn place_beside(
     if !inputs.style.has_land_lines() {
         return None;
     }
-    let place = targets.whole(recorder.gpu(), &beside::PLACE_BESIDE);
-    beside::run(recorder, view, surface_id, position, &place);
+    let place = targets.whole(recorder.gpu(), &off_land::PLACE_OFF_LAND);
+    off_land::run(recorder, view, surface_id, position, &place);
     Some(place)
 }
 

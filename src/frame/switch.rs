@@ -95,7 +95,7 @@ impl Renderer {
     }
 
     /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
-    /// that are. Each replaces the old one when it holds; errors are in [`Pipelines::troubles`](crate::gpu::pipelines::Pipelines::troubles).
+    /// that are. Each replaces the old one when it holds; errors are in [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
         gpu.pipelines().reload(gpu, &mut self.pools.compiles);
         let rebuilds = gpu.pipelines().rebuilds();

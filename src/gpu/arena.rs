@@ -24,7 +24,7 @@ struct Chunk {
     buffer: wgpu::Buffer,
     content: Vec<u8>,
     /// How many bytes of `content` have been uploaded.
-    told: usize,
+    uploaded_bytes: usize,
 }
 
 impl Arena {
@@ -62,9 +62,13 @@ impl Arena {
     /// Uploads what has been pushed since the last call. Must be called before each submit.
     pub fn flush(&mut self, gpu: &Gpu) {
         for chunk in &mut self.chunks {
-            if chunk.told < chunk.content.len() {
-                gpu.queue.write_buffer(&chunk.buffer, chunk.told as u64, &chunk.content[chunk.told..]);
-                chunk.told = chunk.content.len();
+            if chunk.uploaded_bytes < chunk.content.len() {
+                gpu.queue.write_buffer(
+                    &chunk.buffer,
+                    chunk.uploaded_bytes as u64,
+                    &chunk.content[chunk.uploaded_bytes..],
+                );
+                chunk.uploaded_bytes = chunk.content.len();
             }
         }
     }
@@ -73,7 +77,7 @@ impl Arena {
     pub fn begin_frame(&mut self) {
         for chunk in &mut self.chunks {
             chunk.content.clear();
-            chunk.told = 0;
+            chunk.uploaded_bytes = 0;
         }
         self.current = 0;
     }
@@ -89,6 +93,6 @@ impl Chunk {
             usage: Usage::UNIFORM | Usage::COPY_SRC | Usage::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { buffer, content: Vec::new(), told: 0 }
+        Self { buffer, content: Vec::new(), uploaded_bytes: 0 }
     }
 }

@@ -28,7 +28,7 @@ impl AsyncReadback {
 
     /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
     /// one answer.
-    pub fn ask(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
+    pub fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
         if self.open.len() == MOST_OPEN {
             return;
         }

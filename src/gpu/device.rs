@@ -35,7 +35,7 @@ pub enum GpuError {
     Limit {
         /// The size that is too large, with its unit.
         what: &'static str,
-        /// Its value.
+        /// The requested value.
         wanted: u64,
         /// The largest value that the device allows.
         limit: u64,
@@ -60,11 +60,10 @@ pub struct Gpu {
     pub adapter: wgpu::Adapter,
     /// Creates buffers, textures and pipelines.
     pub device: wgpu::Device,
-    /// Submits work.
     pub queue: wgpu::Queue,
     /// The errors that wgpu has reported since the last [`check`](Self::check).
     errors: Arc<Mutex<Vec<String>>>,
-    /// See [`objects_made`](Self::objects_made).
+    /// Count of GPU objects that [`objects_made`](Self::objects_made) returns.
     objects: Arc<AtomicU64>,
     pipelines: Arc<Pipelines>,
     cache: Arc<Cache>,

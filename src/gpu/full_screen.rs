@@ -1,5 +1,5 @@
-//! Passes that draw one triangle over all of a texture that is no target of a renderer: a window's surface, or an image
-//! of a headset's runtime. Their frames are not those of a renderer, so they have pools of their own.
+//! Passes that draw one triangle over all of a texture that does not belong to a renderer: a window's surface, or an
+//! image of a headset's runtime. Their frames are not those of a renderer, so they have pools of their own.
 //!
 //! The vertex entry point of such a shader returns `hachure::full_screen::full_screen_corner`.
 

@@ -94,7 +94,7 @@ pub enum Builds {
 /// How one renderer has its pipelines compiled.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Compiles {
-    /// Who compiles.
+    /// Whether pipelines are compiled at once or in the background.
     pub builds: Builds,
     /// How many pipelines the renderer's own thread has compiled so far.
     pub built_at_once: u64,
@@ -133,7 +133,7 @@ struct State {
     watch: Watch,
     workers: Option<Workers<Built>>,
     /// The errors in the newest text of each pipeline that has any.
-    troubles: FxHashMap<Key, ShaderError>,
+    shader_errors: FxHashMap<Key, ShaderError>,
     /// Counts builds; each pipeline carries the number of its build.
     builds: u64,
     /// Counts builds because of a changed text.
@@ -148,7 +148,7 @@ impl Default for State {
             watch: Watch::new(&texts),
             texts,
             workers: None,
-            troubles: FxHashMap::default(),
+            shader_errors: FxHashMap::default(),
             builds: 0,
             rebuilds: 0,
         }
@@ -166,7 +166,7 @@ pub struct Ready {
 
 impl Pipelines {
     /// Returns a pipeline with its resources bound. Returns `None` while the pipeline is being compiled, and when its
-    /// shader has an error ([`troubles`](Pipelines::troubles)).
+    /// shader has an error ([`shader_errors`](Pipelines::shader_errors)).
     pub(crate) fn ready(
         &self,
         gpu: &Gpu,
@@ -182,14 +182,14 @@ impl Pipelines {
             groups.bind(gpu, key.name(), (pipeline.number, &pipeline.layout), &pipeline.variables, resources)
         };
         let pipeline = {
-            let State { entries, troubles, .. } = &mut *self.lock();
+            let State { entries, shader_errors, .. } = &mut *self.lock();
             let entry = entries.get_mut(key)?;
             // An edited text may declare a variable that no pass binds, or bind one as another type: the old pipeline
             // then stays.
             if let Some(next) = entry.next.take() {
                 match in_scope(&gpu.device, key.name(), || bind(&next)) {
                     Ok(_) => entry.current = Some(next),
-                    Err(error) => report(troubles, key, error),
+                    Err(error) => report(shader_errors, key, error),
                 }
             }
             Arc::clone(entry.current.as_ref()?)
@@ -197,7 +197,7 @@ impl Pipelines {
         match bind(&pipeline) {
             Ok(bound) => Some((Ready { raw: pipeline.raw.clone(), bound }, pipeline)),
             Err(error) => {
-                report(&mut self.lock().troubles, key, error);
+                report(&mut self.lock().shader_errors, key, error);
                 None
             }
         }
@@ -219,7 +219,7 @@ impl Pipelines {
                     state = self.built.wait(state).unwrap_or_else(PoisonError::into_inner);
                 }
                 // A text that has an error has it until the text changes.
-                _ if state.troubles.contains_key(key) => return false,
+                _ if state.shader_errors.contains_key(key) => return false,
                 _ => {
                     drop(state);
                     self.build(gpu, key, compiles);
@@ -299,7 +299,7 @@ impl Pipelines {
             }
             let changed = made_of(&state.texts, &changed);
             // The error of a pipeline may be in any of the texts that it imports.
-            let is_changed = |key: &&Key| changed.contains(key.name()) || state.troubles.contains_key(*key);
+            let is_changed = |key: &&Key| changed.contains(key.name()) || state.shader_errors.contains_key(*key);
             let keys: Vec<Key> = state.entries.keys().filter(is_changed).cloned().collect();
             state.rebuilds += keys.len() as u64;
             keys
@@ -315,11 +315,11 @@ impl Pipelines {
     }
 
     /// Returns the errors in shaders as they are now, each once and sorted.
-    pub fn troubles(&self) -> Vec<ShaderError> {
-        let mut troubles: Vec<_> = self.lock().troubles.values().cloned().collect();
-        troubles.sort_by_key(ToString::to_string);
-        troubles.dedup();
-        troubles
+    pub fn shader_errors(&self) -> Vec<ShaderError> {
+        let mut shader_errors: Vec<_> = self.lock().shader_errors.values().cloned().collect();
+        shader_errors.sort_by_key(ToString::to_string);
+        shader_errors.dedup();
+        shader_errors
     }
 
     fn lock(&self) -> MutexGuard<'_, State> {
@@ -336,9 +336,9 @@ impl State {
         match built {
             Ok(pipeline) => {
                 entry.next = Some(Arc::new(pipeline));
-                self.troubles.remove(key);
+                self.shader_errors.remove(key);
             }
-            Err(error) => report(&mut self.troubles, key, error),
+            Err(error) => report(&mut self.shader_errors, key, error),
         }
     }
 }
@@ -361,9 +361,9 @@ impl Drop for Outcome<'_> {
 }
 
 /// Remembers the error of a pipeline's text, and logs it if it is new.
-fn report(troubles: &mut FxHashMap<Key, ShaderError>, key: &Key, error: ShaderError) {
-    if !troubles.values().any(|known| *known == error) {
+fn report(shader_errors: &mut FxHashMap<Key, ShaderError>, key: &Key, error: ShaderError) {
+    if !shader_errors.values().any(|known| *known == error) {
         tracing::warn!("{error}");
     }
-    troubles.insert(key.clone(), error);
+    shader_errors.insert(key.clone(), error);
 }

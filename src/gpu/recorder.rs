@@ -25,7 +25,7 @@ use super::trace::{PassTrace, Traced, uses};
 /// Side of a workgroup of a picture pass, in pixels. The shaders have `@workgroup_size(8, 8)`.
 pub const WORKGROUP_PX: u32 = 8;
 
-/// Size in bytes of the buffer that stands in for every other in a prewarming run. It exceeds every offset that a pass
+/// Size in bytes of the buffer that replaces every other in a prewarming run. It exceeds every offset that a pass
 /// subtracts from the size of a buffer.
 const BLANK_BYTES: u64 = 1 << 12;
 
@@ -61,7 +61,7 @@ pub struct Recorder<'a> {
 #[derive(Clone, Debug)]
 pub struct Drawing {
     ready: Option<(wgpu::RenderPipeline, Bound)>,
-    /// What it reads and what it writes, if the frame is traced.
+    /// The resources that the pass reads and those that it writes, if the frame is traced.
     uses: Option<(Vec<Traced>, Vec<Traced>)>,
 }
 

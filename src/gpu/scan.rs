@@ -95,7 +95,7 @@ impl Groups<'_> {
     }
 }
 
-/// A pass that writes a list in an order that does not depend on which workgroup is quicker: see
+/// A pass that writes a list in an order that does not depend on which workgroup is quicker. The order is made by
 /// `shaders/shared/ordered.wgsl`.
 pub struct Ordered<'a> {
     pub shader: Compute,

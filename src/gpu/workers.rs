@@ -111,7 +111,7 @@ mod tests {
     }
 
     #[test]
-    fn everything_is_done_and_a_panic_stops_nothing() {
+    fn all_tasks_run_even_if_one_panics() {
         let mut workers = Workers::default();
         for number in 0..20 {
             workers.start(move || if number == 7 { panic!("planted") } else { number });
@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn its_end_waits_for_what_has_begun_and_for_nothing_else() {
+    fn dropping_the_workers_waits_only_for_running_tasks() {
         let (begun, has_begun) = channel();
         let (ended, has_ended) = channel();
         let mut workers = Workers::default();

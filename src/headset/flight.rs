@@ -11,10 +11,10 @@ use super::error::{During, HeadsetError};
 use super::hands::Hands;
 use super::hidden;
 use super::mirror::Mirror;
-use super::session::{Headset, Life, VIEWS};
+use super::session::{Headset, SessionPhase, VIEWS};
 use super::show::ShowPass;
 use super::stage::{Eye, Stage};
-use super::travel::{Asked, Traveller};
+use super::travel::{HandInput, Traveller};
 use super::{HeadsetOptions, HeadsetWorld};
 use crate::composite::PICTURE;
 use crate::file::standard;
@@ -75,9 +75,9 @@ impl Flight {
         renderer.set_antialias(options.antialias);
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
-        let asked = Arc::clone(&end);
+        let hand_input = Arc::clone(&end);
         // Without the handler, Ctrl+C still ends the program, but without ending the session.
-        if let Err(error) = ctrlc::set_handler(move || asked.store(true, Ordering::Relaxed)) {
+        if let Err(error) = ctrlc::set_handler(move || hand_input.store(true, Ordering::Relaxed)) {
             tracing::debug!("{error}");
         }
         Ok(Self {
@@ -110,9 +110,9 @@ impl Flight {
     pub fn run(mut self) -> Result<(), HeadsetError> {
         loop {
             match self.headset.follow_events()? {
-                Life::Over => break,
-                Life::Rests => std::thread::sleep(REST),
-                Life::Runs => self.frame()?,
+                SessionPhase::Ended => break,
+                SessionPhase::Idle => std::thread::sleep(REST),
+                SessionPhase::Running => self.frame()?,
             }
             self.end_if_due()?;
             if self.end_by.is_some_and(|by| Instant::now() > by) {
@@ -128,7 +128,7 @@ impl Flight {
         let is_closed = self.mirror.as_mut().is_some_and(Mirror::is_closed);
         if (is_done || is_closed || self.end.load(Ordering::Relaxed)) && self.end_by.is_none() {
             self.end_by = Some(Instant::now() + LONGEST_END);
-            self.headset.ask_for_end()?;
+            self.headset.request_end()?;
         }
         Ok(())
     }
@@ -172,7 +172,7 @@ impl Flight {
     fn draw(&mut self, state: &xr::FrameState) -> Result<Option<[xr::View; 2]>, HeadsetError> {
         let now = Instant::now();
         let headset = &self.headset;
-        let asked = if headset.is_focused() { self.hands.ask(&headset.session)? } else { Asked::default() };
+        let hand_input = if headset.is_focused() { self.hands.read(&headset.session)? } else { HandInput::default() };
         let time = state.predicted_display_time;
         let (flags, views) = headset.session.locate_views(VIEWS, time, &headset.space).during("xrLocateViews")?;
         let known = xr::ViewStateFlags::ORIENTATION_VALID | xr::ViewStateFlags::POSITION_VALID;
@@ -188,8 +188,8 @@ impl Flight {
         let step_s = since_s.filter(|step_s| *step_s > 0.0).unwrap_or(STEP_S);
         let terrain = &self.world.surfaces.terrain;
         let lowest_m = f64::from(terrain.range_m()[0]);
-        self.traveller.advance(&asked, &eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
-        if asked.next_style {
+        self.traveller.advance(&hand_input, &eyes, step_s, |at| terrain.height_at_hand_m(at).unwrap_or(lowest_m));
+        if hand_input.next_style {
             self.style = (self.style + 1) % self.styles.len();
             tracing::info!("style: {}", self.styles[self.style].name);
         }
@@ -278,15 +278,15 @@ impl Flight {
     }
 }
 
-/// Loads the presets and the style `asked`; also returns its index in the list.
-fn styles(asked: &str) -> Result<(Vec<Style>, usize), HeadsetError> {
+/// Loads the presets and the style `hand_input`; also returns its index in the list.
+fn styles(hand_input: &str) -> Result<(Vec<Style>, usize), HeadsetError> {
     let names = style::names();
     let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
-    let place = names.iter().position(|name| *name == asked);
+    let place = names.iter().position(|name| *name == hand_input);
     let place = match place {
         Some(place) => place,
         None => {
-            list.push(Style::load(asked)?);
+            list.push(Style::load(hand_input)?);
             list.len() - 1
         }
     };

@@ -4,11 +4,11 @@ use glam::DVec2;
 use openxr as xr;
 
 use super::error::{During, HeadsetError};
-use super::travel::Asked;
+use super::travel::HandInput;
 
 /// An action of the flight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Does {
+enum FlightAction {
     Fly,
     Turn,
     Ahead,
@@ -19,58 +19,58 @@ enum Does {
 }
 
 /// Suggested bindings by interaction profile. A runtime that does not know one of them still accepts the others.
-const CONTROLLERS: [(&str, &[(Does, &str)]); 5] = [
+const CONTROLLERS: [(&str, &[(FlightAction, &str)]); 5] = [
     (
         "/interaction_profiles/khr/simple_controller",
         &[
-            (Does::Ahead, "/user/hand/left/input/select/click"),
-            (Does::Reset, "/user/hand/left/input/menu/click"),
-            (Does::NextStyle, "/user/hand/right/input/select/click"),
-            (Does::Scale, "/user/hand/right/input/menu/click"),
+            (FlightAction::Ahead, "/user/hand/left/input/select/click"),
+            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
+            (FlightAction::NextStyle, "/user/hand/right/input/select/click"),
+            (FlightAction::Scale, "/user/hand/right/input/menu/click"),
         ],
     ),
     (
         "/interaction_profiles/oculus/touch_controller",
         &[
-            (Does::Fly, "/user/hand/left/input/thumbstick"),
-            (Does::Turn, "/user/hand/right/input/thumbstick"),
-            (Does::Fast, "/user/hand/left/input/squeeze/value"),
-            (Does::Reset, "/user/hand/left/input/x/click"),
-            (Does::Scale, "/user/hand/right/input/a/click"),
-            (Does::NextStyle, "/user/hand/right/input/b/click"),
+            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
+            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
+            (FlightAction::Fast, "/user/hand/left/input/squeeze/value"),
+            (FlightAction::Reset, "/user/hand/left/input/x/click"),
+            (FlightAction::Scale, "/user/hand/right/input/a/click"),
+            (FlightAction::NextStyle, "/user/hand/right/input/b/click"),
         ],
     ),
     (
         "/interaction_profiles/valve/index_controller",
         &[
-            (Does::Fly, "/user/hand/left/input/thumbstick"),
-            (Does::Turn, "/user/hand/right/input/thumbstick"),
-            (Does::Fast, "/user/hand/left/input/squeeze/value"),
-            (Does::Reset, "/user/hand/left/input/a/click"),
-            (Does::Scale, "/user/hand/right/input/a/click"),
-            (Does::NextStyle, "/user/hand/right/input/b/click"),
+            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
+            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
+            (FlightAction::Fast, "/user/hand/left/input/squeeze/value"),
+            (FlightAction::Reset, "/user/hand/left/input/a/click"),
+            (FlightAction::Scale, "/user/hand/right/input/a/click"),
+            (FlightAction::NextStyle, "/user/hand/right/input/b/click"),
         ],
     ),
     (
         "/interaction_profiles/microsoft/motion_controller",
         &[
-            (Does::Fly, "/user/hand/left/input/thumbstick"),
-            (Does::Turn, "/user/hand/right/input/thumbstick"),
-            (Does::Fast, "/user/hand/left/input/squeeze/click"),
-            (Does::Reset, "/user/hand/left/input/menu/click"),
-            (Does::Scale, "/user/hand/right/input/squeeze/click"),
-            (Does::NextStyle, "/user/hand/right/input/menu/click"),
+            (FlightAction::Fly, "/user/hand/left/input/thumbstick"),
+            (FlightAction::Turn, "/user/hand/right/input/thumbstick"),
+            (FlightAction::Fast, "/user/hand/left/input/squeeze/click"),
+            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
+            (FlightAction::Scale, "/user/hand/right/input/squeeze/click"),
+            (FlightAction::NextStyle, "/user/hand/right/input/menu/click"),
         ],
     ),
     (
         "/interaction_profiles/htc/vive_controller",
         &[
-            (Does::Fly, "/user/hand/left/input/trackpad"),
-            (Does::Turn, "/user/hand/right/input/trackpad"),
-            (Does::Fast, "/user/hand/left/input/squeeze/click"),
-            (Does::Reset, "/user/hand/left/input/menu/click"),
-            (Does::Scale, "/user/hand/right/input/squeeze/click"),
-            (Does::NextStyle, "/user/hand/right/input/menu/click"),
+            (FlightAction::Fly, "/user/hand/left/input/trackpad"),
+            (FlightAction::Turn, "/user/hand/right/input/trackpad"),
+            (FlightAction::Fast, "/user/hand/left/input/squeeze/click"),
+            (FlightAction::Reset, "/user/hand/left/input/menu/click"),
+            (FlightAction::Scale, "/user/hand/right/input/squeeze/click"),
+            (FlightAction::NextStyle, "/user/hand/right/input/menu/click"),
         ],
     ),
 ];
@@ -94,8 +94,8 @@ impl Hands {
     /// Returns the error of the runtime.
     pub fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
         let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
-        let stick = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
-        let button = |name: &str, told: &str| set.create_action(name, told, &[]).during("xrCreateAction");
+        let stick = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
+        let button = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
         let hands = Self {
             fly: stick("fly", "Fly forward and sideways")?,
             turn: stick("turn_and_lift", "Turn, move up and down")?,
@@ -115,18 +115,18 @@ impl Hands {
         Ok(hands)
     }
 
-    fn suggest(&self, instance: &xr::Instance, profile: &str, controls: &[(Does, &str)]) -> xr::Result<()> {
+    fn suggest(&self, instance: &xr::Instance, profile: &str, controls: &[(FlightAction, &str)]) -> xr::Result<()> {
         let mut bindings = Vec::with_capacity(controls.len());
-        for (does, control) in controls {
+        for (action, control) in controls {
             let path = instance.string_to_path(control)?;
-            bindings.push(match does {
-                Does::Fly => xr::Binding::new(&self.fly, path),
-                Does::Turn => xr::Binding::new(&self.turn, path),
-                Does::Ahead => xr::Binding::new(&self.ahead, path),
-                Does::Fast => xr::Binding::new(&self.fast, path),
-                Does::NextStyle => xr::Binding::new(&self.next_style, path),
-                Does::Scale => xr::Binding::new(&self.scale, path),
-                Does::Reset => xr::Binding::new(&self.reset, path),
+            bindings.push(match action {
+                FlightAction::Fly => xr::Binding::new(&self.fly, path),
+                FlightAction::Turn => xr::Binding::new(&self.turn, path),
+                FlightAction::Ahead => xr::Binding::new(&self.ahead, path),
+                FlightAction::Fast => xr::Binding::new(&self.fast, path),
+                FlightAction::NextStyle => xr::Binding::new(&self.next_style, path),
+                FlightAction::Scale => xr::Binding::new(&self.scale, path),
+                FlightAction::Reset => xr::Binding::new(&self.reset, path),
             });
         }
         instance.suggest_interaction_profile_bindings(instance.string_to_path(profile)?, &bindings)
@@ -136,7 +136,7 @@ impl Hands {
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub fn ask(&self, session: &xr::Session<xr::Vulkan>) -> Result<Asked, HeadsetError> {
+    pub fn read(&self, session: &xr::Session<xr::Vulkan>) -> Result<HandInput, HeadsetError> {
         session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
         let stick = |action: &xr::Action<xr::Vector2f>| {
             let state = action.state(session, xr::Path::NULL).during("xrGetActionStateVector2f")?;
@@ -149,7 +149,7 @@ impl Hands {
             Ok::<_, HeadsetError>((is_down, is_down && state.changed_since_last_sync))
         };
         let ahead = if button(&self.ahead)?.0 { DVec2::Y } else { DVec2::ZERO };
-        Ok(Asked {
+        Ok(HandInput {
             fly: (stick(&self.fly)? + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
             turn: stick(&self.turn)?,
             fast: button(&self.fast)?.0,

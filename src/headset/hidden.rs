@@ -19,7 +19,7 @@ pub type Triangles = [Vec<[f64; 2]>; 2];
 ///
 /// # Errors
 /// Returns the error of the runtime.
-pub fn ask(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError> {
+pub fn query(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError> {
     let of = |eye: u32| {
         let kind = xr::VisibilityMaskTypeKHR::HIDDEN_TRIANGLE_MESH;
         let mask = session.get_visibility_mask_khr(VIEWS, eye, kind).during("xrGetVisibilityMaskKHR")?;

@@ -7,7 +7,7 @@ use crate::gpu::target::Target;
 pub enum Mirror {}
 
 impl Mirror {
-    /// Returns `None`.
+    /// Returns `None`: this build cannot open a window.
     pub fn open(_gpu: &Gpu, _eye_px: [u32; 2]) -> Option<Self> {
         None
     }

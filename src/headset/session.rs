@@ -63,15 +63,15 @@ impl Runtime {
     }
 }
 
-/// What the session's state allows the program to do.
+/// The work that the session's state allows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Life {
+pub enum SessionPhase {
     /// Nothing: the session has not begun, or has ended for now.
-    Rests,
+    Idle,
     /// Frames: they must be waited for, begun and ended, visible or not.
-    Runs,
+    Running,
     /// Nothing any more: the session is over.
-    Over,
+    Ended,
 }
 
 /// An open session with its GPU. Fields are dropped in this order: textures of a swapchain before the swapchain, the
@@ -79,9 +79,9 @@ pub enum Life {
 pub struct Headset {
     /// Images of both eyes.
     pub eyes: [EyeImages; 2],
-    /// Takes frames.
+    /// The stream to which finished frames are submitted.
     pub stream: xr::FrameStream<xr::Vulkan>,
-    /// Waits for frames.
+    /// Blocks until the runtime wants the next frame.
     pub waiter: xr::FrameWaiter,
     /// Reference space of all poses.
     pub space: xr::Space,
@@ -96,7 +96,7 @@ pub struct Headset {
     /// Triangles that the lenses hide, for each eye's picture.
     pub hidden: hidden::Triangles,
     runtime: Runtime,
-    life: Life,
+    phase: SessionPhase,
     state: xr::SessionState,
 }
 
@@ -126,7 +126,7 @@ impl Headset {
         let (gpu, binding) = binding::open_gpu(instance, *system)?;
         let (session, waiter, stream) = open_session(&runtime, &gpu, binding)?;
         let (space, floor_m) = open_space(&session)?;
-        let hidden = if runtime.has_masks { hidden::ask(&session)? } else { hidden::Triangles::default() };
+        let hidden = if runtime.has_masks { hidden::query(&session)? } else { hidden::Triangles::default() };
         let sizes_px = [left, right].map(|view| {
             // The recommended size is limited to the largest size that the runtime accepts.
             let fit = |wish: u32, most: [u32; 2]| most.into_iter().filter(|most| *most > 0).fold(wish, u32::min).max(1);
@@ -147,7 +147,7 @@ impl Headset {
             floor_m,
             hidden,
             runtime,
-            life: Life::Rests,
+            phase: SessionPhase::Idle,
             state: xr::SessionState::IDLE,
         })
     }
@@ -158,8 +158,8 @@ impl Headset {
     }
 
     /// Returns what the session allows the program to do.
-    pub fn life(&self) -> Life {
-        self.life
+    pub fn phase(&self) -> SessionPhase {
+        self.phase
     }
 
     /// Returns whether the session receives input: another program may be in front.
@@ -176,7 +176,7 @@ impl Headset {
     ///
     /// # Errors
     /// Returns [`HeadsetError::Lost`] if the session or the runtime is lost, or the error of a call.
-    pub fn follow_events(&mut self) -> Result<Life, HeadsetError> {
+    pub fn follow_events(&mut self) -> Result<SessionPhase, HeadsetError> {
         let mut storage = xr::EventDataBuffer::new();
         while let Some(event) = self.runtime.instance.poll_event(&mut storage).during("xrPollEvent")? {
             match event {
@@ -186,13 +186,13 @@ impl Headset {
                     match self.state {
                         xr::SessionState::READY => {
                             self.session.begin(VIEWS).during("xrBeginSession")?;
-                            self.life = Life::Runs;
+                            self.phase = SessionPhase::Running;
                         }
                         xr::SessionState::STOPPING => {
                             self.session.end().during("xrEndSession")?;
-                            self.life = Life::Rests;
+                            self.phase = SessionPhase::Idle;
                         }
-                        xr::SessionState::EXITING => self.life = Life::Over,
+                        xr::SessionState::EXITING => self.phase = SessionPhase::Ended,
                         xr::SessionState::LOSS_PENDING => return Err(HeadsetError::Lost { cause: "its session" }),
                         // Idle, synchronised, visible, focused: xrWaitFrame says whether there is something to draw.
                         _ => {}
@@ -201,25 +201,25 @@ impl Headset {
                 xr::Event::InstanceLossPending(_) => return Err(HeadsetError::Lost { cause: "the runtime" }),
                 // The event may arrive for each eye; both are queried.
                 xr::Event::VisibilityMaskChangedKHR(_) if self.runtime.has_masks => {
-                    self.hidden = hidden::ask(&self.session)?;
+                    self.hidden = hidden::query(&self.session)?;
                 }
                 xr::Event::EventsLost(lost) => tracing::warn!("{} OpenXR events were lost", lost.lost_event_count()),
                 _ => {}
             }
         }
-        Ok(self.life)
+        Ok(self.phase)
     }
 
     /// Requests the end of the session, which arrives as events.
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub fn ask_for_end(&mut self) -> Result<(), HeadsetError> {
-        if self.life == Life::Runs {
+    pub fn request_end(&mut self) -> Result<(), HeadsetError> {
+        if self.phase == SessionPhase::Running {
             self.session.request_exit().during("xrRequestExitSession")?;
         } else {
             // A session that is not running has nothing to end.
-            self.life = Life::Over;
+            self.phase = SessionPhase::Ended;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::headset::show::Show as ShowUniform;
 use crate::scene::view::Lens;
 
-/// The pass.
+/// The pass that copies a picture to a swapchain image.
 pub struct ShowPass {
     full_screen: FullScreen,
 }

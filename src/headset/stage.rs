@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn the_rooms_axes_are_the_worlds() {
+    fn the_axes_of_the_room_are_those_of_the_world() {
         // Looking north, ahead is north and right is east.
         near(stage(0.0, 1.0).place_m(DVec3::new(0.5, 1.6, -2.0)), DVec3::new(100.5, 202.0, 301.6));
         // Looking east, right is south; at a giant's scale, a metre is a kilometre.
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn eyes_of_a_giant_stand_far_apart() {
+    fn eyes_of_a_giant_are_far_apart() {
         let [mut left, mut right] = [eye(DQuat::IDENTITY); 2];
         left.at_m.x -= 0.0325;
         right.at_m.x += 0.0325;

@@ -38,7 +38,7 @@ const GIANT_CLEARANCE_M: f64 = 0.25;
 
 /// Input of the hands in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct HandInput {
     /// Motion to the right and forward, −1 to 1.
     pub fly: DVec2,
     /// Turn to the right, and motion upwards, −1 to 1.
@@ -81,17 +81,17 @@ impl Traveller {
     }
 
     /// Advances by `step_s`. `ground_m` returns the height of the ground at a position.
-    pub fn advance(&mut self, asked: &Asked, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
+    pub fn advance(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         let head_m = middle_m(eyes);
-        if asked.reset {
+        if hand_input.reset {
             *self = Self::new(self.start);
         }
-        if asked.scale {
+        if hand_input.scale {
             self.change_scale(head_m, &ground_m);
         }
-        self.turn(asked.turn.x, head_m);
-        self.fly(asked, eyes, step_s, &ground_m);
+        self.turn(hand_input.turn.x, head_m);
+        self.fly(hand_input, eyes, step_s, &ground_m);
         self.stay_above(head_m, &ground_m);
     }
 
@@ -105,18 +105,18 @@ impl Traveller {
         }
     }
 
-    fn fly(&mut self, asked: &Asked, eyes: &[Eye; 2], step_s: f64, ground_m: &impl Fn(DVec2) -> f64) {
+    fn fly(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: &impl Fn(DVec2) -> f64) {
         let pose = self.stage.pose(&eyes[0]);
         let place_m = self.stage.place_m(middle_m(eyes));
         let height_m = place_m.z - ground_m(place_m.truncate());
         let slowest_m_s = SLOWEST_M_S * self.stage.scale;
-        let full_m_s = (HEIGHT_PER_S * height_m).max(slowest_m_s) * if asked.fast { FAST } else { 1.0 };
+        let full_m_s = (HEIGHT_PER_S * height_m).max(slowest_m_s) * if hand_input.fast { FAST } else { 1.0 };
         let full_m_s = full_m_s.min(FASTEST_M_S.max(slowest_m_s));
         // Sideways motion is horizontal even if the head leans, and lifting is vertical.
         let right = DVec3::new(pose.right.x, pose.right.y, 0.0).normalize_or_zero();
-        let [aside, ahead, lift] = [asked.fly.x, asked.fly.y, asked.turn.y].map(past_rest);
+        let [aside, ahead, lift] = [hand_input.fly.x, hand_input.fly.y, hand_input.turn.y].map(past_rest);
         // A push that is meant to turn must not lift.
-        let lift = if asked.turn.y.abs() > asked.turn.x.abs() { lift } else { 0.0 };
+        let lift = if hand_input.turn.y.abs() > hand_input.turn.x.abs() { lift } else { 0.0 };
         let wish = (pose.forward * ahead + right * aside + DVec3::Z * lift).clamp_length_max(1.0);
         let reached = 1.0 - (-step_s / LAG_S).exp();
         self.velocity_m_s += (wish * full_m_s - self.velocity_m_s) * reached;
@@ -184,21 +184,21 @@ mod tests {
         Traveller::new(START)
     }
 
-    fn run(traveller: &mut Traveller, asked: Asked, steps: u32) {
-        (0..steps).for_each(|_| traveller.advance(&asked, &eyes(), 1.0 / 90.0, FLAT));
+    fn run(traveller: &mut Traveller, hand_input: HandInput, steps: u32) {
+        (0..steps).for_each(|_| traveller.advance(&hand_input, &eyes(), 1.0 / 90.0, FLAT));
     }
 
     #[test]
     fn a_push_is_one_turn() {
         let mut traveller = traveller();
         let head_m = traveller.stage().place_m(middle_m(&eyes()));
-        let right = Asked { turn: DVec2::new(1.0, 0.0), ..Asked::default() };
+        let right = HandInput { turn: DVec2::new(1.0, 0.0), ..HandInput::default() };
         run(&mut traveller, right, 20);
         assert!((traveller.stage().heading_rad - TURN_RAD).abs() < 1e-12);
-        run(&mut traveller, Asked::default(), 1);
+        run(&mut traveller, HandInput::default(), 1);
         run(&mut traveller, right, 20);
-        run(&mut traveller, Asked::default(), 1);
-        run(&mut traveller, Asked { turn: DVec2::new(-1.0, 0.0), ..Asked::default() }, 20);
+        run(&mut traveller, HandInput::default(), 1);
+        run(&mut traveller, HandInput { turn: DVec2::new(-1.0, 0.0), ..HandInput::default() }, 20);
         assert!((traveller.stage().heading_rad - TURN_RAD).abs() < 1e-12);
         assert!(traveller.stage().place_m(middle_m(&eyes())).distance(head_m) < 1e-9);
         assert_eq!(traveller.vignette(), 0.0);
@@ -206,7 +206,7 @@ mod tests {
 
     #[test]
     fn speed_grows_with_height_and_the_border_darkens() {
-        let ahead = Asked { fly: DVec2::new(0.0, 1.0), ..Asked::default() };
+        let ahead = HandInput { fly: DVec2::new(0.0, 1.0), ..HandInput::default() };
         let mut walker = traveller();
         run(&mut walker, ahead, 180);
         let walked_m = walker.stage().floor_m.y - 20.0;
@@ -216,7 +216,7 @@ mod tests {
         run(&mut flyer, ahead, 180);
         let flown_m = flyer.stage().floor_m.y - 20.0;
         assert!((900.0..1000.0).contains(&flown_m), "{flown_m}");
-        run(&mut flyer, Asked::default(), 180);
+        run(&mut flyer, HandInput::default(), 180);
         assert_eq!((flyer.vignette(), flyer.velocity_m_s), (0.0, DVec3::ZERO));
     }
 
@@ -224,19 +224,19 @@ mod tests {
     fn a_giant_has_the_ground_on_a_table_and_comes_back() {
         let mut traveller = traveller();
         let under_m = traveller.stage().place_m(middle_m(&eyes())).truncate();
-        let scale = Asked { scale: true, ..Asked::default() };
+        let scale = HandInput { scale: true, ..HandInput::default() };
         run(&mut traveller, scale, 1);
         let head_m = traveller.stage().place_m(middle_m(&eyes()));
         assert!((head_m.z - 50.0 - 900.0).abs() < 1e-6, "{head_m}");
         assert!(head_m.truncate().distance(under_m) < 1e-6);
         // A giant's head stays above the ground.
-        run(&mut traveller, Asked { turn: DVec2::new(0.0, -1.0), ..Asked::default() }, 900);
+        run(&mut traveller, HandInput { turn: DVec2::new(0.0, -1.0), ..HandInput::default() }, 900);
         let height_m = traveller.stage().place_m(middle_m(&eyes())).z - 50.0;
         assert!((height_m - 250.0).abs() < 1e-6, "{height_m}");
         run(&mut traveller, scale, 1);
         assert_eq!(traveller.stage().scale, 1.0);
         assert!((traveller.stage().floor_m.z - 50.0).abs() < 1e-6);
-        run(&mut traveller, Asked { reset: true, ..Asked::default() }, 1);
+        run(&mut traveller, HandInput { reset: true, ..HandInput::default() }, 1);
         assert_eq!(*traveller.stage(), START);
     }
 
@@ -244,10 +244,10 @@ mod tests {
     fn a_stick_at_rest_does_nothing() {
         let mut traveller = traveller();
         let rest = DVec2::new(0.1, -0.12);
-        run(&mut traveller, Asked { fly: rest, turn: rest, ..Asked::default() }, 50);
+        run(&mut traveller, HandInput { fly: rest, turn: rest, ..HandInput::default() }, 50);
         assert_eq!(*traveller.stage(), START);
         // A long frame does not cause a jump.
-        let ahead = Asked { fly: DVec2::new(0.0, 1.0), ..Asked::default() };
+        let ahead = HandInput { fly: DVec2::new(0.0, 1.0), ..HandInput::default() };
         traveller.advance(&ahead, &eyes(), 1e9, FLAT);
         assert!(traveller.stage().floor_m.y < 20.0 + SLOWEST_M_S);
     }

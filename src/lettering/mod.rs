@@ -144,7 +144,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_no_letter_is_replaced_and_told_once() {
+    fn characters_without_a_letter_are_replaced_and_reported_once() {
         let line = Line::new("  Mont\tBlanc \n 山 é 山 Ж");
         assert_eq!(line.text(), "Mont Blanc ? é ? ?");
         assert_eq!(line.replaced, ['山', 'Ж']);
@@ -165,7 +165,7 @@ mod tests {
     }
 
     #[test]
-    fn strokes_lie_where_they_are_asked_for() {
+    fn strokes_are_at_the_requested_positions() {
         let strokes = Line::new("H").strokes(DVec2::new(10.0, 100.0), 42.0);
         let points = strokes.concat();
         let [low, high] = [f64::min, f64::max].map(|pick| points.iter().map(|at| at.y).reduce(pick));

@@ -50,8 +50,8 @@ pub struct Run {
     pub gpu_ms: Option<Percentiles>,
     /// Time per frame that the frame thread spends on tiles and patches.
     pub prepare_ms: Option<Percentiles>,
-    /// Frames that took more than twice the median because of streaming: they would not have without the time beyond
-    /// the median that the frame thread spent on tiles and patches.
+    /// Frames that took more than twice the median because of streaming: they would have been quicker than that if the
+    /// frame thread had spent only the median time on tiles and patches.
     pub hitches: Option<u64>,
     /// Passes in drawing order.
     pub passes: Vec<Pass>,
@@ -213,7 +213,7 @@ impl Run {
     }
 }
 
-/// Computes [`Run::hitches`].
+/// Counts the frames that took more than twice the median because of streaming ([`Run::hitches`]).
 fn hitches(frames: &[FrameRecord]) -> Option<u64> {
     let times: Vec<(f64, f64)> = frames.iter().filter_map(|frame| Some((frame.frame_ms?, frame.prepare_ms?))).collect();
     let frame_ms = Percentiles::of(times.iter().map(|(frame_ms, _)| *frame_ms))?.p50;
@@ -224,7 +224,7 @@ fn hitches(frames: &[FrameRecord]) -> Option<u64> {
     Some(times.iter().filter(is_hitch).count() as u64)
 }
 
-/// Computes [`TileCounts::late_frames_after_1s`].
+/// Counts the late frames more than 1 s after the start or a jump ([`TileCounts::late_frames_after_1s`]).
 fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
     let (mut since_s, mut late) = (0.0, None);
     for frame in frames {
@@ -237,7 +237,7 @@ fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
     late
 }
 
-/// Computes [`TileCounts::full_detail_ms`].
+/// Returns the times from a jump of the camera until no frame is late ([`TileCounts::full_detail_ms`]).
 fn full_detail_ms(frames: &[FrameRecord]) -> Option<FullDetail> {
     let (mut times_ms, mut since_s) = (Vec::new(), None);
     let mut last_s = 0.0;
@@ -264,10 +264,10 @@ fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
 }
 
 impl Report {
-    /// Returns a line for each run in which strokes were left out, or in which the terrain was over its triangle
-    /// budget.
+    /// Returns the report's warnings, one line each: for every run in which strokes were left out, and for every run
+    /// with frames over the triangle budget.
     pub fn warnings(&self) -> Vec<String> {
-        let strokes = |run: &Run| Some(format!("{}: in a frame up to {}", run.style, run.strokes_left_out?.told()?));
+        let strokes = |run: &Run| Some(format!("{}: per frame, up to {}", run.style, run.strokes_left_out?.message()?));
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
             let (style, of, most) = (&run.style, run.frames, allowed.max);

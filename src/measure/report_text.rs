@@ -34,7 +34,7 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("E_warp ×1e-6", "e_warp", 1e6, 1),
 ];
 
-/// Returns the tables: what frames cost, and how steady they are if that was measured. – is not measured.
+/// Returns the tables: what frames cost, and how steady they are if that was measured. A dash (–) marks what was not.
 pub fn table(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
@@ -135,7 +135,7 @@ mod tests {
     }
 
     #[test]
-    fn steadiness_stands_below_where_it_was_measured() {
+    fn steadiness_is_printed_below_the_times() {
         let measured = [("flicker", 0.0123), ("line_coverage", 0.5), ("e_warp", 2.5e-4), ("pairs", 3.0)];
         let metrics = measured.map(|(name, value)| (name.to_owned(), Some(value)));
         let steady = Run { temporal: Some(metrics.into()), ..run("ink", None) };

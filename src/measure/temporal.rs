@@ -2,8 +2,8 @@
 //!
 //! Two consecutive frames are compared in both directions. The world does not move, so where a pixel of one frame is in
 //! the other is known exactly (`follow`); what is not visible in both is masked. A **line pixel** has ink of at least
-//! [`LINE_INK`]; the line continues where the other frame has a line pixel within [`REACH_PX`] of its place. The measures
-//! are
+//! [`LINE_INK`]; the line continues where the other frame has a line pixel within [`REACH_PX`] of its place. The
+//! measures are
 //!
 //! - *flicker*: the share of line pixels that do not continue, of those that are not masked; births are measured from
 //!   the later frame, deaths from the earlier one. In the ink-weighted form a pixel counts with the ink that the other
@@ -46,7 +46,7 @@ pub const REACH_PX: f64 = 1.5;
 /// Least share of a stroke's line pixels that continue if the stroke continues.
 pub const HELD_SHARE: f64 = 0.5;
 
-/// What a frame drew, read back. All pictures are stored row by row, with `view.part.size_px` pixels.
+/// The pictures and strokes of a frame, read back. All pictures are stored row by row, with `view.part.size_px` pixels.
 #[derive(Clone, Debug)]
 pub struct DrawnFrame {
     /// View of the eye.
@@ -81,7 +81,7 @@ pub struct StrokePictures {
     /// Whether an identity means the same stroke in the next frame. If not, changes of identity are not measured.
     pub identities_last: bool,
     /// Whether the frame rebuilt its strokes (an update); otherwise it moved those of the previous frame.
-    pub made_anew: bool,
+    pub rebuilt: bool,
 }
 
 /// Part and whole of a share, kept apart so that shares can be summed over frames.
@@ -105,7 +105,7 @@ impl std::ops::AddAssign for Share {
     }
 }
 
-/// What became of line pixels in the other frame.
+/// The changes of line pixels from one frame to another.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LineChange {
     /// Line pixels that cannot be followed, of all line pixels.
@@ -139,7 +139,7 @@ pub struct StrokeMeasures {
     /// For each line pixel that belonged to the same stroke before, how far the parameter moved, in pixels.
     pub slips_px: Vec<f32>,
     /// Whether the later frame rebuilt its strokes.
-    pub made_anew: bool,
+    pub rebuilt: bool,
 }
 
 /// Measurements of two consecutive frames.
@@ -189,7 +189,7 @@ pub fn compare(before: &DrawnFrame, now: &DrawnFrame) -> Result<PairMeasures, Te
             died: died.lone_strokes(&strokes_before.id),
             identity_change: identities_last.then_some(followed.changed),
             slips_px: followed.slips_px,
-            made_anew: strokes_now.made_anew,
+            rebuilt: strokes_now.rebuilt,
         });
     }
     Ok(measures)
@@ -209,7 +209,8 @@ impl DrawnFrame {
     }
 }
 
-/// Computes [`PairMeasures::e_warp`].
+/// Returns the sum of squared differences of luma along the motion, over the number of pixels
+/// ([`PairMeasures::e_warp`]).
 fn e_warp(back: &Follower<'_>, before: &DrawnFrame, now: &DrawnFrame) -> Share {
     let squared = |pixel: usize| {
         // Ink next to an edge moves with what it outlines.

@@ -51,9 +51,9 @@ impl Soup {
         self.join(name, paint, &|_| ())
     }
 
-    /// Builds a mesh, and reports the finished fraction to `told`. Data that is no longer needed is dropped at once,
-    /// because all this takes more memory than the text of a long file.
-    pub(super) fn join(self, name: String, paint: Paint, told: &dyn Fn(f64)) -> Result<Mesh, String> {
+    /// Builds a mesh, and reports the finished fraction to `progress`. Data that is no longer needed is dropped at
+    /// once, because all this takes more memory than the text of a long file.
+    pub(super) fn join(self, name: String, paint: Paint, progress: &dyn Fn(f64)) -> Result<Mesh, String> {
         self.check()?;
         let Self { places_m, triangles: read, normals: read_normals } = self;
         let used = || read.iter().flatten().map(|&corner| places_m[corner as usize]);
@@ -79,7 +79,7 @@ impl Soup {
         let mut given: Vec<[u32; 3]> = Vec::with_capacity(if read_normals.is_empty() { 0 } else { read.len() });
         for (i, triangle) in read.iter().enumerate() {
             if i % TOLD_EACH == 0 {
-                told(0.5 * i as f64 / read.len() as f64);
+                progress(0.5 * i as f64 / read.len() as f64);
             }
             let welded = triangle.map(&mut vertex_of);
             let mut sorted = welded;
@@ -100,9 +100,9 @@ impl Soup {
         if corners.is_empty() {
             return Err("all of its triangles are without area".to_owned());
         }
-        told(0.5);
+        progress(0.5);
         let mut across = join(&corners, &mut flaws);
-        told(0.7);
+        progress(0.7);
         let is_solid =
             across.iter().flatten().all(|across| matches!(across, Across::Triangle { is_turned: false, .. }));
         if is_solid && is_inside_out(&vertices_m, &corners) {
@@ -118,7 +118,7 @@ impl Soup {
         let mut triangles: Vec<Triangle> =
             corners.into_iter().zip(across).enumerate().map(|(i, parts)| whole(i, parts)).collect();
         drop(materials);
-        told(0.8);
+        progress(0.8);
         normals::fill(&vertices_m, &mut triangles, |triangle, corner| {
             let vertex = given.get(triangle).map(|vertices| vertices[corner]);
             vertex.and_then(|vertex| read_normals.get(vertex as usize)).copied().unwrap_or_default()
@@ -139,7 +139,7 @@ impl Soup {
                 }
             }
         }
-        told(1.0);
+        progress(1.0);
         Ok(Mesh {
             name,
             middle_m,

@@ -192,7 +192,7 @@ mod tests {
     }
 
     #[test]
-    fn the_tree_finds_what_all_triangles_say() {
+    fn the_tree_finds_the_nearest_of_all_triangles() {
         let random = |i: u64| {
             let z = (i.wrapping_mul(0x9e37_79b9_7f4a_7c15) ^ 0x5555).wrapping_mul(0xbf58_476d_1ce4_e5b9);
             (z >> 11) as f64 / (1_u64 << 53) as f64

@@ -18,7 +18,7 @@ const BATCH_BYTES: usize = 1 << 16;
 
 /// The statements of a text about materials.
 #[derive(Debug, Default)]
-pub(super) struct Said {
+pub(super) struct MaterialStatements {
     /// The arguments of `mtllib`.
     pub libraries: Vec<Vec<u8>>,
     /// The different arguments of `usemtl`.
@@ -28,7 +28,7 @@ pub(super) struct Said {
     numbers: FxHashMap<Vec<u8>, u32>,
 }
 
-impl Said {
+impl MaterialStatements {
     fn uses(&mut self, name: &[u8]) {
         let next = self.names.len() as u32;
         let number = *self.numbers.entry(name.to_owned()).or_insert_with(|| {
@@ -87,7 +87,7 @@ pub(super) struct Lines<R> {
     corners: u64,
     /// The statement about materials so far.
     statement: Vec<u8>,
-    said: Said,
+    statements: MaterialStatements,
     read_bytes: u64,
 }
 
@@ -101,7 +101,7 @@ impl<R: BufRead> Lines<R> {
             goes_on: false,
             corners: 0,
             statement: Vec::new(),
-            said: Said::default(),
+            statements: MaterialStatements::default(),
             read_bytes: 0,
         }
     }
@@ -152,17 +152,17 @@ impl<R: BufRead> Lines<R> {
         Ok(Some(begins && self.about.is_kept()))
     }
 
-    pub fn into_said(self) -> Said {
-        self.said
+    pub fn into_material_statements(self) -> MaterialStatements {
+        self.statements
     }
 
     /// Ends a statement.
     fn end(&mut self) {
         let value = |statement: &[u8], word: &str| statement[word.len().min(statement.len())..].trim_ascii().to_owned();
         match self.about {
-            About::Face => self.said.face(self.corners),
-            About::Library => self.said.libraries.push(value(&self.statement, "mtllib")),
-            About::Use => self.said.uses(&value(&self.statement, "usemtl")),
+            About::Face => self.statements.face(self.corners),
+            About::Library => self.statements.libraries.push(value(&self.statement, "mtllib")),
+            About::Use => self.statements.uses(&value(&self.statement, "usemtl")),
             About::Vertices | About::Group | About::Nothing => {}
         }
         self.corners = 0;
@@ -189,20 +189,27 @@ pub(super) struct Stream<'a, R> {
     at: usize,
     faces: u32,
     /// Called occasionally with the number of bytes read.
-    told: &'a dyn Fn(u64),
+    progress: &'a dyn Fn(u64),
     error: Option<Error>,
 }
 
 impl<'a, R: BufRead> Stream<'a, R> {
-    pub fn new(from: R, told: &'a dyn Fn(u64)) -> Self {
-        Self { lines: Lines::new(from), kept: Vec::with_capacity(2 * BATCH_BYTES), at: 0, faces: 0, told, error: None }
+    pub fn new(from: R, progress: &'a dyn Fn(u64)) -> Self {
+        Self {
+            lines: Lines::new(from),
+            kept: Vec::with_capacity(2 * BATCH_BYTES),
+            at: 0,
+            faces: 0,
+            progress,
+            error: None,
+        }
     }
 
     /// Returns the text's statements about materials, or the error that occurred while reading it.
-    pub fn into_said(self) -> Result<Said> {
+    pub fn into_material_statements(self) -> Result<MaterialStatements> {
         match self.error {
             Some(error) => Err(error),
-            None => Ok(self.lines.into_said()),
+            None => Ok(self.lines.into_material_statements()),
         }
     }
 
@@ -221,7 +228,7 @@ impl<'a, R: BufRead> Stream<'a, R> {
                 self.kept.extend_from_slice(b"g\n");
             }
         }
-        (self.told)(self.lines.read_bytes);
+        (self.progress)(self.lines.read_bytes);
         Ok(())
     }
 }

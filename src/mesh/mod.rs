@@ -7,7 +7,6 @@
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
-mod beside;
 pub mod build;
 pub mod curvature;
 pub mod deviation;
@@ -18,6 +17,7 @@ pub mod normals;
 pub mod obj;
 pub mod paint;
 pub mod placed;
+mod sidecar;
 pub mod silhouette;
 pub mod simplify;
 mod wrong_line;
@@ -59,9 +59,9 @@ pub enum Across {
     Border,
     /// The other occurrences of such an edge.
     Again,
-    /// Another triangle.
+    /// A neighbouring triangle.
     Triangle {
-        /// Its index.
+        /// Index of the neighbouring triangle in the mesh.
         index: u32,
         /// Whether it has the opposite winding, so that its front is on this triangle's back side.
         is_turned: bool,

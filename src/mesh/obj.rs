@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::build::Soup;
-use super::lines::{Said, Stream, numbered};
+use super::lines::{MaterialStatements, Stream, numbered};
 use super::paint::{self, Paint, Place};
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
@@ -53,7 +53,7 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     // A pipe can be read only once.
     if !std::fs::metadata(path).map_err(unread)?.is_file() {
         let text = read_bytes(path, LARGEST_BYTES).map_err(unread)?;
-        let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::told);
+        let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::into_message);
         return read.map_err(|cause| wrong(blamed(cause, &text)));
     }
     let file = Bounded::open(path, LARGEST_BYTES).map_err(unread)?;
@@ -61,14 +61,14 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     let is_long = bytes >= LONG_BYTES;
     let what = |doing: &str| format!("{doing} {}", shown(&name));
     let (reading, joining) = (what("reading"), what("joining"));
-    let tell = |what: &str, done: f64| {
+    let report_done = |what: &str, done: f64| {
         if is_long {
             progress.report(what, done as f32);
         }
     };
     let from = BufReader::with_capacity(1 << 20, file);
-    let read = |done: u64| tell(&reading, done as f64 / bytes as f64);
-    read_text(name.clone(), from, place, &read, &|done| tell(&joining, done)).map_err(|cause| match cause {
+    let read = |done: u64| report_done(&reading, done as f64 / bytes as f64);
+    read_text(name.clone(), from, place, &read, &|done| report_done(&joining, done)).map_err(|cause| match cause {
         Cause::File(cause) => wrong(cause),
         Cause::Text(cause) => wrong(match read_bytes(path, LARGEST_BYTES) {
             Ok(text) => blamed(cause, &text),
@@ -82,12 +82,12 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
 /// # Errors
 /// Returns a message, with the number of the line where that is known.
 pub fn parse(name: String, text: &[u8]) -> Result<Mesh, String> {
-    read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.told(), text))
+    read_text(name, text, None, &|_| (), &|_| ()).map_err(|cause| blamed(cause.into_message(), text))
 }
 
 /// Returns the existing files that are read with a model: the libraries and textures that the beginning of the file
 /// names.
-pub fn files_beside(path: &Path) -> Vec<PathBuf> {
+pub fn sidecar_files(path: &Path) -> Vec<PathBuf> {
     use std::io::Read;
     let mut beginning = Vec::new();
     let read =
@@ -104,7 +104,7 @@ enum Cause {
 }
 
 impl Cause {
-    fn told(self) -> String {
+    fn into_message(self) -> String {
         let (Self::File(cause) | Self::Text(cause)) = self;
         cause
     }
@@ -125,18 +125,18 @@ fn read_text(
     read: &dyn Fn(u64),
     joined: &dyn Fn(f64),
 ) -> Result<Mesh, Cause> {
-    let (soup, said) = soup_of(from, read)?;
-    let paint = Paint::of(&said, soup.triangles.len(), place);
-    drop(said);
+    let (soup, statements) = soup_of(from, read)?;
+    let paint = Paint::of(&statements, soup.triangles.len(), place);
+    drop(statements);
     soup.join(name, paint, joined).map_err(Cause::Text)
 }
 
-fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause> {
+fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, MaterialStatements), Cause> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
     let mut stream = Stream::new(from, read);
     let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut stream, &options, no_materials)));
-    let said = stream.into_said().map_err(|error| Cause::File(error.to_string()))?;
+    let statements = stream.into_material_statements().map_err(|error| Cause::File(error.to_string()))?;
     let (models, _) = match loaded {
         Ok(Ok(loaded)) => loaded,
         Ok(Err(error)) => return Err(Cause::Text(error.to_string())),
@@ -160,5 +160,5 @@ fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, Said), Cause
             soup.triangles.push([corner(triangle[0])?, corner(triangle[1])?, corner(triangle[2])?]);
         }
     }
-    Ok((soup, said))
+    Ok((soup, statements))
 }

@@ -8,9 +8,9 @@ use std::path::Path;
 use rustc_hash::FxHashMap;
 
 use super::Material;
-use super::beside::find;
-use super::lines::Said;
+use super::lines::MaterialStatements;
 use super::mtl::{self, Entry, linear_from_srgb};
+use super::sidecar::find;
 use crate::file::input::read_bytes;
 use crate::file::message::{named, quoted};
 use crate::file::one_line;
@@ -43,25 +43,25 @@ pub(super) struct Place<'a> {
 
 impl Paint {
     /// Finds the materials of a text, for a model of `triangles` triangles. Without a place all colours are plain.
-    pub(super) fn of(said: &Said, triangles: usize, mut place: Option<Place<'_>>) -> Self {
+    pub(super) fn of(statements: &MaterialStatements, triangles: usize, mut place: Option<Place<'_>>) -> Self {
         let mut paint = Self::default();
         let mut warn = |cause: String| {
             if let Some(place) = &mut place {
                 (place.warn)(format!("{}: {cause}", named(place.path)));
             }
         };
-        let counted: u64 = said.runs.iter().map(|(_, triangles)| triangles).sum();
+        let counted: u64 = statements.runs.iter().map(|(_, triangles)| triangles).sum();
         if counted != triangles as u64 {
-            if !said.names.is_empty() {
+            if !statements.names.is_empty() {
                 warn("its materials are ignored, because they could not be assigned to its faces".to_owned());
             }
             return paint;
         }
         // Indexed by the number of the name, in the order of use by triangles.
-        let mut numbers: Vec<Option<u16>> = vec![None; said.names.len()];
+        let mut numbers: Vec<Option<u16>> = vec![None; statements.names.len()];
         let mut used: Vec<u32> = Vec::new();
         let mut too_many = 0;
-        for name in said.runs.iter().filter(|(_, triangles)| *triangles > 0).filter_map(|(name, _)| *name) {
+        for name in statements.runs.iter().filter(|(_, triangles)| *triangles > 0).filter_map(|(name, _)| *name) {
             if numbers[name as usize].is_some() {
                 continue;
             }
@@ -73,16 +73,16 @@ impl Paint {
         if too_many > 0 {
             warn(format!("it has more than {} materials; {too_many} are ignored", u16::MAX));
         }
-        let names: Vec<&[u8]> = used.iter().map(|&name| said.names[name as usize].as_slice()).collect();
+        let names: Vec<&[u8]> = used.iter().map(|&name| statements.names[name as usize].as_slice()).collect();
         paint.materials.extend(names.iter().map(|name| Material::plain(String::from_utf8_lossy(name).into_owned())));
         if let Some(place) = &mut place {
-            let colors = colors(&said.libraries, &names, place);
+            let colors = colors(&statements.libraries, &names, place);
             for (material, color) in paint.materials[1..].iter_mut().zip(colors) {
                 material.color = color.unwrap_or(Material::PLAIN_COLOR);
             }
         }
         paint.of_triangles.reserve_exact(triangles);
-        for (name, triangles) in &said.runs {
+        for (name, triangles) in &statements.runs {
             let number = name.and_then(|name| numbers[name as usize]).unwrap_or(0);
             paint.of_triangles.extend(std::iter::repeat_n(number, *triangles as usize));
         }
@@ -139,9 +139,9 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
 
 /// Returns a list of the first names, short enough for a line.
 fn list(names: &[&[u8]]) -> String {
-    let told: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
+    let shown: Vec<String> = names.iter().take(3).map(|name| quoted(&String::from_utf8_lossy(name))).collect();
     let more = if names.len() > 3 { format!(" and {} more", names.len() - 3) } else { String::new() };
-    told.join(", ") + &more
+    shown.join(", ") + &more
 }
 
 /// Returns the existing libraries. A line may name several, and a name may contain spaces: so the line is one name if
@@ -221,7 +221,7 @@ pub fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
     let mut lines = super::lines::Lines::new(beginning);
     while let Ok(Some(_)) = lines.step(&mut Vec::new()) {}
     let mut place = Place { path, warn: &mut |_| () };
-    let mut files = library_files(&lines.into_said().libraries, &mut place);
+    let mut files = library_files(&lines.into_material_statements().libraries, &mut place);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
     for library in files.clone() {
         let text = read_bytes(&library, LARGEST_LIBRARY_BYTES).unwrap_or_default();

@@ -66,7 +66,7 @@ pub enum PyramidError {
     /// The tile statistics belong to another version of the GeoTIFF, or of hachure: it has to be baked again.
     #[error("{}: outdated tile statistics: {cause}; bake it again", named(path))]
     StaleSidecar {
-        /// The sidecar.
+        /// Path of the sidecar file.
         path: PathBuf,
         /// The reason, as a sentence.
         cause: String,
@@ -74,7 +74,7 @@ pub enum PyramidError {
     /// The sidecar is damaged: the pyramid has to be baked again.
     #[error("{}: damaged tile statistics: {cause}; bake it again", named(path))]
     CorruptSidecar {
-        /// The sidecar.
+        /// Path of the sidecar file.
         path: PathBuf,
         /// The damage, as a sentence.
         cause: String,
@@ -104,7 +104,7 @@ pub enum PyramidError {
     /// The file has too few overviews to be drawn without baking.
     #[error("{}: {cause}; bake it first, where the file is stored: hachure bake FILE -o OUT.tif", named(path))]
     NoOverviews {
-        /// The file, or its address.
+        /// The path or URL of the file.
         path: PathBuf,
         /// The missing part, as a sentence.
         cause: String,
@@ -112,11 +112,11 @@ pub enum PyramidError {
     /// A server sent damaged bytes at every attempt.
     #[error("{}: the server sent damaged data for {what}: {}", named(path), printable(cause, 180))]
     Sent {
-        /// The address of the file.
+        /// The URL of the file.
         path: PathBuf,
         /// The content of the bytes, for example "tile 0 3 4".
         what: String,
-        /// The damage.
+        /// The damage, as a clause.
         cause: String,
     },
     /// Reading the file, local or remote, failed.
@@ -190,7 +190,7 @@ impl PyramidError {
     }
 
     /// Returns the error with its causes, in one line.
-    pub fn told(&self) -> String {
+    pub fn message(&self) -> String {
         crate::file::one_line(&chain(self))
     }
 

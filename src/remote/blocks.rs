@@ -123,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_longest_unused_goes_and_what_is_held_is_found() {
+    fn the_least_recently_used_block_is_evicted_unless_it_is_held() {
         let mut blocks = Blocks::new(2 * BLOCK_BYTES as usize);
         let block = |index| Arc::new(Block { index, bytes: vec![index as u8] });
         let first = block(0);

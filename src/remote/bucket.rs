@@ -13,9 +13,9 @@ use object_store::path::Path;
 use object_store::{ClientOptions, GetOptions, GetRange, HeaderMap, HeaderValue, ObjectStore, RetryConfig};
 use reqwest::{Request, StatusCode, Url, header};
 
-use super::address::Address;
 use super::http::Client;
 use super::transport::{Answer, NoAnswer};
+use super::url::RemoteUrl;
 use super::{RemoteError, Settings};
 
 /// Environment variables that provide credentials.
@@ -33,10 +33,10 @@ pub struct Object {
 }
 
 impl Object {
-    pub fn new(address: &Address, bucket: &str, key: &str, settings: &Settings) -> Result<Self, RemoteError> {
-        let bad = |error: &dyn std::error::Error| RemoteError::BadAddress {
-            name: address.name.clone(),
-            cause: address.told(&error.to_string()),
+    pub fn new(url: &RemoteUrl, bucket: &str, key: &str, settings: &Settings) -> Result<Self, RemoteError> {
+        let bad = |error: &dyn std::error::Error| RemoteError::BadUrl {
+            name: url.name.clone(),
+            cause: url.printable(&error.to_string()),
         };
         let mut builder = AmazonS3Builder::new();
         for (key, value) in &settings.s3 {
@@ -51,17 +51,17 @@ impl Object {
         }
         // Retries are up to the caller: they must stop when the bytes are no longer needed.
         let once = RetryConfig { max_retries: 0, ..RetryConfig::default() };
-        let connector = Connector(Arc::new(Client::new(address, settings)?));
+        let connector = Connector(Arc::new(Client::new(url, settings)?));
         let store = builder.with_bucket_name(bucket).with_retry(once).with_http_connector(connector).build();
         let path = Path::parse(key).map_err(|error| bad(&error))?;
         Ok(Self { store: store.map_err(|error| bad(&error))?, path })
     }
 
-    pub async fn range(&self, range: Range<u64>, address: &Address) -> Result<Answer, NoAnswer> {
+    pub async fn range(&self, range: Range<u64>, url: &RemoteUrl) -> Result<Answer, NoAnswer> {
         let failed = |error: object_store::Error| {
             fault(&error).unwrap_or_else(|| {
-                let cause = address.told(&error.to_string());
-                NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause })
+                let cause = url.printable(&error.to_string());
+                NoAnswer::Never(RemoteError::Unusable { name: url.name.clone(), cause })
             })
         };
         let options = GetOptions { range: Some(GetRange::Bounded(range)), ..GetOptions::default() };
@@ -136,8 +136,8 @@ impl Connector {
         let mut headers = HeaderMap::new();
         let last = start + bytes.len() as u64 - 1;
         headers.insert(header::CONTENT_LENGTH, HeaderValue::from(bytes.len()));
-        let told = [(header::CONTENT_RANGE, Some(format!("bytes {start}-{last}/{size}"))), (header::ETAG, version)];
-        for (name, text) in told {
+        let sent = [(header::CONTENT_RANGE, Some(format!("bytes {start}-{last}/{size}"))), (header::ETAG, version)];
+        for (name, text) in sent {
             if let Some(value) = text.and_then(|text| HeaderValue::from_str(&text).ok()) {
                 headers.insert(name, value);
             }

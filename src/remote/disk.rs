@@ -1,6 +1,6 @@
 //! The disk cache: a folder of blocks that were fetched over a network.
 //!
-//! Each block is one file, in a folder for each version of each remote file (address, ETag, modification time, size):
+//! Each block is one file, in a folder for each version of each remote file (URL, ETag, modification time, size):
 //!
 //! ```text
 //! 8 bytes  "HACHBLK1"
@@ -261,7 +261,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_whole_is_not_there() {
+    fn damaged_blocks_are_not_used() {
         let folder = tempfile::tempdir().unwrap();
         let cache = DiskCache::open(folder.path(), 1 << 20);
         let block = Block { index: 7, bytes: (0..1000).map(|i| i as u8).collect() };
@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn the_oldest_go() {
+    fn the_oldest_files_are_removed() {
         let folder = tempfile::tempdir().unwrap();
         let cache = DiskCache::open(folder.path(), 50_000);
         for index in 0..100 {

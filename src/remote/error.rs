@@ -7,14 +7,14 @@ use crate::file::message::{named, printable};
 /// Largest number of characters of a cause, which may come from a server.
 const LONGEST_CAUSE: usize = 180;
 
-/// The reason why bytes could not be read. The message is one line with the address (without its secrets) and the
+/// The reason why bytes could not be read. The message is one line with the URL (without its secrets) and the
 /// cause.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RemoteError {
-    /// The address cannot be parsed.
+    /// The URL cannot be parsed.
     #[error("{}: {}", named(name), printable(cause, LONGEST_CAUSE))]
-    BadAddress { name: String, cause: String },
+    BadUrl { name: String, cause: String },
     /// The server or the file system has no such file.
     #[error("{}: there is no such file", named(name))]
     NotFound { name: String },

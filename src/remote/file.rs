@@ -6,13 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::address::Address;
 use super::blocks::{BLOCK_BYTES, Block, Blocks};
 use super::disk::DiskCache;
 use super::patience::Patience;
 use super::retry::persistently;
 use super::traffic::Counters;
 use super::transport::{Answer, NoAnswer, Transport};
+use super::url::RemoteUrl;
 use super::{Cancelled, Fnv, RemoteError, Settings, Traffic, never};
 
 /// Bytes of the first request: they contain the headers and directories of most files.
@@ -24,7 +24,7 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// An open file. All methods may be called from several threads at once.
 pub struct RemoteFile {
-    address: Address,
+    url: RemoteUrl,
     settings: Settings,
     transport: Transport,
     size: u64,
@@ -40,7 +40,7 @@ pub struct RemoteFile {
 
 /// Blocks that stay in memory as long as this value exists.
 #[derive(Clone, Debug, Default)]
-pub struct Held {
+pub struct HeldBlocks {
     _blocks: Vec<Arc<Block>>,
 }
 
@@ -49,7 +49,7 @@ impl RemoteFile {
     /// version and the beginning, which is read twice (see [`RemoteFile::read_twice`], which is on afterwards).
     ///
     /// # Errors
-    /// Fails if the address cannot be parsed, if there is no such file, or if the server does not answer.
+    /// Fails if the URL cannot be parsed, if there is no such file, or if the server does not answer.
     pub fn open(location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         let patience = Patience::new(settings.patience, settings.idle_timeout);
         Self::open_patiently(location, settings, patience)
@@ -59,13 +59,13 @@ impl RemoteFile {
     ///
     /// # Errors
     /// The same as [`RemoteFile::open`].
-    pub fn open_beside(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
+    pub fn open_sidecar(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         Self::open_patiently(location, settings, Arc::clone(&self.patience))
     }
 
     fn open_patiently(location: &str, settings: Settings, patience: Arc<Patience>) -> Result<Arc<Self>, RemoteError> {
-        let address = Address::parse(location)?;
-        let transport = Transport::open(&address, &settings)?;
+        let url = RemoteUrl::parse(location)?;
+        let transport = Transport::open(&url, &settings)?;
         let counters = Counters::default();
         let mut file = Self {
             size: u64::MAX,
@@ -77,13 +77,13 @@ impl RemoteFile {
             counters,
             patience,
             twice: AtomicBool::new(true),
-            address,
+            url,
             settings,
             transport,
         };
         let answer = file.fetch(0..FIRST_BYTES, &never)?;
         if answer.size == 0 {
-            return Err(RemoteError::Unusable { name: file.address.name, cause: "is empty".into() });
+            return Err(RemoteError::Unusable { name: file.url.name, cause: "is empty".into() });
         }
         file.size = answer.size;
         file.key = Fnv::new()
@@ -106,9 +106,9 @@ impl RemoteFile {
         Ok(Arc::new(file))
     }
 
-    /// Returns the address without secrets.
+    /// Returns the URL without secrets.
     pub fn name(&self) -> &str {
-        &self.address.name
+        &self.url.name
     }
 
     /// Returns the size in bytes.
@@ -155,8 +155,8 @@ impl RemoteFile {
     ///
     /// # Errors
     /// The same as [`RemoteFile::read`].
-    pub fn hold(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<Held, RemoteError> {
-        Ok(Held { _blocks: self.bring(ranges, cancelled)? })
+    pub fn hold(&self, ranges: &[Range<u64>], cancelled: Cancelled<'_>) -> Result<HeldBlocks, RemoteError> {
+        Ok(HeldBlocks { _blocks: self.bring(ranges, cancelled)? })
     }
 
     /// Drops the blocks of a range from memory and disk, because their content is invalid: the next read requests them
@@ -186,7 +186,7 @@ impl RemoteFile {
 
     fn checked(&self, offset: u64, length: u64) -> Result<Range<u64>, RemoteError> {
         let end = offset.checked_add(length).filter(|&end| end <= self.size);
-        let (name, size) = (&self.address.name, self.size);
+        let (name, size) = (&self.url.name, self.size);
         end.map(|end| offset..end).ok_or_else(|| RemoteError::OutOfRange { name: name.clone(), offset, length, size })
     }
 
@@ -305,10 +305,10 @@ impl RemoteFile {
             Ok(answer)
         };
         let failed = |cause: &str| {
-            tracing::debug!("{}: {cause}", self.address.name);
+            tracing::debug!("{}: {cause}", self.url.name);
             self.counters.retries.add(1);
         };
-        let fetched = persistently(&self.address.name, &self.settings, &self.patience, cancelled, request, failed);
+        let fetched = persistently(&self.url.name, &self.settings, &self.patience, cancelled, request, failed);
         if matches!(fetched, Err(RemoteError::Failed { .. } | RemoteError::GivenUp { .. })) {
             // The read as a whole has failed: no further try follows.
             self.counters.failures.add(1);
@@ -319,11 +319,11 @@ impl RemoteFile {
     fn request(&self, range: Range<u64>, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         self.counters.requests.add(1);
         let is_over = || cancelled() || self.patience.left().is_zero();
-        let answer = self.transport.get(range, &self.address, &is_over)?;
+        let answer = self.transport.get(range, &self.url, &is_over)?;
         self.counters.bytes.add(answer.bytes.len() as u64);
         self.patience.came(answer.bytes.len() as u64);
         if self.size != u64::MAX && (answer.size != self.size || answer.version != self.version) {
-            return Err(NoAnswer::Never(RemoteError::Changed { name: self.address.name.clone() }));
+            return Err(NoAnswer::Never(RemoteError::Changed { name: self.url.name.clone() }));
         }
         Ok(answer)
     }

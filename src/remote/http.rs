@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 use reqwest::header::{self, HeaderMap, HeaderName, HeaderValue};
 use reqwest::{Method, Request, Response, StatusCode, Url, redirect};
 
-use super::address::{Address, base64};
 use super::transport::{Answer, NoAnswer};
+use super::url::{RemoteUrl, base64};
 use super::{RemoteError, Settings};
 
 /// Largest number of redirects; more count as a circle.
@@ -25,7 +25,7 @@ const MOST_OTHER_BYTES: u64 = 1 << 20;
 #[derive(Debug)]
 pub struct Client {
     http: reqwest::Client,
-    address: Address,
+    url: RemoteUrl,
     connect: Duration,
     idle: Duration,
     whole: Duration,
@@ -39,7 +39,7 @@ pub struct Whole {
 }
 
 impl Client {
-    pub fn new(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
+    pub fn new(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
         // Installs the TLS provider of the whole process. If the host program has installed another one, that is fine
         // too.
         let _ = rustls::crypto::ring::default_provider().install_default();
@@ -50,19 +50,17 @@ impl Client {
             .http1_only()
             .build();
         let http = http.map_err(|error| RemoteError::Unusable {
-            name: address.name.clone(),
+            name: url.name.clone(),
             cause: format!("connections cannot be set up: {}", deepest(&error)),
         })?;
         let (connect, idle, whole) = (settings.connect_timeout, settings.idle_timeout, settings.request_timeout);
-        Ok(Self { http, address: address.clone(), connect, idle, whole })
+        Ok(Self { http, url: url.clone(), connect, idle, whole })
     }
 
     /// Builds a request for a file.
     pub fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
-        let bad = |cause: String| RemoteError::BadAddress {
-            name: self.address.name.clone(),
-            cause: self.address.told(&cause),
-        };
+        let bad =
+            |cause: String| RemoteError::BadUrl { name: self.url.name.clone(), cause: self.url.printable(&cause) };
         let mut request = Request::new(Method::GET, Url::parse(url).map_err(|error| bad(error.to_string()))?);
         if let Some(login) = login {
             let value = format!("Basic {}", base64(login.as_bytes()));
@@ -157,12 +155,12 @@ impl Client {
         if status != StatusCode::PARTIAL_CONTENT {
             return Err(self.refused(status, response.headers()));
         }
-        let Some(told) = text(response.headers(), header::CONTENT_RANGE) else {
+        let Some(range) = text(response.headers(), header::CONTENT_RANGE) else {
             return Err(self.unusable("the server does not say which part of the file it sends".into()));
         };
-        let Some((sent, size)) = content_range(&told) else {
-            let told = told.chars().take(40).collect::<String>();
-            return Err(self.unusable(format!("the server sends a part with the invalid Content-Range {told:?}")));
+        let Some((sent, size)) = content_range(&range) else {
+            let range = range.chars().take(40).collect::<String>();
+            return Err(self.unusable(format!("the server sends a part with the invalid Content-Range {range:?}")));
         };
         let expected = asked.start..asked.end.min(size);
         if sent != expected {
@@ -176,9 +174,9 @@ impl Client {
 
     /// Converts a status other than 206 (partial content) to an error.
     fn refused(&self, status: StatusCode, headers: &HeaderMap) -> NoAnswer {
-        let name = self.address.name.clone();
+        let name = self.url.name.clone();
         let number = status.as_u16();
-        let told = format!("the server answers {number}");
+        let answered = format!("the server answers {number}");
         NoAnswer::Never(match number {
             404 | 410 => RemoteError::NotFound { name },
             401 | 403 => RemoteError::Denied { name, cause: number.to_string() },
@@ -188,11 +186,11 @@ impl Client {
                 RemoteError::Unusable { name, cause }
             }
             300..=399 => {
-                // The redirects that remain here have no location, or one that is not the address of a web server.
+                // The redirects that remain here have no location, or one that is not the URL of a web server.
                 let cause = match text(headers, header::LOCATION) {
                     Some(place) => not_followed(place.split(['?', '#']).next().unwrap_or_default()),
-                    None if number == 304 => told,
-                    None => format!("{told} without a Location header"),
+                    None if number == 304 => answered,
+                    None => format!("{answered} without a Location header"),
                 };
                 return self.unusable(cause);
             }
@@ -200,23 +198,23 @@ impl Client {
                 let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
                 return match seconds {
                     Some(seconds @ 1..) => {
-                        let told = format!("{told} and requests a pause of {seconds} s");
-                        NoAnswer::AfterPause(told, Duration::from_secs(seconds.into()))
+                        let answered = format!("{answered} and requests a pause of {seconds} s");
+                        NoAnswer::AfterPause(answered, Duration::from_secs(seconds.into()))
                     }
-                    _ => NoAnswer::Again(told),
+                    _ => NoAnswer::Again(answered),
                 };
             }
-            _ => RemoteError::Unusable { name, cause: told },
+            _ => RemoteError::Unusable { name, cause: answered },
         })
     }
 
     fn unusable(&self, cause: String) -> NoAnswer {
-        NoAnswer::Never(RemoteError::Unusable { name: self.address.name.clone(), cause: self.address.told(&cause) })
+        NoAnswer::Never(RemoteError::Unusable { name: self.url.name.clone(), cause: self.url.printable(&cause) })
     }
 
     /// Converts an error of the library.
     fn why(&self, error: &reqwest::Error) -> NoAnswer {
-        let said = self.address.told(&deepest(error));
+        let said = self.url.printable(&deepest(error));
         if error.is_redirect() {
             return self.unusable(said);
         }
@@ -280,7 +278,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_a_server_says_of_a_part() {
+    fn content_ranges_are_parsed() {
         assert_eq!(content_range("bytes 0-99/1234"), Some((0..100, 1234)));
         assert_eq!(content_range("Bytes 5-5/6 "), Some((5..6, 6)));
         for bad in [

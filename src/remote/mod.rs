@@ -2,7 +2,7 @@
 //!
 //! A file is read in blocks of 64 KiB. Adjacent missing blocks are fetched with one request. Fetched blocks stay in
 //! memory (32 MiB for each file; the least recently used are dropped first) and, for remote files, in a folder on disk
-//! under a key made of the file's address and version. A failed request is repeated after a pause; a file that changes
+//! under a key made of the file's URL and version. A failed request is repeated after a pause; a file that changes
 //! while it is read is an error. Each request has deadlines, and each file has a time limit over all its requests:
 //! whatever a server does, it cannot make its reader wait longer.
 //!
@@ -17,7 +17,7 @@
 //! The reasons are in `docs/decisions/remote-files.md`.
 #![cfg_attr(not(feature = "network"), allow(dead_code, reason = "some items are used by the network code alone"))]
 
-mod address;
+mod url;
 mod blocks;
 #[cfg(feature = "network")]
 mod bucket;
@@ -34,11 +34,11 @@ mod settings;
 mod traffic;
 mod transport;
 
-pub use address::{beside, is_remote, name_of};
+pub use self::url::{is_remote, name_of, sidecar_url};
 pub use blocks::{BLOCK_BYTES, Block};
 pub use disk::{CachedBlock, inspect};
 pub use error::RemoteError;
-pub use file::{Held, RemoteFile};
+pub use file::{HeldBlocks, RemoteFile};
 pub use settings::Settings;
 pub use traffic::Traffic;
 

@@ -7,10 +7,10 @@ use std::time::Duration;
 
 use tokio::runtime::Runtime;
 
-use super::address::{Address, Location};
 use super::bucket::Object;
 use super::http::Client;
 use super::transport::{Answer, NoAnswer};
+use super::url::{Location, RemoteUrl};
 use super::{Cancelled, RemoteError, Settings};
 
 /// Interval at which a request checks whether it was cancelled.
@@ -23,31 +23,31 @@ pub enum Server {
 }
 
 impl Server {
-    pub fn open(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        match &address.location {
-            Location::S3 { bucket, key } => Object::new(address, bucket, key, settings).map(Self::Bucket),
-            Location::Http { url, login } => {
-                let client = Client::new(address, settings)?;
-                let request = Box::new(client.request(url, login.as_deref())?);
+    pub fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+        match &url.location {
+            Location::S3 { bucket, key } => Object::new(url, bucket, key, settings).map(Self::Bucket),
+            Location::Http { url: text, login } => {
+                let client = Client::new(url, settings)?;
+                let request = Box::new(client.request(text, login.as_deref())?);
                 Ok(Self::Http { client, request })
             }
             Location::File(_) => {
-                let (name, cause) = (address.name.clone(), "is a local file".to_owned());
-                Err(RemoteError::BadAddress { name, cause })
+                let (name, cause) = (url.name.clone(), "is a local file".to_owned());
+                Err(RemoteError::BadUrl { name, cause })
             }
         }
     }
 
     /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
-    pub fn get(&self, range: Range<u64>, address: &Address, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
+    pub fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
             Self::Http { client, request } => {
                 // A request without a body can always be cloned.
                 let request =
                     request.try_clone().ok_or_else(|| NoAnswer::Again("the request could not be created".into()))?;
-                wait_for(client.range(request, range), address, cancelled)
+                wait_for(client.range(request, range), url, cancelled)
             }
-            Self::Bucket(object) => wait_for(object.range(range, address), address, cancelled),
+            Self::Bucket(object) => wait_for(object.range(range, url), url, cancelled),
         }
     }
 }
@@ -70,12 +70,11 @@ fn runtime() -> Result<&'static Runtime, &'static str> {
 /// Waits for an answer, which has its own deadlines, and checks now and then whether it was cancelled.
 fn wait_for(
     request: impl Future<Output = Result<Answer, NoAnswer>>,
-    address: &Address,
+    url: &RemoteUrl,
     cancelled: Cancelled<'_>,
 ) -> Result<Answer, NoAnswer> {
-    let runtime = runtime().map_err(|cause| {
-        NoAnswer::Never(RemoteError::Unusable { name: address.name.clone(), cause: cause.to_owned() })
-    })?;
+    let runtime = runtime()
+        .map_err(|cause| NoAnswer::Never(RemoteError::Unusable { name: url.name.clone(), cause: cause.to_owned() }))?;
     runtime.block_on(async {
         let mut request = pin!(request);
         loop {

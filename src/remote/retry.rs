@@ -89,11 +89,11 @@ mod tests {
             longest_pause: Duration::from_millis(5),
             ..Settings::default()
         };
-        let told = Cell::new(0);
+        let reported = Cell::new(0);
         let again = || Err::<(), _>(NoAnswer::Again("no".into()));
-        let error = persistently("it", &settings, &long(), &never, again, |_| told.set(told.get() + 1));
+        let error = persistently("it", &settings, &long(), &never, again, |_| reported.set(reported.get() + 1));
         assert_eq!(error.unwrap_err().to_string(), "it: no answer after 6 tries: no");
-        assert_eq!(told.get(), 6);
+        assert_eq!(reported.get(), 6);
         let mut left = 3;
         let later = || {
             left -= 1;
@@ -108,7 +108,7 @@ mod tests {
     }
 
     #[test]
-    fn patience_ends_all_tries_and_what_the_server_asks_is_kept() {
+    fn patience_ends_all_tries_and_the_servers_pause_is_kept() {
         let settings = Settings { tries: 1000, first_pause: Duration::from_millis(2), ..Settings::default() };
         let patience = Patience::new(Duration::from_millis(60), Duration::from_millis(10));
         let again = || Err::<(), _>(NoAnswer::Again("busy".into()));

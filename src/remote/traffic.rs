@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 pub struct Traffic {
     /// Number of requests, including failed ones.
     pub requests: u64,
-    /// Bytes received.
+    /// Number of bytes received.
     pub bytes: u64,
     /// Number of requests that were repeated.
     pub retries: u64,

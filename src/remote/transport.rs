@@ -5,8 +5,8 @@ use std::io;
 use std::ops::Range;
 use std::time::Duration;
 
-use super::address::{Address, Location};
 use super::network::Server;
+use super::url::{Location, RemoteUrl};
 use super::{Cancelled, RemoteError, Settings};
 
 /// The origin of the bytes.
@@ -38,16 +38,16 @@ pub enum NoAnswer {
 }
 
 impl Transport {
-    pub fn open(address: &Address, settings: &Settings) -> Result<Self, RemoteError> {
-        match &address.location {
+    pub fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+        match &url.location {
             Location::File(path) => match File::open(path) {
                 Ok(file) => Ok(Self::File(file)),
                 Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                    Err(RemoteError::NotFound { name: address.name.clone() })
+                    Err(RemoteError::NotFound { name: url.name.clone() })
                 }
-                Err(source) => Err(RemoteError::Io { name: address.name.clone(), source }),
+                Err(source) => Err(RemoteError::Io { name: url.name.clone(), source }),
             },
-            Location::Http { .. } | Location::S3 { .. } => Server::open(address, settings).map(Self::Server),
+            Location::Http { .. } | Location::S3 { .. } => Server::open(url, settings).map(Self::Server),
         }
     }
 
@@ -57,11 +57,12 @@ impl Transport {
     }
 
     /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
-    pub fn get(&self, range: Range<u64>, address: &Address, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
+    pub fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
-            Self::File(file) => read(file, range)
-                .map_err(|source| NoAnswer::Never(RemoteError::Io { name: address.name.clone(), source })),
-            Self::Server(server) => server.get(range, address, cancelled),
+            Self::File(file) => {
+                read(file, range).map_err(|source| NoAnswer::Never(RemoteError::Io { name: url.name.clone(), source }))
+            }
+            Self::Server(server) => server.get(range, url, cancelled),
         }
     }
 }

@@ -52,7 +52,7 @@ pub enum CameraError {
         /// One of x, y, z, yaw, pitch, fov.
         field: &'static str,
         value: String,
-        /// What is wrong with the value.
+        /// The reason why the value is invalid.
         cause: String,
     },
 }

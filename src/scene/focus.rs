@@ -170,9 +170,9 @@ impl Focus {
                 DVec2::new(x, y).distance(at * picture_px) / picture_px.y
             }
             FocusAbout::Place { at_m: place_m, has_height, up } => {
-                let beside = at_m - place_m;
+                let away_m = at_m - place_m;
                 let up = if has_height { DVec3::ZERO } else { up };
-                (beside - up * beside.dot(up)).length()
+                (away_m - up * away_m.dot(up)).length()
             }
         };
         let t = (off / self.extent - 1.0).max(0.0);

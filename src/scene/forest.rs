@@ -58,11 +58,11 @@ pub struct Species {
 /// The shape of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Form {
-    /// A spruce.
+    /// The shape of a spruce.
     Conifer,
-    /// An oak or a beech.
+    /// The shape of an oak or a beech.
     Broadleaf,
-    /// A birch.
+    /// The shape of a birch.
     Birch,
     /// A dead trunk.
     Snag,

@@ -9,7 +9,7 @@ use super::forest::{Form, Species, WrongKey, within};
 /// Rasters that control where trees grow; the densities of several rasters are multiplied.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct CoverFiles {
-    /// Greyscale mask: black is no trees, white is as many as the rules allow.
+    /// Greyscale mask: black means no trees, white as many as the rules allow.
     pub mask: Option<PathBuf>,
     /// Land cover: a raster of class numbers.
     pub land_cover: Option<PathBuf>,
@@ -209,7 +209,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place() {
+    fn errors_have_a_position() {
         let land = |class: &str| format!("land_cover = \"c.tif\"\n[[forest.classes]]\n{class}\n{SPECIES}");
         for (keys, expected) in [
             ("mask = \"\"".to_owned(), "4:8: forest.mask: it is empty"),
@@ -245,7 +245,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scene_reaches_only_rasters_beside_it() {
+    fn a_scene_reaches_only_rasters_in_its_folder() {
         use crate::scene::reach::Reach;
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("s.toml");

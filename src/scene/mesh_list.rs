@@ -51,7 +51,7 @@ pub enum MeshListError {
         path: PathBuf,
         /// Line number, counted from 1 with the header.
         line: usize,
-        /// What is wrong with the line.
+        /// The reason why the line is invalid.
         cause: String,
     },
 }
@@ -129,7 +129,7 @@ fn row([x, y, z, yaw, scale]: [Option<&str>; COLUMNS.len()]) -> Result<MeshRow, 
 mod tests {
     use super::*;
 
-    fn told(text: &str) -> String {
+    fn error_of(text: &str) -> String {
         let error = parse(Path::new("huts.csv"), text).unwrap_err().to_string();
         assert!(!error.contains('\n'), "{error}");
         error
@@ -147,7 +147,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_one_line_with_file_and_row() {
+    fn errors_are_one_line_with_file_and_row() {
         for (text, cause) in [
             ("\n# nothing\n", "huts.csv:1: the header is missing"),
             ("x,z\n1,2\n", "huts.csv:1: the header is `x,z`; it must name x and y"),
@@ -161,10 +161,10 @@ mod tests {
             ("x,y,yaw\n1,2,inf\n", "huts.csv:2: yaw: "),
             ("x,y,scale\n1,2,0\n", "huts.csv:2: scale: "),
         ] {
-            assert!(told(text).starts_with(cause), "{}", told(text));
+            assert!(error_of(text).starts_with(cause), "{}", error_of(text));
         }
         let many = "0,0\n".repeat(MOST_STANDING as usize);
         assert!(parse(Path::new("huts.csv"), &format!("x,y\n{many}")).is_ok());
-        assert!(told(&format!("x,y\n{many}0,0\n")).ends_with(":65538: there are more than 65536 places"));
+        assert!(error_of(&format!("x,y\n{many}0,0\n")).ends_with(":65538: there are more than 65536 places"));
     }
 }

@@ -18,7 +18,7 @@ pub struct MeshPlacement {
     /// Path of the OBJ file.
     pub file: PathBuf,
     /// One position, a list or a rule.
-    pub stands: Stands,
+    pub positions: MeshPositions,
     /// Rotation, clockwise from above, in degrees. Rotations from a list or a rule are added to it.
     pub yaw_deg: f64,
     /// Metres per unit of the file. Scales from a list or a rule are multiplied with it.
@@ -29,7 +29,7 @@ pub struct MeshPlacement {
 
 /// Where the copies of a model are placed.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Stands {
+pub enum MeshPositions {
     /// One copy at a given position.
     At(MeshPlace),
     /// One copy for each row of a CSV file.
@@ -56,7 +56,7 @@ pub struct Scatter {
     pub within_m: [f64; 4],
     /// Lowest and highest ground on which copies are placed, in metres.
     pub heights_m: [f64; 2],
-    /// Steepest ground on which copies are placed, in degrees; `None` is no limit.
+    /// Steepest ground on which copies are placed, in degrees; `None` means no limit.
     pub steepest_deg: Option<f64>,
     /// Seed of the random generator; each seed gives different positions.
     pub seed: u32,
@@ -172,9 +172,9 @@ impl MeshToml {
         if self.file.is_empty() {
             return Err(wrong("file", "it is empty".to_owned()));
         }
-        let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
-        let file = beside(&self.file);
-        let stands = match (self.at, self.instances, self.scatter) {
+        let resolved = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+        let file = resolved(&self.file);
+        let positions = match (self.at, self.instances, self.scatter) {
             (Some((x_m, y_m, z)), None, None) => {
                 let (z_m, height_above_ground) = match z {
                     HeightToml::Height(z_m) => (z_m, false),
@@ -187,11 +187,11 @@ impl MeshToml {
                         })
                         .map_err(|cause| wrong("at", cause))?,
                 };
-                Stands::At(MeshPlace { at_m: DVec3::new(x_m, y_m, z_m), height_above_ground })
+                MeshPositions::At(MeshPlace { at_m: DVec3::new(x_m, y_m, z_m), height_above_ground })
             }
             (None, Some(list), None) if list.is_empty() => return Err(wrong("instances", "it is empty".to_owned())),
-            (None, Some(list), None) => Stands::Listed(beside(&list)),
-            (None, None, Some(scatter)) => Stands::Scattered(scatter.checked()?),
+            (None, Some(list), None) => MeshPositions::Listed(resolved(&list)),
+            (None, None, Some(scatter)) => MeshPositions::Scattered(scatter.checked()?),
             (None, None, None) => {
                 let cause = "it needs at = [x, y, \"+0\"], instances = \"LIST.csv\" or scatter = { … }";
                 return Err(wrong("at", cause.to_owned()));
@@ -205,10 +205,10 @@ impl MeshToml {
                 ));
             }
         };
-        let at_m = if let Stands::At(place) = &stands { place.at_m } else { DVec3::ZERO };
+        let at_m = if let MeshPositions::At(place) = &positions { place.at_m } else { DVec3::ZERO };
         check_stance(at_m, self.yaw_deg, self.scale)?;
         let z_up = matches!(self.up, UpToml::Z);
-        Ok(MeshPlacement { file, stands, yaw_deg: self.yaw_deg, scale: self.scale, z_up })
+        Ok(MeshPlacement { file, positions, yaw_deg: self.yaw_deg, scale: self.scale, z_up })
     }
 }
 

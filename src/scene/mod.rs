@@ -28,7 +28,7 @@ pub use focus::{Focus, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
-pub use meshes::{Density, MeshPlace, MeshPlacement, Scatter, Stands};
+pub use meshes::{Density, MeshPlace, MeshPlacement, MeshPositions, Scatter};
 pub use sun_time::SunTime;
 pub use water_files::WaterFiles;
 pub use wind::Wind;
@@ -179,9 +179,9 @@ impl Light {
 impl Scene {
     /// Returns the CSV files that list positions of the scene's models.
     pub fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
-        self.meshes.iter().filter_map(|mesh| match &mesh.stands {
-            Stands::Listed(list) => Some(list),
-            Stands::At(_) | Stands::Scattered(_) => None,
+        self.meshes.iter().filter_map(|mesh| match &mesh.positions {
+            MeshPositions::Listed(list) => Some(list),
+            MeshPositions::At(_) | MeshPositions::Scattered(_) => None,
         })
     }
 

@@ -56,7 +56,7 @@ pub enum PathError {
         path: PathBuf,
         /// Line number, counted from 1 with the header.
         line: u64,
-        /// What is wrong with the line.
+        /// The reason why the line is invalid.
         cause: String,
     },
 }

@@ -58,7 +58,7 @@ impl Scene {
         match &self.world {
             World::File(path) => check_dem(path)?,
             World::Files(paths) => paths.iter().try_for_each(|path| check_dem(path))?,
-            World::Url(url) => return Err(outside("world.dem", remote::name_of(url), "is an address on the network")),
+            World::Url(url) => return Err(outside("world.dem", remote::name_of(url), "is a URL")),
             World::Procedural { .. } | World::Continent { .. } | World::Memory => {}
         }
         for (key, path) in self.forest.iter().flat_map(|forest| forest.cover.files()) {

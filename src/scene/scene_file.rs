@@ -339,9 +339,9 @@ impl Scene {
 
 fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
     // An absolute path replaces the folder.
-    let beside = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
-    let wrong = |cause: String| Wrong::told("world", format!("world: {cause}"));
-    let empty = || Wrong::told("world.dem", "world: dem is empty");
+    let resolved = |name: &str| scene_path.parent().unwrap_or(Path::new("")).join(name);
+    let wrong = |cause: String| Wrong::with_message("world", format!("world: {cause}"));
+    let empty = || Wrong::with_message("world.dem", "world: dem is empty");
     match (world.dem, world.procedural, world.continent) {
         (None, None, None) => {
             Err(wrong("it needs dem = \"FILE\", procedural = { seed = 1 } or continent = {}".to_owned()))
@@ -350,11 +350,11 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
         (None, None, Some(continent)) => self::continent(&continent),
         (Some(DemToml::One(dem)), None, None) if dem.is_empty() => Err(empty()),
         (Some(DemToml::One(dem)), None, None) if dem.contains("://") => Ok(World::Url(dem)),
-        (Some(DemToml::One(dem)), None, None) => Ok(World::File(beside(&dem))),
+        (Some(DemToml::One(dem)), None, None) => Ok(World::File(resolved(&dem))),
         (Some(DemToml::Several(dems)), None, None) => match dems.iter().find(|dem| dem.contains("://")) {
             _ if dems.is_empty() || dems.iter().any(String::is_empty) => Err(empty()),
             Some(url) => Err(wrong(format!("{}: a list of DEMs must hold local files only", quoted(url)))),
-            None => Ok(World::Files(dems.iter().map(|dem| beside(dem)).collect())),
+            None => Ok(World::Files(dems.iter().map(|dem| resolved(dem)).collect())),
         },
         (dem, procedural, continent) => {
             let names =
@@ -368,7 +368,7 @@ fn world(scene_path: &Path, world: WorldToml) -> Result<World, Wrong> {
 fn continent(continent: &ContinentToml) -> Result<World, Wrong> {
     let wrong = |key: &str, least: f64, most: f64| {
         let key = format!("continent.{key}");
-        Wrong::told(format!("world.{key}"), format!("world: {key} must be between {least} and {most}"))
+        Wrong::with_message(format!("world.{key}"), format!("world: {key} must be between {least} and {most}"))
     };
     let size_samples = continent.size_samples.unwrap_or(SIZE_SAMPLES);
     if !(SMALLEST_SAMPLES..=SIZE_SAMPLES).contains(&size_samples) {

@@ -214,9 +214,9 @@ mod tests {
         let at_m = DVec2::new(123_456.7, -98_765.4);
         for from_origin_m in [DVec2::new(40.0, 25.0), DVec2::new(-300.0, 1000.0)] {
             let uniform = WIND.uniform(at_m - from_origin_m, clock);
-            for (wave, told) in SWAYS.iter().zip(&uniform.sways) {
+            for (wave, uploaded) in SWAYS.iter().zip(&uniform.sways) {
                 let there = from_origin_m.as_vec2();
-                let phase = there.x * told.per_m[0] + there.y * told.per_m[1] + told.now;
+                let phase = there.x * uploaded.per_m[0] + there.y * uploaded.per_m[1] + uploaded.now;
                 let exact = wave.phase(&WIND, at_m, clock.now_s).1;
                 assert!((f64::from(phase).sin() - exact.sin()).abs() < 1e-3);
                 // Planted: a point 10 m away.

@@ -14,7 +14,7 @@ use super::SourceError;
 use super::memory::{self, MemoryReader};
 use super::place::{self, cannot_open, inconsistent};
 use super::prj;
-use super::samples::{Meaning, SampleType, Tally, Told};
+use super::samples::{Meaning, SampleType, Tally, WarnOnce};
 use super::text::Words;
 
 /// The values of the header's keywords.
@@ -64,7 +64,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         };
         heights_m.push(meaning.height_m(value, &mut tally));
     }
-    Told::default().warn(path, &tally);
+    WarnOnce::default().warn(path, &tally);
     if words.next()?.is_some() {
         tracing::warn!("{}: has more than {width}×{height} samples; the rest is ignored", path.display());
     }

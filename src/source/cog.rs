@@ -46,7 +46,7 @@ pub(crate) struct Pictures {
     pictures: Vec<Picture>,
     meaning: Meaning,
     georeference: Georeference,
-    told: AtomicBool,
+    has_warned: AtomicBool,
 }
 
 impl Pictures {
@@ -101,7 +101,7 @@ impl Pictures {
             pictures.retain(|picture| picture.mask.is_some());
         }
         let name = name.to_owned();
-        Ok(Self { name, file, cache, pictures, meaning, georeference, told: AtomicBool::new(false) })
+        Ok(Self { name, file, cache, pictures, meaning, georeference, has_warned: AtomicBool::new(false) })
     }
 
     /// Returns the full resolution, then the overviews, the largest first.
@@ -173,7 +173,7 @@ impl Pictures {
         let mut heights_m = Vec::with_capacity(window.samples());
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
-        if tally.absurd + tally.implied_voids > 0 && !self.told.swap(true, Ordering::Relaxed) {
+        if tally.absurd + tally.implied_voids > 0 && !self.has_warned.swap(true, Ordering::Relaxed) {
             let name = self.name.display();
             tracing::warn!("{name}: samples beyond ±1000 km, and undeclared -32768, are treated as no-data");
         }

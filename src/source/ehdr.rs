@@ -191,9 +191,9 @@ fn crs_from_grid(fields: &Fields<'_>, [_, height]: [u32; 2]) -> Result<[f64; 6],
 pub(super) fn partner(path: &Path) -> Option<PathBuf> {
     let ending = ending(path);
     if ending != "hdr" {
-        return DATA_ENDINGS.contains(&&*ending).then(|| place::beside(path, "hdr")).flatten();
+        return DATA_ENDINGS.contains(&&*ending).then(|| place::sibling(path, "hdr")).flatten();
     }
     let bare = path.with_extension("");
-    let named = DATA_ENDINGS.iter().find_map(|data| place::beside(path, data));
+    let named = DATA_ENDINGS.iter().find_map(|data| place::sibling(path, data));
     named.or_else(|| Some(bare).filter(|bare| bare.is_file()))
 }

@@ -35,7 +35,7 @@ pub enum SourceError {
     )]
     UnknownFormat {
         path: PathBuf,
-        /// What the file appears to be instead, for example "is a PNG picture".
+        /// The type that the file appears to have, for example "is a PNG picture".
         looks_like: &'static str,
     },
     /// The TIFF contradicts itself or ends too early.
@@ -64,16 +64,16 @@ pub enum SourceError {
     #[error("{}: holds {what}, not {holds}", named(path))]
     NotHeights {
         path: PathBuf,
-        /// What the file contains, for example "an RGB picture".
+        /// The content of the file, for example "an RGB picture".
         what: &'static str,
-        /// What the file should contain.
+        /// The content that was expected.
         holds: Holds,
     },
     /// The file leaves something open that its name, a sidecar file or an option has to give.
     #[error("{}: {why}", named(path))]
     Unclear {
         path: PathBuf,
-        /// What is missing, and where it can be given.
+        /// The missing information, and where it can be given.
         why: String,
     },
     /// The folder contains no height file.
@@ -111,12 +111,12 @@ pub enum SourceError {
     Mosaic {
         /// Path of the first file.
         path: PathBuf,
-        /// What does not fit together.
+        /// The mismatch, as a sentence.
         cause: String,
     },
     /// The sidecar file `NAME.ext.toml` is invalid.
     #[error(transparent)]
-    SideFile(#[from] TomlError),
+    Sidecar(#[from] TomlError),
     /// The position on the earth is unknown or impossible.
     #[error("{}: {source}", named(path))]
     Georeference { path: PathBuf, source: GeoreferenceError },

@@ -11,7 +11,7 @@ use super::georeference::Georeference;
 use super::memory;
 use super::place::{cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::samples::{Meaning, Tally, Told};
+use super::samples::{Meaning, Tally, WarnOnce};
 
 /// Size of a block of rows in bytes, and the largest amount that is read at a time.
 const BLOCK_BYTES: u64 = 1 << 20;
@@ -43,7 +43,7 @@ pub(super) struct FlatReader {
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
-    told: Told,
+    warnings: WarnOnce,
 }
 
 /// The description of a flat file from its header.
@@ -96,7 +96,7 @@ impl FlatReader {
             meaning,
             georeference,
             identity,
-            told: Told::default(),
+            warnings: WarnOnce::default(),
         })
     }
 
@@ -170,7 +170,7 @@ impl HeightReader for FlatReader {
                 }
             }
         }
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         Ok(heights_m)
     }
 

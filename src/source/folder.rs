@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use super::format::{self, Format};
 use super::place::{cannot_open, ending};
-use super::side_file::OpenOptions;
-use super::{SourceError, ehdr, hgt, png16, side_file, tile_folder, xyz};
+use super::sidecar::OpenOptions;
+use super::{SourceError, ehdr, hgt, png16, sidecar, tile_folder, xyz};
 use crate::file::png::is_drawing;
 
 /// The kinds of path.
@@ -74,7 +74,7 @@ pub(super) fn is_member(path: &Path) -> bool {
         // The folder may contain pictures that hachure drew of it.
         Ok(Format::Png) if is_drawing(path) => false,
         // The folder may contain photographs and textures; only the pixels distinguish them from terrain-RGB.
-        Ok(Format::Png) => side_file::Said::of(path, &options).and_then(|said| png16::open(path, &said)).is_ok(),
+        Ok(Format::Png) => sidecar::RasterInfo::of(path, &options).and_then(|info| png16::open(path, &info)).is_ok(),
         Ok(Format::ZippedHgt) => !matches!(hgt::open_zip(path), Err(SourceError::UnknownFormat { .. })),
         // Any numeric table begins like XYZ points, for example a camera path.
         Ok(Format::Xyz) => ending(path) == "xyz" || xyz::open(path).is_ok(),

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::SourceError;
 use super::place::{cannot_open, ending};
-use super::side_file::{OpenOptions, side_path};
+use super::sidecar::{OpenOptions, sidecar_path};
 use super::{dted, ehdr, hgt, usgs_dem, xyz};
 
 /// Number of bytes that are examined: enough for every signature and for the header words of the text formats.
@@ -120,7 +120,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if ending == "hgt" || is_tile {
         return Ok(Format::Hgt);
     }
-    if ending == "r16" || side_path(path).is_some() || (options.size.is_some() && !is_text(&head)) {
+    if ending == "r16" || sidecar_path(path).is_some() || (options.size.is_some() && !is_text(&head)) {
         return Ok(Format::Raw);
     }
     if ending == "raw" && !is_text(&head) {

@@ -39,7 +39,7 @@ pub enum Crs {
         semi_major_axis_m: f64,
         /// Inverse flattening of the ellipsoid; 0 for a sphere.
         inverse_flattening: f64,
-        /// Display name.
+        /// Display name: `EPSG:4326`, or the citation in the file.
         name: String,
     },
 }
@@ -148,11 +148,11 @@ pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, Geore
 /// Returns the georeference of a file that has none, with a warning.
 pub(super) fn nowhere(file: &str) -> Georeference {
     tracing::warn!("{file}: has no georeference; a sample spacing of 1 m is assumed");
-    unsaid()
+    local_without_warning()
 }
 
 /// Returns the same georeference as [`nowhere`] without a warning.
-pub(super) fn unsaid() -> Georeference {
+pub(super) fn local_without_warning() -> Georeference {
     let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
     Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
 }

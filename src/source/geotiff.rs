@@ -15,9 +15,9 @@ use super::masked::{Mask, Masked};
 use super::memory;
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::samples::{BandMetadata, Meaning, SampleType, Tally, Told, parse_no_data};
+use super::samples::{BandMetadata, Meaning, SampleType, Tally, WarnOnce, parse_no_data};
 use super::tiff_blocks::{self as tiff_blocks, Blocks};
-use super::tiff_side_files::SideFiles;
+use super::tiff_sidecars::TiffSidecars;
 use super::values::{Holds, Values};
 use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
 
@@ -47,7 +47,7 @@ pub(super) struct GeoTiffReader {
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
-    told: Told,
+    warnings: WarnOnce,
 }
 
 impl GeoTiffReader {
@@ -88,25 +88,25 @@ impl GeoTiffReader {
         let ifd = file.ifd(blocks.ifd).map_err(damaged)?;
 
         let located = |source| SourceError::Georeference { path: path.into(), source };
-        let side_files = SideFiles::of(path);
+        let sidecars = TiffSidecars::of(path);
         let mut tags = geo_tags(ifd);
         let mut meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
-        side_files.overrule(&mut meaning);
+        sidecars.overrule(&mut meaning);
         if holds != Holds::Heights {
             meaning = Meaning::metres(meaning.sample_type, meaning.no_data);
         }
         let name = path.display().to_string();
-        let place = side_files.place(&mut tags);
+        let place = sidecars.place(&mut tags);
         let mut georeference = match place {
             Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
-            None if holds == Holds::Shades => georeference::unsaid(),
+            None if holds == Holds::Shades => georeference::local_without_warning(),
             None => georeference::nowhere(&name),
         };
         WorldMapping::new(&georeference, width, height).map_err(located)?;
         if georeference::vertical_metres_per_unit(&georeference.geokeys).is_some() {
             georeference.geokeys.declare_vertical_metres();
         }
-        let files: Vec<&Path> = std::iter::once(path).chain(side_files.files.iter().map(PathBuf::as_path)).collect();
+        let files: Vec<&Path> = std::iter::once(path).chain(sidecars.files.iter().map(PathBuf::as_path)).collect();
         let identity = place::identity(&files, "");
         let cache = tiff_blocks::cache(cache_bytes);
         let masks = Mask::all(&file, &cache, &blocks, file_bytes, path)?;
@@ -126,7 +126,7 @@ impl GeoTiffReader {
                 meaning,
                 georeference,
                 identity,
-                told: Told::default(),
+                warnings: WarnOnce::default(),
             })
         };
         Ok(Values { reader: Masked::over(heights, masks, path), full, is_located: place.is_some() })
@@ -145,7 +145,7 @@ impl GeoTiffReader {
         }
         let mut tally = Tally::default();
         self.meaning.append_heights_m(&bytes, &mut heights_m, &mut tally);
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         // A sparse file leaves blocks out; they hold the no-data value, or zeros if it declares none, as in GDAL.
         if self.meaning.no_data.is_some() {
             let absent = self.blocks.parts(window).filter(|part| self.blocks.place(part.block).is_none());

@@ -104,7 +104,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_say_where_a_tile_lies() {
+    fn names_give_the_position_of_a_tile() {
         assert_eq!(corner_by_name("N46E008.hgt"), Some([8.0, 46.0]));
         assert_eq!(corner_by_name("s29w072.SRTMGL1.hgt"), Some([-72.0, -29.0]));
         for wrong in ["N46E08.hgt", "X46E008", "N4", "", "N99E008.hgt", "N46E999.hgt", "né6E008.hgt"] {

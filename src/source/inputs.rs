@@ -9,7 +9,7 @@ use super::tile_folder;
 use crate::file::guard::Inputs;
 
 /// Extensions of the files that belong to a raster. They follow its whole name or replace its extension.
-const SIDE_ENDINGS: [&str; 20] = [
+const SIDECAR_EXTENSIONS: [&str; 20] = [
     "hdr", "prj", "toml", "tiles", "tfw", "tifw", "wld", "pgw", "pngw", "blw", "bpw", "aux.xml", "aux", "ovr", "msk",
     "stx", "clr", "qpj", "vrt", "tiffw",
 ];
@@ -37,7 +37,7 @@ pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
 /// Returns a height file and all existing sidecar files that may describe it.
 #[must_use]
 pub fn files_of(path: &Path) -> Vec<PathBuf> {
-    let mut endings = SIDE_ENDINGS.to_vec();
+    let mut endings = SIDECAR_EXTENSIONS.to_vec();
     if has_ending(path, "hdr") {
         // If a header is given, its data file is read too.
         endings.extend(DATA_ENDINGS);
@@ -83,8 +83,8 @@ fn entries(folder: &Path) -> Vec<PathBuf> {
 
 fn is_read_in_folder(path: &Path) -> bool {
     let name = path.file_name().map(|name| name.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    let is_side_file = |ending: &&str| name.strip_suffix(*ending).is_some_and(|stem| stem.ends_with('.'));
-    SIDE_ENDINGS.iter().any(is_side_file) || folder::is_member(path)
+    let is_sidecar = |ending: &&str| name.strip_suffix(*ending).is_some_and(|stem| stem.ends_with('.'));
+    SIDECAR_EXTENSIONS.iter().any(is_sidecar) || folder::is_member(path)
 }
 
 fn is_geotiff(path: &Path) -> bool {

@@ -45,8 +45,8 @@ impl Mask {
         path: &Path,
     ) -> Result<Vec<Self>, SourceError> {
         let mut masks: Vec<Self> = Self::internal(file, cache, blocks, file_bytes, path)?.into_iter().collect();
-        if let Some(beside) = path_beside(path) {
-            masks.extend(Self::open(&beside, blocks.size)?);
+        if let Some(sidecar_path) = sidecar_mask(path) {
+            masks.extend(Self::open(&sidecar_path, blocks.size)?);
         }
         Ok(masks)
     }
@@ -120,7 +120,7 @@ impl Mask {
 }
 
 /// Returns the path of the sidecar mask `NAME.msk`, if that file exists.
-pub(crate) fn path_beside(path: &Path) -> Option<PathBuf> {
+pub(crate) fn sidecar_mask(path: &Path) -> Option<PathBuf> {
     let mut name = path.as_os_str().to_owned();
     name.push(".msk");
     Some(PathBuf::from(name)).filter(|path| path.is_file())
@@ -175,8 +175,8 @@ impl HeightReader for Masked {
     }
 
     fn identity(&self) -> String {
-        let beside = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
+        let names = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
         // The identity includes the masks: a cache from before they were applied does not match.
-        self.heights.identity() + &place::identity(&beside.collect::<Vec<_>>(), "masked\n")
+        self.heights.identity() + &place::identity(&names.collect::<Vec<_>>(), "masked\n")
     }
 }

@@ -45,13 +45,13 @@ mod raw;
 pub mod reader;
 mod relief;
 pub(crate) mod samples;
-mod side_file;
+mod sidecar;
 mod statistics;
 mod terrain_rgb;
 mod text;
 mod tiff_blocks;
 mod tiff_samples;
-pub(crate) mod tiff_side_files;
+pub(crate) mod tiff_sidecars;
 mod tile_folder;
 mod undeclared;
 mod usgs_dem;
@@ -74,7 +74,7 @@ use georeference::Georeference;
 pub use georeference::GeoreferenceError;
 pub use inputs::{add_inputs, files_of};
 pub use reader::{HeightReader, Window};
-pub use side_file::{Encoding, OpenOptions};
+pub use sidecar::{Encoding, OpenOptions};
 pub use statistics::{Statistics, statistics};
 pub use values::{Holds, Values, open_values};
 use voids::Filled;
@@ -117,8 +117,7 @@ pub(crate) const MAX_SAMPLES: u64 = 1 << 31;
 /// Number of samples that are read between two progress reports.
 const SAMPLES_PER_REPORT: u64 = 1 << 22;
 
-/// Reads a whole height file, or a folder of tiles: `width × height` samples, each of them a finite number of metres or
-/// NaN.
+/// Reads a whole height file, or a folder of tiles: `width × height` samples, each a finite number of metres or NaN.
 ///
 /// # Errors
 /// Returns a [`SourceError`] whose message is one line with the file's name and the cause. Damaged and hostile files
@@ -162,10 +161,10 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
             path.display()
         );
     }
-    let said = || side_file::Said::of(path, options);
+    let info = || sidecar::RasterInfo::of(path, options);
     Ok(match format {
         Format::GeoTiff => geotiff::GeoTiffReader::open(path)?,
-        Format::Png => geotiff::guarded(path, || png16::open(path, &said()?))?,
+        Format::Png => geotiff::guarded(path, || png16::open(path, &info()?))?,
         Format::Hgt => Box::new(hgt::open(path)?),
         Format::ZippedHgt => Box::new(geotiff::guarded(path, || hgt::open_zip(path))?),
         Format::Dted { offset } => Box::new(dted::DtedReader::open(path, offset)?),
@@ -174,7 +173,7 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
         Format::Xyz => Box::new(xyz::open(path)?),
         Format::Ehdr { data, header } => Box::new(ehdr::open(&data, &header)?),
         Format::Envi { data, header } => Box::new(envi::open(&data, &header)?),
-        Format::Raw => Box::new(raw::open(path, &said()?)?),
+        Format::Raw => Box::new(raw::open(path, &info()?)?),
     })
 }
 

@@ -98,7 +98,7 @@ pub(super) fn cannot_open(path: &Path) -> impl Fn(std::io::Error) -> SourceError
 
 /// Returns the existing file that has the name of `path` with another extension, in lower or upper case: `dem.bil` and
 /// `dem.HDR`.
-pub(super) fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
+pub(super) fn sibling(path: &Path, ending: &str) -> Option<PathBuf> {
     let appended = |ending: &str| {
         let mut name = path.as_os_str().to_owned();
         name.push(".");
@@ -108,7 +108,7 @@ pub(super) fn beside(path: &Path, ending: &str) -> Option<PathBuf> {
     let upper = ending.to_ascii_uppercase();
     [path.with_extension(ending), path.with_extension(&upper), appended(ending), appended(&upper)]
         .into_iter()
-        .find(|beside| beside != path && beside.is_file())
+        .find(|sibling| sibling != path && sibling.is_file())
 }
 
 /// Returns the extension of a name in lower case; empty if it has none.

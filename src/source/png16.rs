@@ -17,8 +17,8 @@ use super::memory;
 use super::picture::{Picture, Rows};
 use super::place::{self, check_window};
 use super::reader::{HeightReader, Window};
-use super::samples::{Meaning, SampleType, Tally, Told};
-use super::side_file::Said;
+use super::samples::{Meaning, SampleType, Tally, WarnOnce};
+use super::sidecar::RasterInfo;
 use super::values::Holds;
 use super::{picture, terrain_rgb};
 
@@ -26,17 +26,17 @@ use super::{picture, terrain_rgb};
 const BLOCK_SAMPLES: u32 = 1 << 20;
 
 /// Opens a PNG: a heightmap, or terrain-RGB.
-pub(super) fn open(path: &Path, said: &Said) -> Result<Box<dyn HeightReader>, SourceError> {
+pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<Box<dyn HeightReader>, SourceError> {
     let header = picture::header(path)?;
     place::check_size(path, header.size)?;
     let refused = |what| Err(SourceError::NotHeights { path: path.into(), what, holds: Holds::Heights });
     match (header.color, header.depth) {
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
-            Ok(Box::new(GreyReader::open(path, said, header.size)?))
+            Ok(Box::new(GreyReader::open(path, info, header.size)?))
         }
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, _) => refused("a grey picture of 8 bits or less"),
         (_, BitDepth::Sixteen) => refused("a colour picture of 16 bits"),
-        _ => Ok(Box::new(terrain_rgb::open(path, said)?)),
+        _ => Ok(Box::new(terrain_rgb::open(path, info)?)),
     }
 }
 
@@ -47,7 +47,7 @@ struct GreyReader {
     meaning: Meaning,
     georeference: Georeference,
     identity: String,
-    told: Told,
+    warnings: WarnOnce,
     state: Mutex<State>,
 }
 
@@ -68,24 +68,29 @@ impl State {
 }
 
 impl GreyReader {
-    fn open(path: &Path, said: &Said, size: [u32; 2]) -> Result<Self, SourceError> {
-        let [scale, offset] = said.steps(path);
-        let meaning =
-            Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
+    fn open(path: &Path, info: &RasterInfo, size: [u32; 2]) -> Result<Self, SourceError> {
+        let [scale, offset] = info.steps(path);
+        let meaning = Meaning {
+            sample_type: SampleType::U16,
+            no_data: info.sidecar.no_data,
+            scale,
+            offset,
+            metres_per_unit: 1.0,
+        };
         let state = State::before_the_first(path)?;
         Ok(Self {
             path: path.into(),
             size,
             meaning,
-            georeference: said.georeference(path, size)?,
-            identity: said.identity(path),
-            told: Told::default(),
+            georeference: info.georeference(path, size)?,
+            identity: info.identity(path),
+            warnings: WarnOnce::default(),
             state: Mutex::new(state),
         })
     }
 
-    /// Returns the rows of a window that spans all columns and follows the previous window, or is the first; else
-    /// `None`.
+    /// Returns the rows of a window that spans all columns and is the first or follows the previous one; `None` for
+    /// other windows.
     fn read_on(&self, state: &mut State, window: Window) -> Result<Option<Vec<f32>>, SourceError> {
         if window.x != 0 || window.width != self.size[0] {
             return Ok(None);
@@ -108,7 +113,7 @@ impl GreyReader {
             let row = rows.read()?;
             self.append_heights_m(row, row.len() / self.size[0] as usize, &mut heights_m, &mut tally);
         }
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         Ok(Some(heights_m))
     }
 
@@ -158,7 +163,7 @@ impl GreyReader {
             let pixels = &picture.bytes[first..first + window.width as usize * pixel_bytes];
             self.append_heights_m(pixels, pixel_bytes, &mut heights_m, &mut tally);
         }
-        self.told.warn(&self.path, &tally);
+        self.warnings.warn(&self.path, &tally);
         Ok(heights_m)
     }
 }

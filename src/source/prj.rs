@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use super::geokeys::{self as key, GeoKey, USER_DEFINED};
-use super::place::{self, beside, small_text};
+use super::place::{self, sibling, small_text};
 use super::{GeoKeys, SourceError, wkt};
 
 /// Returns the keys of the CRS in the `.prj` file of `path`, and that file. If there is none, `crs_from_grid` decides
@@ -17,7 +17,7 @@ pub(super) fn keys(
     size: [u32; 2],
 ) -> Result<(GeoKeys, Option<std::path::PathBuf>), SourceError> {
     let name = path.display();
-    if let Some(prj) = beside(path, "prj") {
+    if let Some(prj) = sibling(path, "prj") {
         let text = small_text(&prj)?;
         if let Some(keys) = wkt::keys(&text).or_else(|| arc_info(&text)) {
             return Ok((keys, Some(prj)));
@@ -92,7 +92,7 @@ mod tests {
     }
 
     #[test]
-    fn degrees_are_told_from_metres() {
+    fn degrees_are_distinguished_from_metres() {
         let srtm = [-105.55, 1.0 / 1200.0, 0.0, 40.2, 0.0, -1.0 / 1200.0];
         assert!(are_degrees(srtm, [240, 144]));
         assert!(!are_degrees([5.0, 5.0, 0.0, 3.0, 0.0, -5.0], [10, 10]));

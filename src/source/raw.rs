@@ -7,12 +7,12 @@ use super::SourceError;
 use super::flat::{Description, FlatReader, Strides};
 use super::place::{self, cannot_open};
 use super::samples::{Meaning, SampleType};
-use super::side_file::Said;
+use super::sidecar::RasterInfo;
 
 /// Opens a file without a header.
-pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> {
+pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<FlatReader, SourceError> {
     let bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
-    let size = match said.size() {
+    let size = match info.size() {
         Some(size) => size,
         None => square(path, bytes)?,
     };
@@ -22,20 +22,20 @@ pub(super) fn open(path: &Path, said: &Said) -> Result<FlatReader, SourceError> 
     if bytes > needed {
         tracing::warn!("{}: is {} bytes longer than {width}×{height} samples", path.display(), bytes - needed);
     }
-    let is_big_endian = said.is_big_endian().unwrap_or_else(|| {
+    let is_big_endian = info.is_big_endian().unwrap_or_else(|| {
         tracing::warn!("{}: its byte order is not given; little-endian is assumed", path.display());
         false
     });
-    let [scale, offset] = said.steps(path);
+    let [scale, offset] = info.steps(path);
     let meaning =
-        Meaning { sample_type: SampleType::U16, no_data: said.side.no_data, scale, offset, metres_per_unit: 1.0 };
+        Meaning { sample_type: SampleType::U16, no_data: info.sidecar.no_data, scale, offset, metres_per_unit: 1.0 };
     let described = Description {
         size,
         strides: Strides { offset: 0, row: u64::from(width) * 2, sample: 2 },
         is_big_endian,
         meaning,
-        georeference: said.georeference(path, size)?,
-        identity: said.identity(path),
+        georeference: info.georeference(path, size)?,
+        identity: info.identity(path),
     };
     FlatReader::new(path, None, described)
 }

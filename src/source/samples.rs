@@ -48,12 +48,12 @@ pub(super) struct Tally {
 /// Warns once per file about samples that are treated as no-data without being declared. Windows are read by many
 /// threads and in any order, so the warning appears at the first such sample and gives no count.
 #[derive(Debug, Default)]
-pub(super) struct Told {
+pub(super) struct WarnOnce {
     absurd: AtomicBool,
     implied_voids: AtomicBool,
 }
 
-impl Told {
+impl WarnOnce {
     /// Warns about the findings in `tally`, unless the same warning was given before.
     pub fn warn(&self, path: &Path, tally: &Tally) {
         let name = path.display();

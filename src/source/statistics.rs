@@ -177,7 +177,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_read_in_order_comes_from_the_top_down() {
+    fn serial_files_are_read_from_the_top_down() {
         let found = leaves([100, 1000], [100, 64], true);
         assert!(found.windows(2).all(|pair| pair[0].y + pair[0].height == pair[1].y), "{found:?}");
         assert_eq!(found.len(), 1000);

@@ -16,7 +16,7 @@ use super::picture::{self, Picture};
 use super::place::{check_window, unclear};
 use super::reader::{HeightReader, Window};
 use super::samples::MAX_HEIGHT_M;
-use super::side_file::{Encoding, Said};
+use super::sidecar::{Encoding, RasterInfo};
 
 /// Plausible heights in metres: from below the deepest trench to above the highest mountain.
 const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_100.0..=9_100.0;
@@ -65,9 +65,9 @@ impl Packing {
     ///
     /// # Errors
     /// Fails if no encoding is given and the colours prove nothing; the message names the option to use.
-    pub fn of(path: &Path, said: &Said, pictures: &[Picture]) -> Result<Self, SourceError> {
-        let interval_m = said.side.interval_m.unwrap_or(MAPBOX_INTERVAL_M);
-        if let Some(encoding) = said.encoding() {
+    pub fn of(path: &Path, info: &RasterInfo, pictures: &[Picture]) -> Result<Self, SourceError> {
+        let interval_m = info.sidecar.interval_m.unwrap_or(MAPBOX_INTERVAL_M);
+        if let Some(encoding) = info.encoding() {
             return Ok(Self { encoding, interval_m });
         }
         let both = Encoding::ALL.map(|encoding| Self { encoding, interval_m });
@@ -79,12 +79,12 @@ impl Packing {
             [one] => one.encoding.name(),
             _ => "mapbox or terrarium",
         };
-        let side_file = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let file_name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
         Err(unclear(
             path,
             format!(
-                "holds a colour picture, not heights; if it is terrain-RGB, give --encoding {which} (or encoding in \
-                 {side_file}.toml)"
+                "holds a colour picture, not heights; if it is terrain-RGB, give --encoding {which} (or `encoding` in \
+                 {file_name}.toml)"
             ),
         ))
     }
@@ -167,9 +167,9 @@ impl HeightReader for ColourReader {
 }
 
 /// Reads a single picture.
-pub(super) fn open(path: &Path, said: &Said) -> Result<ColourReader, SourceError> {
+pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<ColourReader, SourceError> {
     let picture = picture::decode(path)?;
-    let packing = Packing::of(path, said, std::slice::from_ref(&picture))?;
-    let georeference = said.georeference(path, picture.size)?;
-    Ok(ColourReader { path: path.into(), picture, packing, georeference, identity: said.identity(path) })
+    let packing = Packing::of(path, info, std::slice::from_ref(&picture))?;
+    let georeference = info.georeference(path, picture.size)?;
+    Ok(ColourReader { path: path.into(), picture, packing, georeference, identity: info.identity(path) })
 }

@@ -14,7 +14,7 @@ use super::memory;
 use super::picture::{self, Picture};
 use super::place::{self, cannot_open, check_window, inconsistent};
 use super::reader::{HeightReader, Window};
-use super::side_file::{OpenOptions, Said};
+use super::sidecar::{OpenOptions, RasterInfo};
 use super::terrain_rgb::Packing;
 use super::values::Holds;
 
@@ -94,10 +94,10 @@ impl TileFolderReader {
             return Err(inconsistent(first_tile, format!("a tile must be square, not {tile_px}×{tile_rows}")));
         }
 
-        let said = Said::of(folder, options)?;
+        let info = RasterInfo::of(folder, options)?;
         let step = (tiles.len() / SAMPLE_TILES).max(1);
         let samples = tiles.iter().step_by(step).take(SAMPLE_TILES).map(|(_, path)| decode(path, tile_px));
-        let packing = Packing::of(folder, &said, &samples.collect::<Result<Vec<_>, _>>()?)?;
+        let packing = Packing::of(folder, &info, &samples.collect::<Result<Vec<_>, _>>()?)?;
 
         let range = |axis: usize| {
             let numbers = || tiles.iter().map(|(tile, _)| tile[axis]);
@@ -113,21 +113,21 @@ impl TileFolderReader {
         let centre = |tile: u32| (f64::from(tile) * f64::from(tile_px) + 0.5) * pixel_m - HALF_MAP_M;
         let crs_from_grid = place::north_up([centre(x), -centre(y)], [pixel_m; 2]);
         let georeference = place::locate(folder, crs_from_grid, place::epsg(3857, false), size)?;
-        let identity = identity(folder, &said, &tiles);
+        let identity = identity(folder, &info, &tiles);
         let present = tiles.into_iter().map(|(tile, _)| tile).collect();
         Ok(Self { folder: folder.into(), zoom, tile_px, first: [x, y], present, packing, size, georeference, identity })
     }
 }
 
 /// Returns every tile's size and modification time as a hash, because there may be millions of tiles.
-fn identity(folder: &Path, said: &Said, tiles: &[([u32; 2], PathBuf)]) -> String {
+fn identity(folder: &Path, info: &RasterInfo, tiles: &[([u32; 2], PathBuf)]) -> String {
     let mut hasher = DefaultHasher::new();
     for (tile, path) in tiles {
         let metadata = std::fs::metadata(path).ok();
         let changed = metadata.as_ref().and_then(|it| it.modified().ok());
         (tile, metadata.as_ref().map(std::fs::Metadata::len), changed).hash(&mut hasher);
     }
-    format!("{}\n{} tiles, {:016x}", said.identity(folder), tiles.len(), hasher.finish())
+    format!("{}\n{} tiles, {:016x}", info.identity(folder), tiles.len(), hasher.finish())
 }
 
 /// Decodes a tile, which must be a colour picture.

@@ -37,12 +37,12 @@ struct Found {
     marks: [u64; MARKS_M.len()],
     /// Lowest and highest of the other heights, in metres.
     range_m: [f32; 2],
-    told: bool,
+    has_warned: bool,
 }
 
 impl Found {
     const NONE: Self =
-        Self { samples: 0, marks: [0; MARKS_M.len()], range_m: [f32::INFINITY, f32::NEG_INFINITY], told: false };
+        Self { samples: 0, marks: [0; MARKS_M.len()], range_m: [f32::INFINITY, f32::NEG_INFINITY], has_warned: false };
 
     fn add(&mut self, heights_m: &[f32]) {
         heights_m.iter().for_each(|height_m| self.add_equal(*height_m, 1));
@@ -105,8 +105,8 @@ impl Watched {
         found.join(here);
         let [width, height] = self.size();
         let samples = u64::from(width) * u64::from(height);
-        if found.samples >= samples && !found.told {
-            found.told = true;
+        if found.samples >= samples && !found.has_warned {
+            found.has_warned = true;
             found.lines(&self.path, samples).iter().for_each(|line| tracing::warn!("{line}"));
         }
     }
@@ -172,7 +172,7 @@ mod tests {
     }
 
     #[test]
-    fn marks_far_outside_of_the_heights_are_told() {
+    fn marks_far_outside_of_the_heights_are_reported() {
         let land = |i: usize| 300.0 + (i % 700) as f32;
         let with = |mark: f32, every: usize| -> Vec<f32> {
             (0..10_000).map(|i| if i % every == 0 { mark } else { land(i) }).collect()
@@ -194,13 +194,13 @@ mod tests {
     }
 
     #[test]
-    fn heights_that_may_be_true_are_not_told() {
+    fn heights_that_may_be_true_are_not_reported() {
         let seas: Vec<f32> = (0..10_000).map(|i| if i == 7 { -9999.0 } else { -10_900.0 + i as f32 }).collect();
         assert!(lines(&seas).is_empty(), "a trench has such depths");
         let near: Vec<f32> = (0..9_990).map(|i| -9_990.0 + i as f32).chain([-9999.0]).collect();
         assert!(lines(&near).is_empty(), "so has what leads to it");
         let other: Vec<f32> = (0..1000).map(|i| if i == 7 { -9998.0 } else { i as f32 }).collect();
-        assert!(lines(&other).is_empty(), "it is no mark");
+        assert!(lines(&other).is_empty(), "this value does not mean no-data");
         assert!(lines(&[-9999.0; 100]).is_empty() && lines(&[f32::NAN; 4]).is_empty() && lines(&[]).is_empty());
     }
 }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::memory::{self, MemoryReader};
 use super::place::{self, cannot_open, inconsistent};
-use super::samples::{Meaning, SampleType, Tally, Told};
+use super::samples::{Meaning, SampleType, Tally, WarnOnce};
 use super::text::number;
 use super::{GeoKeys, SourceError};
 
@@ -234,7 +234,7 @@ fn read_profiles(path: &Path, bytes: &[u8], header: &Header, heights_m: &mut [f3
         }
         scan.at = next_profile(&scan, start, count, column);
     }
-    Told::default().warn(path, &tally);
+    WarnOnce::default().warn(path, &tally);
     Ok(())
 }
 

@@ -30,7 +30,7 @@ pub const MOST_EXTENT: u32 = 256;
 /// Largest square of no-data in a hole that is filled, in samples.
 pub const MOST_WIDTH: u32 = 64;
 /// Distance in samples within which heights decide whether a sample is a spike.
-const NEAR: u32 = spikes::BESIDE + 1;
+const NEAR: u32 = spikes::REACH + 1;
 
 /// The limits of the holes that are filled, in samples of a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -62,7 +62,7 @@ impl Limits {
     }
 }
 
-/// What is done with no-data.
+/// The treatment of no-data samples.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum VoidMode {

@@ -311,7 +311,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_well_known_text_is_nothing() {
+    fn other_texts_than_wkt_have_no_epsg_code() {
         let deep = "A[".repeat(10_000);
         for text in ["", "[", "GEOGCS", "GEOGCS[\"a", "Projection UTM\nZone 10", &deep, "é[\"ü\",]", "PROJCS[]x"] {
             assert!(keys(text).is_none_or(|keys| keys.epsg.is_none()), "{text:.20}");

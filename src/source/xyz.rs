@@ -10,7 +10,7 @@ use super::SourceError;
 use super::memory::{self, MemoryReader};
 use super::place::{self, cannot_open, inconsistent, unclear};
 use super::prj;
-use super::samples::{Meaning, SampleType, Tally, Told};
+use super::samples::{Meaning, SampleType, Tally, WarnOnce};
 
 /// Largest length of a line in bytes.
 const MAX_LINE_BYTES: u64 = 4096;
@@ -130,7 +130,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         }
         heights_m.push(meaning.height_m(z, &mut tally));
     }
-    Told::default().warn(path, &tally);
+    WarnOnce::default().warn(path, &tally);
     let (Ok(width), Ok(height)) = (u32::try_from(grid.eastings.len()), u32::try_from(grid.northings.len())) else {
         return Err(irregular());
     };

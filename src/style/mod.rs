@@ -263,7 +263,7 @@ impl Style {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| StyleError::Named {
-            place: in_text(Wrong::told(key, source.to_string()), name, text),
+            place: in_text(Wrong::with_message(key, source.to_string()), name, text),
             source: Box::new(source),
         })?;
         Ok(style)

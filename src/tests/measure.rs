@@ -108,7 +108,7 @@ fn strokes_that_found_no_room_are_the_most_of_a_frame() {
     assert_eq!(full.runs[0].strokes_left_out, Some(LeftOut { edges: 3, segments: 0, strokes: 7 }));
     let page = html(&full, &[]);
     assert!(
-        page.contains("&lt;pen&gt;: in a frame up to 3 edges, 0 segments and 7 strokes exceed the limits"),
+        page.contains("&lt;pen&gt;: per frame, up to 3 edges, 0 segments and 7 strokes exceed the limits"),
         "{page}"
     );
     // A measured 0 causes no warning; unmeasured values are null.

@@ -211,7 +211,7 @@ impl Patches for Raised {
         self.occluder_minima.get(&tile)
     }
 
-    fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
+    fn request(&self, _: u32, _: u32, _: u32, _: f64) {}
 }
 
 /// Returns the distinct vertices of an edge along it, in steps, placed like the vertex shader does.

@@ -71,7 +71,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn jumps_are_told_from_flight() {
+    fn jumps_are_distinguished_from_flight() {
         let mut motion = CameraMotion::default();
         let mut at = |x_m: f64, now_s: f64| motion.go_on(DVec3::X * x_m, now_s, 10.0);
         assert!(at(0.0, 0.0).has_jumped(), "the first frame");

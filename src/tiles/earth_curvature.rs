@@ -125,7 +125,7 @@ mod tests {
     }
 
     #[test]
-    fn a_horizon_is_asked_for() {
+    fn the_earth_is_bent_to_reach_a_requested_horizon() {
         let dip_rad = |camera_z_m: f64, horizon_rad: f64| {
             let earth = EarthCurvature { camera_z_m, lowest_m: -400.0, ..EARTH }.with_horizon(horizon_rad);
             let radius_m = 1.0 / earth.inverse_radius;

@@ -9,7 +9,7 @@ pub mod atlas;
 pub mod cache;
 pub mod loader;
 pub mod needed;
-pub mod beside;
+pub mod map_neighbours;
 pub mod residency_floor;
 mod queues;
 pub mod residency;

@@ -126,11 +126,11 @@ fn error_around_m<'a>(
     }
     // Estimates consider only their own tile.
     let around = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
-    let beside = around.filter_map(|(dx, dy)| {
+    let neighbours = around.filter_map(|(dx, dy)| {
         let (x, y) = (tile.x.checked_add_signed(dx)?, tile.y.checked_add_signed(dy)?);
         known(TileAddress { x, y, ..tile })
     });
-    beside.fold(statistics.error_m, |error_m, beside| error_m.max(beside.error_m))
+    neighbours.fold(statistics.error_m, |error_m, neighbours| error_m.max(neighbours.error_m))
 }
 
 /// Returns the urgency of the children of a tile, or `None` if they are not needed.

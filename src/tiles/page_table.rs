@@ -65,9 +65,9 @@ impl PageTable {
         there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
         there.dedup();
         let corner_errors = (!store.is_measured()).then(|| shared_corners(atlas, &there));
-        let beside: FxHashSet<TileAddress> = residency.beside.iter().copied().filter(is_there).collect();
-        if !beside.is_empty() {
-            there.extend(&beside);
+        let for_maps: FxHashSet<TileAddress> = residency.map_neighbours.iter().copied().filter(is_there).collect();
+        if !for_maps.is_empty() {
+            there.extend(&for_maps);
             there.sort_unstable_by_key(|tile| (tile.level, tile.y, tile.x));
         }
         let mut table = Self::default();
@@ -83,7 +83,7 @@ impl PageTable {
                 let first_tile = table.tiles.len();
                 while let Some(tile) = next.next_if(|tile| (tile.level, tile.y) == (first.level, first.y)) {
                     table.tiles.resize(first_tile + (tile.x - first.x) as usize, NOTHING);
-                    let mut record = if beside.contains(&tile) {
+                    let mut record = if for_maps.contains(&tile) {
                         // The surface uses only tiles that the view needs; this one is only for its maps.
                         TileRecord { slot: atlas.get(tile).map_or(NO_SLOT, |resident| resident.slot), ..NOTHING }
                     } else {

@@ -42,7 +42,7 @@ pub trait Patches {
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima>;
 
     /// Requests the tile of a missing patch; the visible error without it is `urgency` times the allowed one.
-    fn ask(&self, j: u32, x: u32, y: u32, urgency: f64);
+    fn request(&self, j: u32, x: u32, y: u32, urgency: f64);
 }
 
 /// The patches of the tiles on the GPU.
@@ -115,7 +115,7 @@ impl Patches for ResidentPatches<'_> {
         self.atlas.get(tile).map(|resident| &*resident.occluder_minima)
     }
 
-    fn ask(&self, j: u32, x: u32, y: u32, urgency: f64) {
+    fn request(&self, j: u32, x: u32, y: u32, urgency: f64) {
         let tile = tile_of(j, x, y);
         if (j as usize) < self.store.levels().len() {
             let mut asked = self.asked.borrow_mut();
@@ -188,5 +188,5 @@ impl Patches for AllPatches {
         self.pages.get(&tile).map(|(_, occluder_minima)| &**occluder_minima)
     }
 
-    fn ask(&self, _: u32, _: u32, _: u32, _: f64) {}
+    fn request(&self, _: u32, _: u32, _: u32, _: f64) {}
 }

@@ -62,7 +62,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_urgent_takes_no_slot_twice() {
+    fn urgent_tiles_take_no_slot_twice() {
         // The view ahead sees the tiles of this view and one more, the wider view two more.
         let ahead = [tiles(0..5), tiles(0..7)].concat();
         let found = queues(tiles([2, 0, 3, 1, 0]), ahead.clone(), 7);

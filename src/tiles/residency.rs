@@ -14,11 +14,11 @@ use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
-use super::beside::beside;
 use super::cache::TileCache;
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
+use super::map_neighbours::map_neighbours;
 use super::needed::{Land, LevelRule, Needed, TilePlaces, needed};
 use super::queues::{Queues, by_level, in_order, queues};
 use super::residency_floor::ResidencyFloor;
@@ -36,7 +36,7 @@ const LONGEST_PAUSE_S: f64 = 30.0;
 /// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
 const MOST_TRIES: u32 = 3;
 /// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
-const BESIDE_URGENCY: f32 = 1e-3;
+const MAP_URGENCY: f32 = 1e-3;
 
 /// The state of the tiles of a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -67,7 +67,7 @@ pub struct Movement {
     /// Tiles that the mesh requests, with their urgency.
     pub asked: FxHashMap<TileAddress, f64>,
     /// Whether maps are computed, which depend on tiles next to the view.
-    pub looks_beside: bool,
+    pub needs_map_neighbours: bool,
 }
 
 struct Failure {
@@ -91,9 +91,9 @@ pub struct Residency {
     /// The tiles that the view of this frame needs, coarse levels first.
     pub needed: Vec<Needed>,
     /// The tiles that only its maps depend on.
-    pub beside: Vec<TileAddress>,
-    /// The needed tiles for which `beside` was computed.
-    beside_of: Vec<TileAddress>,
+    pub map_neighbours: Vec<TileAddress>,
+    /// The needed tiles for which `map_neighbours` was computed.
+    map_neighbours_of: Vec<TileAddress>,
 }
 
 impl Residency {
@@ -109,8 +109,8 @@ impl Residency {
             atlas: Atlas::new(gpu, tiles, memory_bytes),
             floor: ResidencyFloor::default(),
             needed: Vec::new(),
-            beside: Vec::new(),
-            beside_of: Vec::new(),
+            map_neighbours: Vec::new(),
+            map_neighbours_of: Vec::new(),
             store,
         }
     }
@@ -187,8 +187,8 @@ impl Residency {
         urgent.extend(
             movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
         );
-        self.look_beside(movement.looks_beside);
-        urgent.extend(self.beside.iter().map(|address| Needed { address: *address, urgency: BESIDE_URGENCY }));
+        self.find_map_neighbours(movement.needs_map_neighbours);
+        urgent.extend(self.map_neighbours.iter().map(|address| Needed { address: *address, urgency: MAP_URGENCY }));
         let mut soon = Vec::new();
         if fade_step_s.is_some() {
             let (rule, places) = (&movement.rule, &mut self.places);
@@ -216,7 +216,7 @@ impl Residency {
 
         let atlas = &self.atlas;
         let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
-        let absent = self.absent_beside();
+        let absent = self.absent_neighbours();
         // Where a sparse pyramid ends, the floor is never 0.
         let ends_in_view = !absent.is_empty();
         self.floor.update(by_level(self.needed.iter().map(is_there), absent), fade_step_s);
@@ -226,16 +226,16 @@ impl Residency {
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
-    fn look_beside(&mut self, looks_beside: bool) {
-        if !looks_beside {
-            self.beside.clear();
-            self.beside_of.clear();
+    fn find_map_neighbours(&mut self, needs_map_neighbours: bool) {
+        if !needs_map_neighbours {
+            self.map_neighbours.clear();
+            self.map_neighbours_of.clear();
             return;
         }
-        if !self.needed.iter().map(|tile| tile.address).eq(self.beside_of.iter().copied()) {
-            self.beside_of = self.needed.iter().map(|tile| tile.address).collect();
-            self.beside = beside(&*self.store, &self.needed);
-            self.beside.truncate((self.atlas.slots() as usize).saturating_sub(self.needed.len()));
+        if !self.needed.iter().map(|tile| tile.address).eq(self.map_neighbours_of.iter().copied()) {
+            self.map_neighbours_of = self.needed.iter().map(|tile| tile.address).collect();
+            self.map_neighbours = map_neighbours(&*self.store, &self.needed);
+            self.map_neighbours.truncate((self.atlas.slots() as usize).saturating_sub(self.needed.len()));
         }
     }
 
@@ -259,13 +259,13 @@ impl Residency {
         failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
         let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
         failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
-        let text = error.told();
+        let text = error.message();
         if counted || failure.tries < MOST_TRIES {
             tracing::debug!("{text}");
             return;
         }
         // Rendering to a file returns the first failure as an error; in a window each is logged once.
-        let is_known = self.failure.as_ref().is_some_and(|known| known.told() == text);
+        let is_known = self.failure.as_ref().is_some_and(|known| known.message() == text);
         if streams && !is_known {
             tracing::warn!("{text}");
         } else {
@@ -307,7 +307,7 @@ impl Residency {
     }
 
     /// Returns the tiles around needed ones that do not exist, because nothing finer is known there.
-    fn absent_beside(&self) -> Vec<(TileAddress, bool)> {
+    fn absent_neighbours(&self) -> Vec<(TileAddress, bool)> {
         let mut met: FxHashSet<TileAddress> = self.needed.iter().map(|tile| tile.address).collect();
         let mut absent = Vec::new();
         for Needed { address: tile, .. } in &self.needed {
@@ -316,10 +316,10 @@ impl Residency {
                 let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else {
                     continue;
                 };
-                let beside = TileAddress { x, y, ..*tile };
+                let map_neighbours = TileAddress { x, y, ..*tile };
                 let is_inside = x < size.tiles_x() && y < size.tiles_y();
-                if is_inside && met.insert(beside) && !self.store.has_tile(beside) {
-                    absent.push((beside, false));
+                if is_inside && met.insert(map_neighbours) && !self.store.has_tile(map_neighbours) {
+                    absent.push((map_neighbours, false));
                 }
             }
         }

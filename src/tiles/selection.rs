@@ -111,8 +111,8 @@ impl Selection {
 
 /// Returns the neighbours of the same level at the first column, last column, first row and last row.
 pub(super) fn neighbours(key: PatchKey) -> [PatchKey; 4] {
-    let beside = |dx, dy| PatchKey { x: key.x + dx, y: key.y + dy, ..key };
-    [beside(-1, 0), beside(1, 0), beside(0, -1), beside(0, 1)]
+    let shifted = |dx, dy| PatchKey { x: key.x + dx, y: key.y + dy, ..key };
+    [shifted(-1, 0), shifted(1, 0), shifted(0, -1), shifted(0, 1)]
 }
 
 /// Returns a number that identifies a patch from frame to frame: FNV-1a of its key, never 0.

@@ -2,9 +2,9 @@
 //!
 //! A map is computed when its tile has been loaded, and again when its key has changed (for example the direction to
 //! the sun, or the sea level) or when more of the tiles that it depends on have been loaded
-//! ([`beside`](super::beside)). It is not recomputed when some of them have gone, because the map with them is better.
-//! A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by the error that is
-//! visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
+//! ([`map_neighbours`](super::map_neighbours)). It is not recomputed when some of them have gone, because the map with
+//! them is better. A frame that must not wait computes [`MAPS_AT_ONCE`] maps: first those that never were, ordered by
+//! the error that is visible while a coarser one is used, then the oldest. They fade in as the surface's detail does
 //! ([`ResidencyFloor`]). A frame for a file computes all of them, the same number per submit.
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
@@ -12,7 +12,7 @@
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Atlas;
-use super::beside::{Around, around};
+use super::map_neighbours::{Around, around};
 use super::queues::by_level;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
@@ -136,10 +136,10 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
     /// whether the next frame of the same view would have other maps, because some are left for it or are fading in.
     pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
         let MapStep { frame, most, fade_step_s } = step;
-        let Residency { atlas, needed, beside, .. } = residency;
+        let Residency { atlas, needed, map_neighbours, .. } = residency;
         // A map depends on tiles in the page table only, not on others that are in the atlas by chance.
         let needed_tiles = needed.iter().map(|tile| tile.address);
-        let in_table: FxHashSet<TileAddress> = needed_tiles.chain(beside.iter().copied()).collect();
+        let in_table: FxHashSet<TileAddress> = needed_tiles.chain(map_neighbours.iter().copied()).collect();
         let is_there = |(bit, tile)| Around::from(in_table.contains(&tile) && atlas.get(tile).is_some()) << bit;
         let mut stale: Vec<_> = needed
             .iter()

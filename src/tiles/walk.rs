@@ -49,7 +49,7 @@ pub(super) struct Walk<'a> {
 #[derive(Clone, Copy)]
 pub(super) struct Over {
     allowed_m: f64,
-    /// See [`Walk::shown_error_m`].
+    /// Visible error in metres, from [`Walk::shown_error_m`].
     error_m: f64,
 }
 
@@ -199,7 +199,7 @@ impl<'a> Walk<'a> {
             Known::Patch { .. } | Known::Nothing => true,
             Known::Missing => {
                 // All children of a patch come with the same tile.
-                self.patches.ask(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
+                self.patches.request(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
                 false
             }
         })

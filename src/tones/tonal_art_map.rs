@@ -82,7 +82,7 @@ impl TonalArtMap {
         }
         if recipe.kind == Kind::Line && recipe.grain == 0.0 {
             even = equalise::everywhere(&whole::smooth(even, side), side, windows);
-            even = equalise::ranks(&whole::without_crumbs(even, side));
+            even = equalise::ranks(&whole::without_fragments(even, side));
         }
         Ok(Self::of_ranks(recipe.side_px, &even))
     }

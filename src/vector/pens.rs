@@ -75,10 +75,10 @@ impl Pens {
             }
             let pen = nearest(&self.widths_px, width);
             let nib = self.widths_px[pen];
-            let beside =
+            let passes =
                 if width < 1.5 * nib { 1 } else { ((width - nib) / (nib * (1.0 - OVERLAP))).ceil() as usize + 1 };
-            for i in 0..beside {
-                let aside = if beside == 1 { 0.0 } else { (width - nib) * (i as f32 / (beside - 1) as f32 - 0.5) };
+            for i in 0..passes {
+                let aside = if passes == 1 { 0.0 } else { (width - nib) * (i as f32 / (passes - 1) as f32 - 0.5) };
                 strokes.push((pen, moved(&piece, aside, nib)));
             }
         }

@@ -68,8 +68,8 @@ pub struct Place {
 }
 
 impl Place {
-    /// Returns the name of the sheet: a letter for the row and a number for the column, like `B3`; `AA1` comes after
-    /// `Z1`.
+    /// Returns the name of the sheet: letters for the row and a number for the column, like `B3`. Row `AA` follows row
+    /// `Z`.
     pub fn name(self) -> String {
         let mut letters = String::new();
         let mut left = self.row + 1;

@@ -31,7 +31,7 @@ use crate::gpu::Gpu;
 use crate::gpu::device::instance_descriptor;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::recorder::Submits;
-use crate::lines::strokes::NumbersLater;
+use crate::lines::strokes::AsyncStrokeNumbers;
 use crate::scene::anaglyph::Glasses;
 use crate::scene::stereo::{Eyes, Pair};
 use crate::scene::view::{Clock, Pose, View};
@@ -43,7 +43,7 @@ const FIRST_STEP_S: f64 = 1.0 / 60.0;
 /// Delay after the last picture until the panel is painted once more: GPU times arrive late.
 const LATE_FACTS: Duration = Duration::from_millis(150);
 
-/// What to do after an event.
+/// The next step of the program after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Next {
     /// Draw a frame.
@@ -71,7 +71,7 @@ pub struct Flight {
     styles: Styles,
     frame_times: FrameTimes,
     pass_times: PassTimes,
-    stroke_numbers: NumbersLater,
+    stroke_numbers: AsyncStrokeNumbers,
     last: LastPicture,
     /// Whether the distance between the eyes is still adapting to the nearest land.
     eyes_move: bool,
@@ -152,7 +152,7 @@ impl Flight {
             styles,
             frame_times: FrameTimes::default(),
             pass_times: PassTimes::default(),
-            stroke_numbers: NumbersLater::default(),
+            stroke_numbers: AsyncStrokeNumbers::default(),
             last,
             eyes_move: false,
             panel_shown: true,
@@ -203,14 +203,14 @@ impl Flight {
         let rendered = self.stale || self.frames_left.is_some();
         if rendered {
             self.render_picture(step_s)?;
-            if let Some(since) = since.filter(|_| self.shows_asked()) {
+            if let Some(since) = since.filter(|_| self.shows_chosen_style()) {
                 self.frame_times.push((now - since).as_secs_f64() * 1000.0);
             }
         }
         self.present(surface, painted);
         self.gpu.check()?;
-        let shows_asked = self.shows_asked();
-        if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_asked) {
+        let shows_chosen_style = self.shows_chosen_style();
+        if let Some(frames) = self.frames_left.as_mut().filter(|_| shows_chosen_style) {
             *frames = frames.saturating_sub(1);
             if *frames == 0 {
                 self.report()?;
@@ -233,13 +233,13 @@ impl Flight {
         }
         let repaint = self.overlay.repaint_at().is_some_and(|at| at <= Instant::now());
         // A shader may fail when it is first used.
-        let has_news = self.tell_troubles();
+        let has_news = self.show_shader_errors();
         Ok(if flows || repaint || has_news { Next::Frame } else { Next::Sleep })
     }
 
     /// Returns whether the picture shows the chosen style: the previous picture stays until everything for the new one
     /// is built.
-    fn shows_asked(&self) -> bool {
+    fn shows_chosen_style(&self) -> bool {
         self.renderer.as_ref().is_some_and(|renderer| renderer.shows(self.style()))
     }
 
@@ -288,7 +288,7 @@ impl Flight {
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
         };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
-        let mut asked = panel::Asked::default();
+        let mut asked = panel::PanelRequests::default();
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
                 asked = panel::show(context, &facts, &self.styles, &mut self.settings, &mut self.camera);
@@ -325,7 +325,7 @@ impl Flight {
         renderer.set_builds(Builds::InBackground);
         renderer.set_submits(if self.panel_shown { Submits::Timed } else { Submits::Whole });
         let prepared = renderer.render_eyes(&self.gpu, &mut self.world.surfaces, &rig, style, &light)?;
-        self.stroke_numbers.ask(&self.gpu, renderer.strokes());
+        self.stroke_numbers.request(&self.gpu, renderer.strokes());
         self.last.tiles_loaded += prepared.tiles.loaded;
         self.last.pose = pose;
         self.last.time_s = clock.now_s;

@@ -249,11 +249,11 @@ mod tests {
 
     #[test]
     fn motion_does_not_depend_on_the_frame_rate() {
-        let ask = FlyInput { forward: 1.0, up: 0.5, look_deg: [0.0, 0.0], ..FlyInput::default() };
+        let steady = FlyInput { forward: 1.0, up: 0.5, look_deg: [0.0, 0.0], ..FlyInput::default() };
         let run = |steps: u32, step_s: f64| {
             let mut camera = camera();
             for _ in 0..steps {
-                assert!(camera.advance(&ask, step_s, FLAT));
+                assert!(camera.advance(&steady, step_s, FLAT));
             }
             camera
         };

@@ -14,10 +14,10 @@ use super::overlay::Overlay;
 /// Pixels of scrolling on a touchpad that count as one notch of a wheel.
 const NOTCH_PX: f64 = 40.0;
 
-/// What an event requires.
+/// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Heard {
-    /// Nothing.
+pub enum Reaction {
+    /// No reaction: the event is for nobody.
     Nothing,
     /// A repaint of the panel only.
     Panel,
@@ -101,29 +101,29 @@ impl Input {
     }
 
     /// Handles an event of keyboard or mouse, or passes it to the panel.
-    pub fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
+    pub fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Reaction {
         match event {
             WindowEvent::KeyboardInput { event: key, is_synthetic, .. } => {
                 if *is_synthetic && key.state == ElementState::Pressed {
                     // The key was pressed while another window had the focus.
-                    return Heard::Nothing;
+                    return Reaction::Nothing;
                 }
                 self.on_key(window, overlay, event, key)
             }
             WindowEvent::MouseInput { state, button, .. } => self.on_button(window, overlay, event, *state, *button),
             WindowEvent::MouseWheel { delta, .. } if self.look.is_some() || !overlay.wants_pointer() => {
-                Heard::Wheel(match delta {
+                Reaction::Wheel(match delta {
                     MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
                     MouseScrollDelta::PixelDelta(by) => by.y / NOTCH_PX,
                 })
             }
-            WindowEvent::CursorMoved { .. } if self.look.is_some() => Heard::Nothing,
+            WindowEvent::CursorMoved { .. } if self.look.is_some() => Reaction::Nothing,
             event => forward(window, overlay, event),
         }
     }
 
-    fn on_key(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, key: &KeyEvent) -> Heard {
-        let PhysicalKey::Code(code) = key.physical_key else { return Heard::Nothing };
+    fn on_key(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent, key: &KeyEvent) -> Reaction {
+        let PhysicalKey::Code(code) = key.physical_key else { return Reaction::Nothing };
         let down = key.state == ElementState::Pressed;
         // A key that is released is always handled here: if it was pressed before typing began, it would otherwise stay
         // down.
@@ -139,10 +139,10 @@ impl Input {
         }
         let flies = self.keys.set(code, down, Instant::now());
         match keys::action(code, key.logical_key.to_text(), self.keys.shift()) {
-            Some(Action::Zoom(factor)) if down => Heard::Do(Action::Zoom(factor)),
-            Some(action) if down && !key.repeat => Heard::Do(action),
-            _ if flies && !key.repeat => Heard::Fly,
-            _ => Heard::Nothing,
+            Some(Action::Zoom(factor)) if down => Reaction::Do(Action::Zoom(factor)),
+            Some(action) if down && !key.repeat => Reaction::Do(action),
+            _ if flies && !key.repeat => Reaction::Fly,
+            _ => Reaction::Nothing,
         }
     }
 
@@ -153,28 +153,28 @@ impl Input {
         event: &WindowEvent,
         state: ElementState,
         button: MouseButton,
-    ) -> Heard {
+    ) -> Reaction {
         let down = state == ElementState::Pressed;
         match (self.look, button) {
             (Some(Look::Held), MouseButton::Right) if !down => {
                 self.release_mouse(window);
-                Heard::Fly
+                Reaction::Fly
             }
-            (Some(_), _) => Heard::Nothing,
+            (Some(_), _) => Reaction::Nothing,
             // A click next to an open list closes the list.
             (None, MouseButton::Left | MouseButton::Right) if down && !overlay.wants_click() => {
                 self.look = Some(if button == MouseButton::Right { Look::Held } else { Look::Captured });
                 overlay.stop_typing();
                 grab(window, true);
-                Heard::Panel
+                Reaction::Panel
             }
             _ => forward(window, overlay, event),
         }
     }
 }
 
-fn forward(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Heard {
-    if overlay.on_event(window, event).repaint { Heard::Panel } else { Heard::Nothing }
+fn forward(window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Reaction {
+    if overlay.on_event(window, event).repaint { Reaction::Panel } else { Reaction::Nothing }
 }
 
 /// Hides the cursor and confines it to the window, or releases it.

@@ -49,9 +49,9 @@ pub struct Facts<'a> {
     pub height_above_ground_m: f64,
 }
 
-/// What the user requested in the panel.
+/// The user's requests in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Asked {
+pub struct PanelRequests {
     /// Area of the panel, which messages avoid.
     pub rect: Option<egui::Rect>,
     /// Whether to write a picture to a file.
@@ -87,8 +87,8 @@ pub fn show(
     styles: &Styles,
     settings: &mut Settings,
     camera: &mut FlyCamera,
-) -> Asked {
-    let mut asked = Asked::default();
+) -> PanelRequests {
+    let mut requests = PanelRequests::default();
     let tallest = (context.content_rect().height() - 52.0).max(60.0);
     let window = egui::Window::new("hachure").default_pos([8.0, 8.0]).default_size([WIDTH, tallest]).resizable(false);
     let shown = window.show(context, |ui| {
@@ -97,15 +97,15 @@ pub fn show(
             picture(ui, facts, styles, settings);
             section(ui, "Cost", true, |ui| cost(ui, facts));
             section(ui, "Cost by pass", false, |ui| passes(ui, facts));
-            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut asked));
+            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut requests));
             section(ui, "Light", false, |ui| light(ui, settings));
             section(ui, "Keys", false, |ui| {
                 keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
             });
         });
     });
-    asked.rect = shown.map(|shown| shown.response.rect);
-    asked
+    requests.rect = shown.map(|shown| shown.response.rect);
+    requests
 }
 
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
@@ -188,7 +188,7 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
 }
 
-fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked: &mut Asked) {
+fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, requests: &mut PanelRequests) {
     row(ui, "Above ground", format!("{} m", digits(facts.height_above_ground_m)));
     let [slowest, fastest] = SPEED_RANGE_M_S;
     let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
@@ -207,8 +207,9 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, asked:
         if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
         }
-        asked.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
-        asked.screenshot = ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
+        requests.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
+        requests.screenshot =
+            ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
     });
 }
 
@@ -240,7 +241,7 @@ fn cost(ui: &mut Ui, facts: &Facts<'_>) {
     row(ui, "Patches", grouped(facts.patches));
     if let Some(StrokeNumbers { drawn, left_out }) = facts.strokes {
         row(ui, "Strokes", grouped(drawn.into()));
-        if let Some(text) = left_out.told() {
+        if let Some(text) = left_out.message() {
             ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
         }
     }
@@ -322,7 +323,7 @@ mod tests {
     }
 
     /// Returns the texts of the cost section, with their colours.
-    fn told(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
+    fn cost_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
         let facts = Facts {
             adapter: "",
             picture_px: [640, 360],
@@ -374,16 +375,16 @@ mod tests {
     }
 
     #[test]
-    fn strokes_without_room_are_told_as_a_warning() {
+    fn strokes_over_the_limit_are_a_warning() {
         let with = |strokes| Some(StrokeNumbers { drawn: 1234, left_out: LeftOut { strokes, ..LeftOut::default() } });
         let warning = |texts: &[(String, Color32)]| texts.iter().find(|(_, color)| *color == WARNING).cloned();
-        let texts = told(with(56));
+        let texts = cost_texts(with(56));
         assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
         let (text, _) = warning(&texts).expect("a warning");
         assert!(text.contains("56 strokes exceed the limits"), "{text}");
         // If every stroke fits, only the number is shown; without strokes not even that.
-        let texts = told(with(0));
+        let texts = cost_texts(with(0));
         assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
-        assert!(told(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
+        assert!(cost_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
     }
 }

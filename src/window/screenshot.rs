@@ -81,7 +81,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_tell_the_time() {
+    fn names_contain_the_time() {
         assert_eq!(stem(Duration::ZERO), "hachure-19700101-000000");
         assert_eq!(stem(Duration::from_secs(951_782_399)), "hachure-20000228-235959");
         assert_eq!(stem(Duration::from_secs(951_868_799)), "hachure-20000229-235959");

@@ -157,7 +157,7 @@ mod tests {
     }
 
     #[test]
-    fn every_preset_is_there_and_the_asked_one_is_found() {
+    fn every_preset_exists_and_the_requested_one_is_found() {
         let (styles, place) = Styles::with("ink").unwrap();
         assert_eq!(styles.list().len(), style::names().len());
         assert_eq!(style::names()[place], "ink");

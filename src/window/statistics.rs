@@ -80,7 +80,7 @@ mod tests {
     }
 
     #[test]
-    fn another_style_starts_anew() {
+    fn another_style_starts_over() {
         let time = |name: &str, gpu_ms| PassTime { name: name.to_owned(), gpu_ms };
         let mut passes = PassTimes::default();
         passes.add(vec![time("frame", 1.0)]);

@@ -86,7 +86,7 @@ pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
     let of = |left: f32, top: f32, right: f32, bottom: f32| {
         Rect::from_min_max(Pos2::new(left, top), Pos2::new(right.max(left), bottom.max(top)))
     };
-    let beside = [
+    let free_areas = [
         of(panel.right().max(window.left()), window.top(), window.right(), window.bottom()),
         of(window.left(), window.top(), panel.left().min(window.right()), window.bottom()),
         of(window.left(), panel.bottom().max(window.top()), window.right(), window.bottom()),
@@ -97,7 +97,7 @@ pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
         (reads, place.area())
     };
     let better = |a: Rect, b: Rect| if rank(&b) > rank(&a) { b } else { a };
-    beside.into_iter().reduce(better).unwrap_or(window)
+    free_areas.into_iter().reduce(better).unwrap_or(window)
 }
 
 /// Shows the messages next to the panel, or in the whole window if it is hidden.
@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn they_stand_beside_the_panel() {
+    fn they_are_next_to_the_panel() {
         let rect = |left, top, right, bottom| Rect::from_min_max(Pos2::new(left, top), Pos2::new(right, bottom));
         let window = rect(0.0, 0.0, 1280.0, 720.0);
         assert_eq!(place(window, None), window.shrink(MARGIN));
@@ -184,7 +184,7 @@ mod tests {
     }
 
     #[test]
-    fn messages_lie_in_the_window_and_beside_the_panel() {
+    fn messages_are_in_the_window_and_next_to_the_panel() {
         let window = Rect::from_min_size(Pos2::ZERO, egui::vec2(640.0, 420.0));
         let panel = Rect::from_min_max(egui::pos2(8.0, 8.0), egui::pos2(250.0, 380.0));
         let context = egui::Context::default();

@@ -45,14 +45,14 @@ pub enum GivenWaterError {
     #[error("{}: {cause}", named(path))]
     Crs {
         path: PathBuf,
-        /// The reason.
+        /// The defect of the reference system.
         cause: GeoreferenceError,
     },
     /// The polygons cannot be projected into the world's coordinates.
     #[error("{}: cannot be projected onto the world: {cause}", named(path))]
     NoWay {
         path: PathBuf,
-        /// The reason.
+        /// The reason, as a clause.
         cause: String,
     },
 }

@@ -72,9 +72,9 @@ fn local_range_m(terrain: &Terrain, [low_m, high_m]: [DVec2; 2]) -> Option<[f32;
                 let column = address.x * PAGE_PATCHES + number % PAGE_PATCHES;
                 let row = address.y * PAGE_PATCHES + number / PAGE_PATCHES;
                 let first = DVec2::new(f64::from(column), f64::from(row)) * patch_samples(level);
-                let is_beside =
+                let is_outside =
                     first.cmpgt(high + bent).any() || (first + patch_samples(level)).cmplt(low - bent).any();
-                if !is_beside && !patch.min_m.is_nan() {
+                if !is_outside && !patch.min_m.is_nan() {
                     // Between its samples the land may deviate by as much as the patch's triangles do.
                     range_m[0] = range_m[0].min(patch.min_m - patch.mesh_error_m);
                     range_m[1] = range_m[1].max(patch.max_m + patch.mesh_error_m);

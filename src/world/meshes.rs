@@ -15,7 +15,7 @@ use crate::forest::points::Points;
 use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
 use crate::mesh::placed::{MOST_STANDING, Placed, Stance};
 use crate::mesh::{Mesh, MeshError};
-use crate::scene::{Density, MeshPlace, MeshPlacement, Stands, mesh_list};
+use crate::scene::{Density, MeshPlace, MeshPlacement, MeshPositions, mesh_list};
 use crate::source::Progress;
 
 /// Places the meshes of a world's scene on its land.
@@ -51,14 +51,14 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
 
 /// Computes the coarser levels of a mesh. For a large one this takes some seconds.
 fn levels_of(mesh: &Mesh, progress: &dyn Progress) -> Vec<Level> {
-    let tell = |done: f32| {
+    let report_done = |done: f32| {
         if mesh.triangles.len() > MANY_TRIANGLES {
             progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
         }
     };
-    tell(0.0);
+    report_done(0.0);
     let levels = coarser(mesh);
-    tell(1.0);
+    report_done(1.0);
     levels
 }
 
@@ -76,9 +76,9 @@ fn stances(
         }
         origin_m
     };
-    match &placement.stands {
-        Stands::At(place) => Ok(vec![Stance { origin_m: on_ground(place), yaw_deg, scale, z_up }]),
-        Stands::Listed(list) => {
+    match &placement.positions {
+        MeshPositions::At(place) => Ok(vec![Stance { origin_m: on_ground(place), yaw_deg, scale, z_up }]),
+        MeshPositions::Listed(list) => {
             let stance = |row: mesh_list::MeshRow| Stance {
                 origin_m: on_ground(&row.place),
                 yaw_deg: yaw_deg + row.yaw_deg,
@@ -87,7 +87,7 @@ fn stances(
             };
             Ok(mesh_list::read(list)?.into_iter().map(stance).collect())
         }
-        Stands::Scattered(scatter) => {
+        MeshPositions::Scattered(scatter) => {
             let terrain = &world.surfaces.terrain;
             let name = placement.file.file_name().unwrap_or_default().to_string_lossy();
             let ground_m = |at_m: DVec2| terrain.height_m(at_m);

@@ -57,7 +57,6 @@ pub enum WorldError {
     Terrain {
         /// Name of the pyramid.
         name: String,
-        /// The reason.
         source: TerrainError,
     },
     /// The ground under a camera or a mesh, from which its height is counted, cannot be read.
@@ -118,7 +117,7 @@ pub struct OpenWorld {
     pub surfaces: Surfaces,
 }
 
-/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by an address, by the name of an
+/// Finds the scene of a world, named by the path of a scene file, a DEM or a pyramid, by a URL, by the name of an
 /// embedded scene, or not at all.
 ///
 /// # Errors
@@ -167,7 +166,7 @@ pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
                 continue;
             }
             inputs.add(file);
-            obj::files_beside(file).iter().for_each(|file| inputs.add(file));
+            obj::sidecar_files(file).iter().for_each(|file| inputs.add(file));
         }
         scene.mesh_lists().for_each(|list| inputs.add(list));
     }
@@ -241,7 +240,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 let name = path.display();
-                tracing::warn!("{}. Reading {name} without baking, with estimated errors", error.told());
+                tracing::warn!("{}. Reading {name} without baking, with estimated errors", error.message());
                 Ok(store)
             }
             opened => Ok(opened?),

@@ -38,7 +38,7 @@ struct Found {
 }
 
 /// The points of a rule.
-struct Asked<'a> {
+struct ScatterPoints<'a> {
     scatter: &'a Scatter,
     /// The points of a tile, in order of their numbers.
     points: &'a [Point],
@@ -74,18 +74,18 @@ pub fn scattered(
     let of_tile = f64::from(POINTS) / (TILE_M * TILE_M);
     let side_m = TILE_M * (0.5 * (of_tile / least).log2()).floor().exp2();
     let shift = DVec2::new(part(mixed(seed ^ 1)), part(mixed(seed ^ 2)));
-    let asked = Asked { scatter, points: &points, side_m, first_m: -shift * side_m, seed };
+    let candidates = ScatterPoints { scatter, points: &points, side_m, first_m: -shift * side_m, seed };
     let passes = |found: &Spot| is_allowed(scatter, found.at_m, spacing_m, ground_m);
     let mut found = match scatter.density {
         Density::PerHa(_) => {
             let below = (least * side_m * side_m).round() as u32;
-            asked.find(0..below.min(POINTS), &passes, ground_m)
+            candidates.find(0..below.min(POINTS), &passes, ground_m)
         }
         Density::Count(count) => {
             let mut found = Vec::new();
             let (mut from, mut to) = (0, POINTS / FIRST_SHARE);
             while from < POINTS && found.len() < count as usize {
-                found.extend(asked.find(from..to, &passes, ground_m));
+                found.extend(candidates.find(from..to, &passes, ground_m));
                 (from, to) = (to, (2 * to).min(POINTS));
             }
             found.sort_by_key(|found| found.rank);
@@ -113,7 +113,7 @@ fn is_allowed(scatter: &Scatter, at_m: DVec3, step_m: f64, ground_m: &impl Fn(DV
     slope.is_some_and(|(east, north)| east.hypot(north).atan().to_degrees() <= steepest_deg)
 }
 
-impl Asked<'_> {
+impl ScatterPoints<'_> {
     /// Returns the points with these numbers where the land satisfies the rule.
     fn find(
         &self,
@@ -254,7 +254,7 @@ mod tests {
     }
 
     #[test]
-    fn the_same_rule_says_the_same_and_a_part_of_the_land_has_its_part() {
+    fn a_rule_is_deterministic_and_a_part_of_the_land_has_its_part() {
         let points = Points::new();
         let whole = rule(Density::PerHa(20.0));
         let of = |rule: &Scatter, name: &str| scattered(rule, name, &points, 1.0, &ground_m);

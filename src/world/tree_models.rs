@@ -28,16 +28,16 @@ pub fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>
             }
         };
         let mesh = &known[number].1;
-        let tell = |done: f32| {
+        let report_done = |done: f32| {
             // Smaller ones are finished before a bar could be noticed.
             if mesh.triangles.len() > MANY_TRIANGLES {
                 progress.report(&format!("simplifying {}", shown(&mesh.name)), done);
             }
         };
-        tell(0.0);
+        report_done(0.0);
         let wrong = |cause| MeshError::Read { path: model.file.clone(), cause };
         models.push(Arc::new(TreeModel::new(mesh, model.z_up).map_err(wrong)?));
-        tell(1.0);
+        report_done(1.0);
     }
     Ok(models)
 }
@@ -73,9 +73,9 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_one_line_with_key_and_file() {
+    fn errors_are_one_line_with_key_and_file() {
         let folder = tempfile::tempdir().unwrap();
-        let told = |name: &str, text: Option<&str>| {
+        let error_of = |name: &str, text: Option<&str>| {
             if let Some(text) = text {
                 std::fs::write(folder.path().join(name), text).unwrap();
             }
@@ -93,10 +93,10 @@ mod tests {
             ("nan.obj", Some("v 0 0 0\nv nan 0 0\nv 0 3 0\nf 1 2 3\n"), "line 2: "),
             ("broken.obj", Some("v 0 0 0\nv 1 0 0\nf 1 2 3\n"), "line 3: "),
         ] {
-            let told = told(name, text).unwrap();
-            assert!(told.contains(cause), "{told}");
+            let error_of = error_of(name, text).unwrap();
+            assert!(error_of.contains(cause), "{error_of}");
         }
         // Planted error: a valid model.
-        assert_eq!(told("tree.obj", Some(TREE)), None);
+        assert_eq!(error_of("tree.obj", Some(TREE)), None);
     }
 }

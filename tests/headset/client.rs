@@ -4,7 +4,7 @@
 //! run again with [`client`].
 //! again for [`client`].
 
-use hachure::headset::session::{Life, VIEWS};
+use hachure::headset::session::{SessionPhase, VIEWS};
 use hachure::headset::{Headset, Runtime};
 use openxr as xr;
 
@@ -58,7 +58,7 @@ fn mistakes_are_noticed() {
 fn client() {
     let Ok(mistake) = std::env::var(MISTAKE) else { return };
     let mut headset = Headset::open(Runtime::connect().unwrap()).unwrap();
-    while headset.follow_events().unwrap() != Life::Runs {}
+    while headset.follow_events().unwrap() != SessionPhase::Running {}
     if mistake == "begin before wait" {
         assert!(headset.stream.begin().is_err());
     }

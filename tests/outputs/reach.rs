@@ -113,20 +113,20 @@ fn what_leads_out_needs_trust() {
 }
 
 #[test]
-fn addresses_need_trust_and_keep_their_secrets() {
+fn urls_need_trust_and_keep_their_secrets() {
     let place = place();
     let server = Server::start(1);
     let url = server.url("nowhere.tif?key=secret").replace("http://", "http://me:pass@");
     scene(&place, &format!("{url:?}"), "sub/hut.obj");
     for line in told(&place, &[]) {
-        assert!(line.contains("/nowhere.tif is an address on the network; --trust-scene"), "{line}");
+        assert!(line.contains("/nowhere.tif is a URL; --trust-scene"), "{line}");
         assert!(!line.contains("secret") && !line.contains("pass"), "{line}");
     }
     let asked = || server.counts().answers.load(std::sync::atomic::Ordering::Relaxed);
     assert_eq!(asked(), 0);
     let line = place.refused(&["render", "scenes/scene.toml", "--trust-scene", "-o", "x.png"]);
     assert!(line.contains("there is no such file") && asked() > 0, "{line}");
-    // An address on the command line needs no trust.
+    // A URL on the command line needs no trust.
     let line = place.refused(&["render", &server.url("nowhere.tif"), "-o", "x.png"]);
     assert!(line.contains("there is no such file"), "{line}");
 }

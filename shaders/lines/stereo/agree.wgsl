@@ -52,11 +52,11 @@ fn mask(pixel: vec2<i32>, there: vec2<f32>) -> f32 {
     var jump_px = 0.0;
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let beside = pixel + vec2<i32>(x, y);
-            if any(beside < vec2<i32>(0)) || any(beside >= vec2<i32>(view.size_px)) {
+            let neighbour = pixel + vec2<i32>(x, y);
+            if any(neighbour < vec2<i32>(0)) || any(neighbour >= vec2<i32>(view.size_px)) {
                 continue;
             }
-            let at = reproject(other_view, shown(view, beside, textureLoad(position, beside, 0)));
+            let at = reproject(other_view, shown(view, neighbour, textureLoad(position, neighbour, 0)));
             jump_px = max(jump_px, length(at - there - vec2<f32>(vec2<i32>(x, y))));
         }
     }
@@ -77,10 +77,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let middle = vec2<i32>(floor(there));
         for (var y = -2; y <= 2; y++) {
             for (var x = -2; x <= 2; x++) {
-                let beside = middle + vec2<i32>(x, y);
-                let is_near = distance(vec2<f32>(beside) + 0.5, there) <= REACH_PX;
-                if is_near && all(beside >= vec2<i32>(0)) && all(beside < size) {
-                    partner = max(partner, textureLoad(other_line, beside, 0).r);
+                let neighbour = middle + vec2<i32>(x, y);
+                let is_near = distance(vec2<f32>(neighbour) + 0.5, there) <= REACH_PX;
+                if is_near && all(neighbour >= vec2<i32>(0)) && all(neighbour < size) {
+                    partner = max(partner, textureLoad(other_line, neighbour, 0).r);
                 }
             }
         }

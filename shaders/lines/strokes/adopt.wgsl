@@ -10,7 +10,7 @@
 // - Both: where the other eye sees the place but has no stroke, a stroke is not slidable (He, Wang and Bao 2019) and
 //   tapers.
 #import hachure::view::{View, place_at}
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, BESIDE, SPACING_PX}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, NEIGHBOURS, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> temporal: Temporal;
 @group(0) @binding(1) var<storage, read> list: SampleCounts;
@@ -60,12 +60,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var way = 0u; way < 2u; way++) {
         let ends = select(LAST, FIRST, way == 1u);
         var at = id.x;
-        for (var i = 0u; i < BESIDE && (samples[at].flags & ends) == 0u; i++) {
+        for (var i = 0u; i < NEIGHBOURS && (samples[at].flags & ends) == 0u; i++) {
             at = select(at + 1u, at - 1u, way == 1u);
-            let beside_px = SPACING_PX * f32(i + 1u);
-            if matches[at].stroke != 0u && beside_px < apart_px {
+            let distance_px = SPACING_PX * f32(i + 1u);
+            if matches[at].stroke != 0u && distance_px < apart_px {
                 nearest = at;
-                apart_px = beside_px;
+                apart_px = distance_px;
             }
         }
     }

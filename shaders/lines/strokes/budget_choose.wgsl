@@ -14,7 +14,7 @@ fn main() {
     for (var i = CLASSES; i > 0u; i--) {
         let wanted = classes[i - 1u];
         classes[i - 1u] = 0u;
-        // Of the longest class as many strokes as fit.
+        // If even the longest class exceeds the capacity, as many of its strokes are drawn as fit.
         let has_room = total + wanted <= temporal.capacity || total == 0u;
         if has_room && least == i {
             total += wanted;

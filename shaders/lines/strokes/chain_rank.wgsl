@@ -19,7 +19,7 @@
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
 @group(0) @binding(2) var<storage, read_write> ranks: array<vec4<u32>>;
-// StrokeCounts as words: the progress is the seventh.
+// `StrokeCounts` as an array of words; `progress` is at index PROGRESS.
 @group(0) @binding(3) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(256)

@@ -11,7 +11,7 @@
 @group(0) @binding(2) var<storage, read> segments: array<Segment>;
 @group(0) @binding(3) var<storage, read> links: array<u32>;
 @group(0) @binding(4) var<storage, read_write> ranks: array<vec4<u32>>;
-// StrokeCounts as words: the progress is the seventh.
+// `StrokeCounts` as an array of words; `progress` is at index PROGRESS.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 @compute @workgroup_size(256)

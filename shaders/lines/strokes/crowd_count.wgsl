@@ -4,7 +4,7 @@
 // averaged along 16 px to either side: a pen is not lifted for a notch. The other half is the stroke's length.
 #import hachure::view::View
 #import hachure::crowd::{Crowd, cell_at, bin_of, capped, BINS, CELL_WORDS, UNITS}
-#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, BESIDE}
+#import hachure::stroke_samples::{Sample, SampleCounts, FIRST, LAST, NEIGHBOURS}
 
 // The view without jitter; the depth is jittered.
 @group(0) @binding(0) var<uniform> view: View;
@@ -45,7 +45,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var way = 0u; way < 2u; way++) {
         let ends = select(LAST, FIRST, way == 1u);
         var at = id.x;
-        for (var i = 0u; i < BESIDE && (samples[at].flags & ends) == 0u; i++) {
+        for (var i = 0u; i < NEIGHBOURS && (samples[at].flags & ends) == 0u; i++) {
             at = select(at + 1u, at - 1u, way == 1u);
             steps += step_at(samples[at].px);
             count += 1.0;

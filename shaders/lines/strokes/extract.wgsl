@@ -21,9 +21,12 @@
 @group(0) @binding(2) var<storage, read> edges: array<Edge>;
 @group(0) @binding(3) var ids: texture_2d<u32>;
 @group(0) @binding(4) var<storage, read_write> segments: array<Segment>;
-// StrokeCounts as words: the number of segments is the second.
+// `StrokeCounts` as an array of words.
 @group(0) @binding(5) var<storage, read_write> counts: array<u32>;
 @group(0) @binding(6) var<storage, read_write> order: Order;
+
+// Index of `segments` in `counts`.
+const SEGMENTS: u32 = 1u;
 
 // Returns whether the edge is visible in one of the three pixels across at a step.
 fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
@@ -37,7 +40,7 @@ fn is_seen(step: i32, across: i32, is_steep: bool, id: u32) -> bool {
     return found;
 }
 
-// A line of the reference image whose pixels are followed.
+// A line of the reference image, followed pixel by pixel.
 struct Way {
     edge: Edge,
     line: EdgeOnPicture,
@@ -72,8 +75,8 @@ fn across_at(way: Way, step: i32) -> i32 {
 fn begins(pixel: vec2<i32>, id: u32) -> bool {
     // Of two pixels at one step, the one with the lesser coordinate begins the segment.
     let way = way_of(id);
-    let beside = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
-    let has_twin = all(beside >= vec2<i32>(0)) && textureLoad(ids, max(beside, vec2<i32>(0)), 0).r == id;
+    let twin = select(vec2<i32>(pixel.x, pixel.y - 1), vec2<i32>(pixel.x - 1, pixel.y), way.is_steep);
+    let has_twin = all(twin >= vec2<i32>(0)) && textureLoad(ids, max(twin, vec2<i32>(0)), 0).r == id;
     var is_begin = !has_twin;
     let own = select(pixel.x, pixel.y, way.is_steep);
     for (var back = 1; back <= 2 && is_begin; back++) {
@@ -157,7 +160,7 @@ fn main(
         return;
     }
     if own_group == 0u && thread == 0u {
-        counts[1] = order.starts[groups.x * groups.y];
+        counts[SEGMENTS] = order.starts[groups.x * groups.y];
     }
     let index = order.starts[own_group] + marks_before(thread);
     if is_begin && index < strokes.segment_capacity {

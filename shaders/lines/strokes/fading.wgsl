@@ -40,8 +40,8 @@ fn is_gone(number: u32) -> bool {
         return true;
     }
     let is_last = (own.flags & LAST) != 0u;
-    let beside = old_samples[select(number + 1u, max(number, 1u) - 1u, is_last)];
-    let way = normalize(on_picture(beside.position_m + temporal.step_m).xy - at.xy + vec2<f32>(1e-6, 0.0));
+    let next = old_samples[select(number + 1u, max(number, 1u) - 1u, is_last)];
+    let way = normalize(on_picture(next.position_m + temporal.step_m).xy - at.xy + vec2<f32>(1e-6, 0.0));
     let middle = vec2<i32>(floor(at.xy));
     let seen = vec2<i32>(floor(at.xy + view.jitter_px));
     var farthest = 1.0;

@@ -1,20 +1,21 @@
-// Draws the ID reference image (Pietrok 2021, section 4.2.1): edges as lines one pixel wide that hold the edge's number
-// plus 1, nearest in front.
+// Draws the ID reference image (Pietrok 2021, section 4.2.1): each edge is a line one pixel wide whose pixels hold the
+// edge's number plus 1. The nearest edge hides those behind it.
 //
-// A pixel of an edge is visible where the edge is not farther than the farthest surface at the four pixel centres of
-// the full picture around it. A contour edge is where the surface ends: on one side is whatever is behind it, and of
-// four points around a point on a line one is on either side. So no depth bias is needed, and nothing z-fights: a
-// visible edge has something at its own distance or farther next to it, and an edge that is hidden by more than a pixel
-// has nearer surface all around. Where there is only sky around an edge, the data have a hole.
+// A pixel of an edge is visible if the edge is no farther than the farthest of the four surface samples around it,
+// which are at pixel centres of the full picture. No depth bias is needed, and nothing z-fights: the surface ends at a
+// contour edge, so at least one of the four samples is beyond the edge, and sees whatever is behind it. Around an edge
+// that is hidden by more than a pixel, all four samples are nearer than the edge. If all four are sky, the data have a
+// hole there, and the edge is not drawn.
 //
-// A crease may be in a corner, where the surface on both sides is nearer. There the surface is extrapolated from two
-// pixels to the position in between: reversed depth is linear on a plane, so both sides meet at the crease.
+// A crease may be the bottom of a groove, where the surface on both sides is nearer than the crease. There the surface
+// is extrapolated from two pixels on each side to the edge's position: reversed depth is linear on a plane, so both
+// sides meet at the crease.
 //
-// A suggestive contour, a ridge or a valley is on the surface, and between its ends, which are up to six pixels apart,
-// the surface may bulge in front of it: it is visible unless everything within two pixels is nearer.
+// A suggestive contour, a ridge or a valley runs along the surface. Between its ends, which are up to six pixels apart,
+// the surface may bulge in front of it, so it is visible unless all samples within two pixels are nearer.
 //
-// An edge may require a clearance: of all edges of a crown only those are drawn that have something far behind them, on
-// one side and for two pixels. A leaf in front of a leaf, or a chink between leaves, makes no line.
+// An edge may require a clearance: of the edges of a crown, only those are drawn whose background is at least that far
+// behind them, on one side and for two pixels. So a leaf in front of a leaf, or a chink between leaves, is not drawn.
 #import hachure::view::View
 #import hachure::edges::{Edge, KIND_CREASE, KIND_SUGGESTIVE, kind_of_edge, clearance_m}
 

@@ -4,7 +4,7 @@
 // `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world and puts
 // them into the list; 2 sets their number in the list and in the draw arguments.
 #import hachure::view::View
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, BESIDE, to_seed_px}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, NEIGHBOURS, to_seed_px}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
@@ -69,7 +69,7 @@ fn shrunk_px(number: u32) -> f32 {
     // segment farther, so that what is retained for a single sample does not vanish at once.
     for (var way = 0u; way < 2u; way++) {
         var at = number;
-        for (var i = 0u; i <= BESIDE; i++) {
+        for (var i = 0u; i <= NEIGHBOURS; i++) {
             let apart_px = SPACING_PX * f32(i);
             left_px = min(left_px, old_samples[at].shown_px + apart_px);
             if !select(is_kept(at), at > 0u && is_kept(at - 1u), way == 1u) {

@@ -208,8 +208,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if place.z >= view.near_m && all(place.xy >= vec2<f32>(-8.0)) && all(place.xy <= size + 8.0) {
         // A last sample uses the direction from the sample before it.
         let is_last = (own.flags & LAST) != 0u;
-        let beside = on_picture(samples[select(id.x + 1u, max(id.x, 1u) - 1u, is_last)].position_m).xy;
-        let ahead = select(beside - place.xy, place.xy - beside, is_last);
+        let next_px = on_picture(samples[select(id.x + 1u, max(id.x, 1u) - 1u, is_last)].position_m).xy;
+        let ahead = select(next_px - place.xy, place.xy - next_px, is_last);
         let way = normalize(ahead + vec2<f32>(1e-6, 0.0));
         found = look(place, way, found);
 #ifdef PAIR

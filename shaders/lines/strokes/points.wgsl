@@ -1,4 +1,4 @@
-// The points of strokes: the joints of a chain's segments, smoothed.
+// Computes the points of strokes: the joints between the segments of a chain, smoothed.
 //
 // A chain of n segments has n + 1 points. Where two segments meet, the point is midway between their ends; the ends of
 // an open chain stay, a closed one wraps around. Then each point moves toward its neighbours by the binomial weights 1
@@ -15,13 +15,16 @@
 @group(0) @binding(5) var<storage, read> edges: array<Edge>;
 @group(0) @binding(6) var<storage, read_write> points: array<Point>;
 
+// Largest distance by which smoothing moves a point.
 const MOST_PX: f32 = 1.0;
 
+// The ends of a segment, in the direction of its chain.
 struct Ends {
     begin_px: vec2<f32>,
     end_px: vec2<f32>,
-    begin_m: f32,
-    end_m: f32,
+    // Distances along the view axis.
+    begin_depth_m: f32,
+    end_depth_m: f32,
 }
 
 fn ends_of(place: u32) -> Ends {
@@ -35,7 +38,8 @@ fn ends_of(place: u32) -> Ends {
     return Ends(a, b, segment.depths_m.x, segment.depths_m.y);
 }
 
-// Returns the point before the chain's segment `i` (from 0; `count` is the last point), before smoothing.
+// Returns point `i` of a chain, 0 to `count`, before smoothing: the joint between segments `i` - 1 and `i`, as pixels
+// and distance along the view axis.
 fn joint(chain: Chain, i: i32) -> vec3<f32> {
     let count = i32(chain.count);
     var before = i - 1;
@@ -50,12 +54,12 @@ fn joint(chain: Chain, i: i32) -> vec3<f32> {
     let left = ends_of(chain.first + u32(before));
     let right = ends_of(chain.first + u32(after));
     if chain.is_closed == 0u && i <= 0 {
-        return vec3<f32>(right.begin_px, right.begin_m);
+        return vec3<f32>(right.begin_px, right.begin_depth_m);
     }
     if chain.is_closed == 0u && i >= count {
-        return vec3<f32>(left.end_px, left.end_m);
+        return vec3<f32>(left.end_px, left.end_depth_m);
     }
-    return 0.5 * vec3<f32>(left.end_px + right.begin_px, left.end_m + right.begin_m);
+    return 0.5 * vec3<f32>(left.end_px + right.begin_px, left.end_depth_m + right.begin_depth_m);
 }
 
 fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
@@ -65,10 +69,10 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
     if room <= 0 {
         return own;
     }
-    let beside = joint(chain, i - 1) + joint(chain, i + 1);
-    var around = (2.0 * own + beside) / 4.0;
+    let neighbours = joint(chain, i - 1) + joint(chain, i + 1);
+    var around = (2.0 * own + neighbours) / 4.0;
     if room > 1 {
-        around = (6.0 * own + 4.0 * beside + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
+        around = (6.0 * own + 4.0 * neighbours + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
     }
     let way = around.xy - own.xy;
     return vec3<f32>(own.xy + way * min(1.0, MOST_PX / max(length(way), 1e-6)), own.z);

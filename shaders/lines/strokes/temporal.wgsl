@@ -1,19 +1,19 @@
 // Carries strokes over from the previous frame: identity, texture parameter, pressure, and part of the position.
 //
-// - Identity and parameter: each sample takes those of the old stroke that it found; a sample that found nothing
-//   continues from the nearest one that did. Where lines are crowded, chains split and join from frame to frame; data
-//   of samples are not affected by that. Where two old strokes meet in one chain the texture has a seam, which stays in
-//   place. Perspective stretches parameters; they relax slowly toward even ones, by what the chain voted for
-//   (vote.wgsl).
-// - The shown part grows along the stroke by `growth_px` per frame, from what was shown before and from seeds SEEDS_PX
-//   apart, so no more of a line appears at once than an eye can follow. What the last update could not see, because it
-//   was outside of its picture, is shown at once.
+// - Identity and texture parameter: each sample takes those of the old stroke that it matched (look.wgsl); a sample
+//   without a match continues from the nearest one that has one. Where lines are crowded, chains split and join from
+//   frame to frame; this does not affect data that are stored for each sample. Where two old strokes meet in one chain,
+//   the texture has a seam, which stays in place. Perspective stretches the parameter; it slowly returns to an even
+//   spacing, with the offset for which the chain's samples voted (vote.wgsl).
+// - The shown part of a stroke grows along it by `growth_px` per frame, from the part that was shown before and from
+//   seeds SEEDS_PX apart, so that no more of a line appears at once than an eye can follow. A part that was outside of
+//   the picture at the last update is shown at once.
 // - Pressure changes by a bounded step.
 // - Position: the line is held where it was, as far as the style says, and does not jump: a larger offset shrinks by
 //   MOVE_PX per frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, BESIDE, to_seed_px, hash, let_go}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, NEIGHBOURS, to_seed_px, hash, let_go}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -23,24 +23,29 @@
 @group(0) @binding(5) var<storage, read> matches: array<Match>;
 @group(0) @binding(6) var<storage, read> heritages: array<Heritage>;
 @group(0) @binding(7) var<storage, read_write> samples: array<Sample>;
-// SampleCounts as words: the second counts the samples of chains, the fifth the strokes that were carried over.
+// `SampleCounts` as an array of words, because its members cannot be atomic.
 @group(0) @binding(8) var<storage, read_write> list: array<atomic<u32>>;
 
-// Largest difference between the parameters of neighbours that belong together.
+// Indices of `fresh` and `carried` in `list`.
+const FRESH: u32 = 1u;
+const CARRIED: u32 = 4u;
+// Largest difference between the parameters of neighbouring samples of one stroke.
 const ALIKE_PX: f32 = 6.0;
 // Part of a parameter's unevenness that is removed per frame.
 const RELAXATION: f32 = 0.03;
-// A greater unevenness means another part of the old stroke.
+// Deviation from the even parameter beyond which the sample belongs to another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
+// Weight of the previous frame's half width.
 const WIDTH_KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let fresh = atomicLoad(&list[1]);
+    let fresh = atomicLoad(&list[FRESH]);
     if id.x >= fresh {
         return;
     }
     var own = samples[id.x];
+    // Until this pass replaces it by an identity, `stroke` is the index of the sample's chain.
     let number = own.stroke;
     let chain = chains[number];
     let first = starts[number];
@@ -62,7 +67,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
         if id.x == first && heritages[number].stroke != 0u {
-            atomicAdd(&list[4], 1u);
+            atomicAdd(&list[CARRIED], 1u);
         }
         if was_in_picture(own.position_m) {
             own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));
@@ -100,7 +105,7 @@ struct Inherited {
 fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     let at_px = matches[number].at_px;
     var nearest = number;
-    for (var i = 0u; i <= BESIDE && matches[nearest].stroke == 0u; i++) {
+    for (var i = 0u; i <= NEIGHBOURS && matches[nearest].stroke == 0u; i++) {
         nearest = max(number, first + i) - i;
         if matches[nearest].stroke == 0u {
             nearest = min(number + i, end - 1u);
@@ -112,9 +117,9 @@ fn inherit(number: u32, first: u32, end: u32) -> Inherited {
     var sum_px = along_px;
     var weight = 1.0;
     for (var i = max(number, first + 2u) - 2u; i < min(number + 3u, end); i++) {
-        let beside = matches[i];
-        let by_it_px = beside.along_px + beside.sense * (at_px - beside.at_px);
-        let is_same = beside.stroke == found.stroke && beside.sense == found.sense;
+        let other = matches[i];
+        let by_it_px = other.along_px + other.sense * (at_px - other.at_px);
+        let is_same = other.stroke == found.stroke && other.sense == found.sense;
         if is_same && abs(by_it_px - along_px) <= ALIKE_PX {
             sum_px += by_it_px;
             weight += 1.0;
@@ -146,10 +151,10 @@ fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
         let from_middle_px = abs(own.at_px - matches[(first + end) / 2u].at_px);
         reached_px = max(reached_px, -0.5 * temporal.growth_px - min(to_seed_px(along_px), from_middle_px));
     }
-    for (var i = max(number, first + BESIDE) - BESIDE; i < min(number + BESIDE + 1u, end); i++) {
-        let beside = matches[i];
-        if beside.stroke != 0u {
-            reached_px = max(reached_px, beside.shown_px - abs(beside.at_px - own.at_px));
+    for (var i = max(number, first + NEIGHBOURS) - NEIGHBOURS; i < min(number + NEIGHBOURS + 1u, end); i++) {
+        let other = matches[i];
+        if other.stroke != 0u {
+            reached_px = max(reached_px, other.shown_px - abs(other.at_px - own.at_px));
         }
     }
     return reached_px + temporal.growth_px;

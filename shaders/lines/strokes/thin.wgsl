@@ -77,18 +77,18 @@ fn outward(at: Place) -> vec2<f32> {
 
 // Returns whether edge `other`, at its pixel `pixel`, replaces edge `own` at a point of `own`.
 fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> bool {
-    let beside = place_on(edges[other - 1u], at.px);
-    let way_px = beside.px - at.px;
-    let along_px = dot(vec2<f32>(pixel) + 0.5 - beside.px * strokes.resolution, beside.way);
-    let is_beside = beside.past_px <= PAST_END_PX && length(way_px) <= strokes.merge_px && abs(along_px) <= ALONG_PX;
-    if !is_beside || abs(dot(beside.way, at.way)) < LEAST_ALIKE {
+    let rival = place_on(edges[other - 1u], at.px);
+    let way_px = rival.px - at.px;
+    let along_px = dot(vec2<f32>(pixel) + 0.5 - rival.px * strokes.resolution, rival.way);
+    let is_parallel = rival.past_px <= PAST_END_PX && length(way_px) <= strokes.merge_px && abs(along_px) <= ALONG_PX;
+    if !is_parallel || abs(dot(rival.way, at.way)) < LEAST_ALIKE {
         return false;
     }
     let kinds = vec2<u32>(kind_of_edge(edges[other - 1u]), kind_of_edge(edges[own - 1u]));
     if kinds.x != kinds.y {
         return kinds.x < kinds.y;
     }
-    let ratio = at.depth_m / beside.depth_m;
+    let ratio = at.depth_m / rival.depth_m;
     if max(ratio, 1.0 / ratio) > FARTHER {
         return ratio > 1.0;
     }

@@ -1,6 +1,6 @@
 // Smooths lines from shading along themselves: short fragments vanish, and the rest gets even ink.
 //
-// Lee et al. 2007, "Line drawings via abstracted shading", find lines pixel by pixel and say so: "rendered lines
+// Lee et al. 2007, "Line drawings via abstracted shading", find lines pixel by pixel, and note that "rendered lines
 // contain some pixel-level artifacts and may look a bit ratty" (section 1), and opacity may depend on other measures of
 // confidence (section 3). This pass is not part of the paper. Its measure is length: from each cell it walks both ways
 // along the line, in the direction that the search found, until the line ends or turns sharply. Short ends fade out,
@@ -45,7 +45,7 @@ const FAINTEST: f32 = 0.01;
 // Cosines of the turn in a step: below the first a line is another one, above the second the same.
 const TURN: vec2<f32> = vec2<f32>(0.75, 0.93);
 // Distances from the walk within which a line is the same one, and beyond which it is another.
-const BESIDE_PX: vec2<f32> = vec2<f32>(1.5, 3.0);
+const OFFSET_PX: vec2<f32> = vec2<f32>(1.5, 3.0);
 // Distance on either side of the walk at which cells are read, in cells.
 const ASIDE: f32 = 0.5;
 // Factor of the weight for a step across a gap, and weight at which the walk ends.
@@ -60,7 +60,7 @@ struct Next {
     // How much it is the same line, 0 to 1.
     there: f32,
     // Signed distance of the walk from the line, positive to the left of `way`.
-    beside_px: f32,
+    offset_px: f32,
     opacity: f32,
     // In the direction of the walk.
     way: vec2<f32>,
@@ -71,12 +71,12 @@ fn found(grid: Grid, at_px: vec2<f32>, asked_px: vec2<f32>, way: vec2<f32>, leas
     let cell = clamp(vec2<i32>(floor(place_of_px(grid, asked_px))), vec2<i32>(0), grid.size - 1);
     let line = line_of_texel(textureLoad(tone_lines, cell, 0));
     let turned = select(-1.0, 1.0, dot(line.way, way) >= 0.0);
-    let beside_px = turned * away_px(grid, cell, line, at_px);
+    let offset_px = turned * away_px(grid, cell, line, at_px);
     let opacity = line.opacity * f32(line.curvature * curvature > 0.0);
     let there = smoothstep(0.5 * least, 1.5 * least, opacity)
         * smoothstep(TURN.x, TURN.y, turned * dot(line.way, way))
-        * (1.0 - smoothstep(BESIDE_PX.x, BESIDE_PX.y, abs(beside_px)));
-    return Next(there, beside_px, opacity, turned * line.way);
+        * (1.0 - smoothstep(OFFSET_PX.x, OFFSET_PX.y, abs(offset_px)));
+    return Next(there, offset_px, opacity, turned * line.way);
 }
 
 // Returns how far a line continues from a point on it, and the sum and weight of its opacity.
@@ -103,7 +103,7 @@ fn walk(grid: Grid, start_px: vec2<f32>, on: vec2<f32>, opacity: f32, curvature:
         }
         let there = next.there;
         same *= mix(GAP, 1.0, there);
-        at_px -= there * next.beside_px * left_of(next.way);
+        at_px -= there * next.offset_px * left_of(next.way);
         way = normalize(mix(way, next.way, there) + vec2<f32>(1e-9, 0.0));
         walked += same * there * vec3<f32>(along.step_px, next.opacity, 1.0);
     }

@@ -72,8 +72,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let side_px = f32(grid.side_px);
         let to_right_px = side_px * (part.x - vec4<f32>(0.0, 1.0, 0.0, 1.0));
         let down_px = side_px * (part.y - vec4<f32>(0.0, 0.0, 1.0, 1.0));
-        let beside_px = (level * down_px - numbers * to_right_px) * inverseSqrt(level * level + numbers * numbers);
-        let aways_px = abs(beside_px - of_cells[2]);
+        let across_px = (level * down_px - numbers * to_right_px) * inverseSqrt(level * level + numbers * numbers);
+        let aways_px = abs(across_px - of_cells[2]);
         let away_px = vec2<f32>(dot(dark, aways_px), dot(light, aways_px)) / weights;
         let opacity = vec2<f32>(dot(dark, opacities), dot(light, opacities)) / weights;
         let width_px = textureLoad(blurred, clamp(first, vec2<i32>(0), last), 0).b;

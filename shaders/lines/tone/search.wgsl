@@ -63,7 +63,7 @@ const LEAST_SURFACE: f32 = 0.01;
 const FARTHEST: f32 = 64.0;
 // Curvatures relative to the threshold of lines. Cells down to the first are searched too, since the border of a line
 // is between them and their neighbours; curvatures are clamped to the second.
-const BESIDE: f32 = 0.2;
+const LEAST_SEARCHED: f32 = 0.2;
 const MOST: f32 = 1000.0;
 
 struct Fit {
@@ -140,7 +140,7 @@ fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) ->
             is_line = is_wanted;
             curvature = clamp(seen.curvature / ramp.x, -MOST, MOST);
         }
-        let least = select(1.0, BESIDE, i == 0) * ramp.x;
+        let least = select(1.0, LEAST_SEARCHED, i == 0) * ramp.x;
         is_line = is_line && select(-1.0, 1.0, is_dark) * seen.curvature >= least;
         if i < STEPS {
             at += search.beta * way * seen.across;
@@ -161,8 +161,8 @@ fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) ->
     let side = select(-1.0, 1.0, dot(to_line, left) >= 0.0);
     let offset_px = side * min(length(to_line), FARTHEST) * f32(grid.side_px);
     // Where a search began well and gave up, the border is halfway to the neighbouring cells.
-    let told = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= BESIDE);
-    return Line(told, opacity, offset_px, vec2<f32>(left.y, -left.x));
+    let shown_curvature = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= LEAST_SEARCHED);
+    return Line(shown_curvature, opacity, offset_px, vec2<f32>(left.y, -left.x));
 }
 
 @compute @workgroup_size(8, 8)

@@ -7,7 +7,7 @@
 #import hachure::map_job::MapJob
 #import hachure::lake_blocks::{block_place, block_g, sample_of}
 #import hachure::shores::{BLOCKS, JOB_SHIFT, SQUARES}
-#import hachure::still_water::{window_at, lake_near, LEVEL_WATER_M, NO_LAKE, BESIDE}
+#import hachure::still_water::{window_at, lake_near, LEVEL_WATER_M, NO_LAKE, OFF_GRID}
 
 @group(0) @binding(0) var<storage, read> jobs: array<MapJob>;
 @group(0) @binding(1) var<storage, read> squares: array<u32>;
@@ -28,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let window = window_at(place_on_level(job.level, g), g);
     // Beyond the border all values repeat those at the border.
     let inside = clamp(g, first_sample(), last_sample());
-    let lake_m = lake_near(inside + BESIDE / levels[job.level].scale, window);
+    let lake_m = lake_near(inside + OFF_GRID / levels[job.level].scale, window);
     var is_water = false;
     for (var i = 0; i < 4; i++) {
         let corner = vec2<i32>(i & 1, i >> 1u);

@@ -15,7 +15,7 @@ const LAND_REACH: i32 = 4;
 // Half the length of a piece of shore, in samples; and the distance within which the piece decides on which side of it
 // a sample is.
 const HALF_PIECE: f32 = 0.6;
-const BESIDE_PIECE: f32 = 1.5;
+const DECISIVE: f32 = 1.5;
 // Smallest cosine between the normals of pieces of one shore.
 const ALIKE: f32 = 0.7;
 const NONE: f32 = 1e30;
@@ -87,7 +87,7 @@ fn distance_of(first: i32, place: vec2<i32>, world: mat2x2<f32>) -> f32 {
     let across = sum.x / sum.y;
     least = length(vec2<f32>(across, beyond));
     let side = select(0.0, -across, beyond == 0.0);
-    let is_inside = select(is_water, side > 0.0, side != 0.0 && least < BESIDE_PIECE);
+    let is_inside = select(is_water, side > 0.0, side != 0.0 && least < DECISIVE);
     return select(-least, least, is_inside);
 }
 

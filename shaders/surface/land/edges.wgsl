@@ -21,7 +21,7 @@
 #import hachure::surface::{vertex_height_m, is_void}
 #import hachure::earth::{bend, unbend}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge, order}
+#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge, order}
 #import hachure::ordered::{clear_marks, mark}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
@@ -44,7 +44,8 @@ fn vertex_of(ij: vec2<i32>) -> vec3<f32> {
     return at_m[place.y * RING + place.x];
 }
 
-// Returns the column and row of a vertex around the patch, by its number: the row above, the row below, and both columns.
+// Returns the column and row of a vertex around the patch, by its number: the row above, the row below, and both
+// columns.
 fn ring_vertex(number: i32) -> vec2<i32> {
     if number < 2 * RING {
         return vec2<i32>(number % RING - 1, select(-1, QUADS + 1, number >= RING));
@@ -97,8 +98,8 @@ fn may_be_drawn(a: vec3<f32>, b: vec3<f32>) -> bool {
     return may;
 }
 
-// Returns two bits for an edge through a between triangles with normals m and n, shifted to its slot: 0 for none, or its
-// kind plus 1.
+// Returns two bits for an edge through a between triangles with normals m and n, shifted to its slot: 0 for none, or
+// its kind plus 1.
 fn consider(a: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
     let have_sides = any(m != vec3<f32>(0.0)) && any(n != vec3<f32>(0.0));
     let is_contour = faces(m, a) != faces(n, a);
@@ -196,7 +197,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     let quads = patches[group.x];

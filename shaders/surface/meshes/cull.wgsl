@@ -15,7 +15,7 @@
 // The position of a mesh in the world needs more digits than f32 has. It is given in units of 64 m and of 2^-24 m, so
 // that the difference to the rig's origin is rounded only once.
 #import hachure::dispatch::GROUPS_IN_ROW
-#import hachure::view::{View, distance_from_eye, is_beside}
+#import hachure::view::{View, distance_from_eye, is_off_screen}
 #import hachure::terrain::terrain
 #import hachure::earth::{bend, camera_z_m}
 #import hachure::meshes::MeshInstance
@@ -181,7 +181,7 @@ fn seen_of(number: u32) -> Seen {
         * max(1.0 + (flat_m.z + camera_z_m() + standing.radius_m) * terrain.inverse_radius, 1.0);
     let away_m = distance_from_eye(view, at_m);
     let is_small = 2.0 * radius_m * view.focal_px < cull.smallest_px * away_m;
-    if is_small || is_beside(view, at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
+    if is_small || is_off_screen(view, at_m, radius_m) || is_beyond_horizon(flat_m, radius_m) {
         return nothing;
     }
     // The nearest distance to any eye of the rig, because all eyes draw the same.

@@ -82,7 +82,7 @@ fn place_of(one: Candidate, sample: i32) -> vec2<f32> {
 }
 
 // Returns another candidate of the piece; a closed piece wraps around.
-fn beside(one: Candidate, index: i32) -> Candidate {
+fn neighbour(one: Candidate, index: i32) -> Candidate {
     let around = select(index, (index + one.intervals) % one.intervals, one.is_closed);
     return candidate(one.first + u32(clamp(around, 0, one.intervals)) * WORDS);
 }
@@ -125,14 +125,14 @@ fn share(frame: Frame, stand: Stand, one: Candidate) -> f32 {
         return 1.0;
     }
     let stride = 1 << u32(z);
-    let a = gap_px(frame, stand, one, beside(one, one.index - stride));
-    let b = gap_px(frame, stand, one, beside(one, min(one.index + stride, one.intervals)));
+    let a = gap_px(frame, stand, one, neighbour(one, one.index - stride));
+    let b = gap_px(frame, stand, one, neighbour(one, min(one.index + stride, one.intervals)));
     let gap = min(a + b, ASIDE * min(a, b)) / rules.spacing_px;
     return smoothstep(CLOSED_GAP, OPEN_GAP, gap);
 }
 
 // Returns the gap to the next drawn mark on one side; negative if there is none.
-fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
+fn gap_on_side(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     let end = select(0, one.intervals, side > 0);
     if one.index == end && !one.is_closed {
         return -1.0;
@@ -140,12 +140,12 @@ fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     let z = min(rank(one, one.index), MOST_RANK);
     let last = select(end, select(-one.intervals, 2 * one.intervals, side > 0), one.is_closed);
     let far = select(max(one.index - (1 << u32(z)), last), min(one.index + (1 << u32(z)), last), side > 0);
-    var gap = gap_px(frame, stand, one, beside(one, far));
+    var gap = gap_px(frame, stand, one, neighbour(one, far));
     for (var y = z - 1; y >= 0; y--) {
         let index = one.index + side * (1 << u32(y));
         let is_there = (side > 0 && index < last) || (side < 0 && index > last);
         if is_there {
-            let other = beside(one, index);
+            let other = neighbour(one, index);
             gap = mix(gap, gap_px(frame, stand, one, other), share(frame, stand, other));
         }
     }
@@ -154,9 +154,9 @@ fn gap_beside(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
 
 // Returns a mark's room: its part of the gaps on both sides. The last mark of a piece has as much room on its outer
 // side.
-fn room_beside(frame: Frame, stand: Stand, one: Candidate) -> f32 {
-    let a = gap_beside(frame, stand, one, -1);
-    let b = gap_beside(frame, stand, one, 1);
+fn room_of(frame: Frame, stand: Stand, one: Candidate) -> f32 {
+    let a = gap_on_side(frame, stand, one, -1);
+    let b = gap_on_side(frame, stand, one, 1);
     return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
 }
 
@@ -170,8 +170,8 @@ fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     let middle = project(at_m);
     // The longest possible row.
     let room_px = 16.0 + 24.0 * cell_px + 100.0 * slack;
-    let is_beside = any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px);
-    if middle.z < view.near_m || is_beside {
+    let is_off_screen = any(middle.xy < vec2<f32>(-room_px)) || any(middle.xy > vec2<f32>(view.size_px) + room_px);
+    if middle.z < view.near_m || is_off_screen {
         return 0.0;
     }
     return clamp(0.5 + 0.5 * (f + slack) / FADE, 0.0, 1.0) * clamp(0.5 + 0.5 * (1.0 - f + slack) / FADE, 0.0, 1.0);
@@ -285,14 +285,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Gaps change slowly along the mark, so they are evaluated at the ends of spans.
     var room_ahead = vec2<f32>(0.0);
     if !one.is_alone {
-        room_ahead.y = room_beside(frame, Stand(flat_m[begin + HALF], px[begin + HALF].xy, stands[begin + HALF], begin), one);
+        room_ahead.y = room_of(frame, Stand(flat_m[begin + HALF], px[begin + HALF].xy, stands[begin + HALF], begin), one);
     }
     var span = vec2<i32>(begin);
     for (var j = begin; j <= end; j++) {
         if j >= span.y && j < end && !one.is_alone {
             span = vec2<i32>(j, min(j + SPAN, end));
             let there = Stand(flat_m[span.y + HALF], px[span.y + HALF].xy, stands[span.y + HALF], span.y);
-            room_ahead = vec2<f32>(room_ahead.y, room_beside(frame, there, one));
+            room_ahead = vec2<f32>(room_ahead.y, room_of(frame, there, one));
         }
         let part = f32(j - span.x) / f32(max(span.y - span.x, 1));
         rooms[j + HALF] = shares[j + HALF] * mix(room_ahead.x, room_ahead.y, part);

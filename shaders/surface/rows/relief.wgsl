@@ -8,7 +8,7 @@
 // square over 8 cells: along a ridge it is that of its sides.
 #import hachure::terrain::{grid_from_world, world_from_grid, first_sample, last_sample}
 #import hachure::form::{form_of_level}
-#import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, BESIDE, RELIEF, grid_of, camera_height_m}
+#import hachure::rows::{RowBlock, NODES, SLOPE_CELLS, SLOPE_NODES, MARGIN_CELLS, RELIEF, grid_of, camera_height_m}
 
 // Samples of the slope along a side of the square around a node.
 const TAPS: i32 = 6;
@@ -28,7 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         counts[block.slot] = 0u;
     }
     if number < NODES * NODES {
-        let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES) - BESIDE));
+        let g = grid_of(block, vec2<f32>(vec2<i32>(number % NODES, number / NODES) - MARGIN_CELLS));
         let inside = clamp(g, first_sample(), last_sample());
         relief[first + number] = form_of_level(inside, block.level + COARSER).height_m + camera_height_m();
     }

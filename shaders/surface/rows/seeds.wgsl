@@ -12,15 +12,15 @@
 // gentle land as on steep land. Where land is so folded that no row reaches it, single marks fill the rest: each cell
 // has a seed for one.
 #import hachure::terrain::terrain
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, BESIDE, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, MARGIN_CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
 #import hachure::rows::{WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_way}
 
 // Most cells of a piece, and most pieces that begin in a cell.
 const MOST_STEPS: i32 = 4096;
 const MOST_LINES: i32 = 8;
 // Seeds of single marks in a cell that has rows, and in one that has none.
-const ALONE_BESIDE: i32 = 1;
-const ALONE_INSTEAD: i32 = 2;
+const ALONE_WITH_ROWS: i32 = 1;
+const ALONE_WITHOUT_ROWS: i32 = 2;
 const NEXT: array<vec2<i32>, 4> = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32>(1, 0), vec2<i32>(0, 1), vec2<i32>(-1, 0));
 
 @group(0) @binding(0) var<uniform> rules: RowRules;
@@ -30,7 +30,7 @@ const NEXT: array<vec2<i32>, 4> = array<vec2<i32>, 4>(vec2<i32>(0, -1), vec2<i32
 @group(0) @binding(4) var<storage, read_write> candidates: array<u32>;
 
 fn corners(first: i32, cell: vec2<i32>) -> vec4<f32> {
-    let at = first + (cell.y + BESIDE) * NODES + cell.x + BESIDE;
+    let at = first + (cell.y + MARGIN_CELLS) * NODES + cell.x + MARGIN_CELLS;
     return vec4<f32>(relief[at], relief[at + 1], relief[at + NODES + 1], relief[at + NODES]);
 }
 
@@ -201,7 +201,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let octave = octave_at(first, cell);
-    for (var i = 0; i < select(ALONE_BESIDE, ALONE_INSTEAD, octave == 0); i++) {
+    for (var i = 0; i < select(ALONE_WITH_ROWS, ALONE_WITHOUT_ROWS, octave == 0); i++) {
         let number = atomicAdd(&counts[block.slot], 1u);
         if number < MOST_CANDIDATES {
             put(block.slot, number, 0u, ALONE, 0, vec2<f32>(cell) + shaken(cell + CELLS * i));

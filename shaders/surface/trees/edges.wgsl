@@ -9,10 +9,10 @@
 // because sheets of leaves wind both ways. A crown has hundreds of leaves, and their contours against each other would
 // be black; so each edge requires something far behind it (id_image.wgsl), which leaves the outline and open arcs
 // within it.
-#import hachure::view::{View, is_beside}
+#import hachure::view::{View, is_off_screen}
 #import hachure::earth::bend
 #import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
-#import hachure::edge_list::{has_told, has_counted, place_in_list, put_edge}
+#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge}
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::ordered::{clear_marks, mark}
 #import hachure::pcg::pcg
@@ -95,20 +95,20 @@ fn edge_of(group: u32, thread: u32) -> Found {
     let own = group % edges_of_species.rules.groups * 64u + thread;
     // A tree of which only the shadow is in view has no edges in the picture.
     let reach_m = 0.6 * tree.height_m + tree.width_m;
-    if own >= all.count || is_beside(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
+    if own >= all.count || is_off_screen(view, bend(tree.flat_m + vec3<f32>(0.0, 0.0, 0.5 * tree.height_m)), reach_m) {
         return found;
     }
-    let told = tree_edges[all.first + own];
-    var a_m = place_of(number, told.a);
-    var b_m = place_of(number, told.b);
+    let record = tree_edges[all.first + own];
+    var a_m = place_of(number, record.a);
+    var b_m = place_of(number, record.b);
     if is_outside(a_m, b_m, view.clip_from_camera, view.near_m) {
         return found;
     }
-    let has_two = told.d.w >= 0.0;
+    let has_two = record.d.w >= 0.0;
     if has_two {
         let aside = cross(a_m - view.eye_m, b_m - a_m);
-        let c_side = dot(aside, place_of(number, told.c) - a_m);
-        let d_side = dot(aside, place_of(number, told.d) - a_m);
+        let c_side = dot(aside, place_of(number, record.c) - a_m);
+        let d_side = dot(aside, place_of(number, record.d) - a_m);
         if (c_side > 0.0) != (d_side > 0.0) {
             return found;
         }
@@ -138,7 +138,7 @@ fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_told(thread) {
+    if has_updated_total(thread) {
         return;
     }
     clear_marks(thread);

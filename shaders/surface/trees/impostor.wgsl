@@ -314,9 +314,9 @@ fn look_closely(picture: Picture, p: vec2<f32>) -> vec4<f32> {
     var sum = vec4<f32>(0.0);
     var weights = 0.0;
     for (var i = 0; i < 4; i++) {
-        let beside = vec2<i32>(i & 1, i >> 1u);
-        let texel = textureLoad(tree_pictures, vec2<i32>(floor(corner_px + 0.5) + floor(at)) + beside, level);
-        let near = select(1.0 - f, f, beside == vec2<i32>(1));
+        let texel_step = vec2<i32>(i & 1, i >> 1u);
+        let texel = textureLoad(tree_pictures, vec2<i32>(floor(corner_px + 0.5) + floor(at)) + texel_step, level);
+        let near = select(1.0 - f, f, texel_step == vec2<i32>(1));
         // Texels with little coverage have little weight.
         let covered = select(select(0.1, 1.0, texel.w > 0.0), 0.0, texel.w == 0.0);
         let weight = covered * (near.x * near.y + 1e-3);

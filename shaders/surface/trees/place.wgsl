@@ -11,7 +11,7 @@
 // of a tree changes with its height on the picture, for each tree at a size of its own; it dissolves from one to the
 // next.
 #import hachure::dispatch::GROUPS_IN_ROW
-#import hachure::view::{View, is_beside}
+#import hachure::view::{View, is_off_screen}
 #import hachure::surface::{surface_near, surface_at, is_void}
 #import hachure::terrain::{terrain, surface_level}
 #import hachure::earth::bend
@@ -154,7 +154,7 @@ fn species_at(site: Site, chance: f32, class_of_land: u32) -> u32 {
     return forest.species;
 }
 
-fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
+fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let rank = rank_of(tile, point.number, forest.points);
     // Most points are rejected here, where there are fewer trees than points.
     if rank >= forest.density {
@@ -194,7 +194,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let shadow_m = select(0.0, forest.shadow_reach * tallest_m, tallest_m * view.focal_px > SHADOW_PX * away_m);
     let to_middle_m = -0.5 * shadow_m * forest.to_sun;
     let beyond_m = 0.5 * shadow_m + forest.sways_m;
-    if is_beside(view, bend(about + to_middle_m), tallest_m * (1.0 + WIDEST_CROWN * farther) + beyond_m) {
+    if is_off_screen(view, bend(about + to_middle_m), tallest_m * (1.0 + WIDEST_CROWN * farther) + beyond_m) {
         return;
     }
     if forest.level_is_water != 0u && is_still_water(site) {
@@ -227,7 +227,7 @@ fn ask(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let wider = inverseSqrt(share);
     let crown_m = species.crown * height_m;
     let middle_m = flat_m + vec3<f32>(0.0, 0.0, 0.5 * height_m) + to_middle_m;
-    if is_beside(view, bend(middle_m), 0.6 * height_m + 1.5 * crown_m * wider + beyond_m) {
+    if is_off_screen(view, bend(middle_m), 0.6 * height_m + 1.5 * crown_m * wider + beyond_m) {
         return;
     }
     let turn = chance.y * 6.2831853;
@@ -282,6 +282,6 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index
         let group = (block.tile >> vec2<u32>(block.sparseness)) + vec2<i32>(vec2<u32>(which % block.tiles, which / block.tiles));
         let tile = chosen_tile(group, block.sparseness);
         let corner_m = block.corner_m + vec2<f32>(tile - block.tile) * forest.tile_m;
-        ask(tile, corner_m, tree_points[block.first + i % block.count]);
+        examine(tile, corner_m, tree_points[block.first + i % block.count]);
     }
 }

@@ -62,12 +62,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var least_cosine = 1.0;
     for (var i = 0; i < 4; i++) {
         let offset = select(vec2<i32>(0, i - 2), vec2<i32>(i - 1, 0), i % 2 == 0);
-        let beside = pixel + offset;
-        if any(beside < vec2<i32>(0)) || any(beside >= vec2<i32>(view.size_px)) {
+        let neighbour = pixel + offset;
+        if any(neighbour < vec2<i32>(0)) || any(neighbour >= vec2<i32>(view.size_px)) {
             continue;
         }
-        conductance = min(conductance, on_plane(view, own, seen(beside), vec2<f32>(offset)));
-        least_cosine = min(least_cosine, dot(raw.xyz, textureLoad(normal, beside, 0).xyz));
+        conductance = min(conductance, on_plane(view, own, seen(neighbour), vec2<f32>(offset)));
+        least_cosine = min(least_cosine, dot(raw.xyz, textureLoad(normal, neighbour, 0).xyz));
     }
     let crease_rad = acos(clamp(least_cosine, -1.0, 1.0));
     conductance *= 1.0 - smoothstep(0.5 * relief_rules.crease_rad, relief_rules.crease_rad, crease_rad);

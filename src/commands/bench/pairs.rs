@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-/// What is measured on a frame in addition to its times.
+/// The measurements of a frame in addition to its times.
 #[derive(Clone, Copy)]
 pub(super) struct Checks {
     pub lod_error: bool,
@@ -45,7 +45,7 @@ mod tests {
     }
 
     #[test]
-    fn pairs_are_as_many_as_asked_for_and_one_in_each_part() {
+    fn there_is_one_pair_in_each_part() {
         for frames in 0..40 {
             for pairs in 0..45 {
                 let begins = begins(frames, pairs);

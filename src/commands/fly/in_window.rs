@@ -27,7 +27,7 @@ pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
         antialias: args.antialias,
         // The usual distance between human eyes until land is loaded.
         pair: args.stereo.pair(f64::INFINITY).unwrap_or_default(),
-        follows_land: args.stereo.asks_for_nearest(),
+        follows_land: args.stereo.requests_nearest(),
     };
     // Also before the window opens: it may take a while.
     let opened = OpenedWorld::new(args)?;

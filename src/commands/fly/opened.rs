@@ -32,7 +32,7 @@ impl OpenedWorld {
             TerrainOptions { lod_error_px, tile_memory_bytes, loading: Loading::Stream, ..TerrainOptions::default() };
         let mut world = OpenWorld::on_gpu_with(gpu, self.scene, self.store, options, &Bar::default())?;
         let start = args.camera.unwrap_or_else(|| world.default_camera());
-        args.world.light.beside(&mut world.scene.sun, &start);
+        args.world.light.place_sun(&mut world.scene.sun, &start);
         let start = start.on_ground(|east_m, north_m| world.ground_m(east_m, north_m));
         if let Err(error) = world.ground_was_read() {
             tracing::warn!("{error}");

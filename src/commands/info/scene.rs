@@ -15,7 +15,7 @@ use crate::mesh::Mesh;
 use crate::mesh::placed::Stance;
 use crate::scene::forest::Species;
 use crate::scene::reach::Reach;
-use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, Scene, Stands, Wind, World, mesh_list};
+use crate::scene::{Density, Forest, MeshPlace, MeshPlacement, MeshPositions, Scene, Wind, World, mesh_list};
 
 #[derive(Serialize)]
 pub(super) struct SceneInfo {
@@ -215,17 +215,17 @@ impl MeshInfo {
         let low = places().fold(DVec3::INFINITY, DVec3::min);
         let high = places().fold(DVec3::NEG_INFINITY, DVec3::max);
         let (mut at, mut instances, mut per_ha) = (None, None, None);
-        let places = match &placement.stands {
-            Stands::At(MeshPlace { at_m: DVec3 { x, y, z }, height_above_ground }) => {
+        let places = match &placement.positions {
+            MeshPositions::At(MeshPlace { at_m: DVec3 { x, y, z }, height_above_ground }) => {
                 let plus = if *height_above_ground { "+" } else { "" };
                 at = Some(format!("{x},{y},{plus}{z}"));
                 Some(1)
             }
-            Stands::Listed(list) => {
+            MeshPositions::Listed(list) => {
                 instances = Some(list.clone());
                 Some(mesh_list::read(list)?.len() as u64)
             }
-            Stands::Scattered(scatter) => match scatter.density {
+            MeshPositions::Scattered(scatter) => match scatter.density {
                 Density::Count(count) => Some(count.into()),
                 Density::PerHa(wanted) => {
                     per_ha = Some(wanted);
@@ -266,14 +266,14 @@ impl MeshInfo {
         ];
         let flaws: String =
             flaws.iter().filter(|flaw| flaw.0 > 0).map(|(count, what)| format!(", {count} {what}")).collect();
-        let stands = match (&self.at, &self.instances, self.places, self.per_ha) {
+        let arrangement = match (&self.at, &self.instances, self.places, self.per_ha) {
             (Some(at), ..) => format!("at {at}"),
             (None, Some(list), places, _) => format!("at {} places listed in {}", places.unwrap_or(0), named(list)),
             (None, None, Some(places), _) => format!("scattered at {places} places"),
             (None, None, None, per_ha) => format!("scattered, {} per hectare", per_ha.unwrap_or(0.0)),
         };
         format!(
-            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, {stands}, yaw {}°{flaws}\n",
+            "mesh      {}: {} triangles, {east_m:.2} × {north_m:.2} × {up_m:.2} m{materials}, {arrangement}, yaw {}°{flaws}\n",
             named(&self.file),
             self.triangles,
             self.yaw_deg

@@ -132,7 +132,7 @@ impl Job<'_> {
     /// Sets the stereo pair, which is the same for all pictures, so that depth in a film does not pulsate.
     pub(super) fn place_eyes(&mut self, cameras: &[Camera]) -> anyhow::Result<()> {
         let mut nearest = f64::INFINITY;
-        if self.args.stereo.asks_for_nearest() {
+        if self.args.stereo.requests_nearest() {
             let (gpu, renderer) = (&self.gpu, Renderer::or_new(&mut self.renderer, &self.gpu)?);
             for camera in cameras.iter().step_by(cameras.len().div_ceil(ASKED_CAMERAS)) {
                 let pose = self.world.pose(camera);
@@ -324,7 +324,7 @@ impl Job<'_> {
     /// Returns the report, or an error if some tiles could not be read.
     pub(super) fn whole(&self, report: PictureReport) -> anyhow::Result<PictureReport> {
         self.world.ground_was_read()?;
-        // A drawing that is not of the data must not be written.
+        // A drawing with missing tiles must not be written.
         match (report.tiles_failed, self.world.surfaces.terrain.failure()) {
             (0, _) => Ok(report),
             (1, Some(failure)) => Err(anyhow!(failure).context("a tile could not be read")),

@@ -18,13 +18,13 @@ use crate::style::scale::REFERENCE_DPI;
 /// Returns the arguments, completed with values from the picture.
 ///
 /// # Errors
-/// Fails if the picture's world is an address without `--trust-scene`, or if a value is not valid for its option.
+/// Fails if the picture's world is a URL without `--trust-scene`, or if a value is not valid for its option.
 pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyhow::Result<RenderArgs> {
     let mut all = args.clone();
     let Imprint { world, camera, sun, size_px, dpi, more, .. } = imprint;
     if all.world.name.is_none() {
         if world.as_ref().is_some_and(|world| world.contains("://")) && !args.world.trust_scene {
-            bail!("its world is an address on the network; --trust-scene allows it");
+            bail!("its world is a URL; --trust-scene allows it");
         }
         all.world.name.clone_from(world);
     }

@@ -111,7 +111,10 @@ impl Sidecars {
         match placed.georeference.wkt() {
             Some(wkt) => files.push(("prj", wkt + "\n")),
             None if prj.exists() => {
-                tracing::warn!("{}: this file is not of this map, whose reference system has no WKT form", named(&prj));
+                tracing::warn!(
+                    "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
+                    named(&prj)
+                );
             }
             None if placed.georeference.crs == Crs::Local => {}
             None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&prj)),

@@ -23,7 +23,7 @@ pub(super) fn check(
 ) -> anyhow::Result<()> {
     let mut inputs = inputs::of(args.world.name(), scene, std::slice::from_ref(style), args.path.as_deref());
     args.like.iter().for_each(|like| inputs.add(like));
-    map::side_paths(args, kind).iter().chain(sheets).try_for_each(|beside| inputs.check(beside))?;
+    map::side_paths(args, kind).iter().chain(sheets).try_for_each(|written| inputs.check(written))?;
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
     // The number of frames does not depend on the ground.
     let path = match (flight, &args.path) {

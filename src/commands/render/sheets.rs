@@ -99,7 +99,7 @@ impl SheetsReport {
 }
 
 /// Returns the number and size of the sheets as a line of text.
-pub(super) fn told(args: &RenderArgs, sheets: &Sheets) -> String {
+pub(super) fn summary(args: &RenderArgs, sheets: &Sheets) -> String {
     let [columns, rows] = sheets.counts;
     let [width, height] = sheets.paper_mm;
     let name = |place: Place| named(sheet_path(&args.output, place));

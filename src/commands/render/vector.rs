@@ -113,7 +113,7 @@ impl SvgOptions {
     }
 
     /// Returns the report as a line of text.
-    pub(super) fn told(&self, drawn: &DrawingReport) -> String {
+    pub(super) fn summary(&self, drawn: &DrawingReport) -> String {
         let sheet = &self.settings.sheet;
         let unit = sheet.unit.name();
         let length = |px: f64| px * sheet.units_per_px;

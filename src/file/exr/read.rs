@@ -12,9 +12,9 @@ use crate::file::imprint::KEY;
 /// An EXR that [`read_exr`] has read.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ExrPicture {
-    /// Pixels per row.
+    /// Width in pixels.
     pub width: u32,
-    /// Rows.
+    /// Height in pixels.
     pub height: u32,
     /// The channels in the file's order, which is by name.
     pub channels: Vec<Channel>,

@@ -5,7 +5,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::laid::{Ground, Laid};
+use super::aligned::{AlignedRaster, Ground};
 use super::{CoverError, MOST_CELLS};
 use crate::source::Window;
 
@@ -67,7 +67,7 @@ impl Grid {
     /// A raster does not overlap the others.
     pub fn over<'a>(
         ground: &Ground<'_>,
-        rasters: impl Iterator<Item = &'a Laid<'a>> + Clone,
+        rasters: impl Iterator<Item = &'a AlignedRaster<'a>> + Clone,
     ) -> Result<Self, CoverError> {
         let (mut low_m, mut high_m) = (ground.low_m, ground.high_m);
         for raster in rasters.clone() {
@@ -96,7 +96,7 @@ impl Grid {
     }
 
     /// Returns the number of points along each side of a cell at which a raster is read.
-    pub fn points_along(&self, raster: &Laid<'_>) -> u32 {
+    pub fn points_along(&self, raster: &AlignedRaster<'_>) -> u32 {
         let samples = self.cell_m / raster.spacing_m();
         if samples < 1.01 {
             return 1;
@@ -106,7 +106,7 @@ impl Grid {
     }
 
     /// Returns columns and rows of a block, in cells.
-    fn block(&self, raster: &Laid<'_>) -> [u32; 2] {
+    fn block(&self, raster: &AlignedRaster<'_>) -> [u32; 2] {
         let samples = (self.cell_m / raster.spacing_m()).max(1e-3);
         let even = |cells: f64| {
             let cells = cells.clamp(1.0, MOST_BLOCK) as u32;
@@ -124,7 +124,7 @@ impl Grid {
 /// # Errors
 /// The raster cannot be read.
 pub(super) fn resample(
-    raster: &Laid<'_>,
+    raster: &AlignedRaster<'_>,
     grid: &Grid,
     answer: impl Fn(&[f32], &mut Tally) -> Answer + Sync,
     mut put: impl FnMut(usize, Answer),
@@ -135,7 +135,13 @@ pub(super) fn resample(
         let firsts: Vec<u32> = (0..grid.size[0]).step_by(wide as usize).collect();
         let block = |first: &u32| {
             let count = [wide.min(grid.size[0] - first), high.min(grid.size[1] - row)];
-            ask(raster, grid, Window { x: *first, y: row, width: count[0], height: count[1] }, wide.min(high), &answer)
+            read_cells(
+                raster,
+                grid,
+                Window { x: *first, y: row, width: count[0], height: count[1] },
+                wide.min(high),
+                &answer,
+            )
         };
         let blocks: Vec<_> = match raster.reader.is_serial() {
             true => firsts.iter().map(block).collect::<Result<_, _>>()?,
@@ -153,8 +159,8 @@ pub(super) fn resample(
 }
 
 /// Resamples one block; returns its rows.
-fn ask(
-    raster: &Laid<'_>,
+fn read_cells(
+    raster: &AlignedRaster<'_>,
     grid: &Grid,
     block: Window,
     side: u32,

@@ -71,7 +71,7 @@ fn mistakes(cover: &Cover, class: impl Fn(DVec2) -> u8) -> (usize, usize) {
 }
 
 /// Asserts that classes are in the right places, and that a shift by a cell or exchanged axes would be noticed.
-fn assert_lies(cover: &Cover, class: impl Fn(DVec2) -> u8) {
+fn assert_position(cover: &Cover, class: impl Fn(DVec2) -> u8) {
     let (wrong, sure) = mistakes(cover, &class);
     assert!(wrong == 0 && 10 * sure > 3 * cover.texels.len(), "{wrong} of {sure} of {}", cover.texels.len());
     let cell_m = (cover.high_m[0] - cover.low_m[0]) / f64::from(cover.size[0]);
@@ -99,7 +99,7 @@ fn classes_of_the_same_system_lie_where_they_should() {
             let corner = DVec2::from_array(corner) - origin;
             ((at - corner) / spacing).floor() * spacing + 0.5 * spacing + corner
         };
-        assert_lies(&cover, |at| class_of(sample(at), 230.0));
+        assert_position(&cover, |at| class_of(sample(at), 230.0));
         let cell_m = (cover.high_m[0] - cover.low_m[0]) / f64::from(cover.size[0]);
         assert!((cell_m - spacing).abs() < 1e-9, "as fine as needed: {cell_m}");
         assert!(cover.low_m[0] <= -1000.0 && cover.low_m[0] > -1000.0 - spacing && cover.high_m[1] >= 800.0);
@@ -124,7 +124,7 @@ fn classes_of_another_system_lie_where_they_should() {
     });
     let cover = dem.load(&land(path)).unwrap();
     assert!(cover.size[0] > 200 && cover.size[0] < 300, "{:?}", cover.size);
-    assert_lies(&cover, |at| class_of(place(at) - middle, 3e-3));
+    assert_position(&cover, |at| class_of(place(at) - middle, 3e-3));
 
     let dem = Dem::geographic();
     let mapping = dem.mapping();
@@ -135,15 +135,15 @@ fn classes_of_another_system_lie_where_they_should() {
         class_of(DVec2::new(x, y) - middle, 230.0)
     });
     let cover = dem.load(&land(path)).unwrap();
-    assert_lies(&cover, |at| class_of(place(at) - middle, 230.0));
+    assert_position(&cover, |at| class_of(place(at) - middle, 230.0));
     // Planted: grid north of the raster is another direction.
     assert!(mistakes(&cover, |at| class_of(at, 230.0)).0 > 0);
 }
 
 #[test]
 fn a_real_world_has_its_classes_where_they_should_be() {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let folder = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from);
+    let default_folder = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let folder = std::env::var_os("HACHURE_TEST_DATA").map_or_else(default_folder, PathBuf::from);
     let path = folder.join("dem/geotiff/N46E008_alps.tif");
     if !path.is_file() {
         println!("skipped: {} is not there", path.display());
@@ -161,7 +161,7 @@ fn a_real_world_has_its_classes_where_they_should_be() {
     let path = scratch
         .tiff(builder(size, 32632), corner, [300.0; 2], size, |x, y| class_of(DVec2::new(x, y) - middle, 2300.0));
     let cover = dem.load(&land(path)).unwrap();
-    assert_lies(&cover, |at| class_of(place(at) - middle, 2300.0));
+    assert_position(&cover, |at| class_of(place(at) - middle, 2300.0));
 }
 
 #[test]
@@ -187,7 +187,7 @@ fn densities_are_means_and_classes_those_with_most_trees() {
 }
 
 #[test]
-fn classes_that_are_not_listed_are_told_with_their_count() {
+fn unlisted_classes_are_reported_with_their_count() {
     let (dem, scratch) = (Dem::utm(), Scratch::new());
     let size = [100, 80];
     let class = |x: f64, y: f64| {
@@ -203,12 +203,12 @@ fn classes_that_are_not_listed_are_told_with_their_count() {
     let files = land(path.clone());
     let ground = Dem::utm();
     let ground = Ground::new(&ground.0, ground.1).unwrap();
-    let laid = Laid::by_place(&path, open_values(&path, Holds::Classes).unwrap().reader, &ground).unwrap();
-    let grid = Grid::over(&ground, std::iter::once(&laid)).unwrap();
+    let raster = AlignedRaster::by_place(&path, open_values(&path, Holds::Classes).unwrap().reader, &ground).unwrap();
+    let grid = Grid::over(&ground, std::iter::once(&raster)).unwrap();
     let numbers = files.classes.iter().zip(1..).map(|(class, number)| (class.class, number)).collect();
-    let asks = Asks::Class { classes: &files.classes, numbers };
-    let tally = resample(&laid, &grid, |values, tally| asks.answer(values, tally), |_, _| {}).unwrap();
-    let line = unlisted_line(&path, &tally, laid.samples_per_point(&grid)).unwrap();
+    let question = Question::Class { classes: &files.classes, numbers };
+    let tally = resample(&raster, &grid, |values, tally| question.answer(values, tally), |_, _| {}).unwrap();
+    let line = unlisted_line(&path, &tally, raster.samples_per_point(&grid)).unwrap();
     assert!(line.ends_with("class (samples): 11 (800), 12 (450)"), "{line}");
     // Unlisted classes have no trees, the others do.
     let cover = dem.load(&files).unwrap();
@@ -289,7 +289,7 @@ fn canopies_are_as_tall_as_their_raster_says() {
 }
 
 #[test]
-fn what_cannot_be_laid_over_a_world_is_named() {
+fn a_raster_that_cannot_be_aligned_is_named() {
     let (dem, scratch) = (Dem::utm(), Scratch::new());
     let size = [100, 80];
     let (corner, step) = ([600_000.0, 5_200_000.0], [20.0; 2]);

@@ -11,8 +11,8 @@ use crate::mesh::silhouette::{overlap, views};
 
 /// The OBJ files of a folder of the test data; none if the folder is missing.
 fn files(folder: &str) -> Vec<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let data = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from);
+    let default_folder = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let data = std::env::var_os("HACHURE_TEST_DATA").map_or_else(default_folder, PathBuf::from);
     let (mut found, mut folders) = (Vec::new(), vec![data.join(folder)]);
     while let Some(folder) = folders.pop() {
         for path in std::fs::read_dir(folder).into_iter().flatten().map(|entry| entry.unwrap().path()) {
@@ -126,7 +126,7 @@ fn outlines_stay() {
         let (near, middle) = (like(&model.near), like(&model.middle));
         println!("{name}: {} triangles, near {near:.3}, middle {middle:.3}", mesh.triangles.len());
         assert!(near >= least_near && middle >= least_middle, "{name}");
-        // Planted: a smaller tree, and one that lies on its side.
+        // Planted: a smaller tree, and one that has been tipped over.
         let changed = |place: fn(DVec3) -> DVec3| -> f64 {
             like(&model.near.iter().map(|corner| TreeCorner { at: place(corner.at), ..*corner }).collect::<Vec<_>>())
         };
@@ -160,16 +160,16 @@ fn a_tree_stands_on_its_foot_whatever_points_up() {
 }
 
 #[test]
-fn what_is_no_tree_is_told() {
-    let told = |obj: &str, z_up| TreeModel::new(&text(obj), z_up).unwrap_err();
+fn a_model_that_is_not_a_tree_is_rejected() {
+    let message = |obj: &str, z_up| TreeModel::new(&text(obj), z_up).unwrap_err();
     let sheet = "v 0 0 0\nv 50 0 0\nv 50 0 50\nf 1 2 3\n";
-    assert_eq!(told(sheet, false), "it has no height");
+    assert_eq!(message(sheet, false), "it has no height");
     assert!(TreeModel::new(&text(sheet), true).is_ok());
     let low = sheet.replace("v 50 0 50", "v 50 1 50");
     assert!(
-        told(&low, false).starts_with("it is 50 times as wide as tall, too wide for a tree"),
+        message(&low, false).starts_with("it is 50 times as wide as tall, too wide for a tree"),
         "{}",
-        told(&low, false)
+        message(&low, false)
     );
 }
 

@@ -33,7 +33,7 @@ struct Stand {
 }
 
 /// The arrangement of crowns on a mound.
-struct Stands {
+struct CrownLayout {
     mound: f64,
     /// For the inner and the outer ring: the number of crowns, and their distance from the centre.
     rings: [(u32, f64); 2],
@@ -43,9 +43,9 @@ struct Stands {
     top: (f64, f64),
 }
 
-impl Stands {
+impl CrownLayout {
     fn all(&self, random: &mut Random) -> Vec<Stand> {
-        let mut stands: Vec<Stand> = Vec::new();
+        let mut layout: Vec<Stand> = Vec::new();
         for (of, (count, out)) in self.rings.into_iter().enumerate() {
             for number in 0..count {
                 let turn = (f64::from(number) + random.between(-0.18, 0.18)) / f64::from(count) * TAU;
@@ -55,15 +55,15 @@ impl Stands {
                     // Crowns at the edge reach down to the ground.
                     _ => (-0.12, random.between(self.top.0, self.top.1)),
                 };
-                stands.push(Stand {
+                layout.push(Stand {
                     foot: level(turn) * out + DVec3::Z * foot,
-                    top: if stands.is_empty() { 1.0 } else { top },
+                    top: if layout.is_empty() { 1.0 } else { top },
                     radius: random.between(self.radius.0, self.radius.1),
                     spin: random.unit() * TAU,
                 });
             }
         }
-        stands
+        layout
     }
 }
 
@@ -115,16 +115,22 @@ impl Stand {
 pub fn canopy(of: Grown) -> Vec<Corner> {
     let mut growth = Growth::default();
     let mut random = Random::new(41);
-    let stands = match of {
-        Grown::Conifer => Stands { mound: 0.28, rings: [(4, 0.36), (8, 0.74)], radius: (0.23, 0.29), top: (0.55, 0.8) },
-        Grown::Broadleaf => {
-            Stands { mound: 0.4, rings: [(3, 0.36), (5, 0.66)], radius: (0.27, 0.33), top: (0.45, 0.8) }
+    let layout = match of {
+        Grown::Conifer => {
+            CrownLayout { mound: 0.28, rings: [(4, 0.36), (8, 0.74)], radius: (0.23, 0.29), top: (0.55, 0.8) }
         }
-        Grown::Birch => Stands { mound: 0.36, rings: [(3, 0.28), (6, 0.7)], radius: (0.25, 0.31), top: (0.55, 0.82) },
-        Grown::Snag => Stands { mound: 0.15, rings: [(3, 0.25), (6, 0.65)], radius: (0.03, 0.04), top: (0.55, 0.85) },
+        Grown::Broadleaf => {
+            CrownLayout { mound: 0.4, rings: [(3, 0.36), (5, 0.66)], radius: (0.27, 0.33), top: (0.45, 0.8) }
+        }
+        Grown::Birch => {
+            CrownLayout { mound: 0.36, rings: [(3, 0.28), (6, 0.7)], radius: (0.25, 0.31), top: (0.55, 0.82) }
+        }
+        Grown::Snag => {
+            CrownLayout { mound: 0.15, rings: [(3, 0.25), (6, 0.65)], radius: (0.03, 0.04), top: (0.55, 0.85) }
+        }
     };
-    growth.add(&mound(stands.mound), Part::Leaf);
-    for stand in stands.all(&mut random) {
+    growth.add(&mound(layout.mound), Part::Leaf);
+    for stand in layout.all(&mut random) {
         match of {
             Grown::Conifer => stand.spire(&mut random).iter().for_each(|tier| growth.add(tier, Part::Leaf)),
             Grown::Broadleaf => growth.add(&stand.lobe(6, &mut random), Part::Leaf),

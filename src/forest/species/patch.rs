@@ -1,8 +1,9 @@
-//! Pieces of surface from which trees are assembled, among them limbs.
+//! Smooth patches of surface from which trees are assembled: crowns, and limbs (trunks and branches).
 //!
-//! A vertex normal is the mean of the normals of its triangles, weighted by area. Contours are found where vertices and
-//! normals disagree, so the normals of a finer shape on these triangles would show as lines. Where a piece bends so
-//! sharply that the mean points away from one of its triangles, it is tilted toward that triangle there.
+//! A vertex normal is the mean of the normals of its triangles, weighted by area. A finer shape's normals on these
+//! triangles would not do: contours are drawn where the vertex normals turn away from the eye, and would appear within
+//! the triangles. Where a patch bends so sharply that the mean points away from one of its triangles, that triangle's
+//! corner has a normal that is tilted toward the triangle.
 
 use std::f64::consts::TAU;
 
@@ -13,16 +14,17 @@ use super::{Corner, Part};
 /// Least cosine between a vertex normal and the triangle's normal.
 const LEAST_AGREEMENT: f64 = 0.15;
 
-/// A smooth piece of surface.
+/// A smooth patch of surface, as a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Patch {
+    /// Positions of the vertices.
     pub places: Vec<DVec3>,
     /// Triangles as indices of vertices, counter-clockwise from outside.
     pub triangles: Vec<[usize; 3]>,
 }
 
 impl Patch {
-    /// Returns the corners of a triangle.
+    /// Returns the positions of a triangle's corners.
     pub fn at(&self, triangle: &[usize; 3]) -> [DVec3; 3] {
         triangle.map(|place| self.places[place])
     }
@@ -37,7 +39,8 @@ impl Patch {
         normals
     }
 
-    /// Adds two triangles for each side of a strip between two rings of equal size, the second one above or ahead.
+    /// Adds the strip between two rings of `sides` vertices, as two triangles per side. `first` and `second` are the
+    /// indices of the rings' first vertices; the second ring is above the first, or farther along the limb.
     fn strip(&mut self, first: usize, second: usize, sides: usize) {
         for side in 0..sides {
             let next = (side + 1) % sides;
@@ -46,7 +49,7 @@ impl Patch {
         }
     }
 
-    /// Adds a triangle for each side of a ring, to one vertex above or ahead.
+    /// Closes a ring by a fan of triangles to the vertex `point`, which is above the ring, or farther along the limb.
     fn close(&mut self, ring: usize, sides: usize, point: usize) {
         self.triangles.extend((0..sides).map(|side| [ring + side, ring + (side + 1) % sides, point]));
     }
@@ -115,7 +118,8 @@ fn rings(knots: &[Knot], sides: usize) -> Vec<Vec<DVec3>> {
         .collect()
 }
 
-/// Builds a limb that ends in a point, its last knot. Its foot is open, on the ground or inside of another limb.
+/// Builds a limb that ends in a point, its last knot. The other end is open: it is on the ground or inside of another
+/// limb.
 pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
     let (point, shaft) = (knots[knots.len() - 1], &knots[..knots.len() - 1]);
     let mut rings = rings(knots, sides);
@@ -123,7 +127,8 @@ pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
     Patch::dome(&rings, point.at)
 }
 
-/// Builds a limb that is broken off at its last knot: the wall with a ragged rim, and the hollow inside.
+/// Builds a limb that is broken off at its last knot: the outer wall with a ragged rim, and the hollow inside.
+/// `splinter` returns by how much each vertex of the rim protrudes.
 pub fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize) -> f64) -> [Patch; 2] {
     let mut rings = rings(knots, sides);
     let (end, before) = (knots[knots.len() - 1], knots[knots.len() - 2]);
@@ -147,7 +152,7 @@ impl Growth {
         self.add_seen(patch, part, |_| false);
     }
 
-    /// Adds the triangles of a piece that are not hidden.
+    /// Adds the triangles of a patch that are not hidden.
     pub fn add_seen(&mut self, patch: &Patch, part: Part, is_hidden: impl Fn([DVec3; 3]) -> bool) {
         let normals = patch.normals();
         for triangle in patch.triangles.iter().filter(|triangle| !is_hidden(patch.at(triangle))) {
@@ -160,8 +165,8 @@ impl Growth {
         }
     }
 
-    /// Scales the tree so that its top is at 1, and sets its sway: it grows with height, and with distance from the
-    /// trunk up to `reach`.
+    /// Scales the tree to a height of 1, and sets how far each corner sways in the wind: the sway, 0 to 1, increases
+    /// with height, and with distance from the trunk up to `reach` (relative to the tree's height).
     pub fn finish(mut self, reach: f64) -> Vec<Corner> {
         let top = self.corners.iter().fold(0.0, |top: f64, corner| top.max(corner.at.z));
         for corner in &mut self.corners {

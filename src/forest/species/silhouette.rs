@@ -142,7 +142,7 @@ fn narrow(corners: &[Corner]) -> Vec<Corner> {
 }
 
 #[test]
-fn nobody_looks_into_a_tree() {
+fn the_inside_of_a_tree_is_hardly_visible() {
     // The share of a tree that shows the inside of its surface, from the worst side.
     let inside = |corners: &[Corner]| {
         let shares = ELEVATIONS.into_iter().flat_map(|(elevation, count)| {

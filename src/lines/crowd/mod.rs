@@ -39,7 +39,7 @@ pub struct Cap {
 }
 
 impl Cap {
-    /// Returns the cap of a style's `crowd` and `crowd_px`; a `crowd` of 1 is no cap.
+    /// Returns the cap of a style's `crowd` and `crowd_px`; a `crowd` of 1 disables the cap.
     pub fn of(most: f32, window_px: f32) -> Option<Self> {
         (most < 1.0).then_some(Self { most, window_px })
     }

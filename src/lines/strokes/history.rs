@@ -242,7 +242,7 @@ mod tests {
     }
 
     #[test]
-    fn land_that_changes_at_rest_settles_anew() {
+    fn land_that_changes_at_rest_settles_again() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
         let mut rest = |land_changes| {
             history.plan(&strokes, &view(pose(0.0), pose(0.0)), Step { land_changes, ..STEP }, None);
@@ -257,7 +257,7 @@ mod tests {
     }
 
     #[test]
-    fn what_does_not_follow_on_the_last_frame_takes_nothing_over() {
+    fn a_frame_that_does_not_continue_the_last_one_takes_nothing_over() {
         let (mut history, strokes) = (History::default(), strokes(1, true));
         assert!(!history.plan(&strokes, &view(pose(0.0), pose(0.0)), STEP, None).takes_over);
         let step = Step { origin_m: DVec3::X, ..STEP };

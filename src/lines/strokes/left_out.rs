@@ -25,7 +25,7 @@ impl LeftOut {
     }
 
     /// Returns a message, or `None` if nothing was left out.
-    pub fn told(self) -> Option<String> {
+    pub fn message(self) -> Option<String> {
         let Self { edges, segments, strokes } = self;
         (self != Self::default()).then(|| {
             format!("{edges} edges, {segments} segments and {strokes} strokes exceed the limits and are not drawn")
@@ -34,7 +34,7 @@ impl LeftOut {
 
     /// Logs the message as a warning.
     pub fn warn(self) {
-        if let Some(text) = self.told() {
+        if let Some(text) = self.message() {
             tracing::warn!("{text}");
         }
     }
@@ -73,21 +73,21 @@ pub struct StrokeNumbers {
 
 /// The numbers of interactive frames, read back asynchronously: no frame waits for its own numbers, and a later one
 /// receives them. There are none at first.
-pub struct NumbersLater {
+pub struct AsyncStrokeNumbers {
     later: AsyncReadback,
     last: Option<StrokeNumbers>,
 }
 
-impl Default for NumbersLater {
+impl Default for AsyncStrokeNumbers {
     fn default() -> Self {
         let bytes = size_of::<StrokeCounts>() + size_of::<SampleCounts>();
         Self { later: AsyncReadback::new(bytes as u64), last: None }
     }
 }
 
-impl NumbersLater {
+impl AsyncStrokeNumbers {
     /// Requests the numbers of the frame that was just drawn. If it has no strokes, earlier numbers are discarded.
-    pub fn ask(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
+    pub fn request(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
         let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {
             self.later.forget();
             self.last = None;
@@ -95,7 +95,7 @@ impl NumbersLater {
         };
         let counts = (&counts.raw, size_of::<StrokeCounts>() as u64);
         let samples = (&strokes.samples().counts.raw, size_of::<SampleCounts>() as u64);
-        self.later.ask(gpu, &[counts, samples]);
+        self.later.request(gpu, &[counts, samples]);
     }
 
     /// Returns the latest numbers that have arrived.

@@ -35,7 +35,7 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use self::history::History;
-pub use self::left_out::{LeftOut, NumbersLater, StrokeNumbers};
+pub use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
 pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
@@ -139,7 +139,7 @@ pub struct StrokeMemory {
     lists: [SampleList; 2],
     current: usize,
     /// Whether the last frame was an update.
-    made_anew: bool,
+    rebuilt: bool,
     uniform: StrokesUniform,
     /// The focus of the last frame, and the view in which it was drawn.
     focus: Option<(Focus, ViewUniform)>,
@@ -156,7 +156,7 @@ impl StrokeMemory {
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
         let history = History::default();
         let uniform = StrokesUniform::zeroed();
-        Ok(Self { history, lists, current: 0, made_anew: false, uniform, focus: None, texture: None })
+        Ok(Self { history, lists, current: 0, rebuilt: false, uniform, focus: None, texture: None })
     }
 
     /// Returns the samples of the last frame.
@@ -193,8 +193,8 @@ impl<'a> DrawnStrokes<'a> {
     }
 
     /// Returns whether the last frame rebuilt its strokes; otherwise it moved those of the previous frame.
-    pub fn made_anew(&self) -> bool {
-        self.memory.made_anew
+    pub fn rebuilt(&self) -> bool {
+        self.memory.rebuilt
     }
 
     /// Returns a buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] or one of the submodules'. `None` if
@@ -258,7 +258,7 @@ impl FrameStrokes {
     ) -> Self {
         let plan = memory.history.plan(strokes, view, step, leader.map(|leader| leader.plan.is_update));
         memory.current = 1 - memory.current;
-        memory.made_anew = plan.is_update;
+        memory.rebuilt = plan.is_update;
         memory.uniform = StrokesUniform::new(strokes, view.part.size_px, light.haze_m);
         memory.focus = light.focus.map(|focus| (focus, view.still_uniform(step.origin_m)));
         let focus = FocusUniform::on_gpu(recorder, light.focus.as_ref());

@@ -15,7 +15,7 @@ const FOR_POINTS: u64 = 16;
 /// Index of the number of points in `StrokeCounts`.
 const POINTS_INDEX: u32 = 3;
 
-/// The [`Point`]s.
+/// Smoothed points of all chains, one after another: [`Point`]s.
 pub const POINTS: BufferKind = BufferKind::storage("stroke points");
 /// Arc length from the first point of all chains, in 1/16 px.
 pub const LENGTHS: BufferKind = BufferKind::storage("stroke lengths");
@@ -24,7 +24,7 @@ const ARGUMENTS: BufferKind = BufferKind::indirect("stroke arguments");
 
 /// The points of a frame's strokes.
 pub struct Points {
-    /// The [`Point`]s.
+    /// [`POINTS`], one chain after another.
     pub list: Buffer,
     /// [`LENGTHS`], the arc lengths of the points.
     pub along: Buffer,
@@ -32,8 +32,8 @@ pub struct Points {
 }
 
 impl Points {
-    /// Returns the workgroup counts, as buffer and offset, for 256 threads per workgroup and one thread per segment, and
-    /// so per chain.
+    /// Returns the workgroup counts, as buffer and offset, for 256 threads per workgroup and one thread per segment,
+    /// and so per chain.
     pub fn per_segment(&self) -> (&Buffer, u64) {
         (&self.arguments, FOR_SEGMENTS)
     }

@@ -38,7 +38,7 @@ impl Sample {
     pub const FIRST: u32 = 1;
     /// Flag of the last sample of a stroke.
     pub const LAST: u32 = 2;
-    /// Flag of a stroke that is no longer visible and fades out.
+    /// Flag of a stroke that has disappeared and fades out.
     pub const FADING: u32 = 4;
     /// Flag of a loop: the last sample coincides with the first one.
     pub const IS_CLOSED: u32 = 8;
@@ -52,7 +52,7 @@ impl Sample {
     }
 }
 
-/// The [`Sample`]s.
+/// Samples of all strokes, equally spaced, one stroke after another: [`Sample`]s.
 const SAMPLES: BufferKind = BufferKind::storage("stroke samples");
 const COUNTS: BufferKind = BufferKind::storage("sample counts");
 /// Number of strokes in each length class.
@@ -67,7 +67,7 @@ const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
 /// The samples of one frame.
 #[derive(Clone, Debug)]
 pub struct SampleList {
-    /// The [`Sample`]s.
+    /// [`Sample`]s, one stroke after another.
     pub samples: Buffer,
     /// [`SampleCounts`].
     pub counts: Buffer,

@@ -7,8 +7,9 @@ use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::tone::search::Search;
 use crate::style::ToneLines;
 
-/// The line nearest to each cell of the grid: opacity, negative for a highlight line; distance; cosine and sine of
-/// twice the line's angle.
+/// The line nearest to each cell of the grid: curvature of the tone relative to the threshold (negative for a highlight
+/// line), opacity, signed distance in pixels, and direction as a number from -1 to 1. See `Line` and `texel_of_line` in
+/// `shaders/shared/tone_grid.wgsl`.
 pub const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.

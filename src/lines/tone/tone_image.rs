@@ -78,7 +78,7 @@ mod tests {
     use crate::style::Style;
 
     #[test]
-    fn lights_stand_where_they_are_said_to() {
+    fn lights_come_from_their_directions() {
         let pose = Pose { position_m: DVec3::ZERO, forward: DVec3::Y, right: DVec3::X, up: DVec3::Z, fov_rad: 1.0 };
         let text = "name = \"t\"\ndescription = \"\"\n[tone]\nkind = \"plain\"\n[tone_lines]\n";
         let of = |keys: &str| {

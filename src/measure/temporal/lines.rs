@@ -13,11 +13,11 @@ pub(crate) struct Fate {
     pub pixel: usize,
     pub ink: f32,
     /// Its counterpart; `None` if it cannot be followed.
-    pub there: Option<There>,
+    pub there: Option<Counterpart>,
 }
 
 /// The counterpart of a pixel in the other frame.
-pub(crate) struct There {
+pub(crate) struct Counterpart {
     /// Position of the pixel in the other frame.
     pub place: DVec2,
     /// Largest ink within reach.
@@ -53,7 +53,7 @@ impl Fates {
                     nearest = Some((at, squared));
                 }
             }
-            There { place, ink: most, line: nearest.map(|(at, _)| at) }
+            Counterpart { place, ink: most, line: nearest.map(|(at, _)| at) }
         };
         let there = |pixel: usize| {
             let of_stroke = strokes.filter(|strokes| strokes.depth_m[pixel].is_finite());

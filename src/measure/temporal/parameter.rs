@@ -23,7 +23,7 @@ const STEEPEST: f64 = 2.0;
 /// Weight of the gradient's length, in square pixels: far below the weights of a few neighbours.
 const TOWARD_ZERO: f64 = 0.01;
 
-/// What became of the line pixels of strokes.
+/// The changes of the line pixels of strokes from one frame to another.
 #[derive(Debug, Default)]
 pub(super) struct Followed {
     /// For each pixel that continues as the same stroke, the absolute change of its parameter in pixels.

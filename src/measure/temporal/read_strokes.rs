@@ -78,6 +78,6 @@ pub fn read_stroke_pictures(
         half_width_px: places.iter().map(|(_, at)| at[1]).collect(),
         depth_m: places.iter().map(|(_, at)| at[2]).collect(),
         identities_last: true,
-        made_anew: passes.made_anew(),
+        rebuilt: passes.rebuilt(),
     }))
 }

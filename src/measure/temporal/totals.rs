@@ -22,7 +22,7 @@ impl TemporalTotals {
         self.pairs += 1;
         self.e_warp += pair.e_warp;
         if let (Some(lines), Some(strokes)) = (&pair.lines, &pair.strokes) {
-            let [lone, changed] = &mut self.kinds[usize::from(strokes.made_anew)];
+            let [lone, changed] = &mut self.kinds[usize::from(strokes.rebuilt)];
             *lone += lines.births.lone;
             *lone += lines.deaths.lone;
             *changed += strokes.identity_change.unwrap_or_default();

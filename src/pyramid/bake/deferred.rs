@@ -35,14 +35,14 @@ impl Deferred {
 }
 
 /// The finished levels, as they are served.
-pub struct Served<'a> {
+pub struct FinishedLevels<'a> {
     /// The levels of the finished GeoTIFF, read back.
     pub levels: &'a dyn HeightLevels,
     /// The filling of no-data far from everything on the coarsest level, in metres.
     pub fallback_m: f32,
 }
 
-impl Served<'_> {
+impl FinishedLevels<'_> {
     /// Returns the height of a level's surface at a sample of full resolution, in metres, and the tile that the sample
     /// belongs to.
     fn surface_m(&self, level: usize, finest: LevelSize, x: u32, y: u32) -> Result<(f64, (u32, u32)), PyramidError> {

@@ -5,7 +5,7 @@ use std::io::Write;
 use std::path::Path;
 
 use super::chunk::Job;
-use super::deferred::{Deferred, Served};
+use super::deferred::{Deferred, FinishedLevels};
 use super::part::Part;
 use super::plan::{Chunk, Round};
 use super::vertices::for_children;
@@ -103,7 +103,7 @@ pub fn statistics(
     let deferred: Vec<Deferred> =
         done.iter().flat_map(|done| &done.parts).flat_map(|part| part.contents.deferred.iter().copied()).collect();
     if !deferred.is_empty() {
-        raise(&Served { levels, fallback_m: min_m }, job, &deferred, &mut statistics)?;
+        raise(&FinishedLevels { levels, fallback_m: min_m }, job, &deferred, &mut statistics)?;
     }
     set_corners(&mut statistics, &job.plan.sizes);
     Ok(statistics)
@@ -181,9 +181,9 @@ pub fn join(
     };
     let header = sidecar.header_to_bytes().map_err(PyramidError::encode(job.out))?;
     sidecar.header_bytes = header.len() as u64;
-    let beside = sidecar_path(target);
-    let mut records = AtomicFile::create(&beside).map_err(PyramidError::io(&beside, "creating"))?;
-    records.writer().write_all(&header).map_err(PyramidError::io(&beside, "writing"))?;
+    let sidecar_file = sidecar_path(target);
+    let mut records = AtomicFile::create(&sidecar_file).map_err(PyramidError::io(&sidecar_file, "creating"))?;
+    records.writer().write_all(&header).map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let mut number = 0;
     for (level, size) in sizes.iter().enumerate() {
         for y in 0..size.tiles_y() {
@@ -195,13 +195,13 @@ pub fn join(
                     let tile = &statistics[level][(y * size.tiles_x() + run.x) as usize + i];
                     let checksum = run.part.contents.tiles[run.first + i].checksum;
                     let record = record_bytes(number, tile, checksum, page);
-                    records.writer().write_all(&record).map_err(PyramidError::io(&beside, "writing"))?;
+                    records.writer().write_all(&record).map_err(PyramidError::io(&sidecar_file, "writing"))?;
                     number += 1;
                 }
             }
         }
     }
-    records.sync().map_err(PyramidError::io(&beside, "writing"))?;
+    records.sync().map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let tif_bytes = sidecar.link.tif_bytes;
     job.go_on()?;
     pair::commit(tif.partial_path(), records.partial_path(), job.out)?;
@@ -224,7 +224,7 @@ fn gather(job: &Job<'_>, done: &[Done]) -> Vec<Vec<TileStatistics>> {
 
 /// Raises the errors to those at deferred samples, and then the errors of parents to those of their children.
 fn raise(
-    served: &Served<'_>,
+    served: &FinishedLevels<'_>,
     job: &Job<'_>,
     deferred: &[Deferred],
     statistics: &mut [Vec<TileStatistics>],

@@ -165,8 +165,8 @@ impl Part {
         Self::parse(bytes).ok_or_else(|| damaged(path)).map(|part| Self { bytes: Bytes::File(path.to_owned()), ..part })
     }
 
-    /// Opens an existing part and verifies every byte. Returns `None` if the file is missing, damaged, or not the part
-    /// `name`.
+    /// Opens an existing part and verifies every byte. Returns `None` if the file is missing or damaged, or if it is
+    /// another part than `name`.
     pub fn open(path: &Path, name: PartName) -> Option<Self> {
         let bytes = std::fs::read(path).ok()?;
         let mut head = Cursor { bytes: &bytes };

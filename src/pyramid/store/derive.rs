@@ -15,9 +15,9 @@
 //! K is above 1, because the largest of 4^L times as many samples is wanted. It is fitted to what a bake measures of
 //! four one-degree SRTM tiles with no-data areas, a 25 m DEM and the procedural world (78 tiles, 13,000 patches above
 //! level 0): the estimate is not below the measured error for 96 % of tiles (the worst has 0.7 of it) and 98 % of
-//! patches; at the median it is 1.9 times the error of a tile and 1.9 times that of a patch. `src/tests/derive.rs` asserts
-//! this. Most underestimates are next to no-data; the largest overestimates (3.5 times) are in the procedural world,
-//! whose finest level is smooth.
+//! patches; at the median it is 1.9 times the error of a tile and 1.9 times that of a patch. `src/tests/derive.rs`
+//! asserts this. Most underestimates are next to no-data; the largest overestimates (3.5 times) are in the procedural
+//! world, whose finest level is smooth.
 //!
 //! A mesh patch of stride 2^L is compared with the bicubic surface of its own tile, as `bake::mesh_error` does for
 //! stride 1, and gets its share of the tile's estimate by its own r. At level 0, where nothing is lost, everything
@@ -364,12 +364,12 @@ fn wide_error_m(top: &Tile, finest: LevelSize, size: LevelSize, j: u32, (x, y): 
             continue;
         }
         let (first, opposite) = (height_m(left, above), height_m(right, below));
-        let (beside, down) = (height_m(right, above), height_m(left, below));
+        let (right_above, down) = (height_m(right, above), height_m(left, below));
         for row in above.ceil() as u32..=below as u32 {
             for column in left.ceil() as u32..=right as u32 {
                 let (u, v) = ((f64::from(column) - left) / (right - left), (f64::from(row) - above) / (below - above));
                 let flat = if u >= v {
-                    first + u * (beside - first) + v * (opposite - beside)
+                    first + u * (right_above - first) + v * (opposite - right_above)
                 } else {
                     first + v * (down - first) + u * (opposite - down)
                 };

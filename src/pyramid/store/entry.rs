@@ -63,7 +63,7 @@ impl Entry {
         };
         let lock = self.lock().map_err(|error| match (error, &damage) {
             (PyramidError::Cache { source, .. }, Some(damage)) => {
-                self.unwritable(format!("{source}; and the cached file is damaged: {}", damage.told()))
+                self.unwritable(format!("{source}; and the cached file is damaged: {}", damage.message()))
             }
             (error, _) => error,
         });
@@ -82,7 +82,7 @@ impl Entry {
     ///
     /// # Errors
     /// As for [`Entry::open_or_make`].
-    pub fn make_anew(
+    pub fn rebuild(
         &self,
         is_whole: impl FnOnce(&Pyramid) -> bool,
         make: impl FnMut(&Path) -> Result<(), PyramidError>,

@@ -114,11 +114,11 @@ impl Shared {
 
     fn make(&self, address: TileAddress) {
         let is_whole = |pyramid: &Pyramid| pyramid.read_verified(address).is_ok();
-        let made = self.entry.make_anew(is_whole, |out| (self.make)(out));
+        let made = self.entry.rebuild(is_whole, |out| (self.make)(out));
         let mut state = self.lock();
         match made {
             Ok(pyramid) => (state.current, state.failed) = (Arc::new(pyramid), None),
-            Err(error) => state.failed = Some(error.told()),
+            Err(error) => state.failed = Some(error.message()),
         }
         state.is_healing = false;
         drop(state);

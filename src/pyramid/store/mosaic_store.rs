@@ -134,7 +134,7 @@ impl MosaicStore {
         let (placed, store) = (&self.grid.members[index], &self.members[index]);
         let members = || self.grid.members.iter();
         let inset = members().any(|other| other.ratio > placed.ratio * 1.5);
-        let beside: Vec<&Placed> = members()
+        let alike: Vec<&Placed> = members()
             .enumerate()
             .filter(|(other, member)| *other != index && (member.ratio / placed.ratio - 1.0).abs() < 0.5)
             .map(|(_, member)| member)
@@ -163,7 +163,7 @@ impl MosaicStore {
                 if depth < 1.0 || inset && depth < fade {
                     let from = sheet.place(i);
                     let beyond = [0, 1].map(|axis| from[axis] + toward[axis] * fade_finest);
-                    let goes_on = !inset || beside.iter().any(|other| other.holds(beyond));
+                    let goes_on = !inset || alike.iter().any(|other| other.holds(beyond));
                     weight = weight.min(if goes_on { depth } else { depth / fade });
                 }
             }

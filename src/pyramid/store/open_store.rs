@@ -7,9 +7,9 @@ use super::cache::cache_folder;
 use super::cog_store::CogStore;
 use super::tile_store::TileStore;
 use crate::pyramid::error::PyramidError;
-use crate::remote::{RemoteError, RemoteFile, Settings, beside};
+use crate::remote::{RemoteError, RemoteFile, Settings, sidecar_url};
 use crate::source::VoidMode;
-use crate::source::tiff_side_files::need_side_files;
+use crate::source::tiff_sidecars::needs_sidecars;
 
 /// Bytes of cached decoded blocks, shared by all threads: 48 tiles of 512 × 512 f32.
 const DECODED_BYTES: usize = 48 << 20;
@@ -46,7 +46,7 @@ fn open_remote_as(
     voids: VoidMode,
 ) -> Result<Arc<CogStore>, PyramidError> {
     let file = RemoteFile::open(url, settings.clone())?;
-    let sidecar = match file.open_beside(&beside(url, ".tiles"), settings) {
+    let sidecar = match file.open_sidecar(&sidecar_url(url, ".tiles"), settings) {
         Ok(sidecar) => Some(sidecar),
         Err(error) if error.is_absent() => None,
         Err(error) => return Err(error.into()),
@@ -73,7 +73,7 @@ pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dy
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Ok(None);
     }
-    if need_side_files(path) {
+    if needs_sidecars(path) {
         return Ok(None);
     }
     // A path that is not Unicode is rare, and such a file can still be baked.

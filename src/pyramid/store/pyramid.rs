@@ -153,7 +153,7 @@ impl Pyramid {
     /// # Panics
     /// If the pyramid has no such tile; see [`Pyramid::levels`] and [`LevelSize::tiles_x`].
     pub fn tile(&self, address: TileAddress) -> &TileStatistics {
-        let index = tile_index(self.levels(), address).expect("the caller asks for tiles of this pyramid only");
+        let index = tile_index(self.levels(), address).expect("the caller requests tiles of this pyramid only");
         &self.all().tiles[address.level as usize][index]
     }
 

@@ -36,7 +36,7 @@ pub type Decode = Box<dyn FnOnce() -> Result<LoadedTile, PyramidError> + Send>;
 
 /// A pyramid of tiles. All methods may be called from several threads at once; only [`TileStore::fetch`] may wait.
 pub trait TileStore: Send + Sync {
-    /// Returns the file name or address, for messages.
+    /// Returns the file name or URL, for messages.
     fn name(&self) -> String;
 
     /// Returns the sizes of the levels in samples, finest first, as by

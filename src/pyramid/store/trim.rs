@@ -47,8 +47,8 @@ pub fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
         let used = metadata.modified().unwrap_or(UNIX_EPOCH);
         match path.extension().and_then(|extension| extension.to_str()) {
             Some("tif") => {
-                let beside = fs::metadata(sidecar_path(&path)).map_or(0, |metadata| metadata.len());
-                pyramids.push((used, metadata.len() + beside, path));
+                let sidecar_bytes = fs::metadata(sidecar_path(&path)).map_or(0, |metadata| metadata.len());
+                pyramids.push((used, metadata.len() + sidecar_bytes, path));
             }
             Some("part") if used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER) => {
                 let _ = fs::remove_file(&path);

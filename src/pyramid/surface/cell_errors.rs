@@ -56,8 +56,8 @@ pub fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_
                     + weights[2] * line[i + 2]
                     + weights[3] * line[i + 3];
                 let (first, opposite) = (rows[1][i + 1], rows[2][i + 2]);
-                let beside = if u >= v { rows[1][i + 2] } else { rows[2][i + 1] };
-                let flat = first + u.max(v) * (beside - first) + u.min(v) * (opposite - beside);
+                let adjacent = if u >= v { rows[1][i + 2] } else { rows[2][i + 1] };
+                let flat = first + u.max(v) * (adjacent - first) + u.min(v) * (opposite - adjacent);
                 let error = (surface - flat).abs();
                 *worst = if error > *worst { error } else { *worst };
             }

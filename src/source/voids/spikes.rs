@@ -4,13 +4,13 @@
 //! median by more than [`SLOPE`] times the sample spacing and by more than [`OF_RELIEF`] of the range of the samples
 //! within two of it. The flanks of a summit continue beyond its neighbours, so that this range is larger: a cone rises
 //! over the median of its neighbours by 0.66 of it, however steep it is. On a cliff the neighbour along it is as high
-//! or as low. Only samples within [`BESIDE`] of no-data are examined: radar has its spikes there, and a grid without
+//! or as low. Only samples within [`REACH`] of no-data are examined: radar has its spikes there, and a grid without
 //! no-data stays unchanged.
 
 use crate::source::reader::Window;
 
 /// Distance from no-data within which spikes are searched, in rows and columns.
-pub const BESIDE: u32 = 8;
+pub const REACH: u32 = 8;
 /// Smallest rise of a spike over the median of its neighbours, as a multiple of the sample spacing: 27 degrees on all
 /// sides.
 const SLOPE: f64 = 0.5;
@@ -22,10 +22,10 @@ const LEAST_NEIGHBOURS: usize = 3;
 /// Returns the ascending indices of spikes in the heights of a window.
 pub fn find(heights_m: &[f32], window: Window, spacing_m: f64) -> Vec<u32> {
     let (width, height) = (window.width as usize, window.height as usize);
-    let beside = beside_voids(heights_m, width, height);
+    let near_voids = mark_near_voids(heights_m, width, height);
     let is_spike = |index: &u32| {
         let index = *index as usize;
-        heights_m[index].is_finite() && beside[index] && stands_out(heights_m, [width, height], index, spacing_m)
+        heights_m[index].is_finite() && near_voids[index] && stands_out(heights_m, [width, height], index, spacing_m)
     };
     (0..heights_m.len() as u32).filter(is_spike).collect()
 }
@@ -62,8 +62,8 @@ fn stands_out(heights_m: &[f32], [width, height]: [usize; 2], index: usize, spac
     out_m > SLOPE * spacing_m && out_m > OF_RELIEF * (f64::from(high_m) - f64::from(low_m))
 }
 
-/// Marks the samples within [`BESIDE`] rows and columns of no-data: first along rows, then along columns.
-fn beside_voids(heights_m: &[f32], width: usize, height: usize) -> Vec<bool> {
+/// Marks the samples within [`REACH`] rows and columns of no-data: first along rows, then along columns.
+fn mark_near_voids(heights_m: &[f32], width: usize, height: usize) -> Vec<bool> {
     let mut by_rows = vec![false; heights_m.len()];
     for (row, heights_m) in heights_m.chunks_exact(width).enumerate() {
         for x in (0..width).filter(|&x| !heights_m[x].is_finite()) {
@@ -71,18 +71,18 @@ fn beside_voids(heights_m: &[f32], width: usize, height: usize) -> Vec<bool> {
             by_rows[row * width + left..row * width + right].fill(true);
         }
     }
-    let mut beside = vec![false; heights_m.len()];
+    let mut near_voids = vec![false; heights_m.len()];
     for (row, marked) in by_rows.chunks_exact(width).enumerate() {
         if marked.iter().any(|marked| *marked) {
             let (top, bottom) = span(row, height);
-            for into in beside[top * width..bottom * width].chunks_exact_mut(width) {
+            for into in near_voids[top * width..bottom * width].chunks_exact_mut(width) {
                 into.iter_mut().zip(marked).for_each(|(into, marked)| *into |= marked);
             }
         }
     }
-    beside
+    near_voids
 }
 
 fn span(at: usize, count: usize) -> (usize, usize) {
-    (at.saturating_sub(BESIDE as usize), (at + BESIDE as usize + 1).min(count))
+    (at.saturating_sub(REACH as usize), (at + REACH as usize + 1).min(count))
 }

@@ -86,7 +86,7 @@ impl PatchMesh {
 /// since only the vertices of the last batch remain.
 ///
 /// # Errors
-/// As [`readback::read_buffer`].
+/// The same as [`readback::read_buffer`].
 pub fn read(gpu: &Gpu, positions: &Buffer, patches: usize) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
     let count = patches * VERTICES as usize;
     if count as u64 * POSITION_BYTES > positions.raw.size() {

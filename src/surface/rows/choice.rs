@@ -5,7 +5,7 @@ use super::proposals::Proposals;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_BESIDE, RowPlaces};
+use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_MARGIN, RowPlaces};
 
 /// Which mark claims each cell, and with what priority.
 const RASTER: BufferKind = BufferKind::storage("row raster");
@@ -24,7 +24,7 @@ pub fn run(
 ) -> Vec<Named> {
     let spacing_px = plan.rules.spacing_px.max(1e-3);
     let size = size_px
-        .map(|side| ((side as f32 + 2.0 * RASTER_BESIDE * spacing_px) * CELLS_PER_SPACING / spacing_px).ceil() as u32);
+        .map(|side| ((side as f32 + 2.0 * RASTER_MARGIN * spacing_px) * CELLS_PER_SPACING / spacing_px).ceil() as u32);
     let raster = recorder.buffer(&RASTER, 4 * u64::from(size[0]) * u64::from(size[1]));
     recorder.clear(&raster);
     let rules = recorder.uniform("row rules", &plan.rules);

@@ -6,12 +6,12 @@
 //! marks. For each frame [`proposals`] selects the candidates that may be drawn, [`choice`] those that are drawn,
 //! [`rooms`] measures the space around each, and [`balance`] the missing ink; [`marks`] computes widths, and
 //! [`ribbons`] draws the marks. Models and trees have the marks of a hatching texture, if the style has one
-//! ([`beside`]).
+//! ([`off_land`]).
 //!
 //! Why: `docs/decisions/rows.md`.
 
 pub mod balance;
-pub mod beside;
+pub mod off_land;
 pub mod blocks;
 pub mod choice;
 pub mod marks;

@@ -46,26 +46,30 @@ impl EdgesOfSpecies {
         let most = of_species.iter().map(|edges| edges.count).max().unwrap_or(0);
         let groups = most.div_ceil(WORKGROUP).max(1);
         let rules = TreeEdgeRules { groups, clearance: CLEARANCE };
-        let told = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&of_species)].concat();
+        let packed_corner = [bytemuck::bytes_of(&rules), bytemuck::cast_slice(&of_species)].concat();
         if all.is_empty() {
             // wgpu does not allow empty buffers.
             all.push(TreeEdge::default());
         }
-        Self { edges: Buffer::with(gpu, &EDGES, &all), of_species: Buffer::with(gpu, &OF_SPECIES, &told), groups }
+        Self {
+            edges: Buffer::with(gpu, &EDGES, &all),
+            of_species: Buffer::with(gpu, &OF_SPECIES, &packed_corner),
+            groups,
+        }
     }
 }
 
 fn packed(corners: &[TreeCorner]) -> Vec<TreeEdge> {
     let places: Vec<_> = corners.iter().map(|corner| corner.at).collect();
-    let told = |corner: usize| corners[corner].at.as_vec3().extend(corners[corner].sway as f32).to_array();
+    let packed_corner = |corner: usize| corners[corner].at.as_vec3().extend(corners[corner].sway as f32).to_array();
     let border = [0.0, 0.0, 0.0, -1.0];
     edges(&places)
         .iter()
         .map(|edge| TreeEdge {
-            a: told(edge.ends[0]),
-            b: told(edge.ends[1]),
-            c: told(edge.across),
-            d: edge.across_other.map_or(border, told),
+            a: packed_corner(edge.ends[0]),
+            b: packed_corner(edge.ends[1]),
+            c: packed_corner(edge.across),
+            d: edge.across_other.map_or(border, packed_corner),
         })
         .collect()
 }

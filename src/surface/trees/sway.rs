@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
     pub clock: Clock,
     /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    /// See [`place::Inputs::detail`](super::place::Inputs::detail).
+    /// Factor of the level of detail, as in [`place::Inputs::detail`](super::place::Inputs::detail).
     pub detail: f64,
     /// The trees in view.
     pub trees: &'a DrawnTrees,

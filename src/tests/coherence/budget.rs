@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use hachure::lines::strokes::{LeftOut, NumbersLater};
+use hachure::lines::strokes::{AsyncStrokeNumbers, LeftOut};
 
 use crate::tests::coherence::{Flight, mountains, strokes};
 
@@ -35,13 +35,13 @@ fn what_found_no_room_is_told_without_waiting() {
     let Some(mut world) = mountains() else { return };
     let mut told = |budget_px: f32| {
         let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
-        let mut numbers = NumbersLater::default();
+        let mut numbers = AsyncStrokeNumbers::default();
         assert_eq!(numbers.last(), None);
         // More readbacks than can be open at once, also in frames between updates, where nothing is recounted.
         for frame in 0..12 {
             let (_, counts, _) = flight.fly(&mut world, frame);
             let passes = flight.renderer.strokes();
-            numbers.ask(&world.gpu, passes);
+            numbers.request(&world.gpu, passes);
             let left_out = passes.unwrap().left_out(&world.gpu).unwrap();
             assert_eq!(left_out.strokes, counts.left_out);
             // The GPU has finished, so the numbers have arrived.
@@ -50,18 +50,18 @@ fn what_found_no_room_is_told_without_waiting() {
         }
         let last = numbers.last().unwrap().left_out;
         // Without polling, excess readbacks are not started, and the others finish.
-        (0..20).for_each(|_| numbers.ask(&world.gpu, flight.renderer.strokes()));
+        (0..20).for_each(|_| numbers.request(&world.gpu, flight.renderer.strokes()));
         world.gpu.wait();
         assert_eq!(numbers.last().unwrap().left_out, last);
         // After a change to a style without strokes, earlier readbacks are discarded.
-        numbers.ask(&world.gpu, flight.renderer.strokes());
-        numbers.ask(&world.gpu, None);
+        numbers.request(&world.gpu, flight.renderer.strokes());
+        numbers.request(&world.gpu, None);
         world.gpu.wait();
         assert_eq!(numbers.last(), None);
         last
     };
     let little = told(100.0);
-    assert!(little.strokes > 0 && little.told().unwrap().contains(&format!("{} strokes", little.strokes)));
+    assert!(little.strokes > 0 && little.message().unwrap().contains(&format!("{} strokes", little.strokes)));
     let usual = told(strokes(|_| {}).strokes.unwrap().budget_px);
-    assert_eq!((usual, usual.told()), (LeftOut::default(), None));
+    assert_eq!((usual, usual.message()), (LeftOut::default(), None));
 }

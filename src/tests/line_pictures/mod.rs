@@ -42,7 +42,7 @@ impl Bench {
         record(&mut recorder);
         let is_complete = recorder.is_complete();
         recorder.submit();
-        assert!(is_complete, "{:?}", self.gpu.pipelines().troubles());
+        assert!(is_complete, "{:?}", self.gpu.pipelines().shader_errors());
         self.gpu.wait();
         self.gpu.check().unwrap();
     }

@@ -88,7 +88,7 @@ fn a_model_reads_nothing_outside_of_its_folder() {
     let path = folder.file("inner/model.obj", inner);
     let (mesh, told) = read(&path).unwrap();
     assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
-    assert!(obj::files_beside(&path).is_empty());
+    assert!(obj::sidecar_files(&path).is_empty());
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(folder.0.path().join("bark.mtl"), folder.0.path().join("inner/bark.mtl")).unwrap();
@@ -98,7 +98,7 @@ fn a_model_reads_nothing_outside_of_its_folder() {
     std::fs::remove_file(folder.0.path().join("inner/bark.mtl")).ok();
     let library = folder.file("inner/bark.mtl", BARK);
     assert!(is_bark(&read(&path).unwrap(), [1.0, 0.0, 0.0]));
-    assert_eq!(obj::files_beside(&path), [library]);
+    assert_eq!(obj::sidecar_files(&path), [library]);
 }
 
 #[test]
@@ -156,7 +156,7 @@ fn a_texture_gives_its_mean_colour() {
     // A fully transparent texture is ignored.
     png(&[0; 8]);
     assert!(is_bark(&folder.model("mtllib a.mtl\n"), [0.0, 0.0, 1.0]));
-    assert_eq!(obj::files_beside(&folder.0.path().join("model.obj")).len(), 2);
+    assert_eq!(obj::sidecar_files(&folder.0.path().join("model.obj")).len(), 2);
 }
 
 #[test]

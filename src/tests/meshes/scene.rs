@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use hachure::scene::{Density, MeshPlace, MeshPlacement, Scatter, Scene, Stands};
+use hachure::scene::{Density, MeshPlace, MeshPlacement, MeshPositions, Scatter, Scene};
 use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::OpenWorld;
 
@@ -21,7 +21,7 @@ fn a_scene_says_where_meshes_stand() {
     .unwrap();
     let hut = MeshPlacement {
         file: "land/hut.obj".into(),
-        stands: Stands::At(MeshPlace { at_m: DVec3::new(120.0, -40.5, 0.5), height_above_ground: true }),
+        positions: MeshPositions::At(MeshPlace { at_m: DVec3::new(120.0, -40.5, 0.5), height_above_ground: true }),
         yaw_deg: 0.0,
         scale: 1.0,
         z_up: false,
@@ -30,7 +30,7 @@ fn a_scene_says_where_meshes_stand() {
     let statue = &found.meshes[1];
     assert!(statue.file == Path::new("/tmp/statue.obj") && statue.z_up);
     let at = MeshPlace { at_m: DVec3::new(1.0, 2.0, 300.0), height_above_ground: false };
-    assert_eq!((&statue.stands, statue.yaw_deg, statue.scale), (&Stands::At(at), 90.0, 0.01));
+    assert_eq!((&statue.positions, statue.yaw_deg, statue.scale), (&MeshPositions::At(at), 90.0, 0.01));
     assert!(scene("").unwrap().meshes.is_empty());
 }
 
@@ -43,7 +43,7 @@ fn a_scene_says_where_many_of_a_mesh_stand() {
          heights_m = [800, 2000], steepest_deg = 25, scale = [0.5, 2], turn_deg = [-20, 20] }\n",
     )
     .unwrap();
-    assert_eq!(found.meshes[0].stands, Stands::Listed("land/huts.csv".into()));
+    assert_eq!(found.meshes[0].positions, MeshPositions::Listed("land/huts.csv".into()));
     let usual = Scatter {
         density: Density::PerHa(2.5),
         within_m: [-9.0, -8.0, 7.0, 6.0],
@@ -54,7 +54,7 @@ fn a_scene_says_where_many_of_a_mesh_stand() {
         turn_deg: [0.0, 360.0],
         up_m: 0.0,
     };
-    assert_eq!(found.meshes[1].stands, Stands::Scattered(usual));
+    assert_eq!(found.meshes[1].positions, MeshPositions::Scattered(usual));
     let told = Scatter {
         density: Density::Count(500),
         within_m: [0.0, 0.0, 900.0, 900.0],
@@ -65,7 +65,7 @@ fn a_scene_says_where_many_of_a_mesh_stand() {
         turn_deg: [-20.0, 20.0],
         up_m: -0.2,
     };
-    assert_eq!(found.meshes[2].stands, Stands::Scattered(told));
+    assert_eq!(found.meshes[2].positions, MeshPositions::Scattered(told));
 }
 
 #[test]

@@ -69,7 +69,12 @@ impl Twins {
             if before.is_some() && self.record_ms.len() == steps + 1 {
                 self.begins_ms.push(self.record_ms[steps]);
             }
-            assert!(begun.elapsed() < PATIENCE, "{} was not shown: {:?}", asked.name, world.gpu.pipelines().troubles());
+            assert!(
+                begun.elapsed() < PATIENCE,
+                "{} was not shown: {:?}",
+                asked.name,
+                world.gpu.pipelines().shader_errors()
+            );
             std::thread::sleep(Duration::from_millis(2));
         }
         // The waiting renderer has just drawn its first frame of the style.

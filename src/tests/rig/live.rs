@@ -52,7 +52,7 @@ impl Live {
     }
 
     fn troubles(&self) -> Vec<String> {
-        self.world.gpu.pipelines().troubles().iter().map(ToString::to_string).collect()
+        self.world.gpu.pipelines().shader_errors().iter().map(ToString::to_string).collect()
     }
 }
 

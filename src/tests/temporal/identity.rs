@@ -91,9 +91,9 @@ fn turns_of_one_stroke_are_told_apart() {
 #[test]
 fn updates_are_told_from_what_lies_between() {
     let (line, other) = (Line::on_the_ground(), Line { id: 9, ..Line::on_the_ground() });
-    let frame = |lines: &[Line], made_anew: bool| {
+    let frame = |lines: &[Line], rebuilt: bool| {
         let mut frame = shoot(eye(EYE_M, 0.0), SCENE, lines);
-        frame.strokes.as_mut().unwrap().made_anew = made_anew;
+        frame.strokes.as_mut().unwrap().rebuilt = rebuilt;
         frame
     };
     let mut totals = TemporalTotals::default();

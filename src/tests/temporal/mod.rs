@@ -98,7 +98,7 @@ fn shoot(view: View, scene: Scene, lines: &[Line]) -> DrawnFrame {
             half_width_px: vec![f32::NAN; pixels],
             depth_m: vec![f32::NAN; pixels],
             identities_last: true,
-            made_anew: true,
+            rebuilt: true,
         }),
         centres: None,
         marks: None,

@@ -82,7 +82,7 @@ struct Fitted {
     tiles: Loaded,
     jumped: bool,
     detail: Detail,
-    /// See [`MapStep::fade_step_s`].
+    /// Time since the last frame, in seconds; `None` disables fading, as in [`MapStep::fade_step_s`].
     fade_step_s: Option<f64>,
 }
 
@@ -119,7 +119,7 @@ impl Terrain {
     }
 
     /// Loads tiles and selects patches.
-    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, looks_beside: bool) -> Fitted {
+    fn fit(&mut self, gpu: &Gpu, view: &TerrainView, needs_map_neighbours: bool) -> Fitted {
         self.frame += 1;
         self.horizon_rad = view.horizon_rad;
         let mut now_s = self.start.elapsed().as_secs_f64();
@@ -140,8 +140,13 @@ impl Terrain {
         let mut rounds = 0;
         loop {
             let asked = std::mem::take(&mut self.asked);
-            let movement =
-                Movement { rule: rule.clone(), velocity_m: step.velocity_m, frame_s: step.step_s, asked, looks_beside };
+            let movement = Movement {
+                rule: rule.clone(),
+                velocity_m: step.velocity_m,
+                frame_s: step.step_s,
+                asked,
+                needs_map_neighbours,
+            };
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
             let loaded = tiles.loaded + update.loaded;
             tiles = Loaded { loaded, ..update };
@@ -168,18 +173,18 @@ impl Terrain {
                 // The tiles for the smallest factor are loaded after those for a larger one.
                 (false, _) => &[Search::Roughly, Search::Exactly],
             };
-            let mut asks = false;
+            let mut waits_on = false;
             for search in searches {
                 selection = Some(self.select(view, fades.then_some(now_s), *search));
                 let can_come = || self.asked.keys().any(|tile| self.residency.can_come(*tile));
-                asks = waits && idle < 3 && rounds < MOST_ROUNDS && can_come();
+                waits_on = waits && idle < 3 && rounds < MOST_ROUNDS && can_come();
                 // A factor of 1 is exact.
-                if asks || self.coarser == 1.0 {
+                if waits_on || self.coarser == 1.0 {
                     break;
                 }
             }
             rounds += 1;
-            let Some(selection) = selection.filter(|_| !asks) else {
+            let Some(selection) = selection.filter(|_| !waits_on) else {
                 continue;
             };
             tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
@@ -194,7 +199,7 @@ impl Terrain {
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
         let camera_m = view.camera_m;
         let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
-        // From beside the land one can look under it.
+        // A camera outside of the land can see it from below.
         let highest_m = f64::from(self.store.range_m()[1]);
         let lod_error_px = self.options.lod_error_px;
         let mut viewpoint = Viewpoint {

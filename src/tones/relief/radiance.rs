@@ -9,7 +9,7 @@ use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
 
 const SURROUNDINGS: BufferKind = BufferKind::storage("surroundings");
-/// The `SkyLight`s.
+/// The parts of the sky around the scene that shed light: `SkyLight`s.
 const SKY_LIGHTS: BufferKind = BufferKind::storage("sky lights");
 
 /// The shader's definitions, indexed by [`shadows`], plus 4 for warped light.

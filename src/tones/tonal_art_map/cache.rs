@@ -29,7 +29,7 @@ const MOST_FILES: usize = 64;
 /// Returns the recipe's map from `folder`; if it is not there, generates and stores it.
 ///
 /// # Errors
-/// As [`TonalArtMap::make`].
+/// The same as [`TonalArtMap::make`].
 pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, StyleError> {
     if recipe.kind == Kind::Stack {
         // The pictures may change without their names, and reading them takes most of the time.

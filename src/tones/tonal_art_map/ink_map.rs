@@ -96,7 +96,7 @@ impl InkMap {
             is_changed = false;
             for i in (0..open.len()).chain((0..open.len()).rev()) {
                 let place = open[i];
-                let least = self.beside(place).map(|(ink, step)| ink.max(most) + step).fold(f32::MAX, f32::min);
+                let least = self.neighbours(place).map(|(ink, step)| ink.max(most) + step).fold(f32::MAX, f32::min);
                 if least < self.ink[place] {
                     self.ink[place] = least;
                     is_changed = true;
@@ -106,7 +106,7 @@ impl InkMap {
     }
 
     /// Returns the ink of the eight neighbours of a texel, with their distances.
-    fn beside(&self, place: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
+    fn neighbours(&self, place: usize) -> impl Iterator<Item = (f32, f32)> + '_ {
         const DIAGONAL: f32 = std::f32::consts::SQRT_2;
         let side = self.side_px;
         let (x, y) = (place % side, place / side);

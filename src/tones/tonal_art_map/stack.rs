@@ -66,7 +66,7 @@ fn order(images: &[Image], side_px: usize, seed: u32) -> Vec<f32> {
 }
 
 /// Returns the four neighbours of a texel; the tile repeats.
-fn beside(place: usize, side_px: usize) -> [usize; 4] {
+fn neighbours(place: usize, side_px: usize) -> [usize; 4] {
     let (x, y) = (place % side_px, place / side_px);
     [
         y * side_px + (x + 1) % side_px,
@@ -83,7 +83,7 @@ fn touching(first: &[usize], seen: &mut [bool], start: usize, side_px: usize) ->
     let mut next = 0;
     while let Some(&place) = mark.get(next) {
         next += 1;
-        for other in beside(place, side_px) {
+        for other in neighbours(place, side_px) {
             if !seen[other] && first[other] == first[start] {
                 seen[other] = true;
                 mark.push(other);
@@ -97,8 +97,8 @@ fn touching(first: &[usize], seen: &mut [bool], start: usize, side_px: usize) ->
 fn depths(mark: &[usize], first: &[usize], side_px: usize) -> Vec<f32> {
     let inside = |place: usize, other: usize| first[other] == first[place];
     let depth = |&place: &usize| {
-        let near = beside(place, side_px);
-        let far = near.iter().flat_map(|other| beside(*other, side_px));
+        let near = neighbours(place, side_px);
+        let far = near.iter().flat_map(|other| neighbours(*other, side_px));
         let inner = near.iter().filter(|other| inside(place, **other)).count() as f32 / 4.0;
         let outer = far.filter(|other| inside(place, *other)).count() as f32 / 16.0;
         0.5 * (inner + outer)
@@ -115,7 +115,7 @@ fn close_up(order: &mut [f32], first: &[usize], images: usize, side_px: usize) {
         height += 1.0;
         let mut next = Vec::new();
         for place in border {
-            for other in beside(place, side_px) {
+            for other in neighbours(place, side_px) {
                 if !reached[other] {
                     reached[other] = true;
                     order[other] = height;

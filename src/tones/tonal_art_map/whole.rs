@@ -15,7 +15,7 @@ const SHORTEST_PX: usize = 7;
 const SMOOTH_PX: usize = 4;
 
 /// Returns thresholds whose rows have no short pieces; rows are periodic.
-pub(super) fn without_crumbs(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f32> {
+pub(super) fn without_fragments(mut thresholds: Vec<f32>, side_px: usize) -> Vec<f32> {
     for row in thresholds.chunks_exact_mut(side_px) {
         // Ink is where a threshold is below the darkness, so its opening is the least, over all segments that contain
         // the texel, of the greatest.

@@ -11,7 +11,7 @@ use crate::frame::Antialias;
 use crate::gpu::pipelines::Builds;
 use crate::picture::{PictureError, PictureRequest};
 use crate::scene::view::Clock;
-use crate::window::input::Heard;
+use crate::window::input::Reaction;
 use crate::window::keys::Action;
 use crate::window::toasts::{self, About};
 use crate::window::{WindowError, screenshot};
@@ -52,13 +52,13 @@ impl Flight {
             _ => {}
         }
         match self.input.on_event(&self.window, &mut self.overlay, event) {
-            Heard::Nothing => Ok(Next::Sleep),
-            Heard::Panel | Heard::Fly => Ok(Next::Frame),
-            Heard::Wheel(notches) => {
+            Reaction::Nothing => Ok(Next::Sleep),
+            Reaction::Panel | Reaction::Fly => Ok(Next::Frame),
+            Reaction::Wheel(notches) => {
                 self.camera.change_speed(notches);
                 Ok(Next::Frame)
             }
-            Heard::Do(action) => self.act(action),
+            Reaction::Do(action) => self.act(action),
         }
     }
 
@@ -153,12 +153,12 @@ impl Flight {
             renderer.take_built(&self.gpu);
             self.stale |= !renderer.is_building(&self.gpu);
         }
-        self.tell_troubles();
+        self.show_shader_errors();
     }
 
     /// Shows the errors of watched shaders. Returns whether they differ from before.
-    pub(super) fn tell_troubles(&mut self) -> bool {
-        self.toasts.set_lasting(self.gpu.pipelines().troubles().iter().map(ToString::to_string).collect())
+    pub(super) fn show_shader_errors(&mut self) -> bool {
+        self.toasts.set_lasting(self.gpu.pipelines().shader_errors().iter().map(ToString::to_string).collect())
     }
 
     pub(super) fn restart(&mut self) {

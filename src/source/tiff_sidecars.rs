@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use super::georeference::GeoTags;
-use super::place::{beside, small_text};
+use super::place::{sibling, small_text};
 use super::samples::{BandMetadata, Meaning, parse_no_data};
 use super::{GeoKeys, masked, wkt};
 
@@ -15,7 +15,7 @@ const WORLD_FILES: [&str; 4] = ["tfw", "tifw", "tiffw", "wld"];
 
 /// The information from the sidecar files of a GeoTIFF.
 #[derive(Debug, Default)]
-pub(super) struct SideFiles {
+pub(super) struct TiffSidecars {
     /// The sidecar files that contain relevant information.
     pub files: Vec<PathBuf>,
     /// Transform for sample centres, as in [`super::georeference::Georeference`].
@@ -26,7 +26,7 @@ pub(super) struct SideFiles {
     band: BandMetadata,
 }
 
-impl SideFiles {
+impl TiffSidecars {
     /// Reads the sidecar files of the GeoTIFF at `path`. Invalid files are ignored with a warning. Other content of
     /// `.aux.xml`, such as statistics and other programs' metadata, is ignored.
     pub fn of(path: &Path) -> Self {
@@ -41,7 +41,7 @@ impl SideFiles {
                 Err(error) => tracing::warn!("{error}; it is ignored"),
             }
         }
-        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| beside(path, ending)) {
+        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| sibling(path, ending)) {
             found.world_file = small_text(&world).ok().and_then(|text| parse_world_file(&text));
             match found.world_file {
                 Some(_) => found.files.push(world),
@@ -102,8 +102,8 @@ impl SideFiles {
 
 /// Returns whether the heights of the GeoTIFF at `path` depend on sidecar files: then it cannot be drawn without
 /// baking.
-pub(crate) fn need_side_files(path: &Path) -> bool {
-    masked::path_beside(path).is_some() || SideFiles::of(path).overrules()
+pub(crate) fn needs_sidecars(path: &Path) -> bool {
+    masked::sidecar_mask(path).is_some() || TiffSidecars::of(path).overrules()
 }
 
 /// Returns the text of the first element with this name, without nested elements.
@@ -130,8 +130,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn side_files_say_place_and_meaning() {
-        let mut found = SideFiles::default();
+    fn sidecars_give_position_and_sample_type() {
+        let mut found = TiffSidecars::default();
         let text = r#"<PAMDataset><SRS dataAxisToSRSAxisMapping="1,2">PROJCS[&quot;x&quot;,UNIT["metre",1],AUTHORITY["EPSG","2056"]]</SRS>
             <GeoTransform> 1e1, 2.0, 0, 20, 0, -4</GeoTransform>
             <PAMRasterBand band="2"><NoDataValue>7</NoDataValue></PAMRasterBand>
@@ -140,7 +140,7 @@ mod tests {
         assert_eq!(found.crs_from_grid, Some([11.0, 2.0, 0.0, 18.0, 0.0, -4.0]));
         assert_eq!((found.no_data, found.band.metres_per_unit()), (Some(-9999.0), Some(0.3048)));
         assert_eq!(found.geokeys.and_then(|keys| keys.epsg), Some(2056));
-        let mut statistics = SideFiles::default();
+        let mut statistics = TiffSidecars::default();
         assert!(!statistics.read_aux("<PAMDataset><PAMRasterBand band=\"1\"><Metadata/></PAMRasterBand></PAMDataset>"));
         assert!(!statistics.read_aux("<GeoTransform> 1, 2</GeoTransform><SRS/><PAMRasterBand band=\"1\">"));
         assert_eq!(

@@ -35,11 +35,11 @@ impl<'a> Ground<'a> {
 }
 
 /// A raster with its mapping from the world.
-pub(super) struct Laid<'a> {
+pub(super) struct AlignedRaster<'a> {
     pub path: &'a Path,
     pub reader: Box<dyn HeightReader>,
     ground: &'a Ground<'a>,
-    way: Lies,
+    way: Alignment,
     /// The extent in the world, or a larger one.
     pub low_m: DVec2,
     pub high_m: DVec2,
@@ -48,13 +48,13 @@ pub(super) struct Laid<'a> {
 }
 
 /// The mapping from samples of the DEM to those of the raster.
-enum Lies {
+enum Alignment {
     ByPlace(Way),
     /// Factor and offset of each axis.
     Stretched(DVec2, DVec2),
 }
 
-impl<'a> Laid<'a> {
+impl<'a> AlignedRaster<'a> {
     /// Places a raster by its georeference.
     ///
     /// # Errors
@@ -76,21 +76,21 @@ impl<'a> Laid<'a> {
                 (DVec2::new(column, row), ground.mapping.world_from_grid(x, y))
             })
             .collect();
-        let laid = Self {
+        let placed = Self {
             path,
             reader,
             ground,
-            way: Lies::ByPlace(way),
+            way: Alignment::ByPlace(way),
             low_m: ground.low_m,
             high_m: ground.high_m,
             per_m: DMat2::IDENTITY,
         };
         // Projections are meaningless far from their zone. A raster for which that happens is taken to cover
         // everything.
-        let is_sure = places.iter().all(|(sample, at_m)| laid.sample_at(*at_m).distance(*sample) < 0.5);
+        let is_sure = places.iter().all(|(sample, at_m)| placed.sample_at(*at_m).distance(*sample) < 0.5);
         let own = extent(places.into_iter().map(|(_, at_m)| at_m)).filter(|_| is_sure);
         let (low_m, high_m) = own.unwrap_or((ground.low_m, ground.high_m));
-        Self { low_m, high_m, ..laid }.measured()
+        Self { low_m, high_m, ..placed }.measured()
     }
 
     /// Stretches a raster over the whole DEM, with its upper edge in the north.
@@ -110,7 +110,7 @@ impl<'a> Laid<'a> {
         let turned = |at: DVec2, is_turned: [bool; 2]| DVec2::select(is_turned.into(), size - 1.0 - at, at);
         let is_turned = [column_x < 0.0, row_y > 0.0];
         let sign = DVec2::select(is_turned.into(), DVec2::NEG_ONE, DVec2::ONE);
-        let way = Lies::Stretched(sign * factor, turned(shift, is_turned));
+        let way = Alignment::Stretched(sign * factor, turned(shift, is_turned));
         let (low_m, high_m) = (ground.low_m, ground.high_m);
         Self { path, reader, ground, way, low_m, high_m, per_m: DMat2::IDENTITY }.measured()
     }
@@ -119,22 +119,22 @@ impl<'a> Laid<'a> {
     pub fn sample_at(&self, at_m: DVec2) -> DVec2 {
         let on_ground = self.ground.mapping.grid_from_world(at_m);
         match &self.way {
-            Lies::ByPlace(way) => DVec2::from_array(way.map(on_ground.x, on_ground.y)),
-            Lies::Stretched(factor, shift) => *factor * on_ground + *shift,
+            Alignment::ByPlace(way) => DVec2::from_array(way.map(on_ground.x, on_ground.y)),
+            Alignment::Stretched(factor, shift) => *factor * on_ground + *shift,
         }
     }
 
     fn measured(self) -> Result<Self, CoverError> {
-        let beside = || CoverError::OutsideWorld { path: self.path.to_owned() };
+        let outside = || CoverError::OutsideWorld { path: self.path.to_owned() };
         let (low_m, high_m) = (self.low_m.max(self.ground.low_m), self.high_m.min(self.ground.high_m));
         if !low_m.cmplt(high_m).all() {
-            return Err(beside());
+            return Err(outside());
         }
         let (middle_m, h_m) = (0.5 * (low_m + high_m), 1e-4 * (high_m - low_m).max_element());
         let slope = |by_m: DVec2| (self.sample_at(middle_m + by_m) - self.sample_at(middle_m - by_m)) / (2.0 * h_m);
         let per_m = DMat2::from_cols(slope(DVec2::X * h_m), slope(DVec2::Y * h_m));
         if !(per_m.is_finite() && per_m.determinant() != 0.0) {
-            return Err(beside());
+            return Err(outside());
         }
         Ok(Self { per_m, ..self })
     }

@@ -58,7 +58,6 @@ pub enum Encoding {
 }
 
 impl Encoding {
-    /// All encodings.
     pub const ALL: [Self; 2] = [Self::Mapbox, Self::Terrarium];
 
     /// Returns the name that options and sidecar files use.
@@ -82,7 +81,7 @@ pub(super) enum Endian {
 /// silently.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct SideFile {
+pub(super) struct Sidecar {
     width: Option<u32>,
     height: Option<u32>,
     spacing_m: Option<f64>,
@@ -99,63 +98,65 @@ pub(super) struct SideFile {
 
 /// The sidecar file of a file, combined with the caller's options.
 #[derive(Clone, Debug)]
-pub(super) struct Said {
+pub(super) struct RasterInfo {
     /// Path of the sidecar file, if it exists.
-    pub side_path: Option<PathBuf>,
-    pub side: SideFile,
+    pub sidecar_path: Option<PathBuf>,
+    pub sidecar: Sidecar,
     options: OpenOptions,
 }
 
 /// Returns the path of the sidecar file `NAME.ext.toml` of `NAME.ext`, if it exists.
-pub(super) fn side_path(path: &Path) -> Option<PathBuf> {
+pub(super) fn sidecar_path(path: &Path) -> Option<PathBuf> {
     let mut name = path.as_os_str().to_owned();
     name.push(".toml");
     Some(PathBuf::from(name)).filter(|path| path.is_file())
 }
 
-impl Said {
+impl RasterInfo {
     /// Reads the sidecar file, if it exists.
     pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
-        let side_path = side_path(path);
-        let side = match &side_path {
-            Some(side_path) => toml_text::read::<SideFile>(&side_path.to_string_lossy(), &small_text(side_path)?)?,
-            None => SideFile::default(),
+        let sidecar_path = sidecar_path(path);
+        let sidecar = match &sidecar_path {
+            Some(sidecar_path) => {
+                toml_text::read::<Sidecar>(&sidecar_path.to_string_lossy(), &small_text(sidecar_path)?)?
+            }
+            None => Sidecar::default(),
         };
-        let said = Self { side_path, side, options: *options };
-        let numbers = [said.spacing_m(), said.side.spacing_degrees, said.side.interval_m, said.height_scale_m()];
+        let info = Self { sidecar_path, sidecar, options: *options };
+        let numbers = [info.spacing_m(), info.sidecar.spacing_degrees, info.sidecar.interval_m, info.height_scale_m()];
         if numbers.into_iter().flatten().any(|number| !number.is_finite() || number == 0.0) {
             return Err(unclear(path, "its spacing and its height scale must be numbers other than 0"));
         }
-        Ok(said)
+        Ok(info)
     }
 
     /// Returns the columns and rows of a raw file.
     pub fn size(&self) -> Option<[u32; 2]> {
-        self.options.size.or_else(|| Some([self.side.width?, self.side.height?]))
+        self.options.size.or_else(|| Some([self.sidecar.width?, self.sidecar.height?]))
     }
 
     /// Returns whether a raw file is big-endian, if it is given.
     pub fn is_big_endian(&self) -> Option<bool> {
-        self.options.big_endian.or_else(|| self.side.endian.map(|endian| endian == Endian::Big))
+        self.options.big_endian.or_else(|| self.sidecar.endian.map(|endian| endian == Endian::Big))
     }
 
     /// Returns the encoding of heights in colours, if it is given.
     pub fn encoding(&self) -> Option<Encoding> {
-        self.options.encoding.or(self.side.encoding)
+        self.options.encoding.or(self.sidecar.encoding)
     }
 
     /// Returns metres per step, if it is given.
     pub fn height_scale_m(&self) -> Option<f64> {
-        self.options.height_scale_m.or(self.side.height_scale_m)
+        self.options.height_scale_m.or(self.sidecar.height_scale_m)
     }
 
     /// Returns the height in metres of a sample of 0.
     pub fn height_offset_m(&self) -> f64 {
-        self.options.height_offset_m.or(self.side.height_offset_m).unwrap_or(0.0)
+        self.options.height_offset_m.or(self.sidecar.height_offset_m).unwrap_or(0.0)
     }
 
     fn spacing_m(&self) -> Option<f64> {
-        self.options.spacing_m.or(self.side.spacing_m)
+        self.options.spacing_m.or(self.sidecar.spacing_m)
     }
 
     /// Returns scale and offset of 16-bit steps, with a warning if the scale is not given.
@@ -171,7 +172,7 @@ impl Said {
     /// Returns the georeference of the grid.
     pub fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
         let (keys, metres_per_unit) = self.crs_keys(path)?;
-        let step = match (metres_per_unit, self.spacing_m(), self.side.spacing_degrees) {
+        let step = match (metres_per_unit, self.spacing_m(), self.sidecar.spacing_degrees) {
             (None, _, Some(degrees)) => degrees,
             (None, _, None) => return Err(unclear(path, "a geographic CRS needs spacing_degrees in its sidecar file")),
             (Some(unit), Some(spacing_m), _) => spacing_m / unit,
@@ -181,14 +182,14 @@ impl Said {
                 1.0 / unit
             }
         };
-        let first = self.side.origin.unwrap_or_default();
+        let first = self.sidecar.origin.unwrap_or_default();
         place::locate(path, place::north_up(first, [step; 2]), keys, size)
     }
 
     /// Returns the keys of the CRS, and metres per unit; `None` for degrees.
     fn crs_keys(&self, path: &Path) -> Result<(GeoKeys, Option<f64>), SourceError> {
-        let Some(crs) = &self.side.crs else { return Ok((place::local_metres(), Some(1.0))) };
-        if self.side.origin.is_none() {
+        let Some(crs) = &self.sidecar.crs else { return Ok((place::local_metres(), Some(1.0))) };
+        if self.sidecar.origin.is_none() {
             return Err(unclear(path, "its sidecar file has a crs, but no origin = [x, y]"));
         }
         let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
@@ -206,7 +207,7 @@ impl Said {
 
     /// Returns what the heights depend on: the file, its sidecar file and the options.
     pub fn identity(&self, path: &Path) -> String {
-        let files: Vec<&Path> = std::iter::once(path).chain(self.side_path.as_deref()).collect();
+        let files: Vec<&Path> = std::iter::once(path).chain(self.sidecar_path.as_deref()).collect();
         place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))
     }
 }

@@ -42,7 +42,7 @@ pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (
 
 /// Returns the tiles that the maps of `needed` tiles depend on and that the view does not need itself, coarser ones
 /// first.
-pub fn beside(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
+pub fn map_neighbours(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
     let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
     let mut found = Vec::new();
     for tile in needed {

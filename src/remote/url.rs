@@ -1,4 +1,4 @@
-//! Parses addresses, and formats them for messages without their secrets.
+//! Parses the URLs of files, and formats them for messages without their secrets.
 
 use std::path::PathBuf;
 
@@ -13,16 +13,16 @@ pub enum Location {
     Http {
         /// URL without user name, password and fragment.
         url: String,
-        /// `name:password`, if the address contains them.
+        /// `name:password`, if the URL contains them.
         login: Option<String>,
     },
     /// An object in an S3 bucket.
     S3 { bucket: String, key: String },
 }
 
-/// A parsed address.
+/// A parsed URL.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Address {
+pub struct RemoteUrl {
     pub location: Location,
     /// Name for messages: without user name, password and query, which may contain a signature.
     pub name: String,
@@ -30,18 +30,18 @@ pub struct Address {
     secrets: Vec<String>,
 }
 
-/// Returns whether the text is the address of a remote file: `http://`, `https://` or `s3://`.
+/// Returns whether the text is the URL of a remote file: `http://`, `https://` or `s3://`.
 pub fn is_remote(location: &str) -> bool {
     scheme(location).is_some_and(|scheme| matches!(scheme.as_str(), "http" | "https" | "s3"))
 }
 
-/// Returns the address of a sidecar file: `suffix` is appended to the path, before any query.
-pub fn beside(location: &str, suffix: &str) -> String {
+/// Returns the URL of a sidecar file: `suffix` is appended to the path, before any query.
+pub fn sidecar_url(location: &str, suffix: &str) -> String {
     let end = if is_remote(location) { location.find(['?', '#']).unwrap_or(location.len()) } else { location.len() };
     format!("{}{suffix}{}", &location[..end], &location[end..])
 }
 
-/// Returns an address for messages, without parts that may be secret.
+/// Returns a URL for messages, without parts that may be secret.
 pub fn name_of(location: &str) -> String {
     let without_query = location.split(['?', '#']).next().unwrap_or_default();
     let Some((scheme, rest)) = without_query.split_once("://") else { return without_query.to_owned() };
@@ -56,7 +56,7 @@ fn scheme(location: &str) -> Option<String> {
     is_scheme.then(|| scheme.to_ascii_lowercase())
 }
 
-impl Address {
+impl RemoteUrl {
     pub fn parse(location: &str) -> Result<Self, RemoteError> {
         let Some(scheme) = scheme(location) else {
             return Ok(Self {
@@ -71,9 +71,9 @@ impl Address {
         let (authority, path) = path.split_at(path.find('/').unwrap_or(path.len()));
         let (login, host) = authority.rsplit_once('@').map_or((None, authority), |(login, host)| (Some(login), host));
         let name = format!("{scheme}://{host}{path}");
-        let bad = |cause: String| RemoteError::BadAddress { name: name.clone(), cause };
+        let bad = |cause: String| RemoteError::BadUrl { name: name.clone(), cause };
         if host.is_empty() {
-            return Err(bad("the address has no server name".into()));
+            return Err(bad("the URL has no server name".into()));
         }
         let mut secrets = Vec::new();
         let location = match scheme.as_str() {
@@ -88,7 +88,7 @@ impl Address {
             "s3" => {
                 let key = path.trim_start_matches('/').to_owned();
                 if key.is_empty() {
-                    return Err(bad("the address has a bucket but no object key".into()));
+                    return Err(bad("the URL has a bucket but no object key".into()));
                 }
                 Location::S3 { bucket: host.to_owned(), key }
             }
@@ -98,7 +98,7 @@ impl Address {
     }
 
     /// Formats a library's error message: one line of bounded length, without secrets.
-    pub fn told(&self, said: &str) -> String {
+    pub fn printable(&self, said: &str) -> String {
         let mut line = said.split_whitespace().collect::<Vec<_>>().join(" ");
         for secret in &self.secrets {
             line = line.replace(secret.as_str(), "…");
@@ -149,29 +149,29 @@ mod tests {
     use super::*;
 
     #[test]
-    fn addresses_are_understood_and_told_without_secrets() {
-        let address = Address::parse("https://me:p%40ss@host.org:8080/a/b.tif?X-Signature=abc&x=1#page").unwrap();
-        assert_eq!(address.name, "https://host.org:8080/a/b.tif");
+    fn urls_are_parsed_and_printed_without_secrets() {
+        let parsed = RemoteUrl::parse("https://me:p%40ss@host.org:8080/a/b.tif?X-Signature=abc&x=1#page").unwrap();
+        assert_eq!(parsed.name, "https://host.org:8080/a/b.tif");
         let url = "https://host.org:8080/a/b.tif?X-Signature=abc&x=1".to_owned();
-        let said = address.told(&format!("GET {url}\n failed for me:p%40ss"));
-        assert_eq!(said, "GET https://host.org:8080/a/b.tif?… failed for …");
-        assert_eq!(address.location, Location::Http { url, login: Some("me:p@ss".into()) });
+        let printed = parsed.printable(&format!("GET {url}\n failed for me:p%40ss"));
+        assert_eq!(printed, "GET https://host.org:8080/a/b.tif?… failed for …");
+        assert_eq!(parsed.location, Location::Http { url, login: Some("me:p@ss".into()) });
 
-        let address = Address::parse("s3://bucket/a/b c.tif").unwrap();
-        assert_eq!(address.location, Location::S3 { bucket: "bucket".into(), key: "a/b c.tif".into() });
-        assert!(matches!(Address::parse("/a/b.tif").unwrap().location, Location::File(_)));
-        assert!(matches!(Address::parse("C:\\a.tif").unwrap().location, Location::File(_)));
+        let parsed = RemoteUrl::parse("s3://bucket/a/b c.tif").unwrap();
+        assert_eq!(parsed.location, Location::S3 { bucket: "bucket".into(), key: "a/b c.tif".into() });
+        assert!(matches!(RemoteUrl::parse("/a/b.tif").unwrap().location, Location::File(_)));
+        assert!(matches!(RemoteUrl::parse("C:\\a.tif").unwrap().location, Location::File(_)));
         for bad in ["ftp://host/a", "s3://bucket", "s3://bucket/", "http:///a", "http://me@/a"] {
-            let message = Address::parse(bad).unwrap_err().to_string();
+            let message = RemoteUrl::parse(bad).unwrap_err().to_string();
             assert!(!message.contains('\n') && !message.contains("me@"), "{message}");
         }
     }
 
     #[test]
-    fn what_lies_beside() {
-        assert_eq!(beside("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
-        assert_eq!(beside("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
-        assert_eq!(beside("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
+    fn sidecar_urls_keep_the_query() {
+        assert_eq!(sidecar_url("http://h/a.tif?k=1", ".tiles"), "http://h/a.tif.tiles?k=1");
+        assert_eq!(sidecar_url("s3://b/a.tif", ".tiles"), "s3://b/a.tif.tiles");
+        assert_eq!(sidecar_url("/tmp/what?.tif", ".tiles"), "/tmp/what?.tif.tiles");
     }
 
     #[test]
