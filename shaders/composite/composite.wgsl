@@ -136,9 +136,10 @@ struct Place {
     is_sky: bool,
     // Distance from the eye.
     distance_m: f32,
-    // Part of the contrast that haze and focus leave of tones.
+    // Part of the contrast that haze leaves of tones.
     clear: f32,
-    in_focus: f32,
+    // Part of the contrast that the focus leaves.
+    seen: f32,
 }
 
 // Returns what is left of the ink of a detected line. A line covers both sides of its edge; in the distance the farther
@@ -166,7 +167,7 @@ fn inked(color: vec3<f32>, i: u32, texel: vec4<f32>, place: Place) -> vec3<f32> 
         amount = line_left(ink, amount, place);
     } else if ink.fading != DONE && !place.is_sky {
         let clear = select(clearness(place.distance_m, ink.reach), place.clear, ink.reach == 1.0);
-        let seen = select(place.in_focus, half_of_focus(place.in_focus), ink.fading == WITH_TONE);
+        let seen = select(place.seen, half_of_focus(place.seen), ink.fading == WITH_TONE);
         amount *= mix(ink.faintest, 1.0, clear) * seen;
     }
     return mix(color, ink.color, amount);
@@ -193,9 +194,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     } else {
         place.distance_m = distance_from_eye(view, at.xyz);
         place.clear = clearness(place.distance_m, 1.0);
-        place.in_focus = in_focus(focus, view, at.xyz, place.sheet_px);
+        place.seen = in_focus(focus, view, at.xyz, place.sheet_px);
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, place.clear));
-        color = select(mix(composite.unfocused, color, place.in_focus), color, place.in_focus == 1.0);
+        color = select(mix(composite.unfocused, color, place.seen), color, place.seen == 1.0);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {

@@ -31,7 +31,8 @@ struct TemporalAa {
     // 1: the sheet has a margin or a border, whose widths are `border_px`.
     is_bordered: u32,
     paper: vec3<f32>,
-    pad_paper: f32,
+    // Part of a difference to the neighbourhood that is retained on the same surface.
+    kept: f32,
     border: vec3<f32>,
     pad_border: f32,
     border_px: vec2<f32>,
@@ -61,9 +62,7 @@ struct TemporalAa {
 // Limits the age, so that in a flight a sixth of the picture is new: older content has been interpolated too often to
 // be sharp.
 const MOST_AGE: f32 = 10.0;
-// Part of a difference to the neighbourhood that is retained on the same surface.
-const KEPT: f32 = 0.85;
-// A contour slides over its surface as the eye moves. Below the first motion per frame KEPT applies fully, above the
+// A contour slides over its surface as the eye moves. Below the first motion per frame `kept` applies fully, above the
 // second not at all.
 const SLOW_PX: f32 = 0.25;
 const QUICK_PX: f32 = 1.0;
@@ -178,7 +177,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             // Motion that is due to the eye's translation, without its rotation.
             let turned_px = motion_of(view, nearest, vec4<f32>(ray_of_pixel(view, nearest), 0.0));
             let slid_px = length(moved_px - turned_px);
-            let kept = select(0.0, KEPT * (1.0 - smoothstep(SLOW_PX, QUICK_PX, slid_px)), is_same);
+            let kept = select(0.0, temporal_aa.kept * (1.0 - smoothstep(SLOW_PX, QUICK_PX, slid_px)), is_same);
             let clamped = mix(clamp(before.drawn, least, most), before.drawn, kept);
             age = min(before.age + 1.0, MOST_AGE);
             let hurry = smoothstep(QUICK_PX, FAST_PX, length(moved_px));

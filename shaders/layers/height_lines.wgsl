@@ -73,9 +73,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let height_m = form.height_m + rules.phase_m;
     let interval_m = rules.interval_m;
     let index_m = interval_m * rules.index;
-    let ink = max(
+    let drawn = max(
         lines(height_m, rise_m, interval_m, rules.line_px),
         lines(height_m, rise_m, index_m, rules.index_px));
     let is_gentle = 1.0 - smoothstep(0.8 * rules.steepest, rules.steepest, length(slope));
-    textureStore(ink, pixel, vec4<f32>(ink * is_gentle));
+    textureStore(ink, pixel, vec4<f32>(drawn * is_gentle));
 }

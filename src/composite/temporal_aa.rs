@@ -27,6 +27,9 @@ const BEFORE_REST: f32 = 3.0;
 /// without a jump, and in the end hardly anything of it is left.
 const MOST_WEIGHT: f32 = 4.0;
 
+/// Part of a difference between history and the neighbourhood in this frame that is retained on the same surface.
+const KEPT: f32 = 0.85;
+
 /// How a frame uses the previous frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Plan {
@@ -36,6 +39,9 @@ pub struct Plan {
     pub has_history: bool,
     /// Number of previous frames with the same view of the same world.
     pub frames_at_rest: u32,
+    /// Whether a value of the style has changed since the previous frame. Then its colours count only as far as this
+    /// frame has them around a pixel.
+    pub is_edited: bool,
 }
 
 /// Inputs and outputs of the pass.
@@ -88,7 +94,7 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         frame: (inputs.plan.frame % (1 << 16)) as i32,
         is_bordered: inputs.style.paper.is_bordered().into(),
         paper: inputs.style.paper.color.linear(),
-        pad_paper: 0.0,
+        kept: if inputs.plan.is_edited { 0.0 } else { KEPT },
         border: inputs.style.paper.border.linear(),
         pad_border: 0.0,
         border_px: [inputs.style.paper.margin_px, inputs.style.paper.border_px],

@@ -64,7 +64,7 @@ pub fn read_rewritten<T: DeserializeOwned>(
         {
             mistake.path.remove(0);
         }
-        told(name, text, &mistake)
+        toml_error(name, text, &mistake)
     })
 }
 

@@ -52,6 +52,8 @@ pub(super) struct Samples {
     last: Option<Last>,
     frames: usize,
     frames_at_rest: u32,
+    /// Whether the last frame continued the mean.
+    has_history: bool,
 }
 
 /// What was drawn last.
@@ -99,7 +101,9 @@ impl Samples {
             self.last = None;
             return None;
         }
-        let last = self.last.take().filter(|last| last.style == *asked.style && continues(&last.rig, asked.rig));
+        let continued = |last: &Last| last.style.is_edit_of(asked.style) && continues(&last.rig, asked.rig);
+        let last = self.last.take().filter(continued);
+        let is_edited = last.as_ref().is_some_and(|last| last.style != *asked.style);
         let rests = !asked.changes
             && last.as_ref().is_some_and(|last| {
                 let is_lit_alike = last.light == *asked.light && last.error_px == asked.error_px;
@@ -108,10 +112,17 @@ impl Samples {
         self.frames_at_rest = if rests { self.frames_at_rest + 1 } else { 0 };
         self.frames += 1;
         let has_history = last.is_some();
+        self.has_history = has_history;
         // A style is large, and mostly the same.
-        let style = last.map_or_else(|| asked.style.clone(), |last| last.style);
+        let unchanged = last.filter(|_| !is_edited);
+        let style = unchanged.map_or_else(|| asked.style.clone(), |last| last.style);
         self.last = Some(Last { rig: asked.rig.clone(), style, light: *asked.light, error_px: asked.error_px });
-        Some(Plan { frame: self.frames, has_history, frames_at_rest: self.frames_at_rest })
+        Some(Plan { frame: self.frames, has_history, frames_at_rest: self.frames_at_rest, is_edited })
+    }
+
+    /// Returns whether the last frame had a history.
+    pub(super) fn continues(&self) -> bool {
+        self.has_history
     }
 
     /// Whether the next frame of the same view would make another picture.

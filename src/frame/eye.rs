@@ -14,8 +14,8 @@ pub struct EyeMemory {
     pub targets: Targets,
     /// Of a style with strokes.
     pub strokes: Option<StrokeMemory>,
-    /// What the last frame drew.
-    drawn: Option<Strokes>,
+    /// The name of the style of the last frame and its strokes, if it had any.
+    drawn: Option<(String, Strokes)>,
     frames_without_strokes: u64,
 }
 
@@ -28,14 +28,22 @@ impl EyeMemory {
         let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
         match (style.strokes(), &mut self.strokes) {
             (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),
-            // Strokes of another style, or of long ago, are not those that these take over from.
-            (Some(_), Some(strokes)) if !stays || style.strokes() != self.drawn.as_ref() => strokes.forget(),
+            // Strokes of another style, or of long ago, do not continue in this one's.
+            (Some(new), Some(strokes)) => match &self.drawn {
+                Some((name, drawn)) if stays && *name == style.name && new.continues(drawn) => {
+                    if !new.draws_as(drawn) {
+                        strokes.rebuild_next();
+                    }
+                }
+                _ => strokes.forget(),
+            },
             (None, Some(_)) if self.frames_without_strokes > KEEP_FRAMES => self.strokes = None,
             _ => {}
         }
         self.frames_without_strokes = if style.strokes().is_some() { 0 } else { self.frames_without_strokes + 1 };
-        if style.strokes() != self.drawn.as_ref() {
-            self.drawn = style.strokes().cloned();
+        let is_drawn = |(name, drawn): &(String, Strokes)| *name == style.name && style.strokes() == Some(drawn);
+        if !self.drawn.as_ref().is_some_and(is_drawn) {
+            self.drawn = style.strokes().map(|strokes| (style.name.clone(), strokes.clone()));
         }
         Ok(!stays)
     }

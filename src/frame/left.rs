@@ -122,6 +122,11 @@ impl Renderer {
         self.timer.take()
     }
 
+    /// Returns whether the last frame continued the temporal mean of the frames before it.
+    pub fn continues(&self) -> bool {
+        self.samples.continues()
+    }
+
     /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
     /// of a picture at rest are still to come. What wind moves is another matter ([`Renderer::may_sway`]).
     pub fn is_settling(&self) -> bool {

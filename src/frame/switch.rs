@@ -18,6 +18,7 @@ use super::passes::render_eyes;
 use super::{FrameInputs, Renderer, drawn_lines, prepare};
 use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
+use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::StrokeMemory;
@@ -39,8 +40,10 @@ const TURN: f64 = 0.25;
 #[derive(Default)]
 pub(super) struct Switch {
     shown: Option<Style>,
-    /// Of the prewarming passes of one style, for each eye.
-    prewarm: Option<(Style, Vec<EyeMemory>)>,
+    /// What prewarming runs keep for each eye. It is kept for a while after a switch, because a slider changes the style
+    /// in each frame.
+    prewarm: Option<Vec<EyeMemory>>,
+    frames_since_switch: u64,
     /// Whether something was being made in the background when this was last looked at.
     was_building: bool,
     /// How many pipelines of the device had been compiled again when this renderer last looked.
@@ -119,6 +122,10 @@ impl Renderer {
         let begun = Instant::now();
         if !self.shows(style) && self.prewarm(gpu, world, rig, style, light)? {
             self.switch.shown = Some(style.clone());
+            self.switch.frames_since_switch = 0;
+        }
+        self.switch.frames_since_switch += 1;
+        if self.switch.frames_since_switch > KEEP_FRAMES && self.shows(style) {
             self.switch.prewarm = None;
         }
         let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
@@ -156,8 +163,7 @@ impl Renderer {
             let sea_level_m = world.sea_level_m();
             world.terrain.map_water(gpu, Some(sea_level_m));
         }
-        let known = self.switch.prewarm.take().filter(|(known, _)| known == style);
-        let (_, memories) = self.switch.prewarm.insert(known.unwrap_or_else(|| (style.clone(), Vec::new())));
+        let memories = self.switch.prewarm.get_or_insert_default();
         memories.resize_with(rig.eyes.len(), EyeMemory::default);
         memories.iter_mut().filter_map(|memory| memory.strokes.as_mut()).for_each(StrokeMemory::forget);
         let lines = drawn_lines(world, style);

@@ -67,7 +67,9 @@ mod tests {
         let text = preset_text("crosshatch").unwrap();
         let text = text.replacen("marks = \"", "marks = \"own.toml\" #", 1);
         let mut text: toml_edit::DocumentMut = text.parse().unwrap();
-        text["strokes"]["texture"] = toml_edit::value("tool.toml");
+        let layers = text["layers"].as_array_of_tables_mut().unwrap();
+        let strokes = layers.iter_mut().find(|layer| layer["kind"].as_str() == Some("strokes")).unwrap();
+        strokes["texture"] = toml_edit::value("tool.toml");
         text["curvature"]["texture"] = toml_edit::value("tool.toml");
         write("style.toml", &text.to_string());
         let style = Style::read(&folder.path().join("style.toml")).unwrap();

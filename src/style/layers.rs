@@ -29,7 +29,8 @@ use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
 pub use cuts::{CUT_INK, CutLayer, Cuts};
-pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers, written_key};
+pub(crate) use form::written_key;
+pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 pub use hatching::Hatching;
 pub use height_lines::{HEIGHT_INK, HeightLines};
 pub use lines::{Detector, Epsilon, Lines, Stereo};
@@ -356,15 +357,13 @@ layer_kinds! {
     "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 4;
     /// Tones drawn as hatching marks.
     "hatching" Hatching: hatching, hatching_mut, set_hatching, at most 1;
-    /// Lines where parallel planes cut the land; a hatching layer of the same style then applies only to models and
-    /// trees.
+    /// Lines where parallel planes cut the land; hatching of the same style then applies only to models and trees.
     "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 4;
-    /// Rows of hachures on the land; a hatching layer of the same style then applies only to models and trees.
+    /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows: rows, rows_mut, set_rows, at most 1;
-    /// Lakes and the sea, where the heights show them; without this layer they are drawn as land.
+    /// Lakes and the sea; without this layer they are drawn as land.
     "water" Water: water, water_mut, set_water, at most 1;
-    /// Dashed lines around no-data areas; a style that does not list this layer has it with its default values, below
-    /// detected lines and strokes.
+    /// Dashed lines around no-data areas; a style that does not list this layer has it with its default values.
     "rims" Rims: rims, rims_mut, set_rims, at most 1;
     /// Lines that are detected in images of the surface.
     "lines" Lines: lines, lines_mut, set_lines, at most 1;
@@ -501,6 +500,13 @@ impl Setting for Layers {
 }
 
 impl Style {
+    /// Returns the style without layers of these kinds, which are named as in a style file.
+    #[must_use]
+    pub fn without(mut self, kinds: &[&str]) -> Self {
+        self.layers.retain(|layer| !kinds.contains(&layer.name()));
+        self
+    }
+
     /// Returns the inks of the style, from the bottom to the top.
     pub fn ink_layers(&self) -> Vec<InkLayer> {
         let lettering = self.lettering_ink();

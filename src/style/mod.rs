@@ -18,7 +18,7 @@ pub mod tone;
 use std::path::{Path, PathBuf};
 
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
-use crate::file::toml_text::{self, TomlError, Wrong};
+use crate::file::toml_text::Wrong;
 pub use color::Color;
 pub use curvature::Curvature;
 pub use error::StyleError;
@@ -29,7 +29,7 @@ pub use layers::{
     CutLayer, Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, Rims, Rows, Stereo, Strokes,
     ToneLight, ToneLines, Water, hatching,
 };
-use parameters::{Range, Setting, parameters};
+use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
 pub use sky::Sky;
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
@@ -170,6 +170,13 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
 }
 
 impl Style {
+    /// Returns whether two styles have the same name and the same kinds of layers in the same order, so that one is the
+    /// other with changed values.
+    pub fn is_edit_of(&self, other: &Self) -> bool {
+        let kinds = |style: &Self| style.layers.iter().map(Layer::name).collect::<Vec<_>>();
+        self.name == other.name && kinds(self) == kinds(other)
+    }
+
     /// Returns whether tones use the own colours of trees and models.
     pub fn asks_for_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
@@ -263,7 +270,7 @@ impl Style {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
         style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| StyleError::Named {
-            place: in_text(Wrong::with_message(key, source.to_string()), name, text),
+            place: parameters::in_text(Wrong::with_message(key, source.to_string()), name, text),
             source: Box::new(source),
         })?;
         Ok(style)
@@ -271,9 +278,7 @@ impl Style {
 
     /// Reads all values of a style in either form, and checks them; recipes and images are not loaded.
     fn read_values(name: &str, text: &str) -> Result<Self, StyleError> {
-        let style: Self = toml_text::read_rewritten(name, text, layers::with_layers)?;
-        style.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
-        Ok(style)
+        Ok(parameters::read(name, text)?)
     }
 
     /// Loads the recipes and images that the style names.
@@ -309,12 +314,6 @@ impl Style {
     pub fn text(&self) -> String {
         parameters::text(self)
     }
-}
-
-/// Returns a mistake with its position in a style's text, which may have either form.
-fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
-    let key = text.parse().map(|document: toml_edit::DocumentMut| layers::written_key(document.as_item(), &wrong.key));
-    Wrong { key: key.unwrap_or(wrong.key), ..wrong }.in_text(name, text)
 }
 
 /// Returns the text of a style with its sections as `[[layers]]`, the present form; comments and all other text stay.

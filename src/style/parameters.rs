@@ -33,7 +33,8 @@ pub use range::Range;
 pub use setting::{Setting, absent, first};
 pub use text::{Tree, find, set, text};
 
-use crate::file::toml_text::{self, TomlError};
+use super::layers;
+use crate::file::toml_text::{self, TomlError, Wrong};
 
 /// Generates a section of a style file from the definitions of its parameters; see the head of this file.
 macro_rules! parameters {
@@ -224,7 +225,13 @@ pub(crate) use choices;
 /// # Errors
 /// Invalid TOML; an unknown or missing key; a value of the wrong type or out of its range.
 pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
-    let read: T = toml_text::read(name, text)?;
-    read.check("", &Range::Any).map_err(|wrong| wrong.in_text(name, text))?;
+    let read: T = toml_text::read_rewritten(name, text, layers::with_layers)?;
+    read.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
     Ok(read)
+}
+
+/// Returns a mistake with its position in a style's text, which may have either form.
+pub(super) fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
+    let key = text.parse().map(|document: toml_edit::DocumentMut| layers::written_key(document.as_item(), &wrong.key));
+    Wrong { key: key.unwrap_or(wrong.key), ..wrong }.in_text(name, text)
 }

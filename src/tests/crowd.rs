@@ -51,7 +51,7 @@ fn cells(inks: &[f64]) -> Vec<f64> {
 
 /// Loads a preset with `crowd` as the limit of its lines and strokes.
 fn capped(name: &str, crowd: f32) -> Style {
-    let mut style = Style { water: None, ..Style::load(name).unwrap() };
+    let mut style = Style::load(name).unwrap().without(&["water"]);
     style.lines_mut().into_iter().for_each(|lines| lines.crowd = crowd);
     style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = crowd);
     style

@@ -11,7 +11,7 @@ use hachure::frame::{Light, Renderer};
 use hachure::gpu::readback::read_as;
 use hachure::lines::strokes::polylines::Polyline;
 use hachure::style::Style;
-use hachure::surface::cuts::CUT_INK;
+use hachure::style::layers::CUT_INK;
 use hachure::vector::trace::{InkPicture, lines};
 
 const SIZE_PX: [u32; 2] = [480, 270];

@@ -47,7 +47,7 @@ fn the_far_third_has_less_ink_than_the_near_one() {
     let mut failed = Vec::new();
     for name in common::presets() {
         // Terraces of this land are as level as lakes, and their shores are not marks.
-        let style = Style { water: None, ..Style::load(name).unwrap() };
+        let style = Style::load(name).unwrap().without(&["water"]);
         // Styles of lines alone draw hardly anything on near faces and more far away, so they are not tested.
         if style.hatching().is_none() && !style.has_land_lines() {
             continue;

@@ -1,11 +1,17 @@
-//! Pipelines and cached values belong to the device: each is made once, whoever draws.
+//! Pipelines and cached values belong to the device: each is made once, whoever draws. An edit of a style makes and
+//! restarts only what depends on it.
+#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+
+use std::collections::BTreeSet;
 
 use crate::tests::common;
 
 use common::World;
 use common::draw::{draw, north_west, still};
 use common::hill::Hill;
-use hachure::frame::Renderer;
+use hachure::composite::PICTURE;
+use hachure::frame::{Antialias, Renderer};
+use hachure::gpu::readback::read_as;
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [96, 54];
@@ -35,4 +41,123 @@ fn renderers_share_pipelines() {
     let Some(mut apart) = World::apart(Hill::square(321, 10.0).1, 1.0) else { return };
     assert_eq!(compiled(&mut apart, &names), first);
     assert!(first > 30, "{first} pipelines");
+}
+
+/// What an edit of a style cost a running renderer.
+#[derive(Debug)]
+struct Cost {
+    /// Pipelines that were compiled, and objects that were made on the GPU.
+    pipelines: u64,
+    objects: u64,
+    /// Share of the strokes of the frame before that are still there, by their numbers.
+    kept: f64,
+    /// Whether the temporal mean continued.
+    continued: bool,
+}
+
+/// Draws a style until it has settled, changes it, and draws on.
+struct Edited<'a> {
+    world: &'a mut World,
+    renderer: Renderer,
+}
+
+impl Edited<'_> {
+    fn draw(&mut self, style: &Style) {
+        let view = still(self.world.pose("900,-900,+20,315,3,60"), SIZE_PX);
+        draw(&self.world.gpu, &mut self.world.surfaces, &mut self.renderer, &view, style, &north_west());
+    }
+
+    fn numbers(&self) -> BTreeSet<u32> {
+        let (_, samples) = self.renderer.strokes().unwrap().samples().read(&self.world.gpu).unwrap();
+        samples.iter().map(|sample| sample.stroke).filter(|stroke| *stroke > 0).collect()
+    }
+
+    fn cost(&mut self, style: &Style, edited: &Style) -> Cost {
+        for _ in 0..12 {
+            self.draw(style);
+        }
+        let (built, made, before) = (self.renderer.built_at_once(), self.world.gpu.objects_made(), self.numbers());
+        assert!(before.len() > 5, "{} strokes", before.len());
+        self.draw(edited);
+        let (pipelines, objects) = (self.renderer.built_at_once() - built, self.world.gpu.objects_made() - made);
+        let after = self.numbers();
+        let kept = before.intersection(&after).count() as f64 / before.len() as f64;
+        Cost { pipelines, objects, kept, continued: self.renderer.continues() }
+    }
+}
+
+#[test]
+fn an_edit_of_a_value_restarts_nothing() {
+    let Some(mut world) = World::apart(Hill::square(321, 10.0).1, 1.0) else { return };
+    let mut style = Style::load("charcoal").unwrap();
+    style.set_lines(Style::load("ink").unwrap().lines().cloned());
+    let mut renderer = Renderer::new(&world.gpu).unwrap();
+    renderer.set_antialias(Antialias::Temporal);
+    let mut running = Edited { world: &mut world, renderer };
+    let changed = |change: &dyn Fn(&mut Style)| {
+        let mut edited = style.clone();
+        change(&mut edited);
+        edited
+    };
+    let edits = [
+        ("colour", changed(&|style| style.strokes_mut().unwrap().ink = "#802010".parse().unwrap())),
+        ("width", changed(&|style| style.strokes_mut().unwrap().width_px *= 1.2)),
+        ("threshold", changed(&|style| style.lines_mut().unwrap().ramp = [0.3, 0.6])),
+        ("threshold of strokes", changed(&|style| style.strokes_mut().unwrap().shortest_px += 1.0)),
+    ];
+    for (name, edited) in edits {
+        let cost = running.cost(&style, &edited);
+        println!("{name}: {cost:?}");
+        assert!(cost.pipelines == 0 && cost.objects == 0 && cost.kept > 0.9 && cost.continued, "{name}: {cost:?}");
+    }
+    let pencil = Style::load("pencil-lines").unwrap().strokes().unwrap().clone();
+    let texture = changed(&|style| {
+        let strokes = style.strokes_mut().unwrap();
+        (strokes.texture, strokes.texture_name) = (pencil.texture.clone(), pencil.texture_name.clone());
+    });
+    let cost = running.cost(&style, &texture);
+    println!("texture: {cost:?}");
+    // The texture itself and the bind group that has it; strokes begin again, because their marks differ.
+    assert!(cost.pipelines == 0 && (1..=4).contains(&cost.objects) && cost.continued, "{cost:?}");
+    // Planted errors: another style of the same values restarts everything, and one with other passes compiles some.
+    let renamed = changed(&|style| style.name = "other".to_owned());
+    let cost = running.cost(&style, &renamed);
+    assert!(cost.kept < 0.1 && !cost.continued, "{cost:?}");
+    let cost = running.cost(&style, &Style::load("wash").unwrap());
+    assert!(cost.pipelines > 0 && cost.objects > 0, "{cost:?}");
+}
+
+#[test]
+fn an_edited_color_leaves_no_trace_in_the_temporal_mean() {
+    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
+    let white = Style::load("ink").unwrap();
+    let mut black = white.clone();
+    (black.paper.color, black.paper.grain) = ("#101010".parse().unwrap(), 0.0);
+    let mut white = white;
+    white.paper.grain = 0.0;
+    let renderer = || {
+        let mut renderer = Renderer::new(&world.gpu).unwrap();
+        renderer.set_antialias(Antialias::Temporal);
+        renderer
+    };
+    let [edited, fresh, planted] = [renderer(), renderer(), renderer()];
+    let mut picture = |mut renderer: Renderer, styles: &[&Style]| {
+        let view = still(world.pose("900,-900,+20,315,3,60"), SIZE_PX);
+        for style in styles {
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, style, &north_west());
+        }
+        let texels = read_as::<[u16; 4]>(&world.gpu, renderer.target(&PICTURE).unwrap(), [0, 0], SIZE_PX).unwrap();
+        texels.iter().flat_map(|texel| texel[..3].to_vec()).map(|bits| half::f16::from_bits(bits).to_f32()).collect()
+    };
+    let twelve = |style| vec![style; 12];
+    let mean = |one: &[f32], other: &[f32]| {
+        one.iter().zip(other).map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / one.len() as f64
+    };
+    let edited: Vec<f32> = picture(edited, &[twelve(&white), vec![&black]].concat());
+    let fresh: Vec<f32> = picture(fresh, &twelve(&black));
+    // Planted error: the colour before the edit.
+    let planted: Vec<f32> = picture(planted, &twelve(&white));
+    let [found, planted] = [&edited, &planted].map(|picture| mean(picture, &fresh));
+    println!("the first frame after an edit differs by {found:.4}, the frame before it by {planted:.4}");
+    assert!(found < 0.02 && planted > 0.2);
 }

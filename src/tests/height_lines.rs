@@ -6,8 +6,8 @@ use crate::tests::common;
 use common::draw::{NOON, draw, floats, places_m, still};
 use common::{World, grid_of};
 use hachure::frame::Renderer;
+use hachure::style::layers::HEIGHT_INK;
 use hachure::style::{HeightLines, Style};
-use hachure::surface::height_lines::HEIGHT_INK;
 
 const SIZE_PX: [u32; 2] = [320, 200];
 const INTERVAL_M: f32 = 40.0;
@@ -196,7 +196,7 @@ fn lines_without_an_interval_are_for_maps() {
     assert!(renderer.target(&HEIGHT_INK).is_some());
     // An interval in the style holds on maps, too.
     let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
-    assert_eq!(own.height_lines.unwrap().interval_m, 15.0);
+    assert_eq!(own.height_lines().unwrap().interval_m, 15.0);
 }
 
 /// Height of a lake, a little below a contour line.
@@ -221,7 +221,7 @@ fn lakes_have_no_lines() {
         sum
     };
     let with_water = style(|lines| lines.interval_m = INTERVAL_M);
-    let without = Style { water: None, ..with_water.clone() };
+    let without = with_water.clone().without(&["water"]);
     let [found, planted] = [&with_water, &without].map(&mut ink_on_water);
     println!("ink of lines on a lake just below one: {found:.2} px, without a water map {planted:.1} px");
     assert!(found < 1.0);

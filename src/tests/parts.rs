@@ -105,7 +105,8 @@ fn marks_join_without_a_seam() {
              lightest = 0.9\nwash = 0.0\n[hatching]\nscale = \"{scale}\"\nform_px = {form_px:?}\n[[hatching.layers]]\nmarks = \"line\"\ndirection = \"{direction}\"\nsize = {size:?}\n"
         );
         let hatched = Style::parse("marks", &text).unwrap();
-        let mut style = Style { hatching: hatched.hatching, tone: hatched.tone, ..ink("footprint") };
+        let mut style = Style { tone: hatched.tone.clone(), ..ink("footprint") };
+        style.set_hatching(hatched.hatching().cloned());
         let rule = PartRule { whole_px: 0, part_px: 100, margin_px: 12 };
         let whole = render_style(&mut world, [317, 211], &style, &WHOLE);
         let parts = render_style(&mut world, [317, 211], &style, &rule);

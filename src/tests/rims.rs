@@ -78,7 +78,7 @@ fn mean_and_spread(values: &[(f64, f64)]) -> [f64; 2] {
 #[test]
 fn a_round_hole_has_a_round_rim() {
     let Some(mut world) = world_with(None) else { return };
-    let style = style("strokes", |style| style.rims.gap_px = 0.0);
+    let style = style("strokes", |style| style.rims_mut().unwrap().gap_px = 0.0);
     // Samples of several pixels, and samples of little more than one.
     for camera in [ABOVE, HIGH] {
         let (shown, pixel_m) = above(&mut world, camera, &style);
@@ -86,7 +86,7 @@ fn a_round_hole_has_a_round_rim() {
         let [mean_m, spread_m] = mean_and_spread(&ink);
         // The land ends at the first valid samples, on average half the spacing beyond the circle. The middle of the
         // line is half its width farther.
-        let width_px = f64::from(style.rims.width_px);
+        let width_px = f64::from(style.rims().unwrap().width_px);
         let expected_m = RADIUS_M + 0.5 * SPACING_M + 0.5 * width_px * pixel_m;
         let drawn = ink.iter().filter(|(_, ink)| *ink > 0.25);
         let farthest_m = drawn.map(|(away_m, _)| (away_m - expected_m).abs()).fold(0.0, f64::max);
@@ -170,9 +170,9 @@ fn dashes_are_even_and_have_their_share_of_ink() {
     for (dash_px, gap_px) in [(6.0, 5.0), (14.0, 8.0)] {
         let dashed = |dash_px: f32, gap_px: f32| {
             style("strokes", |style| {
-                style.rims.width_px = 1.5;
-                style.rims.dash_px = dash_px;
-                style.rims.gap_px = gap_px;
+                style.rims_mut().unwrap().width_px = 1.5;
+                style.rims_mut().unwrap().dash_px = dash_px;
+                style.rims_mut().unwrap().gap_px = gap_px;
             })
         };
         let (shown, pixel_m) = above(&mut world, ABOVE, &dashed(dash_px, gap_px));
@@ -340,7 +340,7 @@ fn rims_are_a_layer_of_lines() {
     let length_px: f64 = group.lines.iter().flat_map(|line| line.points.windows(2)).map(length).sum();
     let focal_px = still(world.pose(ABOVE), SIZE_PX).focal_px();
     let whole_px = std::f64::consts::TAU * RADIUS_M * focal_px / 1000.0;
-    let dashes = whole_px / f64::from(style.rims.dash_px + style.rims.gap_px);
+    let dashes = whole_px / f64::from(style.rims().unwrap().dash_px + style.rims().unwrap().gap_px);
     println!("{} lines for {dashes:.0} dashes, {length_px:.0} px of {whole_px:.0}", group.lines.len());
     assert!((group.lines.len() as f64 / dashes - 1.0).abs() < 0.2);
     let share = length_px / whole_px;

@@ -136,7 +136,7 @@ impl Bench {
         resolution: f32,
         chains: bool,
     ) -> (StrokeCounts, Vec<Segment>) {
-        let mut style = Style::load("strokes").unwrap().strokes.unwrap();
+        let mut style = Style::load("strokes").unwrap().strokes().cloned().unwrap();
         style.resolution = resolution;
         let view = self.view();
         let ids_px = image_px(self.size_px, resolution);

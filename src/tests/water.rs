@@ -313,7 +313,7 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     let tones = halves(&world.gpu, renderer.target(&WATERED).unwrap());
     let ink: Vec<f32> =
         floats::<1>(&world.gpu, renderer.target(&WATER_INK).unwrap()).into_iter().map(|[ink]| ink).collect();
-    let tint = style().water.unwrap().tint.linear();
+    let tint = style().water().unwrap().tint.linear();
     let mut rings = [0.0_f64; 14];
     for (i, pixel) in pixels.iter().enumerate().filter_map(|(i, pixel)| Some((i, pixel.as_ref()?))) {
         let away_px = pixel.water_m / pixel.pixel_m;
@@ -353,7 +353,7 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     assert_eq!(marked(&mut world, &wet), 0.0);
     // Control: without water there are marks, because level land is not left white.
     let dry = Style::parse("dry", &dry).unwrap();
-    assert!(dry.water.is_none() && marked(&mut world, &dry) > 0.5);
+    assert!(dry.water().is_none() && marked(&mut world, &dry) > 0.5);
 }
 
 #[test]

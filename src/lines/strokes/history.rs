@@ -31,6 +31,8 @@ pub struct History {
     /// The view or the land has changed since the last update.
     is_stale: bool,
     frames: u32,
+    /// The next frame is an update, because a value of the style has changed.
+    is_edited: bool,
     /// How long strokes still come and go if the camera stays where it is, in units of the style's `fade_s`.
     restless: f64,
 }
@@ -80,6 +82,7 @@ impl History {
     /// Plans the frame of `view`, which is a step after the last one, and records it as the last one. The second eye of
     /// a stereo pair updates when the leading one does, which `leader` states.
     pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
+        let is_edited = std::mem::take(&mut self.is_edited);
         let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
         // Another sample of the same picture: its strokes stay.
@@ -96,7 +99,7 @@ impl History {
                     || self.frames_since_update + 1 >= strokes.update_every
                     || turned_rad * view.focal_px() > ENTERING_PX
                     || moved_m > QUICK_MOVE * step.nearest_m;
-                let is_due = is_late && !is_sample;
+                let is_due = is_late && !is_sample || is_edited;
                 Plan {
                     is_update: leader.unwrap_or(is_due),
                     takes_over: strokes.carry,
@@ -107,7 +110,7 @@ impl History {
                 }
             }
         };
-        self.is_stale |= !rests || step.land_changes;
+        self.is_stale |= !rests || step.land_changes || is_edited;
         self.restless = match plan.is_update && self.is_stale {
             // A line that is replaced disappears after its replacement has appeared.
             true if strokes.carry && plan.frame > 0 => 2.0,
@@ -127,6 +130,11 @@ impl History {
     /// Returns whether the next frame of the same view would be a different picture.
     pub fn is_settling(&self) -> bool {
         self.restless > 0.0 || self.is_stale
+    }
+
+    /// Makes the next frame an update that continues the strokes of the last one.
+    pub fn rebuild_next(&mut self) {
+        self.is_edited = true;
     }
 
     /// Makes the next frame the first one.
@@ -165,7 +173,7 @@ mod tests {
     }
 
     fn strokes(update_every: u32, carry: bool) -> style::Strokes {
-        style::Strokes { update_every, carry, ..Style::load("strokes").unwrap().strokes.unwrap() }
+        style::Strokes { update_every, carry, ..Style::load("strokes").unwrap().strokes().cloned().unwrap() }
     }
 
     #[test]

@@ -169,6 +169,11 @@ impl StrokeMemory {
         self.history.is_settling()
     }
 
+    /// Makes the next frame rebuild its strokes, which continue those of the last one.
+    pub fn rebuild_next(&mut self) {
+        self.history.rebuild_next();
+    }
+
     /// Prevents the next frame from continuing the last one: it is not of the same sequence.
     pub fn forget(&mut self) {
         self.history.forget();

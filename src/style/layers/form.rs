@@ -101,7 +101,7 @@ fn rename(section: &mut DeTable<'_>, name: &str) {
 
 /// Returns the key of a parameter as a text of either form has it: `cuts[1].form_px` is `layers[4].form_px` in a list of
 /// layers, and `cuts.families[0].from` is `cuts.layers[0].from` in a text with sections. Keys of other parameters stay.
-pub(in crate::style) fn written_key(document: &Item, key: &str) -> String {
+pub(crate) fn written_key(document: &Item, key: &str) -> String {
     let (first, rest) = key.split_once('.').map_or((key, ""), |(first, rest)| (first, rest));
     let (name, number) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
         Some((name, number)) => (name, number.parse().unwrap_or(0)),

@@ -135,6 +135,18 @@ impl InkKind for Strokes {
 }
 
 impl Strokes {
+    /// Returns whether strokes of `before` may continue as these: the strokes of an edited style do, except that
+    /// another texture has other marks, and another resolution another image of edges.
+    pub(crate) fn continues(&self, before: &Self) -> bool {
+        let is_alike = self.texture == before.texture && self.resolution == before.resolution;
+        is_alike && self.carry == before.carry
+    }
+
+    /// Returns whether strokes of `before` are drawn as these without being rebuilt: ink is applied by the composite.
+    pub(crate) fn draws_as(&self, before: &Self) -> bool {
+        *self == Self { ink: self.ink, ..before.clone() }
+    }
+
     /// Returns the file that the texture is read from, if it is not built in; `folder` is the folder of the style.
     fn file(&self, folder: &Path) -> Option<PathBuf> {
         self.texture_name.as_ref().and_then(|name| texture::file(name, folder))

@@ -152,9 +152,9 @@ mod tests {
         assert_eq!(set("paper.grain", 0.5.into()).unwrap(), format!("{text}\n[paper]\ngrain = 0.5\n"));
         // The text has `[[hatching.layers]]` but no `[hatching]`. A text with layers gets a new one.
         let new = crate::style::layers::migrated(text).unwrap();
-        let lined = set::<Style>("x.toml", &new, "height_lines.line_px", 1.5.into()).unwrap();
+        let lined = crate::style::parameters::set::<Style>("x.toml", &new, "height_lines.line_px", 1.5).unwrap();
         assert_eq!(Style::parse("x.toml", &lined).unwrap().height_lines().unwrap().line_px, 1.5);
-        let wider = set::<Style>("x.toml", &new, "strokes.width_px", 2.5.into()).unwrap();
+        let wider = crate::style::parameters::set::<Style>("x.toml", &new, "strokes.width_px", 2.5).unwrap();
         assert_eq!(Style::parse("x.toml", &wider).unwrap().strokes().unwrap().width_px, 2.5);
         let soft = set("hatching.softness", 0.25.into()).unwrap();
         let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching().cloned().unwrap());
@@ -162,7 +162,7 @@ mod tests {
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),
-            ("hatching.sets[2].from", "x.toml:10:1: hatching.layers[2].from: the list has no such entry"),
+            ("hatching.sets[2].from", "x.toml:10:3: hatching.layers[2].from: the list has no such entry"),
             ("", "x.toml: there is no parameter "),
         ] {
             let error = set(key, 1.into()).unwrap_err();
@@ -174,10 +174,12 @@ mod tests {
     fn what_serde_has_are_the_keys_of_the_file() {
         let style = Style::parse("wash", preset_text("wash").unwrap()).unwrap();
         let json = serde_json::to_value(&style).unwrap();
-        assert_eq!((&json["strokes"]["texture"], &json["tone"]["kind"]), (&"brush".into(), &"toon".into()));
+        let layers = json["layers"].as_array().unwrap();
+        let strokes = layers.iter().find(|layer| layer["kind"] == "strokes").unwrap();
+        assert_eq!((&strokes["texture"], &json["tone"]["kind"]), (&"brush".into(), &"toon".into()));
         assert_eq!(json["tone"]["ramp"]["stops"][1]["at"], 0.35);
         assert_eq!(json["tone"]["ramp"]["stops"][3]["colors"][3], "#ffffff");
-        assert!(json.get("hatching").is_none() && json.get("files").is_none(), "{json}");
+        assert!(!layers.iter().any(|layer| layer["kind"] == "hatching") && json.get("files").is_none(), "{json}");
         let ValueKind::Section(all) = Style::kind() else { panic!("a style has sections") };
         let keys: Vec<&str> = all.iter().map(|definition| definition.key).collect();
         assert!(json.as_object().unwrap().keys().all(|key| keys.contains(&key.as_str())));

@@ -62,6 +62,6 @@ fn what_found_no_room_is_told_without_waiting() {
     };
     let little = told(100.0);
     assert!(little.strokes > 0 && little.message().unwrap().contains(&format!("{} strokes", little.strokes)));
-    let usual = told(strokes(|_| {}).strokes.unwrap().budget_px);
+    let usual = told(strokes(|_| {}).strokes().unwrap().budget_px);
     assert_eq!((usual, usual.message()), (LeftOut::default(), None));
 }

@@ -39,7 +39,9 @@ fn extremes_are_finite() {
         ("all of it", |own| (own.crease_deg, own.shortest_px, own.join_px) = (Some(0.0), 0.0, 16.0)),
         ("a quarter", |own| (own.resolution, own.fade_s, own.hold) = (0.25, 0.0, 1.0)),
         ("a shaky hand", |own| (own.wobble_px, own.curve_width) = (16.0, -1.0)),
-        ("a texture", |own| own.texture = Some(Style::load("charcoal").unwrap().strokes.unwrap().texture.unwrap())),
+        ("a texture", |own| {
+            own.texture = Some(Style::load("charcoal").unwrap().strokes().unwrap().texture.clone().unwrap())
+        }),
     ];
     for (name, change) in changes {
         let mut flight = Flight::new(&world, strokes(change));

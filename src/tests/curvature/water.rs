@@ -22,7 +22,7 @@ fn lakes_do_not_bend() {
     let pose = world.pose("0,-1400,700,0,-30,50");
     let mut style = all_lines("strokes");
     style.strokes_mut().unwrap().suggestive_px = Some(6.0);
-    style.set_water(Style::load("strokes").unwrap().water);
+    style.set_water(Style::load("strokes").unwrap().water().cloned());
     // The blocks of lakes, and how many of them have curvature.
     let mut lake: Option<Vec<usize>> = None;
     let wide = SIZE_PX[0].div_ceil(4) as usize + 1;
@@ -41,7 +41,7 @@ fn lakes_do_not_bend() {
     };
     let (found, count) = bent(&style);
     // Planted error: a style that ignores water.
-    let (planted, _) = bent(&Style { water: None, ..style });
+    let (planted, _) = bent(&style.without(&["water"]));
     println!("{count} blocks of lakes: {found} have curvature; without water in the style, {planted}");
     assert!(count > 300 && found == 0 && planted == count);
 }

@@ -1,40 +1,74 @@
 //! Tests inks, haze and sky of the composite, without the paper's grain.
 
 use glam::{DVec2, DVec3};
-use hachure::composite::{self, PICTURE};
+use hachure::composite::{self, DrawnInk, PICTURE};
 use hachure::frame::Light;
-use hachure::lines::strokes::stroke::INK;
+use hachure::gpu::target::TargetKind;
 use hachure::lines::threshold::LINE;
 use hachure::lines::tone::ink::TONE_INK;
 use hachure::style::color::linear_from_srgb;
+use hachure::style::layers::{Channels, Fading};
 use hachure::style::{Color, Style};
 use hachure::surface::POSITION;
-use hachure::surface::cuts::CUT_INK;
-use hachure::surface::rims::RIM;
 use hachure::tones::TONE;
-use hachure::tones::balance::MARKS;
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
+
+/// An ink of the test and the texels of its picture.
+#[derive(Clone)]
+struct TestInk {
+    color: Color,
+    fading: Fading,
+    channels: Channels,
+    texels: Vec<[half::f16; 4]>,
+}
 
 /// Pictures that are composited.
 struct Layers {
     position: Vec<[f32; 4]>,
     tone: Vec<[half::f16; 4]>,
-    line: Vec<f32>,
-    ink: Vec<[half::f16; 1]>,
-    marks: Vec<f32>,
-    rows: Vec<f32>,
-    cuts: Vec<[half::f16; 4]>,
-    water: Vec<f32>,
-    heights: Vec<f32>,
-    rims: Vec<[f32; 2]>,
-    tone_lines: Vec<[half::f16; 4]>,
+    /// From the bottom to the top.
+    inks: Vec<TestInk>,
+}
+
+/// Returns inks of every kind of fading and channels, detected lines among them.
+fn inks() -> Vec<TestInk> {
+    let part = |x: i64, y: i64, turn: i64, share: f64| (chance(x, y, turn) - 1.0 + share).max(0.0) / share;
+    let surface = |faintest, reach, follows_tone| Fading::OnSurface { faintest, reach, follows_tone };
+    let kinds = [
+        ("#f0e060", surface(0.1, 1.7, false), Channels::One(1), 0.2),
+        ("#604020", surface(0.2, 1.0, false), Channels::One(0), 0.2),
+        ("#14120f", surface(0.5, 1.0, true), Channels::One(0), 0.5),
+        ("#1a1a80", surface(0.4, 1.0, true), Channels::Crossed(3), 0.2),
+        ("#1a661a", surface(0.45, 0.6, true), Channels::One(2), 0.3),
+        ("#991a4d", Fading::OnNearest { faintest: 0.15, reach: 1.3 }, Channels::One(0), 0.4),
+        ("#103050", surface(0.3, 1.0, false), Channels::One(0), 0.2),
+        ("#20242e", Fading::Done, Channels::One(0), 0.2),
+        // A second one of a kind, above the strokes.
+        ("#0a5a8a", surface(0.6, 1.0, true), Channels::Crossed(2), 0.2),
+    ];
+    (0..)
+        .zip(kinds)
+        .map(|(number, (color, fading, channels, share))| {
+            let texel = |channel: i64, x, y| half::f16::from_f64(part(x, y, 7 + 4 * number + channel, share));
+            // A pass that draws fewer families leaves 0 in the other channels.
+            let drawn = match channels {
+                Channels::One(_) => 4,
+                Channels::Crossed(families) => families,
+            };
+            let texel = |(x, y)| {
+                std::array::from_fn(
+                    |channel| if channel < drawn { texel(channel as i64, x, y) } else { half::f16::ZERO },
+                )
+            };
+            TestInk { color: color.parse().unwrap(), fading, channels, texels: places().map(texel).collect() }
+        })
+        .collect()
 }
 
 /// Returns a slope that recedes into the distance, sky above it, and some of every ink.
 fn layers() -> Layers {
     let view = view();
-    let part = |x: i64, y: i64, turn: i64, share: f64| (chance(x, y, turn) - 1.0 + share).max(0.0) / share;
     let position = places().map(|(x, y)| {
         let depth_m = if y < 12 { 0.0 } else { 40_000.0 / (y - 11) as f64 * (1.0 + 0.3 * chance(x / 9, y / 7, 1)) };
         let at = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)) * depth_m;
@@ -44,19 +78,7 @@ fn layers() -> Layers {
     Layers {
         position: position.collect(),
         tone: places().map(|(x, y)| std::array::from_fn(|i| half::f16::from_f64(chance(x, y, 2 + i as i64)))).collect(),
-        line: places().map(|(x, y)| part(x, y, 7, 0.4) as f32).collect(),
-        ink: places().map(|(x, y)| [half::f16::from_f64(part(x, y, 8, 0.2))]).collect(),
-        marks: places().map(|(x, y)| part(x, y, 9, 0.5) as f32).collect(),
-        rows: places().map(|(x, y)| part(x, y, 10, 0.3) as f32).collect(),
-        cuts: places()
-            .map(|(x, y)| std::array::from_fn(|family| half::f16::from_f64(part(x, y, 13 + family as i64, 0.2))))
-            .collect(),
-        water: places().map(|(x, y)| part(x, y, 11, 0.2) as f32).collect(),
-        heights: places().map(|(x, y)| part(x, y, 12, 0.2) as f32).collect(),
-        rims: places().map(|(x, y)| [part(x, y, 16, 0.2) as f32, 1.0]).collect(),
-        tone_lines: places()
-            .map(|(x, y)| std::array::from_fn(|kind| half::f16::from_f64(part(x, y, 17 + kind as i64, 0.2))))
-            .collect(),
+        inks: inks(),
     }
 }
 
@@ -72,65 +94,53 @@ fn mix(a: DVec3, b: DVec3, t: f64) -> DVec3 {
 /// behind a line.
 fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> {
     let view = view();
-    let lines = style.lines().unwrap();
     let at = |x: i64, y: i64| layers.position[inside(x, y)].map(f64::from);
     let away = |[x, y, z, _]: [f64; 4]| DVec3::new(x, y, z).length();
     let clearness = |distance_m: f64, reach: f64| (-(distance_m / (light.haze_m * reach)).powi(2)).exp();
     let haze = light.haze_srgb.map_or(linear(style.haze.color), |color| {
         DVec3::from_array(color.map(|value| f64::from(linear_from_srgb(value))))
     });
-    let faintest = |faintest: f32, clear: f64| f64::from(faintest) + (1.0 - f64::from(faintest)) * clear;
+    let left = |faintest: f32, clear: f64| f64::from(faintest) + (1.0 - f64::from(faintest)) * clear;
     places()
         .flat_map(|(x, y)| {
             let i = inside(x, y);
             let here = at(x, y);
-            let hatching = style.hatching().unwrap();
-            let water = style.water().unwrap();
-            let heights = style.height_lines().unwrap();
-            let mut height_ink = f64::from(layers.heights[i]);
-            let mut shore_ink = f64::from(layers.water[i]);
-            let mut rim_ink = f64::from(layers.rims[i][0]);
-            let tone_style = style.tone_lines().unwrap();
-            let [mut dark, mut highlight, ..] = layers.tone_lines[i].map(half::f16::to_f64);
-            // Families of cut lines cross each other.
-            let (cuts, rows) = (style.cuts().unwrap(), style.rows().unwrap());
-            let mut cut_ink = 1.0 - layers.cuts[i][..3].iter().map(|ink| 1.0 - ink.to_f64()).product::<f64>();
-            let mut mark_ink = f64::from(layers.marks[i]);
-            let mut row_ink = f64::from(layers.rows[i]);
-            let mut color = if here[3] <= 0.0 {
+            let is_sky = here[3] <= 0.0;
+            let mut color = if is_sky {
                 let up = view.ray(DVec2::new(x as f64 + 0.5, y as f64 + 0.5)).normalize().z;
                 mix(linear(style.sky.horizon), linear(style.sky.zenith), (2.0 * up).clamp(0.0, 1.0))
             } else {
                 let [red, green, blue, _] = layers.tone[i].map(half::f16::to_f64);
                 let clear = clearness(away(here), 1.0);
-                mark_ink *= faintest(hatching.faintest, clear);
-                cut_ink *= faintest(cuts.faintest, clear);
-                row_ink *= faintest(rows.faintest, clear);
-                shore_ink *= faintest(water.faintest, clear);
-                height_ink *= faintest(heights.faintest, clear);
-                rim_ink *= faintest(style.rims.faintest, clear);
-                let left = faintest(tone_style.faintest, clearness(away(here), tone_style.reach.into()));
-                (dark, highlight) = (dark * left, highlight * left);
-                mix(haze, DVec3::new(red, green, blue), faintest(style.haze.faintest_tone, clear))
+                mix(haze, DVec3::new(red, green, blue), left(style.haze.faintest_tone, clear))
             };
             color *= linear(style.paper.color);
-            color = mix(color, linear(tone_style.highlight_ink), highlight);
-            color = mix(color, linear(tone_style.ink), dark);
-            color = mix(color, linear(heights.ink), height_ink);
-            color = mix(color, linear(hatching.ink), mark_ink);
-            color = mix(color, linear(cuts.ink), cut_ink);
-            color = mix(color, linear(rows.ink), row_ink);
-            color = mix(color, linear(water.ink), shore_ink);
-            color = mix(color, linear(style.rim_ink()), rim_ink);
-            let drawn = f64::from(layers.line[i]);
-            if drawn > 0.0 {
-                let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j))).map(|(x, y)| at(x, y));
-                let nearest = around.filter(|at| at[3] > 0.0).map(away).fold(1e30, f64::min);
-                let clear = clearness(nearest, f64::from(lines.reach));
-                let side = if here[3] <= 0.0 || away(here) > behind * nearest { clear } else { 1.0 };
-                color = mix(color, linear(lines.ink), drawn * side * faintest(lines.faintest, clear));
+            for ink in &layers.inks {
+                let texel = ink.texels[i].map(half::f16::to_f64);
+                let amount = match ink.channels {
+                    Channels::One(channel) => texel[channel],
+                    Channels::Crossed(_) => 1.0 - texel[..3].iter().map(|ink| 1.0 - ink).product::<f64>(),
+                };
+                let faded = match ink.fading {
+                    Fading::Done => 1.0,
+                    Fading::OnSurface { faintest, reach, .. } => {
+                        if is_sky {
+                            1.0
+                        } else {
+                            left(faintest, clearness(away(here), reach.into()))
+                        }
+                    }
+                    Fading::OnNearest { faintest, reach } => {
+                        let around = (-1..=1).flat_map(|j| (-1..=1).map(move |i| (x + i, y + j)));
+                        let around = around.map(|(x, y)| at(x, y));
+                        let nearest = around.filter(|at| at[3] > 0.0).map(away).fold(1e30, f64::min);
+                        let clear = clearness(nearest, reach.into());
+                        let side = if is_sky || away(here) > behind * nearest { clear } else { 1.0 };
+                        side * left(faintest, clear)
+                    }
+                };
+                color = mix(color, linear(ink.color), amount * faded);
             }
-            color = mix(color, linear(style.strokes().unwrap().ink), layers.ink[i][0].to_f64());
             color.to_array()
         })
         .collect()
@@ -140,81 +150,63 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
 fn the_composite_is_its_twin() {
     let Some(mut bench) = Bench::new() else { return };
     let mut style = Style::load("ink").unwrap();
-    style.set_strokes(Style::load("pen").unwrap().strokes);
-    let Style { hatching, rows, .. } = Style::load("hachures").unwrap();
-    (style.hatching, style.rows, style.cuts) = (hatching, rows, Style::load("engraving").unwrap().cuts);
-    style.rows_mut().unwrap().ink = Color::from_srgb([0.1, 0.4, 0.1]);
-    style.cuts_mut().unwrap().ink = Color::from_srgb([0.1, 0.1, 0.5]);
-    style.water = Style::parse(
-        "water",
-        "name = \"w\"\ndescription = \"\"\n[water]\nink = \"#103050\"\n[tone]\nkind = \"plain\"\n",
-    )
-    .unwrap()
-    .water;
-    style.set_tone_lines(Style::load("tone-lines").unwrap().tone_lines);
-    style.set_height_lines(Style::load("pen").unwrap().height_lines);
-    style.height_lines_mut().unwrap().ink = Color::from_srgb([0.5, 0.25, 0.12]);
-    style.rims.ink = Some(Color::from_srgb([0.6, 0.1, 0.3]));
     style.paper.grain = 0.0;
     let layers = layers();
     let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
     let tone = bench.picture(&TONE, SIZE_PX, &bits(&layers.tone));
-    let line = bench.picture(&LINE, SIZE_PX, &layers.line);
-    let ink = bench.picture(&INK, SIZE_PX, &bits(&layers.ink));
-    let marks = bench.picture(&MARKS, SIZE_PX, &layers.marks);
-    let rows = bench.picture(&MARKS, SIZE_PX, &layers.rows);
-    let cuts = bench.picture(&CUT_INK, SIZE_PX, &bits(&layers.cuts));
-    let water = bench.picture(&MARKS, SIZE_PX, &layers.water);
-    let heights = bench.picture(&MARKS, SIZE_PX, &layers.heights);
-    let rims = bench.picture(&RIM, SIZE_PX, &layers.rims);
-    let tone_lines = bench.picture(&TONE_INK, SIZE_PX, &bits(&layers.tone_lines));
+    let drawn: Vec<DrawnInk> = layers
+        .inks
+        .iter()
+        .map(|ink| {
+            // Detected lines have one channel of 32 bits.
+            let (line, half): (&TargetKind, _) = (&LINE, &TONE_INK);
+            let picture = match ink.fading {
+                Fading::OnNearest { .. } => {
+                    let texels: Vec<f32> = ink.texels.iter().map(|texel| texel[0].to_f32()).collect();
+                    bench.picture(line, SIZE_PX, &texels)
+                }
+                _ => bench.picture(half, SIZE_PX, &bits(&ink.texels)),
+            };
+            DrawnInk { color: ink.color, fading: ink.fading, channels: ink.channels, picture }
+        })
+        .collect();
     for haze_srgb in [None, Some([0.7, 0.75, 0.9])] {
         let light = Light { to_sun: DVec3::Z, haze_m: 9_000.0, haze_srgb, focus: None };
         let picture = bench.out(&PICTURE);
         bench.run(|recorder| {
             let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
-            let (style, light, lines) = (&style, &light, style.lines());
-            let (position, tone, line) = (&position, &tone, &line);
-            let (ink, marks, rows, picture) = (&ink, &marks, &rows, &picture);
-            let (cuts, water, heights, rims, tone_lines) = (&cuts, &water, &heights, &rims, &tone_lines);
-            let inputs = composite::Inputs {
-                view,
-                style,
-                lines,
-                light,
-                position,
-                tone,
-                sky: None,
-                inks: composite::Inks { line, strokes: ink, marks, rows, cuts, water, heights, rims, tone_lines },
-                is_sample: false,
-                picture,
-            };
-            composite::run(recorder, &inputs);
+            let (style, light, position, tone) = (&style, &light, &position, &tone);
+            let (sky, inks, is_sample, picture) = (None, drawn.as_slice(), false, &picture);
+            composite::run(
+                recorder,
+                &composite::Inputs { view, style, light, position, tone, sky, inks, is_sample, picture },
+            );
         });
         let found: Vec<f64> =
             bench.halves(&picture).into_iter().flat_map(|[red, green, blue, _]| [red, green, blue]).collect();
-        let differing = |behind: f64, light: &Light| off(&found, &twin(&layers, &style, light, behind), 2e-3);
-        assert_eq!(differing(1.01, &light), 0);
+        let differing =
+            |layers: &Layers, behind: f64, light: &Light| off(&found, &twin(layers, &style, light, behind), 2e-3);
+        assert_eq!(differing(&layers, 1.01, &light), 0);
         // Planted errors: lines that keep both of their sides in the distance, and nearer haze.
-        assert!(differing(1e9, &light) > 50);
-        assert!(differing(1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
-        // Planted errors: marks and rims that do not fade.
-        let mut black = style.clone();
-        black.hatching_mut().unwrap().faintest = 1.0;
-        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
-        let mut black = style.clone();
-        black.rims.faintest = 1.0;
-        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
-        // Planted errors: rows in the ink of hatching, and cut lines that do not fade.
-        let mut exchanged = style.clone();
-        exchanged.rows_mut().unwrap().ink = style.hatching().unwrap().ink;
-        assert!(off(&found, &twin(&layers, &exchanged, &light, 1.01), 2e-3) > 500);
-        let mut black = style.clone();
-        black.cuts_mut().unwrap().faintest = 1.0;
-        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
-        // Planted error: lines from shading that do not fade.
-        let mut black = style.clone();
-        black.tone_lines_mut().unwrap().faintest = 1.0;
-        assert!(off(&found, &twin(&layers, &black, &light, 1.01), 2e-3) > 500);
+        assert!(differing(&layers, 1e9, &light) > 50);
+        assert!(differing(&layers, 1.01, &Light { haze_m: 8_000.0, ..light }) > 500);
+        let planted = |change: &dyn Fn(&mut Vec<TestInk>)| {
+            let mut inks = layers.inks.clone();
+            change(&mut inks);
+            let Layers { position, tone, .. } = &layers;
+            differing(&Layers { position: position.clone(), tone: tone.clone(), inks }, 1.01, &light)
+        };
+        for number in 0..layers.inks.len() {
+            // Planted errors: an ink that does not fade, an ink that is lacking, and one in the color of another.
+            let has_faded = layers.inks[number].fading != Fading::Done;
+            assert!(!has_faded || planted(&|inks| inks[number].fading = Fading::Done) > 300, "ink {number}");
+            assert!(planted(&|inks| drop(inks.remove(number))) > 300, "ink {number}");
+            assert!(planted(&|inks| inks[number].color = "#ff00ff".parse().unwrap()) > 300, "ink {number}");
+        }
+        // Planted errors: two inks in the other order, families that do not cross, and another channel.
+        assert!(planted(&|inks| inks.swap(2, 3)) > 100);
+        assert!(planted(&|inks| inks.swap(7, 8)) > 100);
+        assert!(planted(&|inks| inks[3].channels = Channels::One(0)) > 300);
+        assert!(planted(&|inks| inks[4].channels = Channels::One(0)) > 300);
     }
 }

@@ -40,7 +40,7 @@ fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
     let position = bench.picture(&POSITION, SIZE_PX, &positions);
     let normal = bench.picture(&NORMAL, SIZE_PX, &normals);
     let errors = bench.out(&ERRORS);
-    let lines = Lines { detector, ..Style::load("ink").unwrap().lines.unwrap() };
+    let lines = Lines { detector, ..Style::load("ink").unwrap().lines().cloned().unwrap() };
     bench.run(|recorder| {
         let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
         let (position, normal, errors) = (&position, &normal, &errors);
@@ -174,7 +174,8 @@ fn the_density_filter_is_its_twin() {
     let exact: Vec<[f64; 4]> = errors.iter().map(|errors| errors.map(half::f16::to_f64)).collect();
     for detector in [Detector::Lsa, Detector::Sobel] {
         for density in [0.0, 1.0, 2.0] {
-            let lines = Lines { detector, density, ramp: [0.1, 0.6], ..Style::load("ink").unwrap().lines.unwrap() };
+            let lines =
+                Lines { detector, density, ramp: [0.1, 0.6], ..Style::load("ink").unwrap().lines().cloned().unwrap() };
             let line = bench.out(&LINE);
             bench.run(|recorder| {
                 let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
@@ -238,7 +239,7 @@ fn the_density_filter_of_eight_directions_is_its_twin() {
         .collect();
     let picture = bench.picture(&ERRORS, SIZE_PX, &bits(&merged));
     let directions = bench.picture(&DIRECTIONS, SIZE_PX, &words);
-    let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("ink").unwrap().lines.unwrap() };
+    let lines = Lines { density: 2.0, ramp: [0.0, 0.6], ..Style::load("ink").unwrap().lines().cloned().unwrap() };
     let line = bench.out(&LINE);
     bench.run(|recorder| {
         let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));

@@ -188,7 +188,8 @@ fn exaggerated_relief_has_folds_on_slopes_that_face_the_sun() {
 fn parts_of_a_large_picture_have_the_relief_of_the_whole() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     // A shot reads the errors of LSA, so the style needs its lines.
-    let mut style = Style { lines: Style::load("ink").unwrap().lines, ..style("alpha_px = 40.0\nscale_px = 6.0") };
+    let mut style = style("alpha_px = 40.0\nscale_px = 6.0");
+    style.set_lines(Style::load("ink").unwrap().lines().cloned());
     style.lines_mut().unwrap().crowd = 1.0;
     let pose = world.pose(NEAR);
     let mut renderer = None;

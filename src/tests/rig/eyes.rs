@@ -24,10 +24,10 @@ fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
 /// Returns a preset whose eyes are independent in lines and marks, and without strokes, which always agree in a pair.
 fn alone(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
-    if let Some(lines) = &mut style.lines {
+    if let Some(lines) = style.lines_mut() {
         lines.stereo = style::Stereo::Alone;
     }
-    if let Some(hatching) = &mut style.hatching {
+    if let Some(hatching) = style.hatching_mut() {
         hatching.balance = false;
     }
     style.set_strokes(None);

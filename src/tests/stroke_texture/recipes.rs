@@ -40,7 +40,7 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
         assert!(text.contains(texture));
         let path = folder.path().join("style.toml");
         hachure::file::atomic::write(&path, text.as_bytes()).unwrap();
-        Style::load(path.to_str().unwrap()).map(|style| style.strokes.unwrap().texture.unwrap())
+        Style::load(path.to_str().unwrap()).map(|style| style.strokes().unwrap().texture.clone().unwrap())
     };
     assert_eq!(style("pencil").unwrap(), recipe("pencil"));
     hachure::file::atomic::write(&folder.path().join("mine.toml"), RECIPE.as_bytes()).unwrap();
@@ -50,11 +50,11 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
     assert!(
         matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))
     );
-    let told = format!("{}:5:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
+    let told = format!("{}:32:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
     assert!(error.to_string().starts_with(&told), "{error}");
     assert!(style("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml: cannot read the stroke texture: "));
     hachure::file::atomic::write(&folder.path().join("broken.toml"), b"tile = 3").unwrap();
     let error = style("broken.toml").unwrap_err().to_string();
     assert!(error.contains("broken.toml:1:") && error.lines().count() == 1, "{error}");
-    assert!(Style::load("strokes").unwrap().strokes.unwrap().texture.is_none());
+    assert!(Style::load("strokes").unwrap().strokes().unwrap().texture.is_none());
 }

@@ -9,6 +9,7 @@ use std::fmt::Debug;
 use std::fs;
 use std::path::Path;
 
+use hachure::style::layers::written_key;
 use hachure::style::parameters::{
     Parameter, Range, Setting, Tree, ValueKind, document, find, parameters_of, read, set, text,
 };
@@ -73,6 +74,7 @@ fn leaves<T: Setting>(item: Option<&Item>) -> Vec<Parameter> {
 /// Returns the text without the value at a key.
 fn without(text: &str, key: &str) -> String {
     let mut document: DocumentMut = text.parse().unwrap();
+    let key = &written_key(document.as_item(), key);
     let mut item = document.as_item_mut();
     let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
     for step in sections.split(['.', '[']).map(|step| step.trim_end_matches(']')).filter(|step| !step.is_empty()) {
@@ -100,8 +102,10 @@ fn reads_back<T: Kind>() {
         // The given values are those that were read, and serde has them under the same keys.
         let document: DocumentMut = given.parse().unwrap();
         let (given, told) = (json(document.as_item()), serde_json::to_value(&read).unwrap());
+        let whole = read.item().unwrap();
         for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
-            let (value, told) = (at(&given, &key), at(&told, &key));
+            let value = at(&given, &written_key(document.as_item(), &key));
+            let told = at(&told, &written_key(&whole, &key));
             if !value.is_null() {
                 assert!(same(value, told), "seed {seed}: {key} is {told}, expected {value}");
             }
@@ -288,10 +292,10 @@ fn presets_are_edited_with_their_comments() {
     assert_eq!(thick, text.replace("width_px = 2.6", "width_px = 9.5"));
     assert!(thick.contains("# Rebuilt in every tenth frame"));
     let [before, after] = [text, &thick].map(|text| read::<Style>("strokes", text).unwrap());
-    assert_eq!(after.strokes.as_ref().unwrap().width_px, 9.5);
+    assert_eq!(after.strokes().unwrap().width_px, 9.5);
     // Nothing else has changed, and the comparison detects the change.
     assert_ne!(after, before);
     let mut back = after;
-    back.strokes.as_mut().unwrap().width_px = before.strokes.as_ref().unwrap().width_px;
+    back.strokes_mut().unwrap().width_px = before.strokes().unwrap().width_px;
     assert_eq!(back, before);
 }

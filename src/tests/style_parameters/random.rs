@@ -88,6 +88,17 @@ fn number(table: &Table, key: &str, default: f64) -> Option<f64> {
 fn item(definition: &Definition, random: &mut Random, all: bool) -> Item {
     match &definition.kind {
         ValueKind::Section(definitions) => Item::Table(section(definitions, random, all)),
+        ValueKind::Layers(kinds) => {
+            // Each kind once, in any order.
+            let mut tables: Vec<Table> = Vec::new();
+            for kind in kinds.iter().filter(|_| all || random.below(3) > 0).collect::<Vec<_>>() {
+                let mut table = Table::new();
+                table.insert("kind", value(kind.key));
+                table.extend(section(kind.section().unwrap_or_default(), random, all));
+                tables.insert(random.below(tables.len() + 1), table);
+            }
+            Item::ArrayOfTables(tables.into_iter().collect::<ArrayOfTables>())
+        }
         ValueKind::List(kind) => {
             let Range::Entries(low, high) = definition.range else { return value(Array::new()) };
             let count = low + random.below(high - low + 1);

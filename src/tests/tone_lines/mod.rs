@@ -109,7 +109,7 @@ fn middle() -> DVec2 {
 /// Returns a style that draws what the search finds at each pixel, whatever its neighbours have.
 fn bare(width_px: f32) -> ToneLines {
     let text = "name = \"t\"\ndescription = \"\"\n[tone]\nkind = \"plain\"\n[tone_lines]\n";
-    let lines = Style::parse("t", text).unwrap().tone_lines.unwrap();
+    let lines = Style::parse("t", text).unwrap().tone_lines().cloned().unwrap();
     let dark_ramp = [0.004, 0.012];
     ToneLines {
         width_px,

@@ -6,7 +6,7 @@ use hachure::lines::strokes::polylines::Polyline;
 use hachure::picture::PictureRequest;
 use hachure::picture::strokes::render_strokes;
 use hachure::style::Style;
-use hachure::surface::cuts::CUT_INK;
+use hachure::style::layers::CUT_INK;
 use hachure::surface::rows::ribbons::ROW_INK;
 use hachure::tones::balance::MARKS;
 use hachure::vector::pens::Pens;
@@ -44,7 +44,7 @@ fn ink_of(world: &mut World, style: &Style) -> Vec<f32> {
 fn groups_of(world: &mut World, style: &Style) -> Vec<Group> {
     let request = PictureRequest::still(world.pose(CAMERA), SIZE_PX, style, north_west());
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
-    assert!(drawn.strokes().into_iter().flatten().count() > 5);
+    assert!(drawn.strokes.iter().flatten().count() > 5);
     drawn.marks
 }
 

@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
 use crate::tests::common;
+mod colors;
 mod fit;
 mod marks;
 mod order;

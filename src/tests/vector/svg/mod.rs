@@ -88,10 +88,11 @@ fn drawing(layers: Vec<Layer>, settings: &Settings) -> Drawing {
 
 /// A path in a file.
 pub struct Read {
-    layer: String,
+    pub layer: String,
+    pub color: String,
     path: BezPath,
     pub width: f64,
-    opacity: f64,
+    pub opacity: f64,
 }
 
 /// Returns the paths of a file, in its order, and checks its structure.
@@ -113,6 +114,7 @@ pub fn read(text: &str) -> Vec<Read> {
             ["heights", ..] => "contour",
             ["cuts", ..] => "cut",
             ["rims", ..] => "outlines",
+            ["hachures", ..] => "hachures",
             ["water", ..] => "shores",
             ["tone", "highlights"] => "highlight",
             ["tone", ..] => "dark",
@@ -129,6 +131,7 @@ pub fn read(text: &str) -> Vec<Read> {
             assert_eq!(node.tag_name().name(), "path");
             paths.push(Read {
                 layer: id.to_owned(),
+                color: layer.attribute("stroke").unwrap().to_owned(),
                 path: BezPath::from_svg(node.attribute("d").unwrap()).unwrap(),
                 width: number(&node, "stroke-width").unwrap(),
                 opacity: number(&node, "stroke-opacity").unwrap_or(1.0),
