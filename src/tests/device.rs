@@ -15,6 +15,8 @@ use hachure::gpu::readback::read_as;
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [96, 54];
+/// Large enough for several strokes.
+const WIDE_PX: [u32; 2] = [320, 180];
 
 /// Draws a frame of each style with a renderer of its own; returns how many pipelines the renderers had to compile.
 fn compiled(world: &mut World, names: &[&str]) -> u64 {
@@ -63,7 +65,7 @@ struct Edited<'a> {
 
 impl Edited<'_> {
     fn draw(&mut self, style: &Style) {
-        let view = still(self.world.pose("900,-900,+20,315,3,60"), SIZE_PX);
+        let view = still(self.world.pose("900,-900,+20,315,3,60"), WIDE_PX);
         draw(&self.world.gpu, &mut self.world.surfaces, &mut self.renderer, &view, style, &north_west());
     }
 
@@ -90,6 +92,8 @@ impl Edited<'_> {
 fn an_edit_of_a_value_restarts_nothing() {
     let Some(mut world) = World::apart(Hill::square(321, 10.0).1, 1.0) else { return };
     let mut style = Style::load("charcoal").unwrap();
+    let strokes = style.strokes_mut().unwrap();
+    (strokes.shortest_px, strokes.width_px, strokes.taper_px, strokes.crowd) = (4.0, 2.0, 4.0, 1.0);
     style.set_lines(Style::load("ink").unwrap().lines().cloned());
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_antialias(Antialias::Temporal);
