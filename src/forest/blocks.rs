@@ -11,7 +11,9 @@ use glam::{DVec2, DVec3, IVec2};
 
 use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
-use crate::gpu::wgsl::shared::tree_ranks::{CHOOSES, MOST_SPARSE};
+#[cfg(test)]
+use crate::gpu::wgsl::shared::tree_ranks::CHOOSES;
+use crate::gpu::wgsl::shared::tree_ranks::MOST_SPARSE;
 use crate::scene::frustum::{Bounds, Frustum};
 
 /// From the level above this one, not all tiles have a point in a block: one of four in the next level, and so on.
@@ -82,6 +84,7 @@ impl Block {
 }
 
 /// Returns the tile that has a point, of a group of 2^`sparseness` × 2^`sparseness` tiles; `group` counts in groups.
+#[cfg(test)]
 pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
     let mut at = group;
     for level in (0..sparseness).rev() {
@@ -92,6 +95,7 @@ pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
 }
 
 /// Returns the rank of a tile's first point: below all others, and the lower the more levels choose the tile.
+#[cfg(test)]
 pub fn first_rank(tile: IVec2) -> f64 {
     let mut level = 0;
     while level < WIDEST - SPARSE && chosen_tile(tile >> (level + 1) as i32, level + 1) == tile {
@@ -102,6 +106,7 @@ pub fn first_rank(tile: IVec2) -> f64 {
 }
 
 /// Hash function, the same as in `shaders/shared/pcg.wgsl`.
+#[cfg(test)]
 fn pcg(value: [u32; 2]) -> [u32; 2] {
     let [mut x, mut y] = value.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     x = x.wrapping_add(y.wrapping_mul(1_664_525));

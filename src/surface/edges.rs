@@ -10,7 +10,9 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
-pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY, MOST_EDGES};
+pub use crate::gpu::wgsl::shared::edges::{Edge, MOST_EDGES};
+#[cfg(test)]
+pub use crate::gpu::wgsl::shared::edges::{KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY};
 
 /// The kinds of edge that are wanted besides contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

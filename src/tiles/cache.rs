@@ -60,16 +60,13 @@ impl TileCache {
     }
 
     /// Returns the number of cached tiles.
+    #[cfg(test)]
     pub fn len(&self) -> usize {
         self.tiles.len()
     }
 
-    /// Returns whether the cache is empty.
-    pub fn is_empty(&self) -> bool {
-        self.tiles.is_empty()
-    }
-
     /// Returns the largest number of tiles.
+    #[cfg(test)]
     pub fn most(&self) -> usize {
         self.most
     }

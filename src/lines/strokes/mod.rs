@@ -28,6 +28,7 @@ pub mod samples;
 pub mod stroke;
 pub mod texture;
 pub mod thin;
+#[cfg(test)]
 pub mod twin;
 
 use std::sync::Arc;
@@ -37,7 +38,9 @@ use bytemuck::Zeroable;
 use self::history::History;
 pub use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
-pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
+#[cfg(test)]
+pub use self::records::{Chain, ChainPosition, SegmentInOrder, UNITS_PER_PX};
+pub use self::records::{ChainRules, Segment, StrokeCounts};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
 use self::texture::StrokeTexture;
@@ -81,6 +84,7 @@ pub struct Lists {
 
 impl Lists {
     /// Allocates the lists for a style's strokes on a picture of `size_px`.
+    #[cfg(test)]
     pub fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         Self::new(recorder, &StrokesUniform::new(strokes, size_px, haze_m))
     }

@@ -15,8 +15,12 @@ use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Cull as CullUniform;
 pub use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
+#[cfg(test)]
 use crate::mesh::placed::{Placed, Standing};
-use crate::scene::view::{Rig, View};
+use crate::scene::view::Rig;
+#[cfg(test)]
+use crate::scene::view::View;
+#[cfg(test)]
 use crate::tiles::earth_curvature::EarthCurvature;
 use bytemuck::Zeroable;
 
@@ -86,6 +90,7 @@ pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Nam
 }
 
 /// A mesh instance that is in view.
+#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleInstance {
     /// Index into [`Placed::standing`].
@@ -97,6 +102,7 @@ pub struct VisibleInstance {
 }
 
 /// The CPU twin: returns the instances in view, in the order of [`Placed::standing`].
+#[cfg(test)]
 pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {

@@ -180,7 +180,7 @@ impl RowMemory {
                 plan[pool].seen.push(block(terrain, *address, slot as u32, rig.origin_m));
             }
         }
-        RowPlan { rules, pools: plan, is_late: self.is_late }
+        RowPlan { rules, pools: plan }
     }
 
     /// Returns a free slot, or that of the least recently used block.

@@ -63,8 +63,6 @@ pub struct RowPlan {
     pub rules: RowRules,
     /// The pools: no single binding holds all blocks of a large picture.
     pub pools: Vec<PlannedPool>,
-    /// Whether blocks are left for the next frame.
-    pub is_late: bool,
 }
 
 impl RowPlan {
@@ -72,7 +70,7 @@ impl RowPlan {
     pub fn prewarm(gpu: &Gpu) -> Self {
         let nothing = Buffer::new(gpu, &JOBS, 16);
         let pools = vec![PlannedPool::new(nothing.clone(), nothing)];
-        Self { rules: RowRules::default(), pools, is_late: false }
+        Self { rules: RowRules::default(), pools }
     }
 }
 

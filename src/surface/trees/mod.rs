@@ -27,7 +27,9 @@ use crate::forest::model::TreeModel;
 use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-pub use crate::gpu::wgsl::shared::trees::{CANOPY, DRAW_WORDS, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
+#[cfg(test)]
+pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
+pub use crate::gpu::wgsl::shared::trees::{DRAW_WORDS, TREE_LEVELS};
 use crate::scene::Forest;
 use crate::scene::forest::Form;
 
