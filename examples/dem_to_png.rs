@@ -11,8 +11,8 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::picture::{self, PictureRequest};
 use hachure::style::Style;
-use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::OpenWorld;
+use hachure::world::TerrainOptions;
 
 fn main() -> anyhow::Result<()> {
     let mut arguments = std::env::args().skip(1);

@@ -11,8 +11,8 @@ use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::picture::{self, PictureRequest};
 use hachure::style::Style;
-use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::OpenWorld;
+use hachure::world::TerrainOptions;
 
 /// Samples per row, rows, and metres between samples.
 const SIZE: [u32; 2] = [900, 700];

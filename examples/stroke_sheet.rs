@@ -8,7 +8,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use hachure::lines::strokes::texture::{Brush, Level, grow};
+use hachure::internals::texture::{Brush, Level, grow};
 use hachure::style::texture::{self, Recipe};
 
 const WIDTHS_PX: [f32; 5] = [2.0, 4.0, 8.0, 16.0, 32.0];

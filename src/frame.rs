@@ -26,6 +26,7 @@ use std::time::Instant;
 pub use self::antialias::{Antialias, SAMPLES_AT_REST};
 pub use self::eye::EyeMemory;
 pub use self::left::DrawnMeshCounts;
+pub use crate::composite::PICTURE;
 use crate::composite::temporal_aa;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;

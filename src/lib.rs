@@ -16,26 +16,39 @@ pub mod gpu;
 pub mod remote;
 pub mod source;
 pub mod pyramid;
-pub mod mesh;
+mod mesh;
 pub mod scene;
-pub mod forest;
+mod forest;
 pub mod style;
-pub mod tiles;
+mod tiles;
 pub mod world;
-pub mod surface;
-pub mod lines;
-pub mod tones;
-pub mod composite;
+mod surface;
+mod lines;
+mod tones;
+mod composite;
 pub mod frame;
-pub mod lettering;
-pub mod vector;
+mod lettering;
+mod vector;
 pub mod picture;
 pub mod measure;
 #[cfg(feature = "window")]
-pub mod window;
+mod window;
 #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
 pub mod headset;
 pub mod commands;
+
+/// Internals that the programs in `tests`, `benches` and `examples` of this repository use. They are not part of the
+/// API.
+#[doc(hidden)]
+pub mod internals {
+    pub use crate::lines::strokes::texture;
+    pub use crate::mesh::obj;
+    pub use crate::tiles::budget::most_patches;
+    pub use crate::tiles::grid_projection::GridProjection;
+    pub use crate::tiles::patches::AllPatches;
+    pub use crate::tiles::select::{select, select_within};
+    pub use crate::tiles::selection::Viewpoint;
+}
 
 #[cfg(test)]
 extern crate self as hachure;

@@ -14,17 +14,17 @@ use common::shot::{Shot, ink, shoot, shoot_style};
 use common::{World, baked, grid_of, random};
 use glam::DVec2;
 use hachure::frame::terrain_view;
+use hachure::internals::AllPatches;
+use hachure::internals::GridProjection;
+use hachure::internals::Viewpoint;
+use hachure::internals::most_patches;
+use hachure::internals::select;
+use hachure::internals::select_within;
 use hachure::measure::lod_error;
 use hachure::picture::PartRule;
 use hachure::pyramid::TileStore;
 use hachure::scene::view::{Part, Pose, View};
 use hachure::source::{HeightGrid, HeightReader, OpenOptions, Window, WorldMapping, open_reader_with};
-use hachure::tiles::budget::most_patches;
-use hachure::tiles::grid_projection::GridProjection;
-use hachure::tiles::patches::AllPatches;
-use hachure::tiles::select::select;
-use hachure::tiles::select::select_within;
-use hachure::tiles::selection::Viewpoint;
 
 const SIZE_PX: [u32; 2] = [64, 36];
 /// Many times the duration of any picture here.

@@ -14,15 +14,15 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command};
 
 use common::draw::{draw, halves, still};
-use hachure::composite::PICTURE;
 use hachure::file::png::{Picture, read_rgba8, write_rgba8};
+use hachure::frame::PICTURE;
 use hachure::frame::Renderer;
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
 use hachure::measure::image_compare::{Tolerance, compare};
 use hachure::picture::srgb8;
 use hachure::style::{self, Style};
-use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::TerrainOptions;
 use hachure::world::open::OpenWorld;
 
 const SIZE_PX: [u32; 2] = [128, 72];

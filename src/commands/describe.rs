@@ -13,7 +13,7 @@ use crate::source::{GeoreferenceError, HeightReader, Statistics, WorldMapping};
 
 /// Properties of a grid of heights.
 #[derive(Serialize)]
-pub struct Heights {
+pub(super) struct Heights {
     /// Samples per row.
     pub width: u32,
     /// Number of rows.
@@ -41,7 +41,7 @@ pub struct Heights {
 
 /// Properties of a pyramid in addition to those of its heights.
 #[derive(Serialize)]
-pub struct Levels {
+pub(super) struct Levels {
     /// Levels, finest first.
     pub levels: Vec<Level>,
     /// Number of tiles in all levels.
@@ -60,7 +60,7 @@ pub struct Levels {
 
 /// A level of a pyramid.
 #[derive(Serialize)]
-pub struct Level {
+pub(super) struct Level {
     /// Samples per row.
     pub width: u32,
     /// Number of rows.
@@ -75,7 +75,7 @@ pub struct Level {
 
 impl Heights {
     /// Describes the grid of a reader, given the statistics of its heights.
-    pub fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
+    pub(super) fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
         let Statistics { min_m, max_m, void_samples, filled } = statistics;
         let heights = Self::new(reader.georeference(), LevelSize { width, height }, [min_m, max_m], void_samples)?;
@@ -83,7 +83,7 @@ impl Heights {
     }
 
     /// Describes the finest level of a pyramid.
-    pub fn of_pyramid(pyramid: &Pyramid) -> Result<Self, GeoreferenceError> {
+    pub(super) fn of_pyramid(pyramid: &Pyramid) -> Result<Self, GeoreferenceError> {
         let range_m = [pyramid.min_m(), pyramid.max_m()];
         Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples())
     }
@@ -128,7 +128,7 @@ impl Heights {
     }
 
     /// Returns the description as lines of text.
-    pub fn lines(&self) -> String {
+    pub(super) fn lines(&self) -> String {
         let Self { width, height, spacing_m: [dx_m, dy_m], extent_m: [east_m, north_m], .. } = self;
         let voids = match self.void_samples {
             0 => "none".to_owned(),
@@ -151,7 +151,7 @@ impl Heights {
 
 impl Levels {
     /// Describes an open pyramid.
-    pub fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
+    pub(super) fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
         let levels: Vec<Level> =
             pyramid.levels().iter().zip(pyramid.summaries()).map(|(size, summary)| of_level(*size, summary)).collect();
         let patches = (0..pyramid.patch_levels()).map(|j| pyramid.patch_counts(j));
@@ -170,7 +170,7 @@ impl Levels {
     }
 
     /// Returns the description as lines of text.
-    pub fn lines(&self) -> String {
+    pub(super) fn lines(&self) -> String {
         let mebibytes = |bytes: u64| bytes as f64 / f64::from(1 << 20);
         let kept = match self.max_error_m {
             0.0 => "lossless".to_owned(),

@@ -1,8 +1,8 @@
 //! Tones, lines, paper and haze → the picture. See `shaders/composite/composite.wgsl`.
 
-pub mod present;
-pub mod sky;
-pub mod temporal_aa;
+pub(crate) mod present;
+pub(crate) mod sky;
+pub(crate) mod temporal_aa;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::pipelines::Compute;
@@ -20,10 +20,10 @@ use crate::style::{Color, Style};
 /// The picture: linear colour, opaque.
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
 /// A target of one pixel, for pictures that a style lacks: reading outside of it gives 0.
-pub const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
+pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
 
 /// Largest number of inks.
-pub const MOST_INKS: usize = NAMES.len();
+pub(crate) const MOST_INKS: usize = NAMES.len();
 /// The shader's variables for the pictures of inks, from the bottom to the top.
 const NAMES: [&str; 12] =
     ["ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11"];
@@ -33,7 +33,7 @@ const DEFINITIONS: [&str; 13] = [
 ];
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style, for paper and sky.
     pub style: &'a Style,
@@ -55,7 +55,7 @@ pub struct Inputs<'a> {
 
 /// An ink of a frame.
 #[derive(Clone, Debug)]
-pub struct DrawnInk {
+pub(crate) struct DrawnInk {
     pub color: Color,
     pub fading: Fading,
     /// The channels of `picture` that hold the ink.
@@ -89,7 +89,7 @@ impl DrawnInk {
 }
 
 /// Composites the layers into the picture.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { style, light, .. } = inputs;
     let inks = &inputs.inks[..inputs.inks.len().min(MOST_INKS)];
     let mut uniform = CompositeUniform {

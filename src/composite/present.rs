@@ -8,7 +8,7 @@ use crate::scene::anaglyph::{Glasses, Mix};
 
 /// The pictures that a window shows.
 #[derive(Clone, Copy)]
-pub enum Shown<'a> {
+pub(crate) enum Shown<'a> {
     /// The picture of one eye.
     One(&'a Target),
     /// The pictures of two eyes.
@@ -21,7 +21,7 @@ pub enum Shown<'a> {
 }
 
 /// The pass that presents to a window.
-pub struct PresentPass {
+pub(crate) struct PresentPass {
     full_screen: FullScreen,
     /// The window's format. The pass encodes to sRGB if the format does not.
     format: wgpu::TextureFormat,
@@ -29,12 +29,12 @@ pub struct PresentPass {
 
 impl PresentPass {
     /// Creates the pass for a window's format.
-    pub fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
+    pub(crate) fn new(gpu: &Gpu, format: wgpu::TextureFormat) -> Self {
         Self { full_screen: FullScreen::new(gpu), format }
     }
 
     /// Draws `shown` over all of `window`, whose size is `window_px`, with `encoder`, which the caller submits next.
-    pub fn run(
+    pub(crate) fn run(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,

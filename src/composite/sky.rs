@@ -11,10 +11,10 @@ use crate::style::Panorama;
 use crate::style::sky::{CloudForm, Sky};
 
 /// rgb: linear colour before the paper; a: ink of ruled lines and outlines. It is also drawn behind the land.
-pub const SKY: TargetKind = TargetKind::storage("sky", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const SKY: TargetKind = TargetKind::storage("sky", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The contents of the sky.
     pub style: &'a Sky,
@@ -26,7 +26,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the sky.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let look = SkyLook {
         zenith: style.zenith.linear(),

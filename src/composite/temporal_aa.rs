@@ -9,14 +9,14 @@ pub(crate) use crate::gpu::wgsl::composite::temporal_aa::TemporalAa as TemporalA
 use crate::style::Style;
 
 /// One sample of each pixel, as composited without strokes. rgb: linear colour; a: the ink of lines.
-pub const SAMPLE: TargetKind = TargetKind::storage("sample", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const SAMPLE: TargetKind = TargetKind::storage("sample", wgpu::TextureFormat::Rgba16Float);
 /// The running mean of [`SAMPLE`]. Even and odd frames alternate between the two targets.
-pub const HISTORY: [TargetKind; 2] = [
+pub(crate) const HISTORY: [TargetKind; 2] = [
     TargetKind::storage("history of even frames", wgpu::TextureFormat::Rgba16Float),
     TargetKind::storage("history of odd frames", wgpu::TextureFormat::Rgba16Float),
 ];
 /// Log2 of the distance of the nearest surface within a pixel, the number of frames that count, and the ink of strokes.
-pub const SEEN: [TargetKind; 2] = [
+pub(crate) const SEEN: [TargetKind; 2] = [
     TargetKind::storage("seen in even frames", wgpu::TextureFormat::Rgba16Float),
     TargetKind::storage("seen in odd frames", wgpu::TextureFormat::Rgba16Float),
 ];
@@ -32,7 +32,7 @@ const KEPT: f32 = 0.85;
 
 /// How a frame uses the previous frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Frame number: even and odd frames alternate between targets.
     pub frame: usize,
     /// Whether there is a previous frame, whose view continues in this one.
@@ -45,7 +45,7 @@ pub struct Plan {
 }
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// How the frame uses the previous frames.
     pub plan: Plan,
@@ -63,14 +63,14 @@ pub struct Inputs<'a> {
 }
 
 /// The mean and the seen surfaces of an eye's last two frames.
-pub struct Histories {
+pub(crate) struct Histories {
     before: [Target; 2],
     now: [Target; 2],
 }
 
 impl Histories {
     /// Allocates the histories of an eye.
-    pub fn of(gpu: &Gpu, targets: &mut Targets, plan: Plan) -> Self {
+    pub(crate) fn of(gpu: &Gpu, targets: &mut Targets, plan: Plan) -> Self {
         let mut of_frame = |frame: usize| [&HISTORY[frame], &SEEN[frame]].map(|kind| targets.whole(gpu, kind));
         Self { before: of_frame((plan.frame + 1) % 2), now: of_frame(plan.frame % 2) }
     }
@@ -85,7 +85,7 @@ fn rest_weight(frames_at_rest: u32) -> f32 {
 }
 
 /// Adds a frame to the mean, and draws the strokes and the grain of the paper over it.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform = TemporalAaUniform {
         has_history: u32::from(inputs.plan.has_history),
         rest_weight: rest_weight(inputs.plan.frames_at_rest),

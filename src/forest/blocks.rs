@@ -11,18 +11,20 @@ use glam::{DVec2, DVec3, IVec2};
 
 use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
-use crate::gpu::wgsl::shared::tree_ranks::{CHOOSES, MOST_SPARSE};
+#[cfg(test)]
+use crate::gpu::wgsl::shared::tree_ranks::CHOOSES;
+use crate::gpu::wgsl::shared::tree_ranks::MOST_SPARSE;
 use crate::scene::frustum::{Bounds, Frustum};
 
 /// From the level above this one, not all tiles have a point in a block: one of four in the next level, and so on.
-pub const SPARSE: u32 = 6;
+pub(crate) const SPARSE: u32 = 6;
 const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
 /// Level of the widest blocks.
-pub const WIDEST: u32 = SPARSE + MOST_SPARSE;
+pub(crate) const WIDEST: u32 = SPARSE + MOST_SPARSE;
 
 /// A square block of candidate points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Block {
+pub(crate) struct Block {
     /// Level; the side is 2^level times that of the smallest block.
     pub level: u32,
     /// The tile that contains the block, or the tile in its south-west corner: east and north, counted in tiles from
@@ -39,22 +41,22 @@ impl Block {
     }
 
     /// Returns the side in metres.
-    pub fn side_m(self) -> f64 {
+    pub(crate) fn side_m(self) -> f64 {
         TILE_M / f64::from(BLOCKS) * f64::from(1_u32 << self.level)
     }
 
     /// Returns the number of tiles with points along its side; 1 for a part of a tile.
-    pub fn tiles(self) -> u32 {
+    pub(crate) fn tiles(self) -> u32 {
         1 << (self.level.min(SPARSE) + 1).saturating_sub(LEVELS_OF_TILE)
     }
 
     /// Returns how many times four groups of tiles were merged into one that has a point.
-    pub fn sparseness(self) -> u32 {
+    pub(crate) fn sparseness(self) -> u32 {
         self.level.saturating_sub(SPARSE)
     }
 
     /// Returns its south-west corner in the world.
-    pub fn corner_m(self) -> DVec2 {
+    pub(crate) fn corner_m(self) -> DVec2 {
         let side = (BLOCKS >> self.level).max(1);
         let in_tile = DVec2::new((self.number % side).into(), (self.number / side).into());
         self.tile.as_dvec2() * TILE_M + in_tile * self.side_m()
@@ -75,13 +77,14 @@ impl Block {
     }
 
     /// Returns the points that each of its tiles has in this block, by rank.
-    pub fn points(self, points: &Points) -> &[Point] {
+    pub(crate) fn points(self, points: &Points) -> &[Point] {
         let own = points.of_block(self.level.min(LEVELS_OF_TILE - 1), self.number);
         if self.tiles() == 1 { own } else { &own[..(POINTS >> (2 * self.level.min(SPARSE))) as usize] }
     }
 }
 
 /// Returns the tile that has a point, of a group of 2^`sparseness` × 2^`sparseness` tiles; `group` counts in groups.
+#[cfg(test)]
 pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
     let mut at = group;
     for level in (0..sparseness).rev() {
@@ -92,6 +95,7 @@ pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
 }
 
 /// Returns the rank of a tile's first point: below all others, and the lower the more levels choose the tile.
+#[cfg(test)]
 pub fn first_rank(tile: IVec2) -> f64 {
     let mut level = 0;
     while level < WIDEST - SPARSE && chosen_tile(tile >> (level + 1) as i32, level + 1) == tile {
@@ -102,6 +106,7 @@ pub fn first_rank(tile: IVec2) -> f64 {
 }
 
 /// Hash function, the same as in `shaders/shared/pcg.wgsl`.
+#[cfg(test)]
 fn pcg(value: [u32; 2]) -> [u32; 2] {
     let [mut x, mut y] = value.map(|v| v.wrapping_mul(1_664_525).wrapping_add(1_013_904_223));
     x = x.wrapping_add(y.wrapping_mul(1_664_525));
@@ -115,7 +120,7 @@ fn pcg(value: [u32; 2]) -> [u32; 2] {
 /// Thinning with distance: fewer trees are drawn far away, so that their number per area of the picture stays the same
 /// as at `full_m`. Trees of low rank remain, and are evenly spaced.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Thinning {
+pub(crate) struct Thinning {
     /// Share of the points that can have trees: the rank below which trees may exist.
     pub density: f64,
     /// Distance up to which all trees are drawn, in metres.
@@ -124,14 +129,14 @@ pub struct Thinning {
 
 impl Thinning {
     /// Returns an upper bound of the rank below which trees are drawn at a distance.
-    pub fn rank_at(&self, away_m: f64) -> f64 {
+    pub(crate) fn rank_at(&self, away_m: f64) -> f64 {
         self.density * (self.full_m / away_m.max(self.full_m)).powi(2)
     }
 }
 
 /// An eye, and the limits of what it can see of a forest.
 #[derive(Clone, Debug)]
-pub struct Sight<'a> {
+pub(crate) struct Sight<'a> {
     /// Position of the eye in the world.
     pub eye_m: DVec3,
     pub frustum: &'a Frustum,
@@ -152,7 +157,7 @@ pub struct Sight<'a> {
 
 impl Sight<'_> {
     /// Returns the box around the trees of a block and their shadows, relative to the eye.
-    pub fn bounds(&self, block: Block) -> Bounds {
+    pub(crate) fn bounds(&self, block: Block) -> Bounds {
         let &Self { eye_m, range_m, tallest_m, shadow_m, sways_m, .. } = self;
         let corner_m = block.corner_m();
         // Crowns extend over the borders of blocks, canopies are wider than their trees, and the earth curves down.
@@ -167,7 +172,7 @@ impl Sight<'_> {
 }
 
 /// Returns the blocks in range that the frustum may see, and an upper bound of the number of trees in them.
-pub fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
+pub(crate) fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
     let &Sight { eye_m, frustum, reach_m, land_m, thinning, .. } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
     let side_m = Block::widest(IVec2::ZERO).side_m();

@@ -9,7 +9,7 @@ use crate::mesh::linear_from_srgb;
 use crate::scene::forest::Species;
 
 /// Red, green and blue in linear light, 0 to 1.
-pub type Color = [f32; 3];
+pub(crate) type Color = [f32; 3];
 
 /// Default colours of leaves and bark of each species, in sRGB.
 const CONIFER: [u32; 2] = [0x45_60_4e, 0x6b_50_3f];
@@ -18,7 +18,7 @@ const BIRCH: [u32; 2] = [0x98_a8_48, 0xf0_ed_e6];
 const SNAG: [u32; 2] = [0x8d_89_83, 0x8d_89_83];
 
 /// Returns the palette index of a part of a generated species.
-pub fn paint_of(part: Part) -> u8 {
+pub(crate) fn paint_of(part: Part) -> u8 {
     match part {
         Part::Leaf => 0,
         Part::Bark => 1,
@@ -26,14 +26,14 @@ pub fn paint_of(part: Part) -> u8 {
 }
 
 /// Returns the palette of a generated species: leaves, bark.
-pub fn of_grown(grown: Grown, species: &Species) -> Vec<Color> {
+pub(crate) fn of_grown(grown: Grown, species: &Species) -> Vec<Color> {
     let [leaf, bark] = own(grown);
     vec![species.color_srgb.map_or(leaf, linear), species.bark_srgb.map_or(bark, linear)]
 }
 
 /// Returns the palette of a model: its materials, then its canopy. Materials without a colour get the colour of leaves,
 /// by default those of the generated species with the most similar outline.
-pub fn of_model(model: &TreeModel, species: &Species) -> Vec<Color> {
+pub(crate) fn of_model(model: &TreeModel, species: &Species) -> Vec<Color> {
     let leaf = species.color_srgb.map_or(own(model.clump)[0], linear);
     let mut palette: Vec<Color> = model.paints.iter().map(|paint| paint.unwrap_or(leaf)).collect();
     let mut canopy = [0.0; 3];

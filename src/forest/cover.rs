@@ -33,9 +33,9 @@ use crate::source::georeference::Georeference;
 use crate::source::{Holds, SourceError, open_values};
 
 /// Most cells along each side of a cover.
-pub const MOST_CELLS: u32 = 4096;
+pub(crate) const MOST_CELLS: u32 = 4096;
 /// Canopy lower than this has no trees, in metres.
-pub const LOWEST_TREE_M: f32 = 2.0;
+pub(crate) const LOWEST_TREE_M: f32 = 2.0;
 /// Most classes that a warning lists.
 const NAMED_CLASSES: usize = 24;
 

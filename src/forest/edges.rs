@@ -11,7 +11,7 @@ use glam::DVec3;
 
 /// An edge of a mesh, as indices of corners.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MeshEdge {
+pub(crate) struct MeshEdge {
     /// The two ends.
     pub ends: [usize; 2],
     /// The corner of the first triangle that is opposite to the edge.
@@ -22,7 +22,7 @@ pub struct MeshEdge {
 
 /// Returns the edges of triangles with three corners each, in the order of triangles. Triangles with zero area are left
 /// out.
-pub fn edges(corners: &[DVec3]) -> Vec<MeshEdge> {
+pub(crate) fn edges(corners: &[DVec3]) -> Vec<MeshEdge> {
     let mut vertices: HashMap<[u64; 3], usize> = HashMap::new();
     // Adding 0.0 turns −0.0 into 0.0.
     let vertex_of: Vec<usize> = corners

@@ -21,12 +21,12 @@ use half::f16;
 use rayon::prelude::*;
 
 /// Number of sides along each of the map's axes.
-pub const FRAMES: u32 = crate::gpu::wgsl::shared::tree_pictures::FRAMES as u32;
+pub(crate) const FRAMES: u32 = crate::gpu::wgsl::shared::tree_pictures::FRAMES as u32;
 const _: () = assert!(FRAMES.is_multiple_of(2));
 
 /// A corner of a triangle, three to each, of a tree of height 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ImpostorCorner {
+pub(crate) struct ImpostorCorner {
     /// Position; z is up.
     pub at: DVec3,
     /// Unit normal of the surface.
@@ -38,7 +38,7 @@ pub struct ImpostorCorner {
 }
 
 /// The pictures of a tree.
-pub struct Impostor {
+pub(crate) struct Impostor {
     /// Side of a picture in the finest level.
     pub frame_px: u32,
     /// Centre of the tree's bounding sphere.
@@ -50,7 +50,7 @@ pub struct Impostor {
 }
 
 /// All pictures at one size, in one atlas: row by row, [`FRAMES`] × [`Level::frame_px`] texels along each side.
-pub struct Level {
+pub(crate) struct Level {
     /// Side of one picture.
     pub frame_px: u32,
     /// Normal in octahedral coordinates (2), depth toward the eye relative to the radius (−1 to 1), and lightness,
@@ -80,20 +80,20 @@ struct Texel {
 }
 
 /// Returns the unit vector toward the eye of a side.
-pub fn direction(frame: [u32; 2]) -> DVec3 {
+pub(crate) fn direction(frame: [u32; 2]) -> DVec3 {
     let [u, v] = frame.map(|at| 2.0 * f64::from(at) / f64::from(FRAMES - 1) - 1.0);
     let (x, y) = (0.5 * (u + v), 0.5 * (u - v));
     DVec3::new(x, y, 1.0 - x.abs() - y.abs()).normalize()
 }
 
 /// Returns the axes of a side's picture: right and up.
-pub fn axes(direction: DVec3) -> [DVec3; 2] {
+pub(crate) fn axes(direction: DVec3) -> [DVec3; 2] {
     let right = DVec3::new(-direction.y, direction.x, 0.0).normalize();
     [right, direction.cross(right)]
 }
 
 /// Returns a unit vector in octahedral coordinates, −1 to 1 each.
-pub fn octahedral(n: DVec3) -> DVec2 {
+pub(crate) fn octahedral(n: DVec3) -> DVec2 {
     let p = n / (n.x.abs() + n.y.abs() + n.z.abs());
     if p.z >= 0.0 {
         return p.truncate();
@@ -104,7 +104,7 @@ pub fn octahedral(n: DVec3) -> DVec2 {
 
 impl Impostor {
     /// Takes the pictures, each of `frame_px` × `frame_px`.
-    pub fn take(corners: &[ImpostorCorner], frame_px: u32) -> Self {
+    pub(crate) fn take(corners: &[ImpostorCorner], frame_px: u32) -> Self {
         let low = corners.iter().map(|corner| corner.at).fold(DVec3::INFINITY, DVec3::min);
         let high = corners.iter().map(|corner| corner.at).fold(DVec3::NEG_INFINITY, DVec3::max);
         let middle = if corners.is_empty() { DVec3::ZERO } else { 0.5 * (low + high) };

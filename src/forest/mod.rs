@@ -10,25 +10,25 @@
 //! The points are a progressive sample (Yuksel 2015), repeated like the point patterns of Lagae and Dutré 2006. What
 //! repeats is only where trees could be; the land, and numbers that differ from tile to tile, hide the repetition.
 
-pub mod blocks;
-pub mod colors;
-pub mod cover;
-pub mod edges;
-pub mod impostor;
-pub mod model;
-pub mod points;
-pub mod species;
+pub(crate) mod blocks;
+pub(crate) mod colors;
+pub(crate) mod cover;
+pub(crate) mod edges;
+pub(crate) mod impostor;
+pub(crate) mod model;
+pub(crate) mod points;
+pub(crate) mod species;
 
 use crate::scene::Forest;
 
 /// Side of a tile of points, in metres.
-pub const TILE_M: f64 = 256.0;
+pub(crate) const TILE_M: f64 = 256.0;
 /// Blocks of level 0 along the side of a tile.
-pub const BLOCKS: u32 = 8;
+pub(crate) const BLOCKS: u32 = 8;
 /// Number of levels at which blocks are parts of a tile or the whole tile.
-pub const LEVELS_OF_TILE: u32 = 4;
+pub(crate) const LEVELS_OF_TILE: u32 = 4;
 /// Number of points in a tile.
-pub const POINTS: u32 = 4096;
+pub(crate) const POINTS: u32 = 4096;
 
 // There is one point for each tree of the highest density.
 const _: () = assert!(POINTS as f64 * 10_000.0 == Forest::MOST_TREES_PER_HA * TILE_M * TILE_M);

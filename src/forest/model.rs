@@ -14,12 +14,12 @@ use crate::mesh::simplify::simplify;
 use crate::mesh::{Material, Mesh};
 
 /// Most triangles of a near tree.
-pub const NEAR_TRIANGLES: usize = 1800;
+pub(crate) const NEAR_TRIANGLES: usize = 1800;
 /// Most triangles of a tree in the middle distance.
-pub const MIDDLE_TRIANGLES: usize = 300;
+pub(crate) const MIDDLE_TRIANGLES: usize = 300;
 
 /// Meshes with more triangles than this get their middle level of detail from the near one, to save time.
-pub const MANY_TRIANGLES: usize = 50_000;
+pub(crate) const MANY_TRIANGLES: usize = 50_000;
 
 /// Largest width relative to height: a wider model cannot be a tree; probably another axis points up.
 const WIDEST: f64 = 20.0;

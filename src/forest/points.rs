@@ -77,7 +77,7 @@ fn block_of(at: [f64; 2], side: u32) -> u32 {
 }
 
 /// Returns the distance between two points of a square that repeats.
-pub fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn apart(a: [f64; 2], b: [f64; 2]) -> f64 {
     let along = |i: usize| {
         let d = (a[i] - b[i]).abs();
         d.min(1.0 - d)

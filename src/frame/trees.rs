@@ -39,7 +39,7 @@ pub(super) struct SeenTrees {
 
 impl SeenTrees {
     /// [`sway::TREE_STEP`], where wind blows.
-    pub fn step(&self) -> Option<&Target> {
+    pub(super) fn step(&self) -> Option<&Target> {
         self.swaying.as_ref().map(|swaying| &swaying.step)
     }
 }

@@ -34,7 +34,7 @@ pub enum Raw {
 }
 
 /// A compiled pipeline with its layout.
-pub struct Pipeline {
+pub(crate) struct Pipeline {
     /// The pipeline as wgpu has it.
     pub raw: Raw,
     /// Number of the build, which identifies the layout.
@@ -49,7 +49,7 @@ pub struct Pipeline {
 ///
 /// # Errors
 /// [`ShaderError`] if the shader does not compile, or if wgpu rejects the pipeline.
-pub fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
+pub(super) fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
     in_scope(device, key.name(), || match key {
         Key::Compute(key) => compute(device, texts, *key, number),
         Key::Draw(key) => draw(device, texts, key, number),
@@ -60,7 +60,7 @@ pub fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Re
 ///
 /// # Errors
 /// The error of `make`, or wgpu's validation error.
-pub fn in_scope<T>(
+pub(super) fn in_scope<T>(
     device: &wgpu::Device,
     name: &str,
     make: impl FnOnce() -> Result<T, ShaderError>,

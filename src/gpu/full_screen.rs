@@ -9,24 +9,24 @@ use super::pipelines::{Draw, Key, Raw, Ready, replaced};
 use super::pools::Pools;
 
 /// The pools of full-screen passes.
-pub struct FullScreen {
+pub(crate) struct FullScreen {
     pools: Pools,
 }
 
 impl FullScreen {
     /// Creates empty pools.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
         Self { pools: Pools::new(gpu) }
     }
 
     /// Returns a uniform for [`FullScreen::draw`], valid until [`FullScreen::flush`].
-    pub fn uniform<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, value: &T) -> Resource {
+    pub(crate) fn uniform<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, name: &'static str, value: &T) -> Resource {
         self.pools.arena.uniform(gpu, name, value)
     }
 
     /// Records a pass that draws over all of `view`, a texture of the given format, with a shader's fragment entry
     /// point. Where the shader has an error, the texture becomes black.
-    pub fn draw(
+    pub(crate) fn draw(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
@@ -56,7 +56,7 @@ impl FullScreen {
     }
 
     /// Uploads the uniforms and ends the frame; must be called after the last pass, before the encoder is submitted.
-    pub fn flush(&mut self, gpu: &Gpu) {
+    pub(crate) fn flush(&mut self, gpu: &Gpu) {
         self.pools.arena.flush(gpu);
         self.pools.end_frame();
     }

@@ -29,7 +29,7 @@ impl Variable {
 }
 
 /// The resource variables of each entry point of a shader.
-pub struct Reflection {
+pub(super) struct Reflection {
     /// Name of the shader, for errors.
     name: String,
     entry_points: Vec<(String, Vec<Variable>)>,
@@ -40,7 +40,7 @@ impl Reflection {
     ///
     /// # Errors
     /// [`ShaderError`] if the module is invalid, or if a variable has a type that is not supported here.
-    pub fn new(name: &str, module: &naga::Module) -> Result<Self, ShaderError> {
+    pub(super) fn new(name: &str, module: &naga::Module) -> Result<Self, ShaderError> {
         let error = |cause: String| ShaderError::of_lines(name, &cause);
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())
             .validate(module)
@@ -87,7 +87,7 @@ impl Reflection {
     ///
     /// # Errors
     /// [`ShaderError`] if the shader lacks one of the entry points.
-    pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
+    pub(super) fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         let mut all: Vec<Variable> = Vec::new();
         for wanted in entry_points {
             let Some((_, variables)) = self.entry_points.iter().find(|(name, _)| name == wanted) else {

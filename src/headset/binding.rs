@@ -21,7 +21,7 @@ const NEWEST_VULKAN: u32 = vk::API_VERSION_1_3;
 
 /// Handles of the device that the runtime created, which a session needs.
 #[derive(Clone, Copy)]
-pub struct Binding {
+pub(super) struct Binding {
     instance: vk::Instance,
     physical_device: vk::PhysicalDevice,
     device: vk::Device,
@@ -32,7 +32,7 @@ pub struct Binding {
 ///
 /// # Errors
 /// Returns [`HeadsetError::NoLoader`] if it cannot be loaded.
-pub fn load() -> Result<xr::Entry, HeadsetError> {
+pub(super) fn load() -> Result<xr::Entry, HeadsetError> {
     // SAFETY: a library of this name is the OpenXR loader, which follows the specification.
     unsafe { xr::Entry::load(&()) }.map_err(|error| {
         let cause = std::error::Error::source(&error).map_or_else(|| error.to_string(), ToString::to_string);
@@ -44,7 +44,7 @@ pub fn load() -> Result<xr::Entry, HeadsetError> {
 ///
 /// # Errors
 /// Returns [`HeadsetError::NoVulkan`], or the error of the runtime.
-pub fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, Binding), HeadsetError> {
+pub(super) fn open_gpu(instance: &xr::Instance, system: xr::SystemId) -> Result<(Gpu, Binding), HeadsetError> {
     let needs = instance.graphics_requirements::<xr::Vulkan>(system).during("xrGetVulkanGraphicsRequirements2KHR")?;
     // SAFETY: a library of this name is the Vulkan loader.
     let entry = unsafe { ash::Entry::load() }.map_err(no_vulkan)?;
@@ -173,7 +173,7 @@ fn open_instance(
 }
 
 /// An open session: its handle, the waiter for frames, and the stream that takes frames.
-pub type Opened = (xr::Session<xr::Vulkan>, xr::FrameWaiter, xr::FrameStream<xr::Vulkan>);
+pub(super) type Opened = (xr::Session<xr::Vulkan>, xr::FrameWaiter, xr::FrameStream<xr::Vulkan>);
 
 /// Opens a session that draws with `gpu`, which lives at least as long.
 ///
@@ -183,7 +183,7 @@ pub type Opened = (xr::Session<xr::Vulkan>, xr::FrameWaiter, xr::FrameStream<xr:
 ///
 /// # Errors
 /// Returns the error of the runtime.
-pub fn open_session(
+pub(super) fn open_session(
     instance: &xr::Instance,
     system: xr::SystemId,
     gpu: &Gpu,
@@ -202,7 +202,7 @@ pub fn open_session(
 }
 
 /// Wraps an image of a swapchain as a texture to draw on. The texture must be dropped before its swapchain.
-pub fn texture_of(
+pub(super) fn texture_of(
     gpu: &Gpu,
     image: u64,
     format: wgpu::TextureFormat,

@@ -106,7 +106,7 @@ pub enum HeadsetError {
 }
 
 /// Converts a failed call to an error that names the call.
-pub trait During<T> {
+pub(super) trait During<T> {
     /// Returns the value, or an error that names `call`.
     ///
     /// # Errors

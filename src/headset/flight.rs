@@ -65,7 +65,7 @@ impl Flight {
     ///
     /// # Errors
     /// Fails if the style is invalid or if the runtime reports an error.
-    pub fn new(headset: Headset, world: HeadsetWorld, options: &HeadsetOptions) -> Result<Self, HeadsetError> {
+    pub(super) fn new(headset: Headset, world: HeadsetWorld, options: &HeadsetOptions) -> Result<Self, HeadsetError> {
         let (styles, style) = styles(&options.style)?;
         let hands = Hands::new(headset.instance(), &headset.session)?;
         let gpu = &headset.gpu;
@@ -107,7 +107,7 @@ impl Flight {
     ///
     /// # Errors
     /// Fails if the session is lost, if the runtime reports an error, or if the GPU fails.
-    pub fn run(mut self) -> Result<(), HeadsetError> {
+    pub(super) fn run(mut self) -> Result<(), HeadsetError> {
         loop {
             match self.headset.follow_events()? {
                 SessionPhase::Ended => break,

@@ -76,7 +76,7 @@ const CONTROLLERS: [(&str, &[(FlightAction, &str)]); 5] = [
 ];
 
 /// The OpenXR actions of both hands.
-pub struct Hands {
+pub(super) struct Hands {
     set: xr::ActionSet,
     fly: xr::Action<xr::Vector2f>,
     turn: xr::Action<xr::Vector2f>,
@@ -92,7 +92,7 @@ impl Hands {
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
+    pub(super) fn new(instance: &xr::Instance, session: &xr::Session<xr::Vulkan>) -> Result<Self, HeadsetError> {
         let set = instance.create_action_set("flight", "Flight", 0).during("xrCreateActionSet")?;
         let stick = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
         let button = |name: &str, description: &str| set.create_action(name, description, &[]).during("xrCreateAction");
@@ -136,7 +136,7 @@ impl Hands {
     ///
     /// # Errors
     /// Returns the error of the runtime.
-    pub fn read(&self, session: &xr::Session<xr::Vulkan>) -> Result<HandInput, HeadsetError> {
+    pub(super) fn read(&self, session: &xr::Session<xr::Vulkan>) -> Result<HandInput, HeadsetError> {
         session.sync_actions(&[(&self.set).into()]).during("xrSyncActions")?;
         let stick = |action: &xr::Action<xr::Vector2f>| {
             let state = action.state(session, xr::Path::NULL).during("xrGetActionStateVector2f")?;

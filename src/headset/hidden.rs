@@ -13,13 +13,13 @@ use crate::surface::hidden::HiddenArea;
 const MARGIN_PX: f64 = 4.0;
 
 /// Corners of the triangles of each eye, three per triangle: tangents of the angles from the eye's axis, x right, y up.
-pub type Triangles = [Vec<[f64; 2]>; 2];
+pub(super) type Triangles = [Vec<[f64; 2]>; 2];
 
 /// Queries the hidden triangles from the runtime.
 ///
 /// # Errors
 /// Returns the error of the runtime.
-pub fn query(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError> {
+pub(super) fn query(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetError> {
     let of = |eye: u32| {
         let kind = xr::VisibilityMaskTypeKHR::HIDDEN_TRIANGLE_MESH;
         let mask = session.get_visibility_mask_khr(VIEWS, eye, kind).during("xrGetVisibilityMaskKHR")?;
@@ -35,7 +35,7 @@ pub fn query(session: &xr::Session<xr::Vulkan>) -> Result<Triangles, HeadsetErro
 }
 
 /// Converts the triangles to areas of both eyes' pictures.
-pub fn areas(triangles: &Triangles, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2]) -> Vec<HiddenArea> {
+pub(super) fn areas(triangles: &Triangles, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2]) -> Vec<HiddenArea> {
     let area = |eye: usize| {
         let Lens { left, right, up, down } = eyes[eye].lens;
         let grown = sizes_px[eye].map(|side| 1.0 + 2.0 * MARGIN_PX / f64::from(side));

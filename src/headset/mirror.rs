@@ -24,7 +24,7 @@ const LARGEST_PX: f64 = 800.0;
 const STEP: Duration = Duration::from_millis(33);
 
 /// The mirror's window with its event loop.
-pub struct Mirror {
+pub(super) struct Mirror {
     glass: Glass,
     events: EventLoop<()>,
     shown_at: Option<Instant>,
@@ -48,7 +48,7 @@ struct Pane {
 
 impl Mirror {
     /// Opens a window with the aspect ratio of an eye's picture. Returns `None`, and logs why, if there is no display.
-    pub fn open(gpu: &Gpu, eye_px: [u32; 2]) -> Option<Self> {
+    pub(super) fn open(gpu: &Gpu, eye_px: [u32; 2]) -> Option<Self> {
         let windowing = Windowing::new().inspect_err(|error| tracing::info!("no mirror: {error}")).ok()?;
         let longer_px = f64::from(eye_px[0].max(eye_px[1]).max(1));
         let size_px = eye_px.map(|side| ((f64::from(side) * LARGEST_PX / longer_px).round() as u32).max(1));
@@ -57,13 +57,13 @@ impl Mirror {
     }
 
     /// Handles pending events; returns whether the window was closed.
-    pub fn is_closed(&mut self) -> bool {
+    pub(super) fn is_closed(&mut self) -> bool {
         let status = self.events.pump_app_events(Some(Duration::ZERO), &mut self.glass);
         self.glass.is_over || matches!(status, PumpStatus::Exit(_))
     }
 
     /// Shows a picture, unless the previous one was shown just before.
-    pub fn show(&mut self, picture: &Target) {
+    pub(super) fn show(&mut self, picture: &Target) {
         let now = Instant::now();
         if self.shown_at.is_some_and(|at| now - at < STEP) {
             return;

@@ -8,19 +8,19 @@ pub(crate) use crate::gpu::wgsl::headset::show::Show as ShowUniform;
 use crate::scene::view::Lens;
 
 /// The pass that copies a picture to a swapchain image.
-pub struct ShowPass {
+pub(super) struct ShowPass {
     full_screen: FullScreen,
 }
 
 impl ShowPass {
     /// Creates the pass.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(super) fn new(gpu: &Gpu) -> Self {
         Self { full_screen: FullScreen::new(gpu) }
     }
 
     /// Draws `picture` onto an image of the same size into `encoder`, which must be submitted next. `vignette` is how
     /// dark the border is, 0 to 1.
-    pub fn run(
+    pub(super) fn run(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,
@@ -42,7 +42,7 @@ impl ShowPass {
     }
 
     /// Uploads uniforms and ends the frame; must be called after the last eye, before the encoder is submitted.
-    pub fn flush(&mut self, gpu: &Gpu) {
+    pub(super) fn flush(&mut self, gpu: &Gpu) {
         self.full_screen.flush(gpu);
     }
 }

@@ -26,7 +26,7 @@ impl PenStroke {
 
 /// Adds the coverage of strokes to the pixels of row `row`, which begins at column `first`: 0 to 1, the largest of any
 /// stroke. Lines narrower than a pixel cover it in proportion to their width.
-pub fn cover(strokes: &[PenStroke], first: f64, row: f64, covered: &mut [f32]) {
+pub(crate) fn cover(strokes: &[PenStroke], first: f64, row: f64, covered: &mut [f32]) {
     let y = row + 0.5;
     for stroke in strokes {
         let [top, bottom] = stroke.high_px();

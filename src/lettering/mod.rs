@@ -3,7 +3,7 @@
 //! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` contains them and describes their source and
 //! format. The unit of length is the height of a capital letter.
 
-pub mod ink;
+pub(crate) mod ink;
 
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -47,7 +47,7 @@ fn letter(line: &str) -> Option<(char, Letter)> {
 
 /// A line of text.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Line {
+pub(crate) struct Line {
     text: String,
     /// Characters without a letter, each once, in the order of the text.
     pub replaced: Vec<char>,
@@ -55,7 +55,7 @@ pub struct Line {
 
 impl Line {
     /// Creates a line: each run of white space becomes one blank, and each character without a letter a question mark.
-    pub fn new(text: &str) -> Self {
+    pub(crate) fn new(text: &str) -> Self {
         let mut replaced = Vec::new();
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let known = |character: char| {
@@ -71,19 +71,19 @@ impl Line {
     }
 
     /// Returns the text as it is drawn.
-    pub fn text(&self) -> &str {
+    pub(crate) fn text(&self) -> &str {
         &self.text
     }
 
     /// Returns the width, in heights of capitals.
-    pub fn width(&self) -> f64 {
+    pub(crate) fn width(&self) -> f64 {
         self.letters().map(|letter| letter.advance).sum()
     }
 
     /// Fits the line into a width of `room` units: at `height` if it fits, otherwise smaller, but not below `least`; a
     /// text that is still too long ends in an ellipsis. Returns the line with its height; it is empty if no letter
     /// fits.
-    pub fn fitted(&self, room: f64, height: f64, least: f64) -> (Self, f64) {
+    pub(crate) fn fitted(&self, room: f64, height: f64, least: f64) -> (Self, f64) {
         let width = self.width();
         let height = if width * height <= room { height } else { (room / width).clamp(least.min(height), height) };
         if width * height <= room * (1.0 + 1e-9) {
@@ -102,7 +102,7 @@ impl Line {
 
     /// Returns the strokes of letters of `height`, starting at `at`, the left end of the baseline. y goes down, as in
     /// pixels.
-    pub fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
+    pub(crate) fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
         let mut strokes = Vec::new();
         let mut x = 0.0;
         for letter in self.letters() {

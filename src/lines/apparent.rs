@@ -11,10 +11,10 @@ use crate::surface::curvature::Shapes;
 /// x: the largest turn of the normal, in 1/m across the line of sight, positive where the surface is convex; yz: the
 /// direction of that turn on the picture; w: the part of it that is due to a step across. The size is that of
 /// [`Shapes`].
-pub const APPARENT: TargetKind = TargetKind::storage("apparent", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const APPARENT: TargetKind = TargetKind::storage("apparent", wgpu::TextureFormat::Rgba32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
@@ -22,7 +22,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the view-dependent curvature for the eye of the view.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("apparent", inputs.apparent.into())];
     resources.extend(inputs.shapes.resources());
     recorder.pixels("lines/apparent", inputs.apparent.size_px(), &resources);

@@ -11,10 +11,10 @@ use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
 
 /// Line strength: 0 no line, 1 full.
-pub const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
+pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a Curvature,
     /// Surface ids: trees have no curvature.
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let lines = CurvatureLines {
         width_px: style.width_px,

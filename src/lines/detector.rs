@@ -8,10 +8,10 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::style::{Detector, Lines};
 
 /// Errors along four axes, from 0; a detector without axes writes the same value to all four channels.
-pub const ERRORS: TargetKind = TargetKind::storage("errors", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const ERRORS: TargetKind = TargetKind::storage("errors", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and outputs of the detectors.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub position: &'a Target,
     pub normal: &'a Target,
@@ -33,7 +33,7 @@ impl Inputs<'_> {
 }
 
 /// Runs the style's detector.
-pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     match lines.detector {
         // Lines from curvature use LSA contours for trees.
         Detector::Lsa | Detector::Curvature => lsa::run(recorder, lines, inputs),

@@ -2,18 +2,18 @@
 //! removes the stairs. [`crowd`] thins crowded lines. [`stereo`] makes the lines of two eyes agree. [`tone`] finds
 //! lines from shading. [`strokes`] are lines as geometry.
 
-pub mod apparent;
-pub mod crowd;
-pub mod curvature;
-pub mod detector;
-pub mod lsa;
-pub mod radial;
-pub mod ridges;
-pub mod rims;
-pub mod smooth;
-pub mod stereo;
-pub mod strokes;
-pub mod suggestive;
-pub mod threshold;
-pub mod tone;
-pub mod trees;
+pub(crate) mod apparent;
+pub(crate) mod crowd;
+pub(crate) mod curvature;
+pub(crate) mod detector;
+pub(crate) mod lsa;
+pub(crate) mod radial;
+pub(crate) mod ridges;
+pub(crate) mod rims;
+pub(crate) mod smooth;
+pub(crate) mod stereo;
+pub(crate) mod strokes;
+pub(crate) mod suggestive;
+pub(crate) mod threshold;
+pub(crate) mod tone;
+pub(crate) mod trees;

@@ -10,10 +10,10 @@ use crate::surface::curvature::Shapes;
 /// x: radial curvature, in turns of the normal per pixel; y: its derivative toward the eye, in turns per feature, per
 /// feature; z: cosine between the normal and the direction to the eye; w: distance along the view axis, 0 where there
 /// is no surface. The size is that of [`Shapes`].
-pub const RADIAL: TargetKind = TargetKind::storage("radial", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const RADIAL: TargetKind = TargetKind::storage("radial", wgpu::TextureFormat::Rgba32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the radial curvature for the eye of the view.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone()), ("radial", inputs.radial.into())];
     resources.extend(inputs.shapes.resources());
     recorder.pixels("lines/radial", inputs.radial.size_px(), &resources);

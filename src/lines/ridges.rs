@@ -12,7 +12,7 @@ use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The least curvature of a ridge, in turns of the normal (radians) over a feature.
     pub least_bend: f32,
@@ -27,7 +27,7 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the ridges or valleys to the edge list.
-pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = RidgeRules { least_bend: inputs.least_bend, side: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![
         ("view", inputs.view.clone()),

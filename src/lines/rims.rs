@@ -7,10 +7,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// [`LINE`](super::threshold::LINE) without the lines along rims.
-pub const RIMLESS: TargetKind = TargetKind::storage("rimless line", wgpu::TextureFormat::R32Float);
+pub(crate) const RIMLESS: TargetKind = TargetKind::storage("rimless line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The lines of the threshold pass.
     pub line: &'a Target,
@@ -22,7 +22,7 @@ pub struct Inputs<'a> {
 }
 
 /// Removes the lines along rims.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("line", inputs.line.into()),

@@ -7,10 +7,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// [`LINE`](super::threshold::LINE) without stairs.
-pub const SMOOTHED: TargetKind = TargetKind::storage("smoothed line", wgpu::TextureFormat::R32Float);
+pub(crate) const SMOOTHED: TargetKind = TargetKind::storage("smoothed line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The lines before smoothing.
     pub line: &'a Target,
@@ -18,7 +18,7 @@ pub struct Inputs<'a> {
 }
 
 /// Averages each line along its own direction.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), ("line", inputs.line.into()), ("smoothed", inputs.smoothed.into())];
     recorder.pixels("lines/smooth", inputs.smoothed.size_px(), &resources);
 }

@@ -12,7 +12,7 @@ use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style of the suggestive contours.
     pub style: &'a Strokes,
@@ -30,7 +30,7 @@ pub struct Inputs<'a> {
 const AGREE_PX: f32 = 1.5;
 
 /// Adds the suggestive contours to the edge list.
-pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = SuggestiveRules {
         least_rise: inputs.style.suggestive_rise,
         most_facing: inputs.style.suggestive_deg.to_radians().cos(),

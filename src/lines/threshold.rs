@@ -8,10 +8,10 @@ pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform
 use crate::style::{Detector, Lines};
 
 /// Line strength: 0 no line, 1 full.
-pub const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
+pub(crate) const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The output of the style's detector.
     pub errors: &'a Target,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Turns errors into lines.
-pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
     let scalar = u32::from(lines.detector != Detector::Lsa);
     let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
     let mut resources = vec![

@@ -6,10 +6,10 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::lines::trees::TreeLines as TreeLinesUniform;
 
 /// [`ERRORS`](super::detector::ERRORS) without the lines among trees that are not drawn.
-pub const TREE_ERRORS: TargetKind = TargetKind::storage("tree errors", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TREE_ERRORS: TargetKind = TargetKind::storage("tree errors", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Mean height of a tree, in metres.
     pub height_m: f64,
@@ -26,7 +26,7 @@ pub struct Inputs<'a> {
 }
 
 /// Removes the errors that do not become lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let uniform =
         TreeLinesUniform { height_m: inputs.height_m as f32, only_trees: inputs.only_trees.into(), ramp: inputs.ramp };
     let resources = [

@@ -17,14 +17,14 @@ use super::paint::Paint;
 use super::{Across, Flaws, Mesh, Triangle, normals, place};
 
 /// Largest coordinate in metres, the same as for cameras.
-pub const LARGEST_COORDINATE_M: f64 = 1e8;
+pub(crate) const LARGEST_COORDINATE_M: f64 = 1e8;
 
 /// Number of triangles that are welded between two progress reports.
 const TOLD_EACH: usize = 1 << 18;
 
 /// The triangles of a file.
 #[derive(Clone, Debug, Default)]
-pub struct Soup {
+pub(crate) struct Soup {
     /// The vertices, in the file's unit.
     pub places_m: Vec<DVec3>,
     /// The vertex indices of the corners of each triangle.
@@ -39,6 +39,7 @@ impl Soup {
     /// # Errors
     /// Returns a message if there is nothing to draw, a vertex is not finite or too far away, or an index is out of
     /// range.
+    #[cfg(test)]
     pub fn into_mesh(self, name: String) -> Result<Mesh, String> {
         self.join(name, Paint::default(), &|_| ())
     }
@@ -47,7 +48,7 @@ impl Soup {
     ///
     /// # Errors
     /// As for [`Soup::into_mesh`].
-    pub fn into_painted_mesh(self, name: String, paint: Paint) -> Result<Mesh, String> {
+    pub(crate) fn into_painted_mesh(self, name: String, paint: Paint) -> Result<Mesh, String> {
         self.join(name, paint, &|_| ())
     }
 

@@ -15,7 +15,7 @@ use super::Mesh;
 
 /// The curvature of a vertex, in the mesh's own axes and unit.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct VertexShape {
+pub(crate) struct VertexShape {
     /// Unit normal; 0 for a vertex of no triangle.
     pub normal: DVec3,
     /// Second fundamental form uu, uv, vv, in the frame of [`frame_of`] the normal; convex is positive.
@@ -25,7 +25,7 @@ pub struct VertexShape {
 }
 
 /// Returns two unit tangents for a unit normal, as `frame_of` in `shaders/shared/curvature.wgsl`.
-pub fn frame_of(n: DVec3) -> [DVec3; 2] {
+pub(crate) fn frame_of(n: DVec3) -> [DVec3; 2] {
     let side = if n.z >= 0.0 { 1.0 } else { -1.0 };
     let a = -1.0 / (side + n.z);
     let b = n.x * n.y * a;
@@ -117,7 +117,7 @@ fn plane_of(mesh: &Mesh, triangle: usize) -> Option<(Frame, [DVec2; 3], f64)> {
 }
 
 /// Computes the curvature of each vertex of a mesh.
-pub fn shapes_of(mesh: &Mesh) -> Vec<VertexShape> {
+pub(crate) fn shapes_of(mesh: &Mesh) -> Vec<VertexShape> {
     let mut shapes = vec![VertexShape::default(); mesh.vertices_m.len()];
     let planes: Vec<_> = (0..mesh.triangles.len()).map(|triangle| plane_of(mesh, triangle)).collect();
     let known = || mesh.triangles.iter().zip(&planes).filter_map(|(triangle, plane)| Some((triangle, plane.as_ref()?)));

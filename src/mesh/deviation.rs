@@ -20,7 +20,7 @@ const LEAF: usize = 4;
 type Corners = [DVec3; 3];
 
 /// Returns the distance between two versions of a mesh, in their unit.
-pub fn deviation(one: &Mesh, other: &Mesh) -> f64 {
+pub(crate) fn deviation(one: &Mesh, other: &Mesh) -> f64 {
     let step_m = one.radius_m * STEP;
     let (ones, others) = (corners(one), corners(other));
     let (from_one, from_other) = (samples(&ones, step_m), samples(&others, step_m));

@@ -9,7 +9,7 @@ use super::deviation::deviation;
 use super::simplify::nearest;
 
 /// Largest number of levels of a mesh, the full one included.
-pub const MOST_LEVELS: usize = 3;
+pub(crate) const MOST_LEVELS: usize = 3;
 /// Divisors of the triangle count for the coarser levels.
 const SHARES: [usize; MOST_LEVELS - 1] = [4, 16];
 /// Meshes with fewer triangles have no coarser levels.
@@ -21,7 +21,7 @@ const LEAST_GAIN: f64 = 0.75;
 /// A level whose error exceeds this fraction of the radius is left out: it would be drawn only on a few pixels.
 const LARGEST_ERROR: f64 = 0.25;
 /// Number of triangles from which simplifying takes noticeably long.
-pub const MANY_TRIANGLES: usize = 20_000;
+pub(crate) const MANY_TRIANGLES: usize = 20_000;
 
 /// A simplified version of a mesh.
 #[derive(Clone, Debug)]
@@ -33,7 +33,7 @@ pub struct Level {
 }
 
 /// Computes the coarser levels of a mesh, finest first; none where they would not be worth it.
-pub fn coarser(mesh: &Mesh) -> Vec<Level> {
+pub(crate) fn coarser(mesh: &Mesh) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     let whole = mesh.triangles.len();
     if !(LEAST_TRIANGLES..=MOST_TRIANGLES).contains(&whole) {

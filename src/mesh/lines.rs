@@ -92,7 +92,7 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    pub fn new(from: R) -> Self {
+    pub(super) fn new(from: R) -> Self {
         Self {
             from,
             raw: Vec::new(),
@@ -108,7 +108,7 @@ impl<R: BufRead> Lines<R> {
 
     /// Reads a line and appends it to `kept`, as ASCII, if it defines triangles. Returns whether a statement began
     /// there, or `None` at the end of the text.
-    pub fn step(&mut self, kept: &mut Vec<u8>) -> Result<Option<bool>> {
+    pub(super) fn step(&mut self, kept: &mut Vec<u8>) -> Result<Option<bool>> {
         self.raw.clear();
         let read = self.from.read_until(b'\n', &mut self.raw)?;
         if read == 0 {
@@ -152,7 +152,7 @@ impl<R: BufRead> Lines<R> {
         Ok(Some(begins && self.about.is_kept()))
     }
 
-    pub fn into_material_statements(self) -> MaterialStatements {
+    pub(super) fn into_material_statements(self) -> MaterialStatements {
         self.statements
     }
 
@@ -194,7 +194,7 @@ pub(super) struct Stream<'a, R> {
 }
 
 impl<'a, R: BufRead> Stream<'a, R> {
-    pub fn new(from: R, progress: &'a dyn Fn(u64)) -> Self {
+    pub(super) fn new(from: R, progress: &'a dyn Fn(u64)) -> Self {
         Self {
             lines: Lines::new(from),
             kept: Vec::with_capacity(2 * BATCH_BYTES),
@@ -206,7 +206,7 @@ impl<'a, R: BufRead> Stream<'a, R> {
     }
 
     /// Returns the text's statements about materials, or the error that occurred while reading it.
-    pub fn into_material_statements(self) -> Result<MaterialStatements> {
+    pub(super) fn into_material_statements(self) -> Result<MaterialStatements> {
         match self.error {
             Some(error) => Err(error),
             None => Ok(self.lines.into_material_statements()),

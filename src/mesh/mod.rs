@@ -7,19 +7,19 @@
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
-pub mod build;
-pub mod curvature;
-pub mod deviation;
-pub mod levels;
+pub(crate) mod build;
+pub(crate) mod curvature;
+pub(crate) mod deviation;
+pub(crate) mod levels;
 mod lines;
 mod mtl;
-pub mod normals;
+pub(crate) mod normals;
 pub mod obj;
-pub mod paint;
-pub mod placed;
+pub(crate) mod paint;
+pub(crate) mod placed;
 mod sidecar;
-pub mod silhouette;
-pub mod simplify;
+pub(crate) mod silhouette;
+pub(crate) mod simplify;
 mod wrong_line;
 
 use std::path::PathBuf;

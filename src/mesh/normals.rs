@@ -9,7 +9,7 @@ use glam::DVec3;
 use super::{Across, Triangle, place};
 
 /// Sharper edges are creases: a tower of 16 sides is round, one of 8 has edges.
-pub const CREASE_DEG: f64 = 35.0;
+pub(crate) const CREASE_DEG: f64 = 35.0;
 
 /// Sets the unit normals at the corners. `given` returns the file's normal for a triangle and a corner, of any length,
 /// 0 where there is none.

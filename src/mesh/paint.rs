@@ -21,7 +21,7 @@ const LARGEST_LIBRARY_BYTES: u64 = 16 << 20;
 
 /// The materials of triangles.
 #[derive(Clone, Debug)]
-pub struct Paint {
+pub(crate) struct Paint {
     /// The materials, as in [`super::Mesh::materials`].
     pub materials: Vec<Material>,
     /// The material index of each triangle; 0 where the list is too short.
@@ -217,7 +217,7 @@ fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32;
 }
 
 /// Returns the existing files that a model's beginning names, which a command reads besides the model.
-pub fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
+pub(crate) fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
     let mut lines = super::lines::Lines::new(beginning);
     while let Ok(Some(_)) = lines.step(&mut Vec::new()) {}
     let mut place = Place { path, warn: &mut |_| () };

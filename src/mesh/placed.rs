@@ -8,13 +8,13 @@ use super::levels::{Level, MOST_LEVELS};
 use super::{Mesh, MeshError};
 
 /// Largest number of vertices of all different meshes: as many positions as a binding of 128 MiB holds.
-pub const MOST: u64 = 1 << 23;
+pub(crate) const MOST: u64 = 1 << 23;
 /// Largest number of triangles of all different meshes, levels included: 40 bytes each in such a binding.
-pub const MOST_OWN: u64 = (128 << 20) / 40;
+pub(crate) const MOST_OWN: u64 = (128 << 20) / 40;
 /// Largest number of mesh instances in a world.
-pub const MOST_STANDING: u64 = 1 << 16;
+pub(crate) const MOST_STANDING: u64 = 1 << 16;
 /// Largest number of triangles of all instances, each level counted separately: the number of surface ids for meshes.
-pub const MOST_NUMBERS: u64 = 1 << 30;
+pub(crate) const MOST_NUMBERS: u64 = 1 << 30;
 /// Number of vertices, and of triangles with edges, that a view has room for, unless twice those of all different
 /// meshes is more.
 const ROOM: u64 = 1 << 22;

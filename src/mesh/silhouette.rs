@@ -9,15 +9,15 @@ use glam::{DVec2, DVec3};
 use super::Mesh;
 
 /// Number of pixels along a side.
-pub const SIDE_PX: usize = 64;
+pub(crate) const SIDE_PX: usize = 64;
 
 /// The covered pixels, a bit for each.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Silhouette([u64; SIDE_PX]);
+pub(crate) struct Silhouette([u64; SIDE_PX]);
 
 /// Returns directions that are evenly distributed on the sphere (a golden-angle spiral), rotated by `turned` radians
 /// about the axis.
-pub fn views(count: usize, turned: f64) -> impl Iterator<Item = DVec3> {
+pub(crate) fn views(count: usize, turned: f64) -> impl Iterator<Item = DVec3> {
     let golden = std::f64::consts::PI * (3.0 - 5.0_f64.sqrt());
     (0..count).map(move |i| {
         let z = 1.0 - (2 * i + 1) as f64 / count as f64;
@@ -28,7 +28,7 @@ pub fn views(count: usize, turned: f64) -> impl Iterator<Item = DVec3> {
 
 impl Silhouette {
     /// Rasterises a mesh seen along `forward`, in an image of the ball `ball_m` (centre and radius).
-    pub fn of(mesh: &Mesh, forward: DVec3, ball_m: (DVec3, f64)) -> Self {
+    pub(crate) fn of(mesh: &Mesh, forward: DVec3, ball_m: (DVec3, f64)) -> Self {
         let (middle_m, radius_m) = ball_m;
         let (right, up) = forward.any_orthonormal_pair();
         let half_px = SIDE_PX as f64 / 2.0;
@@ -48,7 +48,7 @@ impl Silhouette {
     }
 
     /// Returns the intersection over union; 1 for two that cover nothing.
-    pub fn overlap(&self, other: &Self) -> f64 {
+    pub(crate) fn overlap(&self, other: &Self) -> f64 {
         let count = |of: fn(u64, u64) -> u64| -> u32 {
             self.0.iter().zip(&other.0).map(|(&a, &b)| of(a, b).count_ones()).sum()
         };
@@ -58,7 +58,7 @@ impl Silhouette {
 }
 
 /// Returns the mean overlap of a mesh with a simplified one, over several views.
-pub fn overlap(mesh: &Mesh, other: &Mesh, views: impl Iterator<Item = DVec3>) -> f64 {
+pub(crate) fn overlap(mesh: &Mesh, other: &Mesh, views: impl Iterator<Item = DVec3>) -> f64 {
     let ball_m = (mesh.middle_m, mesh.radius_m.max(f64::MIN_POSITIVE));
     let (mut sum, mut count) = (0.0, 0);
     for forward in views {

@@ -44,7 +44,7 @@ const LEAST_COSINE: f64 = 0.5;
 
 /// Returns a mesh that looks like `mesh`, with at most `triangles` triangles, but at least one. Its materials are the
 /// same.
-pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
+pub(crate) fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
     if mesh.triangles.len() <= triangles.max(1) {
         return mesh.clone();
     }
@@ -76,7 +76,7 @@ pub fn simplify(mesh: &Mesh, triangles: usize) -> Mesh {
 /// Returns the mesh of at most `triangles` triangles with the smallest `distance` from this one, with that distance.
 /// Only edge collapses and clustering are used, which add nothing in place of what they remove. Returns `None` if the
 /// mesh is that small already.
-pub fn nearest(mesh: &Mesh, triangles: usize, distance: impl Fn(&Mesh, &Mesh) -> f64) -> Option<(Mesh, f64)> {
+pub(crate) fn nearest(mesh: &Mesh, triangles: usize, distance: impl Fn(&Mesh, &Mesh) -> f64) -> Option<(Mesh, f64)> {
     if triangles == 0 || mesh.triangles.len() <= triangles {
         return None;
     }

@@ -1,6 +1,7 @@
 //! Writes a poster as PNG sheets for a small printer while it is drawn. In memory is only one row of pixels of each
 //! open sheet.
 
+pub use crate::vector::sheets::{Place, Sheets, Wish};
 use std::path::{Path, PathBuf};
 
 use rayon::prelude::*;
@@ -9,7 +10,6 @@ use crate::file::FileError;
 use crate::file::imprint::Notes;
 use crate::file::png::{EndedPng, PngPixels, PngWriter};
 use crate::lettering::ink::{PenStroke, cover};
-use crate::vector::sheets::{Place, Sheets};
 
 /// Bytes per pixel of the poster.
 const PIXEL: usize = 4;

@@ -25,7 +25,7 @@ struct Slot {
 
 /// The blocks in memory. A block is fetched by one thread at a time: the one that has claimed it.
 #[derive(Default)]
-pub struct Blocks {
+pub(super) struct Blocks {
     slots: FxHashMap<u64, Slot>,
     claims: FxHashSet<u64>,
     kept: usize,
@@ -38,12 +38,12 @@ pub struct Blocks {
 
 impl Blocks {
     /// Creates a cache of about `bytes`; it holds at least one block.
-    pub fn new(bytes: usize) -> Self {
+    pub(super) fn new(bytes: usize) -> Self {
         Self { limit: (bytes / BLOCK_BYTES as usize).max(1), ..Self::default() }
     }
 
     /// Returns the block, if it is in memory.
-    pub fn get(&mut self, index: u64) -> Option<Arc<Block>> {
+    pub(super) fn get(&mut self, index: u64) -> Option<Arc<Block>> {
         let slot = self.slots.get_mut(&index)?;
         let block = slot.block.upgrade()?;
         self.clock += 1;
@@ -57,7 +57,7 @@ impl Blocks {
     }
 
     /// Caches a block.
-    pub fn insert(&mut self, block: &Arc<Block>) {
+    pub(super) fn insert(&mut self, block: &Arc<Block>) {
         self.clock += 1;
         let slot = Slot { block: Arc::downgrade(block), kept: Some(block.clone()), used: self.clock };
         let former = self.slots.insert(block.index, slot);
@@ -79,7 +79,7 @@ impl Blocks {
     }
 
     /// Drops a block from the cache; callers that hold it keep it.
-    pub fn forget(&mut self, index: u64) {
+    pub(super) fn forget(&mut self, index: u64) {
         self.generation += 1;
         if self.slots.remove(&index).is_some_and(|slot| slot.kept.is_some()) {
             self.kept -= 1;
@@ -87,33 +87,33 @@ impl Blocks {
     }
 
     /// Drops all cached blocks.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.slots.clear();
         self.kept = 0;
     }
 
     /// From now on, requests the block twice whenever it is fetched over the network.
-    pub fn be_careful(&mut self, index: u64) {
+    pub(super) fn be_careful(&mut self, index: u64) {
         self.careful.insert(index);
     }
 
     /// Returns whether one of the blocks is requested twice.
-    pub fn is_careful(&self, indices: Range<u64>) -> bool {
+    pub(super) fn is_careful(&self, indices: Range<u64>) -> bool {
         !self.careful.is_empty() && indices.into_iter().any(|index| self.careful.contains(&index))
     }
 
     /// Returns the number of [`Blocks::forget`] calls so far.
-    pub fn generation(&self) -> u64 {
+    pub(super) fn generation(&self) -> u64 {
         self.generation
     }
 
     /// Claims a block; returns `true` if the caller is the one that must fetch it.
-    pub fn claim(&mut self, index: u64) -> bool {
+    pub(super) fn claim(&mut self, index: u64) -> bool {
         self.claims.insert(index)
     }
 
     /// Releases a claim, after the block was fetched or the fetch was abandoned.
-    pub fn release(&mut self, index: u64) {
+    pub(super) fn release(&mut self, index: u64) {
         self.claims.remove(&index);
     }
 }

@@ -27,13 +27,13 @@ const CREDENTIALS: [&str; 4] = [
 ];
 
 /// A file in a bucket.
-pub struct Object {
+pub(super) struct Object {
     store: AmazonS3,
     path: Path,
 }
 
 impl Object {
-    pub fn new(url: &RemoteUrl, bucket: &str, key: &str, settings: &Settings) -> Result<Self, RemoteError> {
+    pub(super) fn new(url: &RemoteUrl, bucket: &str, key: &str, settings: &Settings) -> Result<Self, RemoteError> {
         let bad = |error: &dyn std::error::Error| RemoteError::BadUrl {
             name: url.name.clone(),
             cause: url.printable(&error.to_string()),
@@ -57,7 +57,7 @@ impl Object {
         Ok(Self { store: store.map_err(|error| bad(&error))?, path })
     }
 
-    pub async fn range(&self, range: Range<u64>, url: &RemoteUrl) -> Result<Answer, NoAnswer> {
+    pub(super) async fn range(&self, range: Range<u64>, url: &RemoteUrl) -> Result<Answer, NoAnswer> {
         let failed = |error: object_store::Error| {
             fault(&error).unwrap_or_else(|| {
                 let cause = url.printable(&error.to_string());

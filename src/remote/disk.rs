@@ -40,7 +40,7 @@ static PARTIAL: AtomicU64 = AtomicU64::new(0);
 static FOLDERS: Mutex<Vec<Arc<DiskCache>>> = Mutex::new(Vec::new());
 
 /// A cache folder of blocks.
-pub struct DiskCache {
+pub(super) struct DiskCache {
     folder: PathBuf,
     limit: u64,
     state: Mutex<State>,
@@ -57,7 +57,7 @@ struct State {
 
 impl DiskCache {
     /// Opens the cache in `folder` with a size limit of `limit` bytes.
-    pub fn open(folder: &Path, limit: u64) -> Arc<Self> {
+    pub(super) fn open(folder: &Path, limit: u64) -> Arc<Self> {
         let mut folders = FOLDERS.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(open) = folders.iter().find(|open| open.folder == folder && open.limit == limit) {
             return open.clone();
@@ -78,7 +78,7 @@ impl DiskCache {
     }
 
     /// Returns the block of `length` bytes, if it is cached and complete. Without `verify` its checksum is not checked.
-    pub fn get(&self, key: u64, index: u64, length: usize, verify: bool) -> Option<Vec<u8>> {
+    pub(super) fn get(&self, key: u64, index: u64, length: usize, verify: bool) -> Option<Vec<u8>> {
         let path = self.path(key, index);
         let file = fs::read(&path).ok()?;
         match parse(&file, verify) {
@@ -100,7 +100,7 @@ impl DiskCache {
     }
 
     /// Caches a block, if the disk can be written.
-    pub fn put(&self, key: u64, block: &Block) {
+    pub(super) fn put(&self, key: u64, block: &Block) {
         let bytes = {
             let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
             if state.rests_until.is_some_and(|until| Instant::now() < until) {
@@ -131,7 +131,7 @@ impl DiskCache {
     }
 
     /// Removes a block.
-    pub fn remove(&self, key: u64, index: u64) {
+    pub(super) fn remove(&self, key: u64, index: u64) {
         let path = self.path(key, index);
         let bytes = fs::metadata(&path).map_or(0, |metadata| metadata.len());
         if fs::remove_file(&path).is_ok() {

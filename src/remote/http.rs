@@ -23,7 +23,7 @@ const MOST_OTHER_BYTES: u64 = 1 << 20;
 
 /// Connections to the server of one file.
 #[derive(Debug)]
-pub struct Client {
+pub(super) struct Client {
     http: reqwest::Client,
     url: RemoteUrl,
     connect: Duration,
@@ -32,14 +32,14 @@ pub struct Client {
 }
 
 /// The status, headers and complete body of an answer.
-pub struct Whole {
+pub(super) struct Whole {
     pub status: StatusCode,
     pub headers: HeaderMap,
     pub bytes: Vec<u8>,
 }
 
 impl Client {
-    pub fn new(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+    pub(super) fn new(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
         // Installs the TLS provider of the whole process. If the host program has installed another one, that is fine
         // too.
         let _ = rustls::crypto::ring::default_provider().install_default();
@@ -58,7 +58,7 @@ impl Client {
     }
 
     /// Builds a request for a file.
-    pub fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
+    pub(super) fn request(&self, url: &str, login: Option<&str>) -> Result<Request, RemoteError> {
         let bad =
             |cause: String| RemoteError::BadUrl { name: self.url.name.clone(), cause: self.url.printable(&cause) };
         let mut request = Request::new(Method::GET, Url::parse(url).map_err(|error| bad(error.to_string()))?);
@@ -72,7 +72,7 @@ impl Client {
     }
 
     /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
-    pub async fn range(&self, mut request: Request, range: Range<u64>) -> Result<Answer, NoAnswer> {
+    pub(super) async fn range(&self, mut request: Request, range: Range<u64>) -> Result<Answer, NoAnswer> {
         let asked = HeaderValue::from_str(&format!("bytes={}-{}", range.start, range.end - 1));
         let asked = asked.map_err(|error| self.unusable(error.to_string()))?;
         request.headers_mut().insert(header::RANGE, asked);
@@ -101,7 +101,7 @@ impl Client {
     }
 
     /// Returns the complete answer to a request that is not for a range of a file.
-    pub async fn whole(&self, request: Request) -> Result<Whole, NoAnswer> {
+    pub(super) async fn whole(&self, request: Request) -> Result<Whole, NoAnswer> {
         let end = Instant::now() + self.whole;
         let mut response = self.head(request, end).await?;
         let (status, headers) = (response.status(), response.headers().clone());

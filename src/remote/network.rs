@@ -17,13 +17,13 @@ use super::{Cancelled, RemoteError, Settings};
 const LOOK: Duration = Duration::from_millis(20);
 
 /// The server of a remote file.
-pub enum Server {
+pub(super) enum Server {
     Http { client: Client, request: Box<reqwest::Request> },
     Bucket(Object),
 }
 
 impl Server {
-    pub fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+    pub(super) fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
         match &url.location {
             Location::S3 { bucket, key } => Object::new(url, bucket, key, settings).map(Self::Bucket),
             Location::Http { url: text, login } => {
@@ -39,7 +39,7 @@ impl Server {
     }
 
     /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
-    pub fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
+    pub(super) fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
             Self::Http { client, request } => {
                 // A request without a body can always be cloned.

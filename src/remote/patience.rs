@@ -16,7 +16,7 @@ const REST: Duration = Duration::from_secs(30);
 
 /// The waiting time of a file, or of files that are read together.
 #[derive(Debug)]
-pub struct Patience {
+pub(super) struct Patience {
     limit: Duration,
     /// Time that the first request after a rest may use up.
     probe: Duration,
@@ -40,17 +40,17 @@ struct GivenUp {
 }
 
 /// An open request: the time counts until this is dropped.
-pub struct Waiting<'a>(&'a Patience);
+pub(super) struct Waiting<'a>(&'a Patience);
 
 impl Patience {
     /// Creates a time limit; after a rest a single request may use up `probe`.
-    pub fn new(limit: Duration, probe: Duration) -> Arc<Self> {
+    pub(super) fn new(limit: Duration, probe: Duration) -> Arc<Self> {
         let state = State { spent: Duration::ZERO, waiting: 0, since: Instant::now(), given_up: None };
         Arc::new(Self { limit, probe: probe.min(limit), state: Mutex::new(state) })
     }
 
     /// Returns the limit in full.
-    pub fn limit(&self) -> Duration {
+    pub(super) fn limit(&self) -> Duration {
         self.limit
     }
 
@@ -58,7 +58,7 @@ impl Patience {
     ///
     /// # Errors
     /// Returns the cause for which the file was given up, while it rests.
-    pub fn begin(&self) -> Result<Waiting<'_>, String> {
+    pub(super) fn begin(&self) -> Result<Waiting<'_>, String> {
         let mut state = self.settled();
         if let Some(given_up) = &state.given_up {
             if given_up.at.elapsed() < REST {
@@ -72,18 +72,18 @@ impl Patience {
     }
 
     /// Records that bytes have arrived.
-    pub fn came(&self, bytes: u64) {
+    pub(super) fn came(&self, bytes: u64) {
         let mut state = self.settled();
         state.spent = state.spent.saturating_sub(Duration::from_secs_f64(bytes as f64 / BYTES_PER_S as f64));
     }
 
     /// Returns the remaining time.
-    pub fn left(&self) -> Duration {
+    pub(super) fn left(&self) -> Duration {
         self.limit.saturating_sub(self.settled().spent)
     }
 
     /// Gives the file up for a while; requests meanwhile fail with the cause.
-    pub fn give_up(&self, cause: &str) {
+    pub(super) fn give_up(&self, cause: &str) {
         let mut state = self.settled();
         if state.given_up.is_none() {
             state.given_up = Some(GivenUp { at: Instant::now(), cause: cause.to_owned() });

@@ -13,7 +13,7 @@ const LOOK: Duration = Duration::from_millis(20);
 
 /// Repeats a request until it succeeds, cannot succeed, has been tried often enough, or the file's time limit is used
 /// up. `failed` is called with the cause of each failed try.
-pub fn persistently<T>(
+pub(super) fn persistently<T>(
     name: &str,
     settings: &Settings,
     patience: &Patience,

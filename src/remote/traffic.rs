@@ -23,7 +23,7 @@ pub struct Traffic {
 
 /// The counters behind [`Traffic`].
 #[derive(Default)]
-pub struct Counters {
+pub(super) struct Counters {
     pub requests: Counter,
     pub bytes: Counter,
     pub retries: Counter,
@@ -35,10 +35,10 @@ pub struct Counters {
 
 /// A counter that any thread may increase.
 #[derive(Default)]
-pub struct Counter(AtomicU64);
+pub(super) struct Counter(AtomicU64);
 
 impl Counter {
-    pub fn add(&self, count: u64) {
+    pub(super) fn add(&self, count: u64) {
         self.0.fetch_add(count, Ordering::Relaxed);
     }
 
@@ -48,7 +48,7 @@ impl Counter {
 }
 
 impl Counters {
-    pub fn traffic(&self) -> Traffic {
+    pub(super) fn traffic(&self) -> Traffic {
         Traffic {
             requests: self.requests.get(),
             bytes: self.bytes.get(),

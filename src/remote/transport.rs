@@ -10,7 +10,7 @@ use super::url::{Location, RemoteUrl};
 use super::{Cancelled, RemoteError, Settings};
 
 /// The origin of the bytes.
-pub enum Transport {
+pub(super) enum Transport {
     /// A local file.
     File(File),
     /// A web server or a bucket.
@@ -18,7 +18,7 @@ pub enum Transport {
 }
 
 /// The bytes of an answer, and the size and version of their file.
-pub struct Answer {
+pub(super) struct Answer {
     pub bytes: Vec<u8>,
     /// Size of the whole file in bytes.
     pub size: u64,
@@ -28,7 +28,7 @@ pub struct Answer {
 
 /// The reason why a request got no answer.
 #[derive(Debug)]
-pub enum NoAnswer {
+pub(super) enum NoAnswer {
     /// Another try may succeed.
     Again(String),
     /// Another try may succeed after the pause that the server requests.
@@ -38,7 +38,7 @@ pub enum NoAnswer {
 }
 
 impl Transport {
-    pub fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+    pub(super) fn open(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
         match &url.location {
             Location::File(path) => match File::open(path) {
                 Ok(file) => Ok(Self::File(file)),
@@ -52,12 +52,12 @@ impl Transport {
     }
 
     /// Returns whether the bytes come from another machine.
-    pub fn is_remote(&self) -> bool {
+    pub(super) fn is_remote(&self) -> bool {
         !matches!(self, Self::File(_))
     }
 
     /// Requests the bytes of `range`, which must not be empty; returns fewer where the file ends before.
-    pub fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
+    pub(super) fn get(&self, range: Range<u64>, url: &RemoteUrl, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         match self {
             Self::File(file) => {
                 read(file, range).map_err(|source| NoAnswer::Never(RemoteError::Io { name: url.name.clone(), source }))

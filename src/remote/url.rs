@@ -6,7 +6,7 @@ use super::RemoteError;
 
 /// The location of a file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Location {
+pub(super) enum Location {
     /// A local path.
     File(PathBuf),
     /// A file on an HTTP or HTTPS server.
@@ -22,7 +22,7 @@ pub enum Location {
 
 /// A parsed URL.
 #[derive(Clone, Debug, PartialEq)]
-pub struct RemoteUrl {
+pub(super) struct RemoteUrl {
     pub location: Location,
     /// Name for messages: without user name, password and query, which may contain a signature.
     pub name: String,
@@ -57,7 +57,7 @@ fn scheme(location: &str) -> Option<String> {
 }
 
 impl RemoteUrl {
-    pub fn parse(location: &str) -> Result<Self, RemoteError> {
+    pub(super) fn parse(location: &str) -> Result<Self, RemoteError> {
         let Some(scheme) = scheme(location) else {
             return Ok(Self {
                 location: Location::File(location.into()),
@@ -98,7 +98,7 @@ impl RemoteUrl {
     }
 
     /// Formats a library's error message: one line of bounded length, without secrets.
-    pub fn printable(&self, said: &str) -> String {
+    pub(super) fn printable(&self, said: &str) -> String {
         let mut line = said.split_whitespace().collect::<Vec<_>>().join(" ");
         for secret in &self.secrets {
             line = line.replace(secret.as_str(), "…");
@@ -130,7 +130,7 @@ fn percent_decoded(text: &str) -> String {
 }
 
 /// Encodes bytes for the header of basic authentication.
-pub fn base64(bytes: &[u8]) -> String {
+pub(super) fn base64(bytes: &[u8]) -> String {
     const LETTERS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
     let mut text = String::with_capacity(bytes.len().div_ceil(3) * 4);
     for three in bytes.chunks(3) {

@@ -54,7 +54,7 @@ impl Pictures {
     ///
     /// # Errors
     /// The same as [`super::open`], without those that depend on the heights.
-    pub fn open(source: SharedSource, name: &Path, decoded_bytes: usize) -> Result<Self, SourceError> {
+    pub(crate) fn open(source: SharedSource, name: &Path, decoded_bytes: usize) -> Result<Self, SourceError> {
         guarded(name, || Self::open_unguarded(source, name, decoded_bytes))
     }
 
@@ -105,17 +105,17 @@ impl Pictures {
     }
 
     /// Returns the full resolution, then the overviews, the largest first.
-    pub fn pictures(&self) -> &[Picture] {
+    pub(crate) fn pictures(&self) -> &[Picture] {
         &self.pictures
     }
 
     /// Returns the georeference of the full resolution.
-    pub fn georeference(&self) -> &Georeference {
+    pub(crate) fn georeference(&self) -> &Georeference {
         &self.georeference
     }
 
     /// Returns the lowest and highest height in metres that the file's statistics declare; they need not be exact.
-    pub fn declared_range_m(&self) -> Option<[f32; 2]> {
+    pub(crate) fn declared_range_m(&self) -> Option<[f32; 2]> {
         let xml = self.file.ifd(self.pictures[0].blocks.ifd).ok()?.tag(TAG_GDAL_METADATA)?.value.as_str()?.to_owned();
         let number = |name: &str| {
             let (_, item) = xml.split_once(&format!("\"STATISTICS_{name}\" sample=\"0\""))?;
@@ -132,7 +132,7 @@ impl Pictures {
     }
 
     /// Returns the byte ranges of the blocks of a window, including the frames that GDAL puts around blocks.
-    pub fn ranges(&self, picture: usize, window: Window) -> Vec<Range<u64>> {
+    pub(crate) fn ranges(&self, picture: usize, window: Window) -> Vec<Range<u64>> {
         let Picture { blocks, mask, .. } = &self.pictures[picture];
         // A mask that is a band is stored in the blocks of the heights.
         let mask = mask.iter().map(|mask| &mask.blocks).filter(|mask| !Arc::ptr_eq(mask, blocks));
@@ -146,7 +146,7 @@ impl Pictures {
     }
 
     /// Returns the byte range, without a frame, of the block that contains a sample; `None` if the file leaves it out.
-    pub fn stored(&self, picture: usize, x: u32, y: u32) -> Option<Range<u64>> {
+    pub(crate) fn stored(&self, picture: usize, x: u32, y: u32) -> Option<Range<u64>> {
         let blocks = &self.pictures[picture].blocks;
         let part = blocks.parts(Window { x, y, width: 1, height: 1 }).next()?;
         blocks.place(part.block).map(|(offset, count)| offset..offset.saturating_add(count))
@@ -157,7 +157,7 @@ impl Pictures {
     /// # Errors
     /// Fails if a block cannot be decoded; returns [`SourceError::Damaged`] with [`TiffError::Io`] if it cannot be
     /// read.
-    pub fn read(&self, picture: usize, window: Window) -> Result<Vec<f32>, SourceError> {
+    pub(crate) fn read(&self, picture: usize, window: Window) -> Result<Vec<f32>, SourceError> {
         guarded(&self.name, || self.read_unguarded(&self.pictures[picture], window))
     }
 

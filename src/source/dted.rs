@@ -41,7 +41,7 @@ pub(super) fn header_offset(head: &[u8]) -> Option<u64> {
 
 impl DtedReader {
     /// Opens a file that begins as DTED does.
-    pub fn open(path: &Path, offset: u64) -> Result<Self, SourceError> {
+    pub(super) fn open(path: &Path, offset: u64) -> Result<Self, SourceError> {
         let mut file = File::open(path).map_err(cannot_open(path))?;
         let file_bytes = file.metadata().map_err(cannot_open(path))?.len();
         let mut header = vec![0; HEADER as usize];

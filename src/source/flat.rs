@@ -61,7 +61,7 @@ impl FlatReader {
     ///
     /// # Errors
     /// Fails if the file is too short for the described samples.
-    pub fn new(path: &Path, unpacked: Option<Vec<u8>>, described: Description) -> Result<Self, SourceError> {
+    pub(super) fn new(path: &Path, unpacked: Option<Vec<u8>>, described: Description) -> Result<Self, SourceError> {
         let Description { size, strides, is_big_endian, meaning, georeference, identity } = described;
         let (bytes, length) = match unpacked {
             Some(bytes) => {

@@ -98,7 +98,7 @@ pub(super) struct GeoTags {
 
 impl GeoTags {
     /// Returns `crs_from_grid` for sample centres, if the tags give a transform.
-    pub fn crs_from_grid(&self) -> Option<[f64; 6]> {
+    pub(super) fn crs_from_grid(&self) -> Option<[f64; 6]> {
         transform_from_tags(self)
     }
 }

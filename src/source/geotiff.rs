@@ -55,7 +55,7 @@ impl GeoTiffReader {
     ///
     /// # Errors
     /// The same as [`super::open_reader`].
-    pub fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
+    pub(super) fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
         Ok(Self::open_as(path, Holds::Heights)?.reader)
     }
 
@@ -63,7 +63,7 @@ impl GeoTiffReader {
     ///
     /// # Errors
     /// The same as [`Self::open`].
-    pub fn open_as(path: &Path, holds: Holds) -> Result<Values, SourceError> {
+    pub(super) fn open_as(path: &Path, holds: Holds) -> Result<Values, SourceError> {
         guarded(path, || Self::open_unguarded(path, holds))
     }
 

@@ -37,7 +37,7 @@ impl Mask {
     ///
     /// # Errors
     /// Fails if a mask cannot be read, because the heights that it hides would otherwise be shown.
-    pub fn all(
+    pub(super) fn all(
         file: &Arc<TiffFile>,
         cache: &Arc<BlockCache>,
         blocks: &Arc<Blocks>,
@@ -55,7 +55,7 @@ impl Mask {
     ///
     /// # Errors
     /// The same as [`Mask::all`].
-    pub fn internal(
+    pub(super) fn internal(
         file: &Arc<TiffFile>,
         cache: &Arc<BlockCache>,
         blocks: &Arc<Blocks>,
@@ -103,7 +103,7 @@ impl Mask {
     ///
     /// # Errors
     /// Fails if the mask cannot be decoded.
-    pub fn apply(&self, window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
+    pub(super) fn apply(&self, window: Window, heights_m: &mut [f32]) -> Result<(), SourceError> {
         let read = || self.blocks.read(&self.file, &self.cache, self.band, window);
         let bytes = guarded(&self.name, || read().map_err(|source| decode_error(source, &self.name)))?;
         let opacities = bytes.chunks_exact(self.blocks.samples.decoded.bytes());
@@ -136,7 +136,7 @@ pub(super) struct Masked {
 
 impl Masked {
     /// Applies masks to a reader; returns the reader itself if there are none.
-    pub fn over(heights: Box<dyn HeightReader>, masks: Vec<Mask>, path: &Path) -> Box<dyn HeightReader> {
+    pub(super) fn over(heights: Box<dyn HeightReader>, masks: Vec<Mask>, path: &Path) -> Box<dyn HeightReader> {
         match masks.is_empty() {
             true => heights,
             false => Box::new(Self { heights, masks, path: path.into() }),

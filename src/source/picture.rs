@@ -55,7 +55,7 @@ impl Rows {
     ///
     /// # Errors
     /// The same as [`decode`], as far as the header reveals them.
-    pub fn open(path: &Path) -> Result<Option<Self>, SourceError> {
+    pub(super) fn open(path: &Path) -> Result<Option<Self>, SourceError> {
         let (reader, _) = begin(path)?;
         if reader.info().interlaced {
             return Ok(None);
@@ -75,7 +75,7 @@ impl Rows {
     ///
     /// # Errors
     /// Fails if the file is damaged or ends before this row.
-    pub fn read(&mut self) -> Result<&[u8], SourceError> {
+    pub(super) fn read(&mut self) -> Result<&[u8], SourceError> {
         let read = self.reader.read_row(&mut self.row).map_err(|error| damaged(&self.path, &error))?;
         read.ok_or_else(|| inconsistent(&self.path, format!("it ends before row {}", self.next)))?;
         self.next += 1;

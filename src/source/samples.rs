@@ -55,7 +55,7 @@ pub(super) struct WarnOnce {
 
 impl WarnOnce {
     /// Warns about the findings in `tally`, unless the same warning was given before.
-    pub fn warn(&self, path: &Path, tally: &Tally) {
+    pub(super) fn warn(&self, path: &Path, tally: &Tally) {
         let name = path.display();
         if tally.absurd > 0 && !self.absurd.swap(true, Ordering::Relaxed) {
             tracing::warn!("{name}: samples beyond ±1000 km are treated as no-data");
@@ -69,7 +69,7 @@ impl WarnOnce {
 impl SampleType {
     /// Returns the type for a TIFF's SampleFormat (1 unsigned, 2 signed, 3 floating point) and the bytes of a decoded
     /// sample.
-    pub fn from_format(format: u16, bytes: usize) -> Option<Self> {
+    pub(super) fn from_format(format: u16, bytes: usize) -> Option<Self> {
         Some(match (format, bytes) {
             (1, 1) => Self::U8,
             (2, 1) => Self::I8,
@@ -86,7 +86,7 @@ impl SampleType {
     }
 
     /// Returns the largest integer with this number of bits; 1 for floating-point types.
-    pub fn largest(self, bits: u16) -> f64 {
+    pub(super) fn largest(self, bits: u16) -> f64 {
         match self {
             Self::U8 | Self::U16 | Self::U32 | Self::U64 => 2f64.powi(bits.into()) - 1.0,
             Self::I8 | Self::I16 | Self::I32 | Self::I64 => 2f64.powi(i32::from(bits) - 1) - 1.0,
@@ -95,7 +95,7 @@ impl SampleType {
     }
 
     /// Returns the bytes of a decoded sample.
-    pub fn bytes(self) -> usize {
+    pub(super) fn bytes(self) -> usize {
         match self {
             Self::U8 | Self::I8 => 1,
             Self::U16 | Self::I16 => 2,
@@ -107,12 +107,12 @@ impl SampleType {
 
 impl Meaning {
     /// Returns the meaning of samples that are metres without scale or offset.
-    pub fn metres(sample_type: SampleType, no_data: Option<f64>) -> Self {
+    pub(super) fn metres(sample_type: SampleType, no_data: Option<f64>) -> Self {
         Self { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
     }
 
     /// Appends one height in metres, or NaN, for each sample in `bytes`, which have the machine's byte order.
-    pub fn append_heights_m(&self, bytes: &[u8], heights_m: &mut Vec<f32>, tally: &mut Tally) {
+    pub(super) fn append_heights_m(&self, bytes: &[u8], heights_m: &mut Vec<f32>, tally: &mut Tally) {
         match self.sample_type {
             SampleType::U8 => self.append(bytes, |[b]: [u8; 1]| f64::from(b), heights_m, tally),
             SampleType::I8 => self.append(bytes, |b| f64::from(i8::from_ne_bytes(b)), heights_m, tally),
@@ -140,7 +140,7 @@ impl Meaning {
     }
 
     /// Converts one sample to a height in metres, or NaN.
-    pub fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
+    pub(super) fn height_m(&self, value: f64, tally: &mut Tally) -> f32 {
         if !value.is_finite() || self.is_no_data(value) {
             return f32::NAN;
         }
@@ -198,7 +198,7 @@ pub(super) struct BandMetadata {
 
 impl BandMetadata {
     /// Parses the text of the tag. Unknown items are ignored, because the tag may hold arbitrary metadata.
-    pub fn parse(xml: &str) -> Self {
+    pub(super) fn parse(xml: &str) -> Self {
         let mut found = Self::default();
         for item in xml.split("<Item ").skip(1) {
             let Some((attributes, rest)) = item.split_once('>') else { continue };
@@ -222,7 +222,7 @@ impl BandMetadata {
     }
 
     /// Returns metres per unit for the units of length that GDAL writes; `None` without a unit and for other units.
-    pub fn metres_per_unit(&self) -> Option<f64> {
+    pub(super) fn metres_per_unit(&self) -> Option<f64> {
         match self.unit.as_deref()? {
             "m" | "metre" | "meter" | "metres" | "meters" => Some(1.0),
             "ft" | "foot" | "feet" | "international foot" => Some(0.3048),

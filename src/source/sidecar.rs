@@ -114,7 +114,7 @@ pub(super) fn sidecar_path(path: &Path) -> Option<PathBuf> {
 
 impl RasterInfo {
     /// Reads the sidecar file, if it exists.
-    pub fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
+    pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let sidecar_path = sidecar_path(path);
         let sidecar = match &sidecar_path {
             Some(sidecar_path) => {
@@ -131,27 +131,27 @@ impl RasterInfo {
     }
 
     /// Returns the columns and rows of a raw file.
-    pub fn size(&self) -> Option<[u32; 2]> {
+    pub(super) fn size(&self) -> Option<[u32; 2]> {
         self.options.size.or_else(|| Some([self.sidecar.width?, self.sidecar.height?]))
     }
 
     /// Returns whether a raw file is big-endian, if it is given.
-    pub fn is_big_endian(&self) -> Option<bool> {
+    pub(super) fn is_big_endian(&self) -> Option<bool> {
         self.options.big_endian.or_else(|| self.sidecar.endian.map(|endian| endian == Endian::Big))
     }
 
     /// Returns the encoding of heights in colours, if it is given.
-    pub fn encoding(&self) -> Option<Encoding> {
+    pub(super) fn encoding(&self) -> Option<Encoding> {
         self.options.encoding.or(self.sidecar.encoding)
     }
 
     /// Returns metres per step, if it is given.
-    pub fn height_scale_m(&self) -> Option<f64> {
+    pub(super) fn height_scale_m(&self) -> Option<f64> {
         self.options.height_scale_m.or(self.sidecar.height_scale_m)
     }
 
     /// Returns the height in metres of a sample of 0.
-    pub fn height_offset_m(&self) -> f64 {
+    pub(super) fn height_offset_m(&self) -> f64 {
         self.options.height_offset_m.or(self.sidecar.height_offset_m).unwrap_or(0.0)
     }
 
@@ -160,7 +160,7 @@ impl RasterInfo {
     }
 
     /// Returns scale and offset of 16-bit steps, with a warning if the scale is not given.
-    pub fn steps(&self, path: &Path) -> [f64; 2] {
+    pub(super) fn steps(&self, path: &Path) -> [f64; 2] {
         let scale_m = self.height_scale_m().unwrap_or_else(|| {
             let name = path.display();
             tracing::warn!("{name}: has no height scale; 1 m per step is assumed (set height_scale_m in {name}.toml)");
@@ -170,7 +170,7 @@ impl RasterInfo {
     }
 
     /// Returns the georeference of the grid.
-    pub fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
+    pub(super) fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
         let (keys, metres_per_unit) = self.crs_keys(path)?;
         let step = match (metres_per_unit, self.spacing_m(), self.sidecar.spacing_degrees) {
             (None, _, Some(degrees)) => degrees,
@@ -206,7 +206,7 @@ impl RasterInfo {
     }
 
     /// Returns what the heights depend on: the file, its sidecar file and the options.
-    pub fn identity(&self, path: &Path) -> String {
+    pub(super) fn identity(&self, path: &Path) -> String {
         let files: Vec<&Path> = std::iter::once(path).chain(self.sidecar_path.as_deref()).collect();
         place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))
     }

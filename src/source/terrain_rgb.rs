@@ -57,7 +57,7 @@ impl Packing {
     }
 
     /// Returns the heights of a colour picture in metres, row by row.
-    pub fn heights_m(self, picture: &Picture) -> impl Iterator<Item = f32> + '_ {
+    pub(super) fn heights_m(self, picture: &Picture) -> impl Iterator<Item = f32> + '_ {
         picture.bytes.chunks_exact(picture.channels.max(3)).map(move |pixel| self.height_m(pixel))
     }
 
@@ -65,7 +65,7 @@ impl Packing {
     ///
     /// # Errors
     /// Fails if no encoding is given and the colours prove nothing; the message names the option to use.
-    pub fn of(path: &Path, info: &RasterInfo, pictures: &[Picture]) -> Result<Self, SourceError> {
+    pub(super) fn of(path: &Path, info: &RasterInfo, pictures: &[Picture]) -> Result<Self, SourceError> {
         let interval_m = info.sidecar.interval_m.unwrap_or(MAPBOX_INTERVAL_M);
         if let Some(encoding) = info.encoding() {
             return Ok(Self { encoding, interval_m });

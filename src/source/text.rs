@@ -21,14 +21,14 @@ pub(super) struct Words {
 
 impl Words {
     /// Opens a file at its beginning.
-    pub fn open(path: &Path) -> Result<Self, SourceError> {
+    pub(super) fn open(path: &Path) -> Result<Self, SourceError> {
         let file = File::open(path).map_err(cannot_open(path))?;
         let reader = BufReader::with_capacity(1 << 18, file);
         Ok(Self { path: path.into(), reader, word: Vec::new(), is_put_back: false })
     }
 
     /// Returns the next word, or `None` at the end.
-    pub fn next(&mut self) -> Result<Option<&str>, SourceError> {
+    pub(super) fn next(&mut self) -> Result<Option<&str>, SourceError> {
         if !std::mem::take(&mut self.is_put_back) {
             self.advance()?;
         }
@@ -40,12 +40,12 @@ impl Words {
     }
 
     /// Makes the next call return the last word again.
-    pub fn put_back(&mut self) {
+    pub(super) fn put_back(&mut self) {
         self.is_put_back = true;
     }
 
     /// Returns the next word as a number; `what` is its name in errors.
-    pub fn number(&mut self, what: &str) -> Result<f64, SourceError> {
+    pub(super) fn number(&mut self, what: &str) -> Result<f64, SourceError> {
         let word = self.next()?.map(str::to_owned);
         let number = word.as_deref().and_then(number);
         number.ok_or_else(|| match word {

@@ -71,7 +71,13 @@ impl Blocks {
     ///
     /// # Errors
     /// Fails if tables are missing, or shorter than the picture requires.
-    pub fn of(ifd: &Ifd, index: usize, samples: Samples, file_bytes: u64, path: &Path) -> Result<Self, SourceError> {
+    pub(super) fn of(
+        ifd: &Ifd,
+        index: usize,
+        samples: Samples,
+        file_bytes: u64,
+        path: &Path,
+    ) -> Result<Self, SourceError> {
         let inconsistent = |what: &str| SourceError::Inconsistent { path: path.into(), what: what.to_owned() };
         let size = [ifd.width(), ifd.height()];
         let tile = ifd.tile_width().zip(ifd.tile_height());
@@ -113,27 +119,27 @@ impl Blocks {
     }
 
     /// Returns the unpacked bytes of a block with all bands that are stored in it; saturating.
-    pub fn block_bytes(&self) -> u64 {
+    pub(super) fn block_bytes(&self) -> u64 {
         (self.row_bytes() as u64).saturating_mul(self.block[1].into())
     }
 
     /// Returns the unpacked bytes of a row of a block.
-    pub fn row_bytes(&self) -> usize {
+    pub(super) fn row_bytes(&self) -> usize {
         let bits = u128::from(self.block[0]) * self.samples.interleaved() as u128 * u128::from(self.samples.bits);
         usize::try_from(bits.div_ceil(8)).unwrap_or(usize::MAX)
     }
 
-    pub fn is_tiled(&self) -> bool {
+    pub(super) fn is_tiled(&self) -> bool {
         self.is_tiled
     }
 
     /// Returns the number of blocks of the first band that the file contains.
-    pub fn stored(&self) -> u64 {
+    pub(super) fn stored(&self) -> u64 {
         self.places.iter().take(self.per_band()).filter(|&&place| !is_absent(place)).count() as u64
     }
 
     /// Returns whether the file leaves out all blocks of the first band that a window touches.
-    pub fn is_absent(&self, window: Window) -> bool {
+    pub(super) fn is_absent(&self, window: Window) -> bool {
         let is_inside =
             |at: u32, count: u32, size: u32| count > 0 && at.checked_add(count).is_some_and(|it| it <= size);
         is_inside(window.x, window.width, self.size[0])
@@ -142,7 +148,7 @@ impl Blocks {
     }
 
     /// Returns whether the file leaves out any block of the first band.
-    pub fn is_sparse(&self) -> bool {
+    pub(super) fn is_sparse(&self) -> bool {
         self.places.iter().take(self.per_band()).any(|&place| is_absent(place))
     }
 
@@ -151,17 +157,17 @@ impl Blocks {
     }
 
     /// Returns the first byte and the number of bytes of a block of the first band; `None` if the file leaves it out.
-    pub fn place(&self, block: usize) -> Option<(u64, u64)> {
+    pub(super) fn place(&self, block: usize) -> Option<(u64, u64)> {
         self.places.get(block).copied().filter(|&place| !is_absent(place))
     }
 
     /// Returns the first bytes of the first band's blocks, by rows.
-    pub fn offsets(&self) -> impl Iterator<Item = u64> + '_ {
+    pub(super) fn offsets(&self) -> impl Iterator<Item = u64> + '_ {
         self.places.iter().take(self.per_band()).map(|place| place.0)
     }
 
     /// Returns the blocks of the first band that a window touches.
-    pub fn parts(&self, window: Window) -> impl Iterator<Item = Part> + '_ {
+    pub(super) fn parts(&self, window: Window) -> impl Iterator<Item = Part> + '_ {
         let [columns, rows] = self.block;
         let across = self.size[0].div_ceil(columns);
         let (right, bottom) = (window.x + window.width, window.y + window.height);
@@ -185,7 +191,13 @@ impl Blocks {
     ///
     /// # Errors
     /// Fails if a block cannot be read or decoded.
-    pub fn read(&self, file: &TiffFile, cache: &BlockCache, band: usize, window: Window) -> Result<Vec<u8>, TiffError> {
+    pub(super) fn read(
+        &self,
+        file: &TiffFile,
+        cache: &BlockCache,
+        band: usize,
+        window: Window,
+    ) -> Result<Vec<u8>, TiffError> {
         let sample_bytes = self.samples.decoded.bytes();
         if matches!(self.codec, CODEC_JPEG | CODEC_LERC | CODEC_WEBP) {
             let [x, y, width, height] = [window.x, window.y, window.width, window.height].map(|it| it as usize);

@@ -44,7 +44,7 @@ impl Samples {
     ///
     /// # Errors
     /// Fails if tags contradict each other, or if the kind of samples is not supported.
-    pub fn of(ifd: &Ifd, path: &Path) -> Result<Self, SourceError> {
+    pub(super) fn of(ifd: &Ifd, path: &Path) -> Result<Self, SourceError> {
         let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let unsupported = |what: String| SourceError::Unsupported { path: path.into(), what };
         let all_bits = ifd.bits_per_sample().map_err(damaged)?;
@@ -102,17 +102,17 @@ impl Samples {
     }
 
     /// Returns the number of bands that are stored together in a block.
-    pub fn interleaved(&self) -> usize {
+    pub(super) fn interleaved(&self) -> usize {
         if self.is_planar { 1 } else { self.per_pixel }
     }
 
     /// Returns whether samples have the same form in the file as in memory, except for their byte order.
-    pub fn are_plain(&self) -> bool {
+    pub(super) fn are_plain(&self) -> bool {
         self.predictor == 1 && usize::from(self.bits) == 8 * self.decoded.bytes()
     }
 
     /// Converts the rows of a block to samples of the type `decoded`, in the machine's byte order.
-    pub fn unpack(
+    pub(super) fn unpack(
         &self,
         mut bytes: Vec<u8>,
         row_bytes: usize,

@@ -29,7 +29,7 @@ pub(super) struct TiffSidecars {
 impl TiffSidecars {
     /// Reads the sidecar files of the GeoTIFF at `path`. Invalid files are ignored with a warning. Other content of
     /// `.aux.xml`, such as statistics and other programs' metadata, is ignored.
-    pub fn of(path: &Path) -> Self {
+    pub(super) fn of(path: &Path) -> Self {
         let mut found = Self::default();
         let mut aux = path.as_os_str().to_owned();
         aux.push(".aux.xml");
@@ -52,7 +52,7 @@ impl TiffSidecars {
     }
 
     /// Returns whether the sidecar file changes the heights or their georeference.
-    pub fn overrules(&self) -> bool {
+    pub(super) fn overrules(&self) -> bool {
         self.crs_from_grid.is_some()
             || self.geokeys.is_some()
             || self.no_data.is_some()
@@ -61,7 +61,7 @@ impl TiffSidecars {
 
     /// Returns the transform of the grid, if a sidecar file or the tags give one, and replaces the CRS in `tags` if a
     /// sidecar file gives another.
-    pub fn place(&self, tags: &mut GeoTags) -> Option<[f64; 6]> {
+    pub(super) fn place(&self, tags: &mut GeoTags) -> Option<[f64; 6]> {
         let of_tags = tags.crs_from_grid();
         if let Some(keys) = &self.geokeys {
             tags.geokeys = keys.clone();
@@ -70,7 +70,7 @@ impl TiffSidecars {
     }
 
     /// Replaces the entries of `meaning` that a sidecar file gives.
-    pub fn overrule(&self, meaning: &mut Meaning) {
+    pub(super) fn overrule(&self, meaning: &mut Meaning) {
         meaning.no_data = self.no_data.or(meaning.no_data);
         meaning.scale = self.band.scale.unwrap_or(meaning.scale);
         meaning.offset = self.band.offset.unwrap_or(meaning.offset);

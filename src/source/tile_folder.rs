@@ -69,7 +69,7 @@ fn numbered(folder: &Path, ending: &str) -> Result<Vec<(u32, PathBuf)>, SourceEr
 
 impl TileFolderReader {
     /// Opens the deepest level of a folder.
-    pub fn open(folder: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
+    pub(super) fn open(folder: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let mut tiles: Vec<([u32; 2], PathBuf)> = Vec::new();
         let mut zoom = 0;
         for (level, level_folder) in numbered(folder, "")?.into_iter().rev() {

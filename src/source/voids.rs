@@ -41,11 +41,11 @@ pub(crate) struct Limits {
 
 impl Limits {
     /// The limits for the file's own samples.
-    pub const FINEST: Self = Self { extent: MOST_EXTENT, width: MOST_WIDTH };
+    pub(crate) const FINEST: Self = Self { extent: MOST_EXTENT, width: MOST_WIDTH };
 
     /// Returns the limits that select the same holes in an overview whose samples are 2^`level` as far apart; `None` if
     /// the widest of these holes is smaller than a sample.
-    pub fn of_level(level: usize) -> Option<Self> {
+    pub(crate) fn of_level(level: usize) -> Option<Self> {
         let level = u32::try_from(level).ok().filter(|level| MOST_WIDTH >> level.min(&31) > 0)?;
         Some(Self { extent: MOST_EXTENT >> level, width: MOST_WIDTH >> level })
     }

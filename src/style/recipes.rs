@@ -19,12 +19,12 @@ pub(super) struct Recipes {
 
 impl Recipes {
     /// Returns the names of the built-in recipes.
-    pub fn names(&self) -> Vec<&'static str> {
+    pub(super) fn names(&self) -> Vec<&'static str> {
         self.built_in.iter().map(|(name, _)| *name).collect()
     }
 
     /// Returns the file that `name` refers to, relative to `folder`; `None` for a built-in recipe.
-    pub fn file(&self, name: &str, folder: &Path) -> Option<PathBuf> {
+    pub(super) fn file(&self, name: &str, folder: &Path) -> Option<PathBuf> {
         let is_built_in = self.built_in.iter().any(|(known, _)| *known == name);
         (!is_built_in).then(|| folder.join(name))
     }
@@ -33,7 +33,7 @@ impl Recipes {
     ///
     /// # Errors
     /// The recipe does not exist, or its file cannot be read.
-    pub fn text(&self, name: &str, folder: &Path) -> Result<(String, Cow<'static, str>), StyleError> {
+    pub(super) fn text(&self, name: &str, folder: &Path) -> Result<(String, Cow<'static, str>), StyleError> {
         if let Some((_, text)) = self.built_in.iter().find(|(known, _)| *known == name) {
             return Ok((name.to_owned(), Cow::Borrowed(text)));
         }

@@ -11,10 +11,10 @@ use crate::style::hatching::Hatching;
 
 /// xy: cosine and sine of twice the axis's angle on the map (counter-clockwise from east), times its confidence, 0 to
 /// 1. The size is [`mark_normal_size`](super::mark_normal::mark_normal_size).
-pub const BEND_AXIS: TargetKind = TargetKind::storage("bend axis", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const BEND_AXIS: TargetKind = TargetKind::storage("bend axis", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The hatching whose marks follow the axes.
     pub hatching: &'a Hatching,
     /// The curvature of the surface.
@@ -22,7 +22,7 @@ pub struct Inputs<'a> {
     pub bend_axis: &'a Target,
 }
 
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = BendAxisRules { step: inputs.hatching.axis_step() };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [

@@ -11,15 +11,15 @@ use crate::gpu::wgsl::surface::curvature::CurvatureRules;
 
 /// xyz: unit normal of the form, in world space; w: distance along the view axis. All 0 where there is no land, or
 /// water. The size of all three targets is [`mark_normal_size`].
-pub const SHAPE_NORMAL: TargetKind = TargetKind::storage("shape normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_NORMAL: TargetKind = TargetKind::storage("shape normal", wgpu::TextureFormat::Rgba32Float);
 /// xyz: the second fundamental form in the tangent frame of [`SHAPE_NORMAL`] (uu, uv, vv), in 1/m; w: size of a sample
 /// of the form, in metres.
-pub const SHAPE_BEND: TargetKind = TargetKind::storage("shape bend", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_BEND: TargetKind = TargetKind::storage("shape bend", wgpu::TextureFormat::Rgba32Float);
 /// The derivative of the second fundamental form (uuu, uuv, uvv, vvv), in 1/m².
-pub const SHAPE_CHANGE: TargetKind = TargetKind::storage("shape change", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const SHAPE_CHANGE: TargetKind = TargetKind::storage("shape change", wgpu::TextureFormat::Rgba32Float);
 
 /// The targets that the pass writes.
-pub struct Shapes {
+pub(crate) struct Shapes {
     pub normal: Target,
     pub bend: Target,
     pub change: Target,
@@ -27,7 +27,7 @@ pub struct Shapes {
 
 impl Shapes {
     /// Allocates the targets of an eye.
-    pub fn of(gpu: &crate::gpu::Gpu, targets: &mut Targets) -> Self {
+    pub(crate) fn of(gpu: &crate::gpu::Gpu, targets: &mut Targets) -> Self {
         let size_px = mark_normal_size(targets.size_px());
         let [normal, bend, change] =
             [&SHAPE_NORMAL, &SHAPE_BEND, &SHAPE_CHANGE].map(|kind| targets.sized(gpu, kind, size_px));
@@ -35,7 +35,7 @@ impl Shapes {
     }
 
     /// Returns the bindings of `Shape` in `shaders/shared/curvature.wgsl`, for passes that read or write it.
-    pub fn resources(&self) -> [Named; 3] {
+    pub(crate) fn resources(&self) -> [Named; 3] {
         [
             ("shape_normal", (&self.normal).into()),
             ("shape_bend", (&self.bend).into()),
@@ -45,7 +45,7 @@ impl Shapes {
 }
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
@@ -60,7 +60,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the curvature of the visible land.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CurvatureRules { feature_px: inputs.feature_px };
     let mut resources = vec![
         ("view", inputs.view.clone()),

@@ -10,11 +10,13 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
-pub use crate::gpu::wgsl::shared::edges::{Edge, KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY, MOST_EDGES};
+pub(crate) use crate::gpu::wgsl::shared::edges::{Edge, MOST_EDGES};
+#[cfg(test)]
+pub use crate::gpu::wgsl::shared::edges::{KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY};
 
 /// The kinds of edge that are wanted besides contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct EdgeRules {
+pub(crate) struct EdgeRules {
     /// The edge between two triangles is a crease if their normals differ by more than this, in degrees; `None`
     /// disables creases.
     pub crease_deg: Option<f32>,
@@ -26,12 +28,12 @@ pub struct EdgeRules {
 const NO_EDGES: [u32; 4] = [0, 1, 0, 0];
 
 /// Arguments of an indirect draw of the edges as lines.
-pub const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
+pub(crate) const EDGE_DRAW: BufferKind = BufferKind::indirect("edge draw");
 /// The [`Edge`]s of all kinds of surface.
-pub const EDGES: BufferKind = BufferKind::storage("edges");
+pub(crate) const EDGES: BufferKind = BufferKind::storage("edges");
 
 /// The edges of one frame.
-pub struct EdgeList {
+pub(crate) struct EdgeList {
     rules: Resource,
     pub edges: Buffer,
     pub draw: Buffer,
@@ -39,7 +41,7 @@ pub struct EdgeList {
 
 impl EdgeList {
     /// Begins an empty list.
-    pub fn begin(recorder: &mut Recorder<'_>, rules: EdgeRules) -> Self {
+    pub(crate) fn begin(recorder: &mut Recorder<'_>, rules: EdgeRules) -> Self {
         let uniform = EdgeRulesUniform {
             // No cosine is below −1, so nothing is a crease.
             crease_cosine: rules.crease_deg.map_or(-2.0, |degrees| degrees.to_radians().cos()),
@@ -55,22 +57,22 @@ impl EdgeList {
     }
 
     /// Returns the binding of `EdgeRules` in `shaders/shared/edges.wgsl`.
-    pub fn rules(&self) -> Named {
+    pub(crate) fn rules(&self) -> Named {
         ("edge_rules", self.rules.clone())
     }
 
     /// Returns the binding of the edges.
-    pub fn edges(&self) -> Named {
+    pub(crate) fn edges(&self) -> Named {
         ("edges", self.edges.binding())
     }
 
     /// Returns the binding of the indirect draw, whose first word is twice the number of edges.
-    pub fn draw(&self) -> Named {
+    pub(crate) fn draw(&self) -> Named {
         ("edge_draw", self.draw.binding())
     }
 
     /// Returns all bindings that a pass needs to add edges.
-    pub fn resources(&self) -> [Named; 3] {
+    pub(crate) fn resources(&self) -> [Named; 3] {
         [self.rules(), self.edges(), self.draw()]
     }
 }

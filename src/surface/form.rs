@@ -11,10 +11,10 @@ use crate::style::Style;
 
 /// xyz: unit normal in world space; w: distance along the view axis. All 0 where there is no land. The size is
 /// [`mark_normal_size`](super::mark_normal::mark_normal_size).
-pub const FORM_NORMAL: TargetKind = TargetKind::storage("form normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const FORM_NORMAL: TargetKind = TargetKind::storage("form normal", wgpu::TextureFormat::Rgba32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
@@ -29,7 +29,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the form normal of the visible land.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shading = &inputs.style.light;
     let rules = FormRules {
         to_sun: inputs.light.to_sun.truncate().normalize_or_zero().as_vec2().to_array(),

@@ -28,7 +28,7 @@ pub struct HiddenArea {
 }
 
 /// Clears depth and surface ids, and draws the hidden area into them. A prewarming run draws nothing.
-pub fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, area: &HiddenArea, depth: &Target, surface_id: &Target) {
     let resources = [("corners", recorder.upload(&HIDDEN, &area.corners).binding())];
     let drawing = recorder.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[surface_id], depth: Some(depth), clears: Clears::All };

@@ -6,7 +6,7 @@
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub(crate) enum Kind {
     /// No surface: the whole id is 0.
     Sky,
     /// A patch of the terrain; the code is 0.
@@ -20,15 +20,15 @@ pub enum Kind {
 }
 
 /// The lowest id of a mesh triangle.
-pub const FIRST_MESH: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_MESH;
+pub(crate) const FIRST_MESH: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_MESH;
 /// The lowest id of a tree.
-pub const FIRST_TREE: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_TREE;
+pub(crate) const FIRST_TREE: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_TREE;
 /// The lowest id of water.
-pub const FIRST_WATER: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_WATER;
+pub(crate) const FIRST_WATER: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_WATER;
 
 impl Kind {
     /// Returns the kind of surface of a pixel of the surface id picture.
-    pub fn of(id: u32) -> Self {
+    pub(crate) fn of(id: u32) -> Self {
         match id {
             0 => Self::Sky,
             1..FIRST_MESH => Self::Land,

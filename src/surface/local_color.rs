@@ -12,7 +12,7 @@ use crate::gpu::target::TargetKind;
 pub(super) const LOCAL_COLOR_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 
 /// [`packed`] hues at pixels whose surface id is a tree or a model; undefined elsewhere.
-pub const LOCAL_COLOR: TargetKind = TargetKind {
+pub(crate) const LOCAL_COLOR: TargetKind = TargetKind {
     name: "local color",
     format: LOCAL_COLOR_FORMAT,
     usage: wgpu::TextureUsages::STORAGE_BINDING.union(wgpu::TextureUsages::RENDER_ATTACHMENT),
@@ -20,7 +20,7 @@ pub const LOCAL_COLOR: TargetKind = TargetKind {
 
 /// Packs the hue of a linear colour as `shaders/shared/local_color.wgsl` reads it: 8 bits each for the square roots of
 /// red, green and blue, scaled so that the largest is 1, and 255. Black is packed as grey.
-pub fn packed(color: [f32; 3]) -> u32 {
+pub(crate) fn packed(color: [f32; 3]) -> u32 {
     let most = color.into_iter().fold(0.0, f32::max);
     let channel =
         |value: f32| if most > 0.0 { (255.0 * (value / most).clamp(0.0, 1.0).sqrt()).round() as u8 } else { 255 };
@@ -29,7 +29,7 @@ pub fn packed(color: [f32; 3]) -> u32 {
 }
 
 /// The value of a surface without a local colour: it is coloured as the land is.
-pub const NONE: u32 = 0;
+pub(crate) const NONE: u32 = 0;
 
 #[cfg(test)]
 mod tests {

@@ -10,19 +10,19 @@ use crate::style::hatching::Hatching;
 
 /// xyz: unit normal in world space; w: distance along the view axis. All 0 in the sky. The size is
 /// [`mark_normal_size`].
-pub const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const MARK_NORMAL: TargetKind = TargetKind::storage("mark normal", wgpu::TextureFormat::Rgba32Float);
 
 /// Side of the block of pixels that shares one texel.
 pub(super) const BLOCK_PX: u32 = crate::gpu::wgsl::shared::mark_normal::BLOCK_PX as u32;
 
 /// Returns the size of the target for pictures of `size_px`. Blocks are aligned to the whole picture, so a part of it
 /// may overlap one more block at either end.
-pub fn mark_normal_size(size_px: [u32; 2]) -> [u32; 2] {
+pub(crate) fn mark_normal_size(size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|side| side.div_ceil(BLOCK_PX) + 1)
 }
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The hatching whose marks use the normals.
     pub hatching: &'a Hatching,
@@ -38,7 +38,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the mark normals of the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let rules = MarkRules { form_px: hatching.form_px, calm: hatching.calm_deg.to_radians().tan() };
     let mut resources = vec![

@@ -6,10 +6,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Motion from the previous frame to this one, in pixels: x right, y down.
-pub const MOTION: TargetKind = TargetKind::storage("motion", wgpu::TextureFormat::Rg32Float);
+pub(crate) const MOTION: TargetKind = TargetKind::storage("motion", wgpu::TextureFormat::Rg32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub position: &'a Target,
     /// Surface ids: the pixels of trees use `tree_step`.
@@ -20,7 +20,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the motion of every pixel, including the sky.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources: Vec<Named> =
         vec![("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
     let of_trees = |step: &Target| [("surface_id", inputs.surface_id.into()), ("tree_step", step.into())];

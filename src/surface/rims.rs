@@ -9,10 +9,10 @@ use crate::gpu::wgsl::surface::rims::RimRules;
 use crate::style::Rims;
 
 /// x: ink of the lines, 0 to 1; y: 1 on land next to a hole, else 0.
-pub const RIM: TargetKind = TargetKind::storage("rim", wgpu::TextureFormat::Rg32Float);
+pub(crate) const RIM: TargetKind = TargetKind::storage("rim", wgpu::TextureFormat::Rg32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
@@ -27,7 +27,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let period_px = style.dash_px + style.gap_px;
     let rules = RimRules { width_px: style.width_px, period_px, dash: style.dash_px / period_px };

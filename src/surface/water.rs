@@ -10,10 +10,10 @@ use crate::style::Water;
 use crate::surface::lakes;
 
 /// Metres to the shore on water, at most as far as the style needs; below 0 on land near water; 0 elsewhere.
-pub const WATER: TargetKind = TargetKind::storage("water", wgpu::TextureFormat::R32Float);
+pub(crate) const WATER: TargetKind = TargetKind::storage("water", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the page table and the water maps.
     pub terrain: &'a [Named],
@@ -26,7 +26,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the water of the visible land.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = WaterRules { reach_px: inputs.style.reach_px(), pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![
         ("view", inputs.view.clone()),

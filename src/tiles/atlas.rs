@@ -13,9 +13,9 @@ use crate::pyramid::tile::TILE_STRIDE;
 use crate::pyramid::{LoadedTile, TileAddress};
 
 /// Format of heights in metres; the lowest bit of a sample is set for no-data.
-pub const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub(crate) const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 /// Size of a slot in bytes.
-pub const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
+pub(crate) const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 
 /// A tile on the GPU, with its statistics.
 pub struct Resident {

@@ -44,7 +44,7 @@ pub fn most_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes:
 
 /// The method by which the factor is found.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Search {
+pub(crate) enum Search {
     /// Finds any factor within an octave of the smallest that fits.
     Roughly,
     /// Finds the smallest factor that fits, to a 64th of an octave.
@@ -58,7 +58,7 @@ pub enum Search {
 
 /// The limits of a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Budget {
+pub(crate) struct Budget {
     /// The largest number of patches.
     most: usize,
     /// The smallest factor.
@@ -67,14 +67,19 @@ pub struct Budget {
 
 impl Budget {
     /// Creates a budget of `most` patches, with a factor of at least `least`.
-    pub fn new(most: usize, least: f64) -> Self {
+    pub(crate) fn new(most: usize, least: f64) -> Self {
         Self { most, least: least.max(1.0) }
     }
 
     /// Finds the factor for a frame after one with the factor `before`. Returns the selection of `choose` with it, and
     /// the factor. `choose` tries a factor with a number of patches, and returns `None` if they do not suffice; with a
     /// large enough factor they always do.
-    pub fn find<T>(&self, search: Search, before: f64, mut choose: impl FnMut(f64, usize) -> Option<T>) -> (T, f64) {
+    pub(crate) fn find<T>(
+        &self,
+        search: Search,
+        before: f64,
+        mut choose: impl FnMut(f64, usize) -> Option<T>,
+    ) -> (T, f64) {
         let mut tries = vec![(self.least, self.most)];
         if let Search::GoOn { step_s } = search {
             let octaves = (OCTAVES_PER_S * step_s).clamp(STEP_OCTAVES[0], STEP_OCTAVES[1]).exp2();

@@ -9,10 +9,10 @@ use crate::pyramid::tile::TILE_STRIDE;
 use crate::pyramid::{LoadedTile, TileAddress};
 
 /// Bytes of a decoded tile: heights, statistics of its 256 patches, and occluder minima of its blocks.
-pub const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
+pub(crate) const TILE_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4 + 256 * 16 + 64 * 64 * 4 + 256;
 
 /// Decoded tiles, up to a number of bytes.
-pub struct TileCache {
+pub(crate) struct TileCache {
     most: usize,
     tiles: FxHashMap<TileAddress, Entry>,
 }
@@ -24,24 +24,24 @@ struct Entry {
 
 impl TileCache {
     /// Creates a cache of as many tiles as fit in `memory_bytes`, but at least one.
-    pub fn new(memory_bytes: u64) -> Self {
+    pub(crate) fn new(memory_bytes: u64) -> Self {
         Self { most: (memory_bytes / TILE_BYTES).max(1) as usize, tiles: FxHashMap::default() }
     }
 
     /// Returns a cached tile, and marks it as used in frame `frame`.
-    pub fn get(&mut self, address: TileAddress, frame: u64) -> Option<&Arc<LoadedTile>> {
+    pub(crate) fn get(&mut self, address: TileAddress, frame: u64) -> Option<&Arc<LoadedTile>> {
         let entry = self.tiles.get_mut(&address)?;
         entry.last_used = entry.last_used.max(frame);
         Some(&entry.tile)
     }
 
     /// Returns a cached tile, without marking it as used.
-    pub fn peek(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
+    pub(crate) fn peek(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.tiles.get(&address).map(|entry| &entry.tile)
     }
 
     /// Adds a tile; the least recently used ones are removed if the cache is full.
-    pub fn insert(&mut self, address: TileAddress, tile: Arc<LoadedTile>, frame: u64) {
+    pub(crate) fn insert(&mut self, address: TileAddress, tile: Arc<LoadedTile>, frame: u64) {
         self.tiles.insert(address, Entry { tile, last_used: frame });
         if self.tiles.len() > self.most {
             // A tenth at a time, so that one search serves many tiles.
@@ -55,21 +55,18 @@ impl TileCache {
     }
 
     /// Returns the memory of the tiles in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.tiles.len() as u64 * TILE_BYTES
     }
 
     /// Returns the number of cached tiles.
+    #[cfg(test)]
     pub fn len(&self) -> usize {
         self.tiles.len()
     }
 
-    /// Returns whether the cache is empty.
-    pub fn is_empty(&self) -> bool {
-        self.tiles.is_empty()
-    }
-
     /// Returns the largest number of tiles.
+    #[cfg(test)]
     pub fn most(&self) -> usize {
         self.most
     }

@@ -33,7 +33,7 @@ pub(super) struct Step {
 impl CameraMotion {
     /// Advances to a frame at `now_s`. A step much longer than the one before is a jump, which predicts nothing about
     /// the next; the first frame is one.
-    pub fn go_on(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
+    pub(super) fn go_on(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
         let step = match self.before {
             None => Step { camera_m, velocity_m: DVec3::ZERO, at_s: now_s, step_s: 0.0, jumped_s: now_s },
             Some(before) => before.go_on(camera_m, now_s, spacing_m),
@@ -56,12 +56,12 @@ impl Step {
     }
 
     /// Returns whether this step was a jump.
-    pub fn has_jumped(&self) -> bool {
+    pub(super) fn has_jumped(&self) -> bool {
         self.jumped_s == self.at_s
     }
 
     /// Returns whether the last jump is long enough ago for detail to fade in.
-    pub fn fades(&self) -> bool {
+    pub(super) fn fades(&self) -> bool {
         self.at_s - self.jumped_s > JUMP_S
     }
 }

@@ -13,7 +13,7 @@ use glam::DVec2;
 use crate::source::WorldMapping;
 
 /// Number of terms of two variables up to degree 7.
-pub const MAX_TERMS: usize = 36;
+pub(crate) const MAX_TERMS: usize = 36;
 const MAX_DEGREE: usize = 7;
 
 /// The fitted maps between grid coordinates (column, row) and the world (east, north in metres).

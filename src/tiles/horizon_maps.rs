@@ -11,8 +11,9 @@ use super::slot_maps::SlotMaps;
 use crate::gpu::Gpu;
 
 /// Texels along the side of a map, each with both numbers in 16 bits; must match `shaders/shared/horizon_maps.wgsl`.
-pub const HORIZON_MAP_SIDE: u32 = 130;
+pub(crate) const HORIZON_MAP_SIDE: u32 = 130;
 /// Size of a map in bytes.
+#[cfg(test)]
 pub const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
 
 /// The horizon maps; their key is the direction to the sun: a unit vector, east and north.

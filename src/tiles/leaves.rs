@@ -31,37 +31,37 @@ pub(super) struct Leaves {
 
 impl Leaves {
     /// Creates an empty set for a quadtree whose coarsest patch has the level `top`.
-    pub fn new(top: i32) -> Self {
+    pub(super) fn new(top: i32) -> Self {
         Self { leaves: FxHashMap::default(), top }
     }
 
     /// Returns the number of leaves.
-    pub fn len(&self) -> usize {
+    pub(super) fn len(&self) -> usize {
         self.leaves.len()
     }
 
     /// Returns whether a patch is a leaf.
-    pub fn contains(&self, key: PatchKey) -> bool {
+    pub(super) fn contains(&self, key: PatchKey) -> bool {
         self.leaves.contains_key(&key)
     }
 
     /// Returns the keys of the leaves, in no particular order.
-    pub fn keys(&self) -> impl Iterator<Item = PatchKey> {
+    pub(super) fn keys(&self) -> impl Iterator<Item = PatchKey> {
         self.leaves.keys().copied()
     }
 
     /// Adds or replaces a leaf.
-    pub fn insert(&mut self, key: PatchKey, leaf: Leaf) {
+    pub(super) fn insert(&mut self, key: PatchKey, leaf: Leaf) {
         self.leaves.insert(key, leaf);
     }
 
     /// Removes a leaf.
-    pub fn remove(&mut self, key: PatchKey) {
+    pub(super) fn remove(&mut self, key: PatchKey) {
         self.leaves.remove(&key);
     }
 
     /// Removes all leaves under a patch, itself included.
-    pub fn remove_under(&mut self, key: PatchKey) {
+    pub(super) fn remove_under(&mut self, key: PatchKey) {
         let is_under = |mut leaf: PatchKey| {
             while leaf.level < key.level {
                 leaf = leaf.parent();
@@ -72,7 +72,7 @@ impl Leaves {
     }
 
     /// Returns the leaf that covers a patch: itself or an ancestor.
-    pub fn over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
+    pub(super) fn over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
         while key.level <= self.top {
             if let Some(leaf) = self.leaves.get(&key) {
                 return Some((key, *leaf));
@@ -112,7 +112,7 @@ impl Leaves {
 
     /// Returns the leaves as the GPU draws them, from near to far, at positions relative to `anchor` in units of
     /// 2^−`units_log2` samples.
-    pub fn instances(self, anchor: DVec2, units_log2: i32) -> Selection {
+    pub(super) fn instances(self, anchor: DVec2, units_log2: i32) -> Selection {
         let mut keys: Vec<_> = self.leaves.iter().map(|(key, leaf)| (*key, *leaf)).collect();
         // The key breaks ties, so that the order is deterministic.
         keys.sort_by(|a, b| {

@@ -28,10 +28,10 @@ const MOST_FETCHED: usize = 16;
 const MOST_FINISHED: usize = 64;
 
 /// A loaded tile, or the reason why it could not be loaded.
-pub type Finished = (TileAddress, Result<Arc<LoadedTile>, PyramidError>);
+pub(crate) type Finished = (TileAddress, Result<Arc<LoadedTile>, PyramidError>);
 
 /// The threads that fetch and decode; dropping it ends them.
-pub struct Loader {
+pub(crate) struct Loader {
     shared: Arc<Shared>,
     threads: Vec<JoinHandle<()>>,
 }
@@ -62,7 +62,7 @@ struct State {
 
 impl Loader {
     /// Starts the threads, with an empty list.
-    pub fn new(store: Arc<dyn TileStore>) -> Self {
+    pub(crate) fn new(store: Arc<dyn TileStore>) -> Self {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let fetchers = store.parallel_fetches();
         let shared = Arc::new(Shared {
@@ -99,7 +99,7 @@ impl Loader {
 
     /// Replaces the list of wanted tiles, best first, without tiles that have been taken already. Tiles in progress
     /// that are not in the list are cancelled.
-    pub fn want(&self, wanted: &[TileAddress]) {
+    pub(crate) fn want(&self, wanted: &[TileAddress]) {
         let mut state = self.shared.lock();
         let all: FxHashSet<TileAddress> = wanted.iter().copied().collect();
         let State { fetched, under_way, cancelled, .. } = &mut *state;
@@ -122,7 +122,7 @@ impl Loader {
     }
 
     /// Returns the tiles that were finished since the last call.
-    pub fn take(&self) -> Vec<Finished> {
+    pub(crate) fn take(&self) -> Vec<Finished> {
         let finished = std::mem::take(&mut self.shared.lock().finished);
         if !finished.is_empty() {
             self.shared.fetch.notify_all();
@@ -132,7 +132,7 @@ impl Loader {
     }
 
     /// Waits until a tile is finished, at most for `most`. Not for frames that must not block.
-    pub fn wait(&self, most: Duration) {
+    pub(crate) fn wait(&self, most: Duration) {
         let state = self.shared.lock();
         // The lists are consistent between statements, so poisoning is harmless.
         let _unused = self
@@ -145,12 +145,12 @@ impl Loader {
     }
 
     /// Returns the number of tiles cancelled before they were loaded, since the start.
-    pub fn cancelled(&self) -> u64 {
+    pub(crate) fn cancelled(&self) -> u64 {
         self.shared.lock().cancelled
     }
 
     /// Returns the number of tiles that are wanted, being fetched or being decoded.
-    pub fn pending(&self) -> usize {
+    pub(crate) fn pending(&self) -> usize {
         let state = self.shared.lock();
         state.wanted.len() + state.under_way.len()
     }

@@ -15,10 +15,10 @@ use crate::pyramid::{LevelSize, TileAddress, TileStore};
 const REACH: i64 = 60;
 
 /// The existing tiles around a tile: a bit for each.
-pub type Around = u128;
+pub(crate) type Around = u128;
 
 /// Returns the tiles around `tile`, itself included, with the bit number of each.
-pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (u32, TileAddress)> + use<'_> {
+pub(crate) fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (u32, TileAddress)> + use<'_> {
     let side = i64::from(TILE_SAMPLES);
     (tile.level..levels.len() as u32).flat_map(move |level| {
         let up = level - tile.level;
@@ -42,7 +42,7 @@ pub fn around(levels: &[LevelSize], tile: TileAddress) -> impl Iterator<Item = (
 
 /// Returns the tiles that the maps of `needed` tiles depend on and that the view does not need itself, coarser ones
 /// first.
-pub fn map_neighbours(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
+pub(crate) fn map_neighbours(store: &dyn TileStore, needed: &[Needed]) -> Vec<TileAddress> {
     let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
     let mut found = Vec::new();
     for tile in needed {

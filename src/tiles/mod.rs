@@ -3,29 +3,29 @@
 //!
 //! The modules are listed in order of dependency: each uses only those above it.
 
-pub mod grid_projection;
-pub mod earth_curvature;
-pub mod atlas;
-pub mod cache;
-pub mod loader;
-pub mod needed;
-pub mod map_neighbours;
-pub mod residency_floor;
+pub(crate) mod grid_projection;
+pub(crate) mod earth_curvature;
+pub(crate) mod atlas;
+pub(crate) mod cache;
+pub(crate) mod loader;
+pub(crate) mod needed;
+pub(crate) mod map_neighbours;
+pub(crate) mod residency_floor;
 mod queues;
-pub mod residency;
-pub mod patches;
-pub mod skyline;
-pub mod selection;
+pub(crate) mod residency;
+pub(crate) mod patches;
+pub(crate) mod skyline;
+pub(crate) mod selection;
 mod leaves;
 mod walk;
-pub mod select;
-pub mod budget;
+pub(crate) mod select;
+pub(crate) mod budget;
 mod camera_motion;
-pub mod slot_maps;
-pub mod horizon_maps;
-pub mod water_maps;
-pub mod page_table;
+pub(crate) mod slot_maps;
+pub(crate) mod horizon_maps;
+pub(crate) mod water_maps;
+pub(crate) mod page_table;
 pub(crate) mod terrain_buffers;
-pub mod terrain;
+pub(crate) mod terrain;
 
-pub use terrain::Terrain;
+pub(crate) use terrain::Terrain;

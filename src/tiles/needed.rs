@@ -43,7 +43,7 @@ pub struct Needed {
 
 /// Cached positions of tiles in the world.
 #[derive(Default)]
-pub struct TilePlaces {
+pub(crate) struct TilePlaces {
     places: FxHashMap<TileAddress, (DVec2, DVec2)>,
 }
 
@@ -71,7 +71,7 @@ impl TilePlaces {
 }
 
 /// The land of a view.
-pub struct Land<'a> {
+pub(crate) struct Land<'a> {
     /// The source of its tiles.
     pub store: &'a dyn TileStore,
     /// The position of its samples in the world.
@@ -79,7 +79,7 @@ pub struct Land<'a> {
 }
 
 /// Returns the tiles that `rule` needs, coarse levels first. `known` returns the statistics of loaded tiles.
-pub fn needed<'a>(
+pub(crate) fn needed<'a>(
     land: &Land<'_>,
     places: &mut TilePlaces,
     known: impl Fn(TileAddress) -> Option<&'a TileStatistics>,

@@ -14,9 +14,9 @@ use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
 use super::slot_maps::SlotMaps;
 use super::water_maps::WaterMaps;
-pub use crate::gpu::wgsl::shared::terrain::Level as LevelInfo;
-pub use crate::gpu::wgsl::shared::terrain::TileRecord;
-pub use crate::gpu::wgsl::shared::terrain::TileRow;
+pub(crate) use crate::gpu::wgsl::shared::terrain::Level as LevelInfo;
+pub(crate) use crate::gpu::wgsl::shared::terrain::TileRecord;
+pub(crate) use crate::gpu::wgsl::shared::terrain::TileRow;
 use crate::pyramid::{LevelSize, TileAddress, TileStore};
 
 /// The slot of a tile that is not in the atlas.
@@ -40,7 +40,7 @@ const NOTHING: TileRecord = TileRecord {
 
 /// The page table, as three lists for the GPU.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct PageTable {
+pub(crate) struct PageTable {
     /// The levels of the pyramid, finest first.
     pub levels: Vec<LevelInfo>,
     /// The rows of tiles that the view needs, by level.
@@ -52,7 +52,7 @@ pub struct PageTable {
 impl PageTable {
     /// Builds the table of the tiles that are needed and in the atlas. `anchor` is the origin of grid coordinates, in
     /// samples.
-    pub fn new(
+    pub(crate) fn new(
         store: &dyn TileStore,
         residency: &Residency,
         horizon_maps: Option<&SlotMaps<Vec2>>,

@@ -46,7 +46,7 @@ pub trait Patches {
 }
 
 /// The patches of the tiles on the GPU.
-pub struct ResidentPatches<'a> {
+pub(crate) struct ResidentPatches<'a> {
     /// The source of the tiles.
     pub store: &'a dyn TileStore,
     /// The tiles on the GPU.

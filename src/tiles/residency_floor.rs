@@ -13,7 +13,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use crate::pyramid::TileAddress;
 
 /// Time for a level to fade in, in seconds.
-pub const FADE_S: f64 = 0.15;
+pub(crate) const FADE_S: f64 = 0.15;
 
 /// A corner: level, column, row.
 type Corner = (u32, u32, u32);

@@ -30,14 +30,14 @@
 use glam::{DVec2, DVec3};
 
 use super::earth_curvature::EarthCurvature;
-pub use crate::gpu::wgsl::shared::patch::Patch as PatchInstance;
+pub(crate) use crate::gpu::wgsl::shared::patch::Patch as PatchInstance;
 use crate::pyramid::LevelSize;
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::scene::frustum::Frustum;
 
 /// Returns the log2 of the grid units per sample: positions of vertices are whole numbers of these units. 4096 per
 /// sample, or fewer in a world so wide that its patches would not fit into 31 bits.
-pub fn units_log2(finest: LevelSize) -> i32 {
+pub(crate) fn units_log2(finest: LevelSize) -> i32 {
     let side = finest.width.max(finest.height).next_power_of_two();
     (30 - side.ilog2() as i32).min(12)
 }

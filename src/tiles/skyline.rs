@@ -21,7 +21,7 @@ const MOST: usize = 8192;
 const WIDE_ENOUGH: f64 = 2.5;
 
 /// The skyline around the camera, over all land added so far.
-pub struct Skyline {
+pub(crate) struct Skyline {
     slopes: Vec<f32>,
 }
 
@@ -66,21 +66,21 @@ impl AngularExtent {
 
 impl Skyline {
     /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian.
-    pub fn new(focal_px: f64) -> Self {
+    pub(crate) fn new(focal_px: f64) -> Self {
         // The cast saturates.
         let directions = ((TAU * focal_px) as usize).clamp(FEWEST, MOST);
         Self { slopes: vec![f32::NEG_INFINITY; directions] }
     }
 
     /// Returns the number of parts into which a patch in a box is best divided along its sides: 1, 2 or 4.
-    pub fn parts(&self, bounds: &Bounds) -> usize {
+    pub(crate) fn parts(&self, bounds: &Bounds) -> usize {
         let side_m = (bounds.high_m - bounds.low_m).truncate().min_element();
         let width = side_m / bounds.distance_m() / TAU * self.slopes.len() as f64;
         [4, 2].into_iter().find(|parts| width >= WIDE_ENOUGH * *parts as f64).unwrap_or(1)
     }
 
     /// Returns whether a box (camera-relative) is hidden by the land added so far.
-    pub fn hides(&self, bounds: &Bounds) -> bool {
+    pub(crate) fn hides(&self, bounds: &Bounds) -> bool {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
         let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
         let Some(seen) = AngularExtent::of(bounds, corners) else { return false };
@@ -91,7 +91,7 @@ impl Skyline {
 
     /// Adds land without holes: `corners` are its corners in the plane, `bounds` is its box, and all of it is at least
     /// `land_m` high. All are camera-relative, in metres.
-    pub fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
+    pub(crate) fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
         let Some(seen) = AngularExtent::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
         for i in seen.steps(self.slopes.len(), true) {

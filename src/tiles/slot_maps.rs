@@ -17,13 +17,13 @@ use super::queues::by_level;
 use super::residency::Residency;
 use super::residency_floor::ResidencyFloor;
 use crate::gpu::Gpu;
-pub use crate::gpu::wgsl::shared::map_job::MapJob;
+pub(crate) use crate::gpu::wgsl::shared::map_job::MapJob;
 use crate::pyramid::{LevelSize, TileAddress};
 
 /// A storage format of one channel that every backend has; a texel packs several small numbers.
-pub const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
+pub(crate) const MAP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 /// Number of maps of a kind that a frame computes if it must not wait, and that each submit computes otherwise.
-pub const MAPS_AT_ONCE: usize = 4;
+pub(crate) const MAPS_AT_ONCE: usize = 4;
 
 /// How a map was computed.
 struct Made<K> {

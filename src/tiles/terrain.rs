@@ -8,7 +8,9 @@ use std::time::Instant;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-pub use self::prepare::{Detail, Prepared, TerrainView};
+#[cfg(test)]
+pub use self::prepare::Detail;
+pub(crate) use self::prepare::{Prepared, TerrainView};
 use super::camera_motion::CameraMotion;
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;

@@ -66,7 +66,7 @@ pub(super) struct TerrainBuffers {
 
 impl TerrainBuffers {
     /// Creates small, empty buffers.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(super) fn new(gpu: &Gpu) -> Self {
         use wgpu::BufferUsages as Usage;
         Self {
             page_table: PageTable::default(),
@@ -78,7 +78,7 @@ impl TerrainBuffers {
     }
 
     /// Writes the uniform, and the page table if it has changed.
-    pub fn write(&mut self, gpu: &Gpu, page_table: PageTable, uniform: TerrainUniform) {
+    pub(super) fn write(&mut self, gpu: &Gpu, page_table: PageTable, uniform: TerrainUniform) {
         if page_table != self.page_table {
             self.levels.write(gpu, &page_table.levels);
             self.rows.write(gpu, &page_table.rows);
@@ -89,18 +89,18 @@ impl TerrainBuffers {
     }
 
     /// Returns the size of the buffers in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(super) fn bytes(&self) -> u64 {
         let buffers = [&self.uniform, &self.levels, &self.rows, &self.tiles];
         buffers.iter().map(|buffer| buffer.buffer().size()).sum()
     }
 
     /// Returns the uniform alone.
-    pub fn uniform(&self) -> Named {
+    pub(super) fn uniform(&self) -> Named {
         ("terrain", self.uniform.binding())
     }
 
     /// Returns the uniform, the page table and the heights, under their names in the shaders.
-    pub fn resources(&self, atlas: &Atlas) -> [Named; 5] {
+    pub(super) fn resources(&self, atlas: &Atlas) -> [Named; 5] {
         [
             self.uniform(),
             ("levels", self.levels.binding()),

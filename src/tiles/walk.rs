@@ -55,7 +55,7 @@ pub(super) struct Over {
 
 impl Over {
     /// The parent of a patch that begins in its own shape.
-    pub const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
+    pub(super) const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
 }
 
 /// A patch that may be drawn.
@@ -69,7 +69,7 @@ struct VisiblePatch {
 
 impl<'a> Walk<'a> {
     /// Creates a walk that has selected nothing. It ends early if it would select more than `most_patches`.
-    pub fn new(
+    pub(super) fn new(
         patches: &'a dyn Patches,
         grid_projection: &'a GridProjection,
         viewpoint: &'a Viewpoint,
@@ -91,12 +91,12 @@ impl<'a> Walk<'a> {
 
     /// Returns whether the walk exceeded the largest number of patches, selected or visited, so that the selection is
     /// incomplete.
-    pub fn is_over(&self) -> bool {
+    pub(super) fn is_over(&self) -> bool {
         self.leaves.len() > self.most_patches || self.visits / VISITS_PER_PATCH > self.most_patches
     }
 
     /// Selects from a patch and its descendants.
-    pub fn visit(&mut self, key: PatchKey, parent: Over) {
+    pub(super) fn visit(&mut self, key: PatchKey, parent: Over) {
         self.visits += 1;
         if self.is_over() {
             return;
@@ -281,7 +281,7 @@ impl<'a> Walk<'a> {
 
     /// Splits leaves whose neighbours are too much finer than themselves; where one cannot be split, its neighbours are
     /// merged instead.
-    pub fn limit_steps(&mut self) {
+    pub(super) fn limit_steps(&mut self) {
         loop {
             let too_far_apart: Vec<_> = self
                 .leaves
@@ -334,7 +334,7 @@ impl<'a> Walk<'a> {
     }
 
     /// Returns the selection, at positions relative to `anchor`.
-    pub fn finish(self, anchor: DVec2) -> Selection {
+    pub(super) fn finish(self, anchor: DVec2) -> Selection {
         self.leaves.instances(anchor, -self.finest_level)
     }
 }

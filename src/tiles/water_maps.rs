@@ -9,16 +9,17 @@ use crate::gpu::Gpu;
 use crate::gpu::wgsl::shared::water_maps::{MAP_ROWS, MAP_WORDS};
 
 /// Size of a map in texels: four samples per texel of a row, and a row that says whether there is any water.
-pub const WATER_MAP_SIZE: [u32; 2] = [MAP_WORDS as u32, MAP_ROWS as u32];
+pub(crate) const WATER_MAP_SIZE: [u32; 2] = [MAP_WORDS as u32, MAP_ROWS as u32];
 /// Size of a map in bytes.
+#[cfg(test)]
 pub const WATER_MAP_BYTES: u64 = WATER_MAP_SIZE[0] as u64 * WATER_MAP_SIZE[1] as u64 * 4;
 /// The sea level where the scene has no sea: lower than any land.
-pub const NO_SEA_M: f32 = -1e30;
+pub(crate) const NO_SEA_M: f32 = -1e30;
 
 /// The water maps; their key is the sea level in metres.
-pub type WaterMaps = SlotMaps<f32>;
+pub(crate) type WaterMaps = SlotMaps<f32>;
 
 /// Creates as many maps as the atlas has slots; none is computed yet.
-pub fn water_maps(gpu: &Gpu, atlas: &Atlas, sea_m: f32) -> WaterMaps {
+pub(crate) fn water_maps(gpu: &Gpu, atlas: &Atlas, sea_m: f32) -> WaterMaps {
     SlotMaps::new(gpu, atlas, "water maps", WATER_MAP_SIZE, sea_m)
 }

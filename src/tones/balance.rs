@@ -11,9 +11,9 @@
 //!
 //! Why: `docs/decisions/ink-balance.md`.
 
-pub mod balanced_ink;
-pub mod ink_sums;
-pub mod ink_windows;
+pub(crate) mod balanced_ink;
+pub(crate) mod ink_sums;
+pub(crate) mod ink_windows;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -30,11 +30,11 @@ const MORE: TargetKind = TargetKind::storage("more ink", wgpu::TextureFormat::R3
 /// A replacement of [`MORE`] without balance: one texel, which stays 0.
 const NO_MORE: TargetKind = TargetKind::storage("no more ink", wgpu::TextureFormat::R32Float);
 /// Ink of the marks, 0 to 1.
-pub const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::R32Float);
+pub(crate) const MARKS: TargetKind = TargetKind::storage("marks", wgpu::TextureFormat::R32Float);
 
 /// The targets that the passes share.
 #[derive(Clone)]
-pub struct Inputs {
+pub(crate) struct Inputs {
     pub view: Resource,
     /// The `Balance` uniform.
     pub balance: Resource,
@@ -51,7 +51,12 @@ pub struct Inputs {
 impl Inputs {
     /// Allocates the targets for the marks of a style. Cells are aligned to the whole picture, so a part of it may
     /// overlap one more cell.
-    pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, view: &Resource, hatching: &Hatching) -> Self {
+    pub(crate) fn new(
+        recorder: &mut Recorder<'_>,
+        targets: &mut Targets,
+        view: &Resource,
+        hatching: &Hatching,
+    ) -> Self {
         let cell_px = if hatching.balance { hatching.cell_px() } else { 1 };
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
         let gpu = recorder.gpu();
@@ -72,7 +77,7 @@ impl Inputs {
 }
 
 /// The other eye of a stereo pair.
-pub struct Partner<'a> {
+pub(crate) struct Partner<'a> {
     /// The other eye's `View`.
     pub view: &'a Resource,
     /// Position of the surface, as this eye sees it.
@@ -82,7 +87,7 @@ pub struct Partner<'a> {
 }
 
 /// Computes the correction of the darkness of [`Inputs::cover`], if the style balances its ink.
-pub fn count(recorder: &mut Recorder<'_>, inputs: &Inputs) {
+pub(crate) fn count(recorder: &mut Recorder<'_>, inputs: &Inputs) {
     if let Some(sums) = &inputs.sums {
         ink_sums::run(recorder, inputs, sums);
         ink_windows::run(recorder, inputs, sums);
@@ -91,6 +96,6 @@ pub fn count(recorder: &mut Recorder<'_>, inputs: &Inputs) {
 
 /// Writes [`Inputs::marks`]. An eye of a stereo pair adds the mean of both eyes' corrections at the same place of the
 /// surface, so that marks are equally dark in both.
-pub fn draw(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+pub(crate) fn draw(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
     balanced_ink::run(recorder, inputs, partner.filter(|_| inputs.sums.is_some()));
 }

@@ -12,10 +12,10 @@ use crate::style::Style;
 use crate::surface::curvature::Shapes;
 
 /// Value that is added to the light of a pixel, −1 to 1.
-pub const CREST_LIGHT: TargetKind = TargetKind::storage("crest light", wgpu::TextureFormat::R32Float);
+pub(crate) const CREST_LIGHT: TargetKind = TargetKind::storage("crest light", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style whose light settings apply.
     pub style: &'a Style,
@@ -28,7 +28,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes how much crests gain and hollows lose.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let rules = CrestRules { most: inputs.style.light.crests };
     let Shapes { normal, bend, .. } = inputs.shapes;
     let resources = [

@@ -13,7 +13,7 @@ use crate::style::marks::Kind;
 const CELLS: BufferKind = BufferKind::storage("cells");
 
 /// Hatches the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let ladder = (axes::FIRST_OCTAVE, axes::OCTAVES);
     let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, 1) };

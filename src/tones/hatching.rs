@@ -2,9 +2,9 @@
 //!
 //! Why: `docs/decisions/hatching.md`.
 
-pub mod axes;
-pub mod maps;
-pub mod uniform;
+pub(crate) mod axes;
+pub(crate) mod maps;
+pub(crate) mod uniform;
 
 use glam::DVec3;
 
@@ -23,7 +23,7 @@ pub(super) const AXES: BufferKind = BufferKind::storage("axes");
 const PHASES: BufferKind = BufferKind::storage("phases");
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style's hatching.
     pub hatching: &'a Hatching,
@@ -64,7 +64,7 @@ impl Inputs<'_> {
 }
 
 /// Hatches the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let made_of = hatching.clone();
     let find = |maps: &MadeMaps| maps.are_of(hatching);

@@ -1,6 +1,6 @@
 //! `Light` in `shaders/shared/light.wgsl`: how a style and a scene light the land.
 
-pub use crate::gpu::wgsl::shared::light::Light as LightUniform;
+pub(crate) use crate::gpu::wgsl::shared::light::Light as LightUniform;
 use crate::scene;
 use crate::style::{Shading, Style};
 

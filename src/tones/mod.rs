@@ -1,17 +1,17 @@
 //! Tones from pictures of the surface: the lightness of each pixel, its colour before lines and haze, and the marks
 //! with which tones are hatched.
 
-pub mod balance;
-pub mod crests;
-pub mod fractal_hatching;
-pub mod hatching;
-pub mod light;
-pub mod plain;
-pub mod relief;
-pub mod tonal_art_map;
-pub mod toon;
-pub mod water;
-pub mod watercolor;
+pub(crate) mod balance;
+pub(crate) mod crests;
+pub(crate) mod fractal_hatching;
+pub(crate) mod hatching;
+pub(crate) mod light;
+pub(crate) mod plain;
+pub(crate) mod relief;
+pub(crate) mod tonal_art_map;
+pub(crate) mod toon;
+pub(crate) mod water;
+pub(crate) mod watercolor;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
@@ -20,13 +20,13 @@ use crate::scene::Light;
 use crate::style::{Style, Tone};
 
 /// rgb: linear colour; a: the requested tone, 0 black to 1 white.
-pub const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub(crate) const TONE_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// Colour before lines and haze, and the requested tone.
-pub const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
+pub(crate) const TONE: TargetKind = TargetKind::storage("tone", TONE_FORMAT);
 
 /// The local colours of trees and models, which are not the style's.
 #[derive(Clone, Copy)]
-pub struct Local<'a> {
+pub(crate) struct Local<'a> {
     /// Surface ids, which identify the pixels with local colours.
     pub surface_id: &'a Target,
     pub color: &'a Target,
@@ -42,7 +42,7 @@ impl Local<'_> {
 }
 
 /// Inputs and output of the tone passes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The `Terrain` uniform, for the earth's curvature.
     pub terrain: Named,
@@ -78,7 +78,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the style's tone of the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     match &inputs.style.tone {
         Tone::Plain(_) => plain::run(recorder, inputs),
         Tone::Toon(toon) => toon::run(recorder, toon, inputs),

@@ -6,7 +6,7 @@ use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::plain::Plain as PlainUniform;
 
 /// Shades the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let [low_m, high_m] = inputs.range_m;
     let uniform = PlainUniform {
         to_sun: inputs.light.to_sun.as_vec3().to_array(),

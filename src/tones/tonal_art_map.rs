@@ -28,7 +28,7 @@ mod stack;
 mod strokes;
 mod whole;
 
-pub use cache::read_or_make;
+pub(crate) use cache::read_or_make;
 
 use self::equalise::Windows;
 use self::growth::Growth;
@@ -49,7 +49,7 @@ const CROSSED_AT: f32 = 0.38;
 
 /// Thresholds of a tile that repeats in both directions.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct TonalArtMap {
+pub(crate) struct TonalArtMap {
     /// Side of the tile, which is a square, in texels.
     pub side_px: u32,
     /// Rows from top to bottom; x is along the marks. A texel is ink where the darkness, 0 to 1, is above (threshold +
@@ -62,7 +62,7 @@ impl TonalArtMap {
     ///
     /// # Errors
     /// [`StyleError::MarkImage`].
-    pub fn make(recipe: &Recipe) -> Result<Self, StyleError> {
+    pub(crate) fn make(recipe: &Recipe) -> Result<Self, StyleError> {
         let side = recipe.side_px as usize;
         let ink = match recipe.kind {
             Kind::Stack => return stack::read(recipe),
@@ -91,7 +91,7 @@ impl TonalArtMap {
     ///
     /// # Errors
     /// As [`TonalArtMap::make`]. If the cache folder cannot be read or written, the map is generated without it.
-    pub fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
+    pub(crate) fn cached(recipe: &Recipe) -> Result<Self, StyleError> {
         match crate::pyramid::store::cache_folder(None) {
             Ok(folder) => read_or_make(recipe, &folder.join(FOLDER)),
             Err(_) => Self::make(recipe),
@@ -99,6 +99,7 @@ impl TonalArtMap {
     }
 
     /// Returns whether a texel is ink at `darkness`, 0 to 1.
+    #[cfg(test)]
     pub fn is_ink(&self, place: usize, darkness: f32) -> bool {
         darkness > (f32::from(self.thresholds[place]) + 0.5) / 256.0
     }

@@ -35,7 +35,7 @@ const DEFINITIONS: [&[&str]; 16] = [
 ];
 
 /// Shades the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
     let made = recorder.cached(
         |ramp: &RampTable| ramp.is_of(toon.ramp.as_ref()),
         |gpu| Ok::<_, Infallible>(RampTable::new(gpu, toon.ramp.as_ref())),

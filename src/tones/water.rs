@@ -11,12 +11,12 @@ use crate::gpu::wgsl::tones::water::WaterLook;
 use crate::style::{Sky, Water};
 
 /// [`TONE`](super::TONE) with water.
-pub const WATERED: TargetKind = TargetKind::storage("watered", TONE_FORMAT);
+pub(crate) const WATERED: TargetKind = TargetKind::storage("watered", TONE_FORMAT);
 /// Ink of shorelines and water lines: 0 none, 1 full.
-pub const WATER_INK: TargetKind = TargetKind::storage("water ink", wgpu::TextureFormat::R32Float);
+pub(crate) const WATER_INK: TargetKind = TargetKind::storage("water ink", wgpu::TextureFormat::R32Float);
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style of water.
     pub style: &'a Water,
@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the visible water.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let look = WaterLook {
         tint: style.tint.linear(),

@@ -22,10 +22,10 @@ impl Anchor {
 }
 
 /// Colour after the washes have run, and the requested tone.
-pub const WASHED: TargetKind = TargetKind::storage("washed", TONE_FORMAT);
+pub(crate) const WASHED: TargetKind = TargetKind::storage("washed", TONE_FORMAT);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style's watercolour settings.
     pub watercolor: &'a Watercolor,
@@ -38,7 +38,7 @@ pub struct Inputs<'a> {
 }
 
 /// Applies the washes to the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Watercolor { edge, edge_px, granulation, flow, warp_px } = inputs.watercolor;
     let [pad_a, pad_b, pad_c] = [0.0; 3];
     let uniform = WatercolorUniform { edge, edge_px, granulation, flow, warp_px, pad_a, pad_b, pad_c };

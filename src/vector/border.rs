@@ -6,7 +6,7 @@ use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::style::Paper;
 
 /// Clips all lines to the area inside the paper's margin, and adds the border line, if the paper has one.
-pub fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]) {
+pub(crate) fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]) {
     if !paper.is_bordered() {
         return;
     }

@@ -36,7 +36,7 @@ const MEASURED_PART: f64 = 0.9;
 /// Returns a path whose distance from the polyline is at most `tolerance` (in the points' unit), measured in both
 /// directions. The path begins and ends where the polyline does; a closed one ends with a closing element. Points that
 /// are not finite are skipped. A single point gives a line of zero length, no points an empty path.
-pub fn fit(points: &[Point], is_closed: bool, tolerance: f64) -> BezPath {
+pub(crate) fn fit(points: &[Point], is_closed: bool, tolerance: f64) -> BezPath {
     let mut all: Vec<Point> = points.iter().copied().filter(|point| point.is_finite()).collect();
     all.dedup();
     let mut path = BezPath::new();

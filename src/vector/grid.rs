@@ -1,7 +1,7 @@
 //! A grid of points in square cells, for nearest-neighbour queries.
 
 /// Numbered points, sorted into square cells.
-pub struct Grid {
+pub(crate) struct Grid {
     low: [f64; 2],
     cell: f64,
     columns: usize,
@@ -15,7 +15,7 @@ const PLACES_PER_CELL: f64 = 2.0;
 
 impl Grid {
     /// Builds the grid. The points must be finite; their indices are their numbers.
-    pub fn new(places: &[[f64; 2]]) -> Self {
+    pub(crate) fn new(places: &[[f64; 2]]) -> Self {
         let low = places.iter().fold([f64::INFINITY; 2], |low, place| [0, 1].map(|i| low[i].min(place[i])));
         let high = places.iter().fold([f64::NEG_INFINITY; 2], |high, place| [0, 1].map(|i| high[i].max(place[i])));
         let low = if places.is_empty() { [0.0; 2] } else { low };
@@ -39,7 +39,7 @@ impl Grid {
 
     /// Returns the number and the distance of the nearest wanted point; among equally near ones, that with the smallest
     /// number. Points that are not wanted are removed from the searched cells.
-    pub fn take_nearest(&mut self, from: [f64; 2], is_wanted: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
+    pub(crate) fn take_nearest(&mut self, from: [f64; 2], is_wanted: impl Fn(u32) -> bool) -> Option<(u32, f64)> {
         let mut best: Option<(f64, u32)> = None;
         for ring in 0..=self.columns.max(self.rows) {
             if best.is_some_and(|(distance, _)| distance < self.clear_of(from, ring)) {
@@ -59,7 +59,7 @@ impl Grid {
     }
 
     /// Returns up to `count` of the nearest wanted points, nearest first.
-    pub fn nearest(&self, from: [f64; 2], count: usize, is_wanted: impl Fn(u32) -> bool) -> Vec<u32> {
+    pub(crate) fn nearest(&self, from: [f64; 2], count: usize, is_wanted: impl Fn(u32) -> bool) -> Vec<u32> {
         let mut found: Vec<(f64, u32)> = Vec::new();
         for ring in 0..=self.columns.max(self.rows) {
             if found.len() >= count && found[count - 1].0 < self.clear_of(from, ring) {
@@ -104,6 +104,6 @@ impl Grid {
 }
 
 /// Returns the distance between two points.
-pub fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(crate) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (b[0] - a[0]).hypot(b[1] - a[1])
 }

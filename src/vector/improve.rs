@@ -11,7 +11,7 @@ use super::grid::{Grid, distance};
 
 /// A stroke of the tour.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stop {
+pub(crate) struct Stop {
     /// Points where the pen goes down and where it goes up.
     pub ends: [[f64; 2]; 2],
     /// Index of the stroke.
@@ -30,7 +30,7 @@ const MOST_MOVES: usize = 200_000_000;
 const LEAST_GAIN: f64 = 1e-9;
 
 /// Shortens the pen-up travel from `from` through all stops; never lengthens it.
-pub fn improve(stops: &mut [Stop], from: [f64; 2]) {
+pub(crate) fn improve(stops: &mut [Stop], from: [f64; 2]) {
     let count = stops.len();
     // In the initial order: ends 2i and 2i + 1 are where stop i began and ended then.
     let places: Vec<[f64; 2]> = stops.iter().flat_map(|stop| stop.ends).collect();

@@ -12,15 +12,15 @@
 //!
 //! Why: `docs/decisions/svg-drawings.md`.
 
-pub mod border;
-pub mod fit;
-pub mod grid;
-pub mod improve;
-pub mod order;
-pub mod pens;
-pub mod sheet;
-pub mod sheets;
-pub mod trace;
+pub(crate) mod border;
+pub(crate) mod fit;
+pub(crate) mod grid;
+pub(crate) mod improve;
+pub(crate) mod order;
+pub(crate) mod pens;
+pub(crate) mod sheet;
+pub(crate) mod sheets;
+pub(crate) mod trace;
 
 use kurbo::{BezPath, Point};
 use rayon::prelude::*;
@@ -35,7 +35,7 @@ use crate::style::Color;
 use crate::style::color::{linear_from_srgb, srgb_from_linear};
 
 /// Default distance between paths and strokes.
-pub const TOLERANCE_PX: f64 = 0.25;
+pub(crate) const TOLERANCE_PX: f64 = 0.25;
 
 /// Number of tones for the faint ink of marks.
 const FAINT_STEPS: f64 = 32.0;
@@ -46,7 +46,7 @@ const ROUNDED_PART: f64 = 0.02;
 
 /// Settings of a vector drawing.
 #[derive(Clone, Copy, Debug)]
-pub struct Settings {
+pub(crate) struct Settings {
     /// Largest distance between paths and strokes, in pixels.
     pub tolerance_px: f64,
     /// The page on which the strokes are drawn.
@@ -57,7 +57,7 @@ pub struct Settings {
 
 impl Settings {
     /// Returns the number of decimal places with which coordinates are written.
-    pub fn digits(&self) -> usize {
+    pub(crate) fn digits(&self) -> usize {
         let step = ROUNDED_PART * self.tolerance_px * self.sheet.units_per_px;
         (-step.log10()).ceil().clamp(2.0, 9.0) as usize
     }
@@ -120,7 +120,7 @@ impl GroupKind {
 }
 
 /// Groups strokes by the kind of edge that they follow; groups without strokes are left out.
-pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
+pub(crate) fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
     let group = |kind: EdgeKind| {
         let lines = polylines.iter().filter(|line| line.kind == kind && !line.points.is_empty());
         let (id, label) = match kind {
@@ -139,7 +139,7 @@ pub fn groups(polylines: &[Polyline], ink: Color) -> Vec<Group> {
 
 /// Statistics of a vector drawing.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
-pub struct DrawingReport {
+pub(crate) struct DrawingReport {
     /// Number of paths.
     pub strokes: u64,
     /// Number of paths along contours.
@@ -171,7 +171,7 @@ pub struct DrawingReport {
 
 impl DrawingReport {
     /// Adds the statistics of another drawing.
-    pub fn append(&mut self, other: &Self) {
+    pub(crate) fn append(&mut self, other: &Self) {
         self.strokes += other.strokes;
         self.contours += other.contours;
         self.borders += other.borders;
@@ -190,7 +190,7 @@ impl DrawingReport {
 
 /// Makes a layer of each group, or of each of its pens; layers without strokes are left out. Paths are in the page's
 /// unit and within the tolerance of the lines, including the rounding to [`Settings::digits`].
-pub fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
+pub(crate) fn layers(groups: &[Group], settings: &Settings, pens: Option<&Pens>) -> (Vec<Layer>, DrawingReport) {
     let widths =
         pens.map(|pens| pens.widths_px.iter().map(|px| f64::from(*px) * settings.sheet.units_per_px).collect());
     let mut report = DrawingReport { pens: widths.unwrap_or_default(), ..DrawingReport::default() };
@@ -252,7 +252,7 @@ fn layer(
 }
 
 /// Makes one layer in one ink of all strokes of an eye; an anaglyph has two such layers.
-pub fn layer_of_eye(
+pub(crate) fn layer_of_eye(
     polylines: &[Polyline],
     settings: &Settings,
     (id, label, ink): (&str, &str, &str),

@@ -11,7 +11,7 @@ use crate::lines::strokes::polylines::Polyline;
 
 /// A stroke in the tour: where it begins and in which direction it is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Visit {
+pub(crate) struct Visit {
     /// Index of the stroke.
     pub stroke: usize,
     /// Whether the stroke is drawn from its last point to its first; always `false` for closed strokes.
@@ -22,12 +22,12 @@ pub struct Visit {
 
 impl Visit {
     /// Visits a stroke in its given direction, from its first point.
-    pub fn as_is(stroke: usize) -> Self {
+    pub(crate) fn as_is(stroke: usize) -> Self {
         Self { stroke, is_flipped: false, begin: 0 }
     }
 
     /// Returns the stroke with its points in drawing order; the first point of a closed stroke is not repeated.
-    pub fn drawn(&self, strokes: &[&Polyline]) -> Polyline {
+    pub(crate) fn drawn(&self, strokes: &[&Polyline]) -> Polyline {
         let mut line = strokes[self.stroke].clone();
         line.points.rotate_left(self.begin);
         if self.is_flipped {
@@ -50,7 +50,7 @@ impl Visit {
 }
 
 /// Returns the length of the pen-up travel from `from` through all strokes, in pixels.
-pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64 {
+pub(crate) fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64 {
     let mut at = from;
     let mut length = 0.0;
     for visit in visits {
@@ -63,7 +63,7 @@ pub fn pen_up_px(strokes: &[&Polyline], visits: &[Visit], from: [f64; 2]) -> f64
 
 /// Orders the strokes so that the pen-up travel from `from` is short, and never longer than in the given order. The
 /// result contains each stroke once, except strokes without points, and depends only on the input.
-pub fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
+pub(crate) fn order(strokes: &[&Polyline], from: [f64; 2]) -> Vec<Visit> {
     let given: Vec<Visit> = (0..strokes.len()).filter(|&i| !strokes[i].points.is_empty()).map(Visit::as_is).collect();
     let mut visits = greedy(strokes, from);
     let mut stops: Vec<Stop> = visits

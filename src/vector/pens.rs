@@ -7,7 +7,7 @@
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
 /// Largest number of pens.
-pub const MOST_PENS: usize = 3;
+pub(crate) const MOST_PENS: usize = 3;
 /// Factor by which widths or inks differ from one piece to the next.
 const STEP: f32 = 1.6;
 /// Widths below this fraction of a line's greatest width belong to tapered ends.
@@ -22,7 +22,7 @@ const ROUNDS: usize = 24;
 
 /// The widths of a set of pens, the finest first.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Pens {
+pub(crate) struct Pens {
     /// Widths in pixels, ascending.
     pub widths_px: Vec<f32>,
 }
@@ -30,7 +30,7 @@ pub struct Pens {
 impl Pens {
     /// Chooses `count` pens that match the widths of the lines best, weighted by ink (Lloyd's algorithm in one
     /// dimension). There are fewer pens if the lines have fewer widths.
-    pub fn chosen<'a>(count: usize, lines: impl Iterator<Item = &'a Polyline>) -> Self {
+    pub(crate) fn chosen<'a>(count: usize, lines: impl Iterator<Item = &'a Polyline>) -> Self {
         let mut found: Vec<(f32, f32)> =
             lines.flat_map(segments).map(|(a, b)| (mean_width(a, b), length(a, b))).collect();
         found.retain(|(width, length)| *width > 0.0 && *length > 0.0);
@@ -63,7 +63,7 @@ impl Pens {
     }
 
     /// Returns the strokes that draw a line, each with the index of its pen.
-    pub fn strokes(&self, line: &Polyline) -> Vec<(usize, Polyline)> {
+    pub(crate) fn strokes(&self, line: &Polyline) -> Vec<(usize, Polyline)> {
         let Some(finest) = self.widths_px.first() else { return Vec::new() };
         let as_width = |at: &PolylinePoint| PolylinePoint { half_width_px: at.half_width_px * at.ink, ink: 1.0, ..*at };
         let line = Polyline { points: line.points.iter().map(as_width).collect(), ..line.clone() };
@@ -94,7 +94,7 @@ fn nearest(widths: &[f32], width: f32) -> usize {
 
 /// Splits a line into consecutive pieces in which width and ink change little. A closed line that needs no split stays
 /// closed.
-pub fn pieces(line: &Polyline) -> Vec<Polyline> {
+pub(crate) fn pieces(line: &Polyline) -> Vec<Polyline> {
     let widest = line.points.iter().map(|at| at.half_width_px).fold(0.0, f32::max);
     let level = |at: &PolylinePoint| [at.half_width_px.max(THIN_PART * widest), at.ink.max(THIN_PART)];
     let mut points = line.points.clone();

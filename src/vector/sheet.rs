@@ -22,7 +22,7 @@ const LONGEST_MM: f64 = 100_000.0;
 
 /// The mapping of a picture's pixels to a page.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sheet {
+pub(crate) struct Sheet {
     /// Width and height of the page, in `unit`.
     pub size: [f64; 2],
     /// Unit of all lengths on the page.
@@ -35,12 +35,12 @@ pub struct Sheet {
 
 impl Sheet {
     /// Returns a page of the size of the picture, in pixels.
-    pub fn pixels(size_px: [u32; 2]) -> Self {
+    pub(crate) fn pixels(size_px: [u32; 2]) -> Self {
         Self { size: size_px.map(f64::from), unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] }
     }
 
     /// Returns a page of the size of the picture, in millimetres.
-    pub fn dots(size_px: [u32; 2], mm_per_px: f64) -> Self {
+    pub(crate) fn dots(size_px: [u32; 2], mm_per_px: f64) -> Self {
         let size = size_px.map(|side| f64::from(side) * mm_per_px);
         Self { size, unit: Unit::Mm, units_per_px: mm_per_px, origin: [0.0; 2] }
     }
@@ -50,7 +50,7 @@ impl Sheet {
     ///
     /// # Errors
     /// One line about the wrong option, `--paper` or `--margin`.
-    pub fn paper(paper: &str, margin_mm: f64, size_px: [u32; 2]) -> Result<Self, String> {
+    pub(crate) fn paper(paper: &str, margin_mm: f64, size_px: [u32; 2]) -> Result<Self, String> {
         let [longer, shorter] = sides_mm("--paper", paper)?;
         let size = if size_px[0] >= size_px[1] { [longer, shorter] } else { [shorter, longer] };
         if !(margin_mm >= 0.0 && margin_mm.is_finite()) {
@@ -68,7 +68,7 @@ impl Sheet {
     }
 
     /// Returns the transformation from pixels of the picture to the page.
-    pub fn place(&self) -> kurbo::Affine {
+    pub(crate) fn place(&self) -> kurbo::Affine {
         kurbo::Affine::translate((self.origin[0], self.origin[1])) * kurbo::Affine::scale(self.units_per_px)
     }
 }
@@ -77,7 +77,7 @@ impl Sheet {
 ///
 /// # Errors
 /// An unknown name, or a size that is not `WIDTHxHEIGHT` in millimetres.
-pub fn sides_mm(option: &str, paper: &str) -> Result<[f64; 2], String> {
+pub(crate) fn sides_mm(option: &str, paper: &str) -> Result<[f64; 2], String> {
     let name = paper.to_ascii_lowercase();
     let name = name.strip_suffix("mm").unwrap_or(&name);
     if let Some((_, sides)) = PAPERS.iter().find(|(known, _)| *known == name) {

@@ -11,7 +11,7 @@ use crate::file::svg::{Layer, Stroke};
 use crate::lettering::Line;
 
 /// Largest number of sheets; nobody glues more together.
-pub const MOST_SHEETS: f64 = 400.0;
+pub(crate) const MOST_SHEETS: f64 = 400.0;
 /// Width of the strip between the printer's margin and the window, for marks and names.
 const MARKS_MM: f64 = 6.0;
 /// Gap between a window and its marks.

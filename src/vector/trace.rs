@@ -20,7 +20,7 @@ use crate::lines::strokes::polylines::Polyline;
 
 /// An image of ink, row by row: 0 is none, 1 is full.
 #[derive(Clone, Debug)]
-pub struct InkPicture {
+pub(crate) struct InkPicture {
     /// Width and height in pixels.
     pub size_px: [u32; 2],
     /// Ink of each pixel, width × height values.
@@ -38,14 +38,14 @@ const DOT: f32 = 0.35;
 
 /// Traces an image of dots. Each dot becomes a very short line, round and with the ink of the mark that it replaces.
 /// Coordinates are pixels of this image; the order is arbitrary.
-pub fn dots(picture: &InkPicture) -> Vec<Polyline> {
+pub(crate) fn dots(picture: &InkPicture) -> Vec<Polyline> {
     let dots = thin::Mask::darker(picture, DOT).areas();
     measure::dots(picture, &dots)
 }
 
 /// Traces an image of lines. Dots become very short lines. Coordinates are pixels of this image; the order is
 /// arbitrary.
-pub fn lines(picture: &InkPicture) -> Vec<Polyline> {
+pub(crate) fn lines(picture: &InkPicture) -> Vec<Polyline> {
     let mask = thin::Mask::of(picture);
     let depth = mask.depth();
     let chains = follow::chains(&mask.thinned(), &depth);

@@ -7,11 +7,11 @@ use winit::raw_window_handle::{HasDisplayHandle, RawDisplayHandle};
 use winit::window::Window;
 
 /// The clipboard of a system for which egui-winit has none.
-pub struct Clipboard(Option<arboard::Clipboard>);
+pub(super) struct Clipboard(Option<arboard::Clipboard>);
 
 impl Clipboard {
     /// Opens the clipboard of the window's system.
-    pub fn of(window: &Window) -> Self {
+    pub(super) fn of(window: &Window) -> Self {
         let is_wayland =
             window.display_handle().is_ok_and(|display| matches!(display.as_raw(), RawDisplayHandle::Wayland(_)));
         if is_wayland {
@@ -22,7 +22,7 @@ impl Clipboard {
     }
 
     /// Prepares a paste: gives egui the clipboard's text before it sees an event that may paste.
-    pub fn before(&mut self, event: &WindowEvent, state: &mut egui_winit::State) {
+    pub(super) fn before(&mut self, event: &WindowEvent, state: &mut egui_winit::State) {
         let WindowEvent::KeyboardInput { event: key, .. } = event else { return };
         if !may_paste(key) {
             return;
@@ -34,7 +34,7 @@ impl Clipboard {
     }
 
     /// Handles a click of the middle button, after egui has seen it: pastes what is selected elsewhere.
-    pub fn after(&mut self, event: &WindowEvent, context: &egui::Context, state: &mut egui_winit::State) {
+    pub(super) fn after(&mut self, event: &WindowEvent, context: &egui::Context, state: &mut egui_winit::State) {
         let WindowEvent::MouseInput { state: ElementState::Pressed, button: MouseButton::Middle, .. } = event else {
             return;
         };
@@ -45,7 +45,7 @@ impl Clipboard {
     }
 
     /// Stores text that egui has copied or selected.
-    pub fn take(&mut self, commands: &[egui::OutputCommand]) {
+    pub(super) fn take(&mut self, commands: &[egui::OutputCommand]) {
         for command in commands {
             match command {
                 egui::OutputCommand::CopyText(text) => {

@@ -45,7 +45,7 @@ const LATE_FACTS: Duration = Duration::from_millis(150);
 
 /// The next step of the program after an event.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Next {
+pub(super) enum Next {
     /// Draw a frame.
     Frame,
     /// Wait for the next event.
@@ -55,7 +55,7 @@ pub enum Next {
 }
 
 /// A flight over a world in a window.
-pub struct Flight {
+pub(super) struct Flight {
     // Fields are dropped in this order: what was created by the GPU is dropped before it.
     overlay: Overlay,
     screen: Screen,
@@ -108,7 +108,11 @@ impl Flight {
     ///
     /// # Errors
     /// Returns a [`WindowError`] if one of them cannot be opened.
-    pub fn open(events: &ActiveEventLoop, options: &FlightOptions, open: OpenWorldFn) -> Result<Self, WindowError> {
+    pub(super) fn open(
+        events: &ActiveEventLoop,
+        options: &FlightOptions,
+        open: OpenWorldFn,
+    ) -> Result<Self, WindowError> {
         let (styles, style) = Styles::with(&options.style)?;
         // The window is shown once there is something to show.
         let attributes = Window::default_attributes()
@@ -174,7 +178,7 @@ impl Flight {
     }
 
     /// Requests a frame from the window system.
-    pub fn request_redraw(&self) {
+    pub(super) fn request_redraw(&self) {
         self.window.request_redraw();
     }
 
@@ -182,7 +186,7 @@ impl Flight {
     ///
     /// # Errors
     /// Fails if the GPU fails.
-    pub fn draw(&mut self) -> Result<Next, WindowError> {
+    pub(super) fn draw(&mut self) -> Result<Next, WindowError> {
         let surface = match self.screen.acquire(&self.gpu)? {
             Acquired::Frame(surface) => surface,
             Acquired::Soon => return Ok(if self.hidden { Next::Sleep } else { Next::Frame }),

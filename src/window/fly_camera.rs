@@ -26,15 +26,15 @@ const FAST: f64 = 5.0;
 const SPEED_STEP: f64 = 1.2;
 
 /// Smallest allowed height of the camera above the ground.
-pub const LEAST_CLEARANCE_M: f64 = 0.5;
+pub(crate) const LEAST_CLEARANCE_M: f64 = 0.5;
 /// The lowest and the highest speed, in m/s.
-pub const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
+pub(crate) const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
 /// Range of the field of view for keys and panel, in degrees; the start may be outside of it.
-pub const FOV_RANGE_DEG: [f64; 2] = [5.0, 120.0];
+pub(crate) const FOV_RANGE_DEG: [f64; 2] = [5.0, 120.0];
 
 /// Input for the camera during a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct FlyInput {
+pub(crate) struct FlyInput {
     /// Motion along the view, −1 to 1.
     pub forward: f64,
     /// Motion to the right, −1 to 1.
@@ -51,12 +51,12 @@ pub struct FlyInput {
 
 impl FlyInput {
     /// Returns whether there is no input.
-    pub fn is_still(&self) -> bool {
+    pub(crate) fn is_still(&self) -> bool {
         Self { fast: false, ..*self } == Self::default()
     }
 
     /// Returns the sum of two inputs, clamped.
-    pub fn plus(self, other: Self) -> Self {
+    pub(crate) fn plus(self, other: Self) -> Self {
         let sum = |a: f64, b: f64| (a + b).clamp(-1.0, 1.0);
         let add = |a: [f64; 2], b: [f64; 2]| [a[0] + b[0], a[1] + b[1]];
         Self {
@@ -72,7 +72,7 @@ impl FlyInput {
 
 /// A camera with inertia.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FlyCamera {
+pub(crate) struct FlyCamera {
     /// Position in the world's frame.
     pub position_m: DVec3,
     /// Clockwise from north, 0 to 360.
@@ -92,7 +92,7 @@ pub struct FlyCamera {
 impl FlyCamera {
     /// Creates a camera at `start`, whose z is in the world's frame. Its speed depends on the height above the ground
     /// and the extent.
-    pub fn new(start: &Camera, ground_m: impl Fn(DVec2) -> f64, extent_m: [f64; 2]) -> Self {
+    pub(crate) fn new(start: &Camera, ground_m: impl Fn(DVec2) -> f64, extent_m: [f64; 2]) -> Self {
         let position_m = start.position_m;
         let height_m = (position_m.z - ground_m(position_m.truncate())).abs();
         let across_m = extent_m[0].hypot(extent_m[1]);
@@ -113,7 +113,7 @@ impl FlyCamera {
     }
 
     /// Advances by `step_s`. Returns whether the view has changed, or will change in the next step.
-    pub fn advance(&mut self, input: &FlyInput, step_s: f64, ground_m: impl Fn(DVec2) -> f64) -> bool {
+    pub(crate) fn advance(&mut self, input: &FlyInput, step_s: f64, ground_m: impl Fn(DVec2) -> f64) -> bool {
         let before = (self.position_m, self.yaw_deg, self.pitch_deg);
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         self.look(input, step_s);
@@ -123,24 +123,24 @@ impl FlyCamera {
     }
 
     /// Returns whether the camera would stay where it is without input.
-    pub fn is_still(&self) -> bool {
+    pub(crate) fn is_still(&self) -> bool {
         self.velocity_m_s == DVec3::ZERO && self.look_left_deg == DVec2::ZERO
     }
 
     /// Changes the speed by notches of the wheel; positive is faster.
-    pub fn change_speed(&mut self, notches: f64) {
+    pub(crate) fn change_speed(&mut self, notches: f64) {
         let [slowest, fastest] = SPEED_RANGE_M_S;
         self.speed_m_s = (self.speed_m_s * SPEED_STEP.powf(notches)).clamp(slowest, fastest);
     }
 
     /// Multiplies the field of view by a factor.
-    pub fn zoom(&mut self, factor: f64) {
+    pub(crate) fn zoom(&mut self, factor: f64) {
         let [narrowest, widest] = FOV_RANGE_DEG;
         self.fov_deg = (self.fov_deg * factor).clamp(narrowest, widest);
     }
 
     /// Returns the camera as scene files and `--camera` take it, rounded to a millimetre and a thousandth of a degree.
-    pub fn camera(&self) -> Camera {
+    pub(crate) fn camera(&self) -> Camera {
         let round = |value: f64| (value * 1000.0).round() / 1000.0;
         Camera {
             position_m: DVec3::from_array(self.position_m.to_array().map(round)),
@@ -152,7 +152,7 @@ impl FlyCamera {
     }
 
     /// Returns the pose for the renderer.
-    pub fn pose(&self) -> Pose {
+    pub(crate) fn pose(&self) -> Pose {
         let axes = self.exact();
         Pose {
             position_m: self.position_m,

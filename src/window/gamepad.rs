@@ -10,13 +10,13 @@ const DEAD: f64 = 0.15;
 const TURN_DEG_S: f64 = 90.0;
 
 /// The gamepads of the machine; `None` if the system does not support them.
-pub struct Gamepads {
+pub(super) struct Gamepads {
     gilrs: Option<Gilrs>,
 }
 
 impl Gamepads {
     /// Starts listening to gamepads.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         let gilrs = match Gilrs::new() {
             Ok(gilrs) => Some(gilrs),
             Err(error) => {
@@ -28,17 +28,17 @@ impl Gamepads {
     }
 
     /// Returns whether a gamepad is connected.
-    pub fn any(&self) -> bool {
+    pub(super) fn any(&self) -> bool {
         self.gilrs.as_ref().is_some_and(|gilrs| gilrs.gamepads().next().is_some())
     }
 
     /// Returns whether a gamepad can be connected.
-    pub fn may_come(&self) -> bool {
+    pub(super) fn may_come(&self) -> bool {
         self.gilrs.is_some()
     }
 
     /// Returns the present input of all gamepads together.
-    pub fn poll(&mut self) -> FlyInput {
+    pub(super) fn poll(&mut self) -> FlyInput {
         let Some(gilrs) = &mut self.gilrs else { return FlyInput::default() };
         while let Some(event) = gilrs.next_event() {
             if matches!(event.event, gilrs::EventType::Connected) {

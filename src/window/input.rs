@@ -16,7 +16,7 @@ const NOTCH_PX: f64 = 40.0;
 
 /// The reaction to an event.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Reaction {
+pub(super) enum Reaction {
     /// No reaction: the event is for nobody.
     Nothing,
     /// A repaint of the panel only.
@@ -39,7 +39,7 @@ enum Look {
 }
 
 /// State of keys, mouse and gamepads.
-pub struct Input {
+pub(super) struct Input {
     keys: KeysDown,
     gamepads: Gamepads,
     look: Option<Look>,
@@ -48,35 +48,35 @@ pub struct Input {
 
 impl Input {
     /// Creates the state in which nothing is pressed.
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self { keys: KeysDown::default(), gamepads: Gamepads::new(), look: None, moved_px: [0.0; 2] }
     }
 
     /// Returns the gamepads.
-    pub fn gamepads(&self) -> &Gamepads {
+    pub(super) fn gamepads(&self) -> &Gamepads {
         &self.gamepads
     }
 
     /// Returns the input for a step of `step_s` that ends `now`; `deg_per_px` is the angle of a pixel in the middle of
     /// the window.
-    pub fn take(&mut self, deg_per_px: f64, now: Instant, step_s: f64) -> FlyInput {
+    pub(super) fn take(&mut self, deg_per_px: f64, now: Instant, step_s: f64) -> FlyInput {
         let [right_px, down_px] = std::mem::take(&mut self.moved_px);
         let look_deg = [right_px * deg_per_px, -down_px * deg_per_px];
         FlyInput { look_deg, ..self.keys.take(now, step_s) }.plus(self.gamepads.poll())
     }
 
     /// Returns whether a key that flies is down.
-    pub fn flies(&self) -> bool {
+    pub(super) fn flies(&self) -> bool {
         self.keys.fly()
     }
 
     /// Returns the present input of the gamepads.
-    pub fn poll_gamepads(&mut self) -> FlyInput {
+    pub(super) fn poll_gamepads(&mut self) -> FlyInput {
         self.gamepads.poll()
     }
 
     /// Handles a motion of the mouse; returns whether the view follows it.
-    pub fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
+    pub(super) fn on_mouse_motion(&mut self, (right_px, down_px): (f64, f64)) -> bool {
         if self.look.is_some() {
             self.moved_px[0] += right_px;
             self.moved_px[1] += down_px;
@@ -85,7 +85,7 @@ impl Input {
     }
 
     /// Releases the mouse; returns whether it was captured.
-    pub fn release_mouse(&mut self, window: &Window) -> bool {
+    pub(super) fn release_mouse(&mut self, window: &Window) -> bool {
         let held = self.look.take().is_some();
         if held {
             self.moved_px = [0.0; 2];
@@ -95,13 +95,13 @@ impl Input {
     }
 
     /// Forgets all keys and releases the mouse, because another window has the focus now.
-    pub fn lose_focus(&mut self, window: &Window) {
+    pub(super) fn lose_focus(&mut self, window: &Window) {
         self.keys.clear();
         self.release_mouse(window);
     }
 
     /// Handles an event of keyboard or mouse, or passes it to the panel.
-    pub fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Reaction {
+    pub(super) fn on_event(&mut self, window: &Window, overlay: &mut Overlay, event: &WindowEvent) -> Reaction {
         match event {
             WindowEvent::KeyboardInput { event: key, is_synthetic, .. } => {
                 if *is_synthetic && key.state == ElementState::Pressed {

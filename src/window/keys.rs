@@ -9,7 +9,7 @@ use super::fly_camera::FlyInput;
 
 /// Action of a key when it is pressed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action {
+pub(super) enum Action {
     /// Go this many styles forward in the list.
     StepStyle(i32),
     /// Choose the style at this index of the list.
@@ -31,7 +31,7 @@ pub enum Action {
 }
 
 /// The keys and what they do, for the panel.
-pub const HELP: &[(&str, &str)] = &[
+pub(super) const HELP: &[(&str, &str)] = &[
     ("W A S D", "fly"),
     ("Q E", "down, up"),
     ("Shift", "faster"),
@@ -49,7 +49,7 @@ pub const HELP: &[(&str, &str)] = &[
 
 /// Returns the action of a key. Keys named by a character are recognised by the character of the keyboard layout,
 /// others by their position. Keys that fly have no action.
-pub fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> {
+pub(super) fn action(code: KeyCode, sign: Option<&str>, shift: bool) -> Option<Action> {
     use KeyCode as Key;
     const DIGITS: [KeyCode; 9] = [
         Key::Digit1,
@@ -86,7 +86,7 @@ const TAP: Duration = Duration::from_millis(16);
 
 /// The keys that are down, and for how long they were down since the last frame.
 #[derive(Debug, Default)]
-pub struct KeysDown {
+pub(super) struct KeysDown {
     /// Start of the press, or time of the last frame; and whether a frame has already included it.
     down: HashMap<KeyCode, (Instant, bool)>,
     /// Durations of keys that were released since the last frame.
@@ -95,7 +95,7 @@ pub struct KeysDown {
 
 impl KeysDown {
     /// Records that a key was pressed or released. Returns whether it is a key that flies.
-    pub fn set(&mut self, code: KeyCode, down: bool, now: Instant) -> bool {
+    pub(super) fn set(&mut self, code: KeyCode, down: bool, now: Instant) -> bool {
         if down {
             self.down.entry(code).or_insert((now, false));
         } else if let Some((since, is_seen)) = self.down.remove(&code) {
@@ -107,29 +107,29 @@ impl KeysDown {
     }
 
     /// Returns whether the keys that are down move the camera; opposite keys cancel.
-    pub fn fly(&self) -> bool {
+    pub(super) fn fly(&self) -> bool {
         !self.input(|codes| f64::from(i8::from(self.any(codes)))).is_still()
     }
 
     /// Releases all keys, because the window no longer receives their events.
-    pub fn clear(&mut self) {
+    pub(super) fn clear(&mut self) {
         self.down.clear();
         self.held.clear();
     }
 
     /// Returns whether Shift is down.
-    pub fn shift(&self) -> bool {
+    pub(super) fn shift(&self) -> bool {
         self.any(&[KeyCode::ShiftLeft, KeyCode::ShiftRight])
     }
 
     /// Returns whether Ctrl is down.
-    pub fn control(&self) -> bool {
+    pub(super) fn control(&self) -> bool {
         self.any(&[KeyCode::ControlLeft, KeyCode::ControlRight])
     }
 
     /// Returns the input for a step of `step_s` that ends `now`; a key that was down for part of the step counts for
     /// that part.
-    pub fn take(&mut self, now: Instant, step_s: f64) -> FlyInput {
+    pub(super) fn take(&mut self, now: Instant, step_s: f64) -> FlyInput {
         let mut held = std::mem::take(&mut self.held);
         for (code, (since, is_seen)) in &mut self.down {
             *held.entry(*code).or_default() += now.saturating_duration_since(*since);

@@ -8,7 +8,7 @@
 mod app;
 mod clipboard;
 mod flight;
-pub mod fly_camera;
+pub(crate) mod fly_camera;
 mod gamepad;
 mod input;
 mod keys;
@@ -34,7 +34,7 @@ use crate::world::Surfaces;
 
 /// Why a flight could not start, or why it ended.
 #[derive(Debug, thiserror::Error)]
-pub enum WindowError {
+pub(crate) enum WindowError {
     /// The system has no display for this program.
     #[error("no display to open a window on ({cause}); use `hachure render` to draw into a file")]
     NoDisplay {
@@ -71,7 +71,7 @@ pub enum WindowError {
 }
 
 /// The world that the flight shows.
-pub struct FlightWorld {
+pub(crate) struct FlightWorld {
     /// Name for the window's title.
     pub name: String,
     /// Land, models and trees.
@@ -86,7 +86,7 @@ pub struct FlightWorld {
 
 /// Options of a flight; the panel can change most of them.
 #[derive(Clone, Debug)]
-pub struct FlightOptions {
+pub(crate) struct FlightOptions {
     /// A preset or a style file.
     pub style: String,
     /// Initial size of the window.
@@ -106,10 +106,10 @@ pub struct FlightOptions {
 }
 
 /// Opens a world on the GPU that can present to the window.
-pub type OpenWorldFn = Box<dyn FnOnce(&Gpu) -> anyhow::Result<FlightWorld>>;
+pub(crate) type OpenWorldFn = Box<dyn FnOnce(&Gpu) -> anyhow::Result<FlightWorld>>;
 
 /// The connection to the window system.
-pub struct Windowing {
+pub(crate) struct Windowing {
     events: EventLoop<()>,
 }
 
@@ -118,7 +118,7 @@ impl Windowing {
     ///
     /// # Errors
     /// Returns [`WindowError::NoDisplay`] if there is none.
-    pub fn new() -> Result<Self, WindowError> {
+    pub(crate) fn new() -> Result<Self, WindowError> {
         let events = app::event_loop().map_err(|cause| WindowError::NoDisplay { cause })?;
         Ok(Self { events })
     }
@@ -133,7 +133,7 @@ impl Windowing {
     ///
     /// # Errors
     /// Fails if the window, the GPU or the world cannot be opened, or if the GPU fails later.
-    pub fn run(self, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
+    pub(crate) fn run(self, options: FlightOptions, open: OpenWorldFn) -> Result<(), WindowError> {
         app::run(self.events, options, open)
     }
 }

@@ -10,7 +10,7 @@ use super::clipboard::Clipboard;
 use crate::gpu::Gpu;
 
 /// egui with its renderer.
-pub struct Overlay {
+pub(super) struct Overlay {
     context: egui::Context,
     state: egui_winit::State,
     clipboard: Clipboard,
@@ -19,7 +19,7 @@ pub struct Overlay {
 }
 
 /// A panel that is laid out but not yet painted.
-pub struct Painted {
+pub(super) struct Painted {
     shapes: Vec<egui::ClippedPrimitive>,
     textures: egui::TexturesDelta,
     pixels_per_point: f32,
@@ -27,7 +27,7 @@ pub struct Painted {
 
 impl Overlay {
     /// Creates an overlay for a window whose surface has `format`.
-    pub fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat) -> Self {
+    pub(super) fn new(gpu: &Gpu, window: &Window, format: wgpu::TextureFormat) -> Self {
         let context = egui::Context::default();
         context.set_theme(egui::Theme::Dark);
         super::panel::set_up(&context);
@@ -39,7 +39,7 @@ impl Overlay {
     }
 
     /// Passes an event to the panel. Returns whether the panel needs a repaint, and whether it consumed the event.
-    pub fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
+    pub(super) fn on_event(&mut self, window: &Window, event: &WindowEvent) -> egui_winit::EventResponse {
         // While flying, no text is being typed.
         if !self.is_typing() {
             return self.state.on_window_event(window, event);
@@ -51,32 +51,32 @@ impl Overlay {
     }
 
     /// Returns whether a text field has the focus.
-    pub fn is_typing(&self) -> bool {
+    pub(super) fn is_typing(&self) -> bool {
         self.context.text_edit_focused()
     }
 
     /// Ends text input, because the mouse was clicked elsewhere.
-    pub fn stop_typing(&mut self) {
+    pub(super) fn stop_typing(&mut self) {
         self.context.memory_mut(|memory| memory.stop_text_input());
     }
 
     /// Returns whether a click belongs to the panel, or closes one of its lists.
-    pub fn wants_click(&self) -> bool {
+    pub(super) fn wants_click(&self) -> bool {
         self.wants_pointer() || egui::Popup::is_any_open(&self.context)
     }
 
     /// Returns whether the mouse belongs to the panel.
-    pub fn wants_pointer(&self) -> bool {
+    pub(super) fn wants_pointer(&self) -> bool {
         self.context.egui_wants_pointer_input()
     }
 
     /// Returns when the panel needs the next repaint.
-    pub fn repaint_at(&self) -> Option<Instant> {
+    pub(super) fn repaint_at(&self) -> Option<Instant> {
         self.repaint_at
     }
 
     /// Lays out the panel. The result must be painted, because it contains texture updates.
-    pub fn run(&mut self, window: &Window, mut panel: impl FnMut(&egui::Context)) -> Painted {
+    pub(super) fn run(&mut self, window: &Window, mut panel: impl FnMut(&egui::Context)) -> Painted {
         let input = self.state.take_egui_input(window);
         let output = self.context.run_ui(input, |ui| {
             let context = ui.ctx().clone();
@@ -93,7 +93,7 @@ impl Overlay {
     }
 
     /// Draws the panel over `target`.
-    pub fn paint(
+    pub(super) fn paint(
         &mut self,
         gpu: &Gpu,
         encoder: &mut wgpu::CommandEncoder,

@@ -20,7 +20,7 @@ const FARTHEST_M: f64 = 1e6;
 const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
 /// Facts that the panel shows.
-pub struct Facts<'a> {
+pub(super) struct Facts<'a> {
     /// Name and driver of the GPU.
     pub adapter: &'a str,
     /// Size of one eye's picture.
@@ -51,7 +51,7 @@ pub struct Facts<'a> {
 
 /// The user's requests in the panel.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PanelRequests {
+pub(super) struct PanelRequests {
     /// Area of the panel, which messages avoid.
     pub rect: Option<egui::Rect>,
     /// Whether to write a picture to a file.
@@ -61,7 +61,7 @@ pub struct PanelRequests {
 }
 
 /// Sets sizes and colours, once.
-pub fn set_up(context: &egui::Context) {
+pub(super) fn set_up(context: &egui::Context) {
     // egui measures a click from frame to frame: with frames of a second, every click would count as held and do
     // nothing.
     context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
@@ -81,7 +81,7 @@ pub fn set_up(context: &egui::Context) {
 }
 
 /// Lays out the panel.
-pub fn show(
+pub(super) fn show(
     context: &egui::Context,
     facts: &Facts<'_>,
     styles: &Styles,

@@ -9,7 +9,7 @@ use crate::composite::present::PresentPass;
 use crate::gpu::Gpu;
 
 /// The surface and the pass that fills it.
-pub struct Screen {
+pub(super) struct Screen {
     window: Arc<Window>,
     surface: wgpu::Surface<'static>,
     config: wgpu::SurfaceConfiguration,
@@ -17,7 +17,7 @@ pub struct Screen {
 }
 
 /// The surface's answer to a request for a frame.
-pub enum Acquired {
+pub(super) enum Acquired {
     /// A texture to draw on.
     Frame(wgpu::SurfaceTexture),
     /// Nothing now; try again soon.
@@ -31,7 +31,7 @@ impl Screen {
     ///
     /// # Errors
     /// Returns [`WindowError::NoPresent`] if the GPU cannot.
-    pub fn new(gpu: &Gpu, window: Arc<Window>, surface: wgpu::Surface<'static>) -> Result<Self, WindowError> {
+    pub(super) fn new(gpu: &Gpu, window: Arc<Window>, surface: wgpu::Surface<'static>) -> Result<Self, WindowError> {
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&gpu.adapter, size.width.max(1), size.height.max(1))
@@ -50,22 +50,22 @@ impl Screen {
     }
 
     /// Returns the format of the surface.
-    pub fn format(&self) -> wgpu::TextureFormat {
+    pub(super) fn format(&self) -> wgpu::TextureFormat {
         self.config.format
     }
 
     /// Returns the size of the surface.
-    pub fn size_px(&self) -> [u32; 2] {
+    pub(super) fn size_px(&self) -> [u32; 2] {
         [self.config.width, self.config.height]
     }
 
     /// Returns the pass that fills the surface with the picture.
-    pub fn present(&mut self) -> &mut PresentPass {
+    pub(super) fn present(&mut self) -> &mut PresentPass {
         &mut self.present
     }
 
     /// Follows the window's size; a size of 0 is ignored.
-    pub fn resize(&mut self, gpu: &Gpu, size_px: [u32; 2]) {
+    pub(super) fn resize(&mut self, gpu: &Gpu, size_px: [u32; 2]) {
         if size_px.contains(&0) || size_px == self.size_px() {
             return;
         }
@@ -78,7 +78,7 @@ impl Screen {
     ///
     /// # Errors
     /// Fails if the surface is lost and cannot be recreated.
-    pub fn acquire(&mut self, gpu: &Gpu) -> Result<Acquired, WindowError> {
+    pub(super) fn acquire(&mut self, gpu: &Gpu) -> Result<Acquired, WindowError> {
         use wgpu::CurrentSurfaceTexture as Current;
         Ok(match self.surface.get_current_texture() {
             Current::Success(frame) => Acquired::Frame(frame),

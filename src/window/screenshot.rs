@@ -16,7 +16,7 @@ use crate::world::Surfaces;
 ///
 /// # Errors
 /// Fails if the GPU or writing the file fails.
-pub fn take(
+pub(super) fn take(
     gpu: &Gpu,
     renderer: &mut Option<Renderer>,
     world: &mut Surfaces,

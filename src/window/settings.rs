@@ -8,7 +8,7 @@ use crate::style::{self, Style};
 use crate::tones::hatching::maps;
 
 /// Sizes of the picture as fractions of the window's size.
-pub const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
+pub(super) const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
 
 /// Samples per pixel of a screenshot, if the window smooths edges.
 const SCREENSHOT_SAMPLES: u32 = 16;
@@ -17,7 +17,7 @@ const FOLLOWS_IN_S: f64 = 0.8;
 
 /// Settings of the panel, apart from the camera's.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Settings {
+pub(super) struct Settings {
     /// Index into [`Styles`].
     pub style: usize,
     /// Index into [`SCALES`].
@@ -40,25 +40,25 @@ pub struct Settings {
 
 impl Settings {
     /// Returns the size of one eye's picture in a window of `window_px`.
-    pub fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
+    pub(super) fn picture_px(&self, window_px: [u32; 2]) -> [u32; 2] {
         let [width, height] = window_px;
         let eye_px = [if self.eyes == Eyes::SideBySide { width.div_ceil(2) } else { width }, height];
         eye_px.map(|side| ((f64::from(side) * SCALES[self.scale]).round() as u32).max(1))
     }
 
     /// Returns the samples per pixel of a screenshot.
-    pub fn samples(&self) -> u32 {
+    pub(super) fn samples(&self) -> u32 {
         if self.antialias == Antialias::Temporal { SCREENSHOT_SAMPLES } else { 1 }
     }
 
     /// Returns the eyes for a camera; `before` is the stereo pair of the previous frame.
-    pub fn rig(&self, camera: &View, before: &Pair) -> Rig {
+    pub(super) fn rig(&self, camera: &View, before: &Pair) -> Rig {
         if self.eyes == Eyes::Mono { Rig::mono(*camera) } else { self.pair.rig_after(before, camera) }
     }
 
     /// Moves the distance between the eyes towards its target, if it follows the land; returns whether it is still
     /// moving. It takes two to three seconds from end to end: a sudden change of depth is unpleasant to look at.
-    pub fn follow_land(&mut self, nearest_m: f64, step_s: f64) -> bool {
+    pub(super) fn follow_land(&mut self, nearest_m: f64, step_s: f64) -> bool {
         if self.eyes == Eyes::Mono || !self.follows_land {
             return false;
         }
@@ -72,18 +72,18 @@ impl Settings {
     }
 
     /// Chooses a finer (1) or coarser (−1) picture.
-    pub fn step_scale(&mut self, step: i32) {
+    pub(super) fn step_scale(&mut self, step: i32) {
         self.scale = self.scale.saturating_add_signed(-step as isize).min(SCALES.len() - 1);
     }
 
     /// Goes `step` styles forward in the list, wrapping around at its ends.
-    pub fn step_style(&mut self, step: i32, styles: usize) {
+    pub(super) fn step_style(&mut self, step: i32, styles: usize) {
         self.style = (self.style as i64 + i64::from(step)).rem_euclid(styles as i64) as usize;
     }
 }
 
 /// The styles to choose from: the presets, and the style of the command line.
-pub struct Styles {
+pub(super) struct Styles {
     list: Vec<Style>,
 }
 
@@ -92,7 +92,7 @@ impl Styles {
     ///
     /// # Errors
     /// Fails if `asked` is not a valid style.
-    pub fn with(asked: &str) -> Result<(Self, usize), style::StyleError> {
+    pub(super) fn with(asked: &str) -> Result<(Self, usize), style::StyleError> {
         let names = style::names();
         let mut list = names.iter().map(|name| Style::load(name)).collect::<Result<Vec<_>, _>>()?;
         let place = match names.iter().position(|name| *name == asked) {
@@ -108,7 +108,7 @@ impl Styles {
     }
 
     /// Returns all styles; there is at least one.
-    pub fn list(&self) -> &[Style] {
+    pub(super) fn list(&self) -> &[Style] {
         &self.list
     }
 }

@@ -5,19 +5,19 @@ use std::collections::VecDeque;
 use crate::gpu::timer::PassTime;
 
 /// Number of frames that are stored.
-pub const FRAMES: usize = 120;
+pub(super) const FRAMES: usize = 120;
 /// Weight of a new GPU time in the moving average.
 const NEW_PART: f64 = 0.15;
 
 /// Times from frame to frame in milliseconds, while frames follow each other.
 #[derive(Debug, Default)]
-pub struct FrameTimes {
+pub(super) struct FrameTimes {
     times_ms: VecDeque<f64>,
 }
 
 impl FrameTimes {
     /// Adds the time of the newest frame.
-    pub fn push(&mut self, time_ms: f64) {
+    pub(super) fn push(&mut self, time_ms: f64) {
         if self.times_ms.len() == FRAMES {
             self.times_ms.pop_front();
         }
@@ -25,12 +25,12 @@ impl FrameTimes {
     }
 
     /// Returns the times, oldest first.
-    pub fn iter(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(super) fn iter(&self) -> impl Iterator<Item = f64> + '_ {
         self.times_ms.iter().copied()
     }
 
     /// Returns the quantile `part` (0 to 1) of the frame times; `None` without frames.
-    pub fn quantile_ms(&self, part: f64) -> Option<f64> {
+    pub(super) fn quantile_ms(&self, part: f64) -> Option<f64> {
         let mut sorted: Vec<f64> = self.iter().collect();
         sorted.sort_by(f64::total_cmp);
         let last = sorted.len().checked_sub(1)?;
@@ -40,13 +40,13 @@ impl FrameTimes {
 
 /// GPU times by pass, smoothed so that they are readable.
 #[derive(Debug, Default)]
-pub struct PassTimes {
+pub(super) struct PassTimes {
     passes: Vec<PassTime>,
 }
 
 impl PassTimes {
     /// Adds the times of a frame; a frame with other passes resets the averages.
-    pub fn add(&mut self, times: Vec<PassTime>) {
+    pub(super) fn add(&mut self, times: Vec<PassTime>) {
         let same =
             self.passes.len() == times.len() && self.passes.iter().zip(&times).all(|(old, new)| old.name == new.name);
         if !same {
@@ -59,7 +59,7 @@ impl PassTimes {
     }
 
     /// Returns the passes in the order in which they run, with the whole frame first.
-    pub fn passes(&self) -> &[PassTime] {
+    pub(super) fn passes(&self) -> &[PassTime] {
         &self.passes
     }
 }

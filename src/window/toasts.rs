@@ -17,7 +17,7 @@ const NARROWEST: f32 = 120.0;
 
 /// Subject of a message: a newer message replaces one on the same subject, except for files.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum About {
+pub(super) enum About {
     /// A style was chosen.
     Style,
     /// Esc was pressed.
@@ -28,7 +28,7 @@ pub enum About {
 
 /// The messages, newest last.
 #[derive(Debug, Default)]
-pub struct Toasts {
+pub(super) struct Toasts {
     passing: Vec<(About, String, Instant)>,
     /// Errors in shaders.
     lasting: Vec<String>,
@@ -36,7 +36,7 @@ pub struct Toasts {
 
 impl Toasts {
     /// Shows a message until a time. A message about a file does not replace one about another file.
-    pub fn say(&mut self, about: About, text: String, until: Instant) {
+    pub(super) fn say(&mut self, about: About, text: String, until: Instant) {
         self.passing.retain(|(known, said, _)| *known != about || (about == About::File && *said != text));
         self.passing.push((about, text, until));
         let surplus = self.passing.len().saturating_sub(MOST);
@@ -44,41 +44,41 @@ impl Toasts {
     }
 
     /// Sets the messages that stay until they are replaced. Returns whether they differ from the previous ones.
-    pub fn set_lasting(&mut self, texts: Vec<String>) -> bool {
+    pub(super) fn set_lasting(&mut self, texts: Vec<String>) -> bool {
         let is_new = self.lasting != texts;
         self.lasting = texts;
         is_new
     }
 
     /// Removes expired messages.
-    pub fn tidy(&mut self, now: Instant) {
+    pub(super) fn tidy(&mut self, now: Instant) {
         self.passing.retain(|(.., until)| *until > now);
     }
 
     /// Returns when the next message expires.
-    pub fn next_end(&self) -> Option<Instant> {
+    pub(super) fn next_end(&self) -> Option<Instant> {
         self.passing.iter().map(|(.., until)| *until).min()
     }
 
     /// Returns all messages, from top to bottom.
-    pub fn texts(&self) -> impl DoubleEndedIterator<Item = &str> {
+    pub(super) fn texts(&self) -> impl DoubleEndedIterator<Item = &str> {
         self.lasting.iter().map(String::as_str).chain(self.passing.iter().map(|(_, text, _)| text.as_str()))
     }
 
     /// Returns whether there are no messages.
-    pub fn is_empty(&self) -> bool {
+    pub(super) fn is_empty(&self) -> bool {
         self.lasting.is_empty() && self.passing.is_empty()
     }
 }
 
 /// Returns when a message shown now expires.
-pub fn until(how_long: Duration) -> Instant {
+pub(super) fn until(how_long: Duration) -> Instant {
     Instant::now() + how_long
 }
 
 /// Returns the area for messages in a window, next to the panel: the largest area that is wide enough to be readable,
 /// else the largest of all.
-pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
+pub(super) fn place(window: Rect, panel: Option<Rect>) -> Rect {
     let window = window.shrink(MARGIN);
     let Some(panel) = panel.map(|panel| panel.expand(MARGIN)).filter(|panel| panel.intersects(window)) else {
         return window;
@@ -101,7 +101,7 @@ pub fn place(window: Rect, panel: Option<Rect>) -> Rect {
 }
 
 /// Shows the messages next to the panel, or in the whole window if it is hidden.
-pub fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>) {
+pub(super) fn show(context: &egui::Context, toasts: &Toasts, panel: Option<Rect>) {
     if toasts.is_empty() {
         return;
     }

@@ -17,9 +17,11 @@ use self::given_water::GivenWater;
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
+pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::{Forest, Wind};
 use crate::tiles::Terrain;
+pub use crate::tiles::terrain::{TerrainError, TerrainOptions};
 
 /// The surfaces of a world, of all kinds.
 pub struct Surfaces {

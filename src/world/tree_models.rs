@@ -13,7 +13,7 @@ use crate::source::Progress;
 ///
 /// # Errors
 /// The first file that cannot be read, or is not a tree.
-pub fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>>, MeshError> {
+pub(super) fn read(scene: &Scene, progress: &dyn Progress) -> Result<Vec<Arc<TreeModel>>, MeshError> {
     let mut models = Vec::new();
     let mut known: Vec<(&Path, Mesh)> = Vec::new();
     for model in scene.forest.iter().flat_map(|forest| &forest.models) {

@@ -7,7 +7,7 @@ use anyhow::ensure;
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder, Predictor, TiffVariant};
 use hachure::file::exr::{Channel, Samples, read_exr, write_exr};
 use hachure::file::png::{read_rgba8, write_rgba8};
-use hachure::mesh::obj;
+use hachure::internals::obj;
 use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;

@@ -2,12 +2,12 @@
 //! alone.
 
 use glam::{DMat3, DQuat, DVec3};
-use hachure::composite::PICTURE;
+use hachure::frame::PICTURE;
 use hachure::frame::{self, Renderer};
 use hachure::scene::view::{Lens, Part, Pose, Rig, View};
 use hachure::style::Style;
-use hachure::tiles::terrain::TerrainOptions;
 use hachure::world::OpenWorld;
+use hachure::world::TerrainOptions;
 
 use crate::Room;
 use crate::common::draw::halves;

@@ -5,14 +5,14 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use hachure::file::message::chain;
-use hachure::mesh::MeshError;
 use hachure::pyramid::PyramidError;
 use hachure::remote::RemoteError;
 use hachure::scene::path::PathError;
 use hachure::scene::scene_file::SceneError;
 use hachure::source::{GeoreferenceError, SourceError};
 use hachure::style::{Style, StyleError};
-use hachure::tiles::terrain::TerrainError;
+use hachure::world::MeshError;
+use hachure::world::TerrainError;
 use hachure::world::WorldError;
 
 /// Checks that a message contains the message of each cause once, and that the program adds nothing to it.

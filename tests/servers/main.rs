@@ -24,7 +24,7 @@ use hachure::remote::Settings;
 use hachure::scene::reach::Reach;
 use hachure::source::Silent;
 use hachure::style::Style;
-use hachure::tiles::terrain::TerrainOptions;
+use hachure::world::TerrainOptions;
 use hachure::world::{OpenWorld, scene_of};
 use kinds::{Expected, KINDS};
 use odd::Server;

@@ -18,7 +18,7 @@ pub(super) struct PairPlan {
 
 impl PairPlan {
     /// Plans `pairs` pairs over `frames` frames, or as many pairs as there are.
-    pub fn new(frames: usize, pairs: u32) -> Self {
+    pub(super) fn new(frames: usize, pairs: u32) -> Self {
         let all = frames.saturating_sub(1);
         let pairs = (pairs as usize).min(all);
         let begin = |i: usize| {
@@ -29,7 +29,7 @@ impl PairPlan {
     }
 
     /// Returns whether this frame, counted from 0, is compared with the next.
-    pub fn begins_at(&self, frame: usize) -> bool {
+    pub(super) fn begins_at(&self, frame: usize) -> bool {
         self.begins.contains(&frame)
     }
 }

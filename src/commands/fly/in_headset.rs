@@ -11,7 +11,7 @@ use crate::scene::stereo::Eyes;
 ///
 /// # Errors
 /// Fails if there is no headset, if an input is invalid, or if the GPU fails.
-pub fn run(args: &FlyArgs) -> anyhow::Result<()> {
+pub(super) fn run(args: &FlyArgs) -> anyhow::Result<()> {
     if args.stereo.eyes() != Eyes::Mono || args.stereo.ipd.is_some() || args.stereo.convergence.is_some() {
         return Err(
             Misuse("--vr: the headset determines the eyes; leave out --eyes, --ipd and --convergence".into()).into()

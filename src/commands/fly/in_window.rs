@@ -12,7 +12,7 @@ use crate::window::{FlightOptions, FlightWorld, Windowing};
 ///
 /// # Errors
 /// Fails if there is no display, if an input is invalid, or if the GPU fails.
-pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // Report errors before a window opens.
     args.stereo.check()?;
     arguments::style(&args.style)?;

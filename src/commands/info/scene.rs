@@ -120,7 +120,7 @@ impl SceneInfo {
     ///
     /// # Errors
     /// Fails if a model, or a list of positions, cannot be read.
-    pub fn of(scene: Scene) -> anyhow::Result<Self> {
+    pub(super) fn of(scene: Scene) -> anyhow::Result<Self> {
         // Read each file only once: a long one takes a while, and its warnings about materials should not repeat.
         let mut known: FxHashMap<&Path, Rc<Mesh>> = FxHashMap::default();
         let mut meshes = Vec::with_capacity(scene.meshes.len());
@@ -318,7 +318,7 @@ impl TreeInfo {
 }
 
 impl SceneInfo {
-    pub fn text(&self, file: &str) -> String {
+    pub(super) fn text(&self, file: &str) -> String {
         let world = match (&self.dem, self.procedural_seed) {
             (Some(dem), _) => printable(dem, 400),
             (None, Some(seed)) => format!("the procedural world, seed {seed}"),

@@ -50,12 +50,12 @@ impl From<Kind> for Mistake {
 
 impl Mistake {
     /// Builds the mistake of a value that is not of the expected kind.
-    pub fn wanted(wanted: impl Into<String>, found: impl Into<String>) -> Self {
+    pub(super) fn wanted(wanted: impl Into<String>, found: impl Into<String>) -> Self {
         Kind::Wanted { wanted: wanted.into(), found: found.into() }.into()
     }
 
     /// Adds `key` to the path of a mistake in its value.
-    pub fn within(mut self, key: &str, value: &DeValue<'_>, at: Range<usize>) -> Self {
+    pub(super) fn within(mut self, key: &str, value: &DeValue<'_>, at: Range<usize>) -> Self {
         self.path.insert(0, key.to_owned());
         if self.at.is_none() {
             // The mistake was made in serde's copy of the value, which has no positions.
@@ -104,7 +104,7 @@ impl Mistake {
     }
 
     /// Returns the message.
-    pub fn cause(&self) -> String {
+    pub(super) fn cause(&self) -> String {
         let section = self.path.join(".");
         let key = |key: &str| if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
         let it = if section.is_empty() { "it".to_owned() } else { named(&section) };

@@ -25,7 +25,7 @@ pub(super) struct Ground<'a> {
 }
 
 impl<'a> Ground<'a> {
-    pub fn new(place: &'a Georeference, samples: [u32; 2]) -> Result<Self, GeoreferenceError> {
+    pub(super) fn new(place: &'a Georeference, samples: [u32; 2]) -> Result<Self, GeoreferenceError> {
         let mapping = WorldMapping::new(place, samples[0], samples[1])?;
         let last = samples.map(|count| f64::from(count.max(1) - 1));
         let places = border([0.0, 0.0], last).map(|[column, row]| mapping.world_from_grid(column, row));
@@ -59,7 +59,11 @@ impl<'a> AlignedRaster<'a> {
     ///
     /// # Errors
     /// The georeference is unknown, or the raster does not overlap the world.
-    pub fn by_place(path: &'a Path, reader: Box<dyn HeightReader>, ground: &'a Ground<'a>) -> Result<Self, CoverError> {
+    pub(super) fn by_place(
+        path: &'a Path,
+        reader: Box<dyn HeightReader>,
+        ground: &'a Ground<'a>,
+    ) -> Result<Self, CoverError> {
         if !is_known(&reader.georeference().crs) {
             return Err(CoverError::Nowhere { path: path.to_owned() });
         }
@@ -97,7 +101,7 @@ impl<'a> AlignedRaster<'a> {
     ///
     /// # Errors
     /// None if the DEM has an extent.
-    pub fn stretched(
+    pub(super) fn stretched(
         path: &'a Path,
         reader: Box<dyn HeightReader>,
         ground: &'a Ground<'a>,
@@ -116,7 +120,7 @@ impl<'a> AlignedRaster<'a> {
     }
 
     /// Returns (column, row) at a position in the world; NaN if it is unknown.
-    pub fn sample_at(&self, at_m: DVec2) -> DVec2 {
+    pub(super) fn sample_at(&self, at_m: DVec2) -> DVec2 {
         let on_ground = self.ground.mapping.grid_from_world(at_m);
         match &self.way {
             Alignment::ByPlace(way) => DVec2::from_array(way.map(on_ground.x, on_ground.y)),
@@ -140,20 +144,20 @@ impl<'a> AlignedRaster<'a> {
     }
 
     /// Returns the distance between its columns or between its rows, whichever is smaller, in metres.
-    pub fn spacing_m(&self) -> f64 {
+    pub(super) fn spacing_m(&self) -> f64 {
         let steps_m = self.per_m.inverse();
         steps_m.x_axis.length().min(steps_m.y_axis.length())
     }
 
     /// Returns the number of samples for each point that is read for cells of a grid.
-    pub fn samples_per_point(&self, grid: &Grid) -> f64 {
+    pub(super) fn samples_per_point(&self, grid: &Grid) -> f64 {
         let points = f64::from(grid.points_along(self));
         self.per_m.determinant().abs() * (grid.cell_m / points).powi(2)
     }
 
     /// Returns the corner of samples at or next to a position toward the south-west, if the raster's axes are those of
     /// the world; otherwise the position itself.
-    pub fn corner_at(&self, at_m: DVec2) -> DVec2 {
+    pub(super) fn corner_at(&self, at_m: DVec2) -> DVec2 {
         let [a, b, c, d] = self.per_m.to_cols_array();
         if b.abs() > 1e-9 * a.abs() || c.abs() > 1e-9 * d.abs() {
             return at_m;

@@ -65,7 +65,7 @@ impl Grid {
     ///
     /// # Errors
     /// A raster does not overlap the others.
-    pub fn over<'a>(
+    pub(super) fn over<'a>(
         ground: &Ground<'_>,
         rasters: impl Iterator<Item = &'a AlignedRaster<'a>> + Clone,
     ) -> Result<Self, CoverError> {
@@ -87,16 +87,16 @@ impl Grid {
         Ok(Self { low_m, cell_m, size: extent_m.to_array().map(cells) })
     }
 
-    pub fn cells(&self) -> usize {
+    pub(super) fn cells(&self) -> usize {
         self.size[0] as usize * self.size[1] as usize
     }
 
-    pub fn high_m(&self) -> DVec2 {
+    pub(super) fn high_m(&self) -> DVec2 {
         self.low_m + self.cell_m * DVec2::from_array(self.size.map(f64::from))
     }
 
     /// Returns the number of points along each side of a cell at which a raster is read.
-    pub fn points_along(&self, raster: &AlignedRaster<'_>) -> u32 {
+    pub(super) fn points_along(&self, raster: &AlignedRaster<'_>) -> u32 {
         let samples = self.cell_m / raster.spacing_m();
         if samples < 1.01 {
             return 1;

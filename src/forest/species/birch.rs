@@ -101,7 +101,7 @@ impl Clump {
 }
 
 /// Grows the tree: three corners to a triangle, counter-clockwise from outside.
-pub fn grow(detail: Detail) -> Vec<Corner> {
+pub(super) fn grow(detail: Detail) -> Vec<Corner> {
     let mut growth = Growth::default();
     let heights: &[f64] = detail.pick(&[0.0, 0.03, 0.25, 0.5, 0.75, 0.97], &[0.0, 0.03, 0.4, 0.97]);
     let knots: Vec<Knot> = heights

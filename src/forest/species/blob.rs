@@ -9,7 +9,7 @@ use super::patch::Patch;
 
 /// An ellipsoid of leaves.
 #[derive(Clone, Copy, Debug)]
-pub struct Blob {
+pub(super) struct Blob {
     pub at: DVec3,
     /// Radii along x, y and z.
     pub radii: DVec3,
@@ -19,7 +19,7 @@ pub struct Blob {
 
 impl Blob {
     /// Returns its surface, of 20 · 4^`divisions` triangles.
-    pub fn patch(&self, divisions: u32) -> Patch {
+    pub(super) fn patch(&self, divisions: u32) -> Patch {
         let mut patch = icosphere(divisions);
         let grown = match divisions {
             0 => 1.12,
@@ -34,7 +34,7 @@ impl Blob {
     }
 
     /// Whether a point is inside of the planes of all triangles.
-    pub fn holds(&self, place: DVec3, divisions: u32) -> bool {
+    pub(super) fn holds(&self, place: DVec3, divisions: u32) -> bool {
         ((place - self.at) / self.radii).length() < Self::inner(divisions)
     }
 

@@ -82,7 +82,7 @@ fn limbs(detail: Detail) -> Vec<Patch> {
 }
 
 /// Grows the tree: three corners to a triangle, counter-clockwise from outside.
-pub fn grow(detail: Detail) -> Vec<Corner> {
+pub(super) fn grow(detail: Detail) -> Vec<Corner> {
     let (blobs, divisions) = (clumps(detail), detail.pick(1, 0));
     let mut growth = Growth::default();
     for patch in limbs(detail) {

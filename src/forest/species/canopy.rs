@@ -112,7 +112,7 @@ impl Stand {
 }
 
 /// Builds a clump of forest: its footprint has radius 1, its top is at 1, and its skirt reaches 0.35 below the ground.
-pub fn canopy(of: Grown) -> Vec<Corner> {
+pub(crate) fn canopy(of: Grown) -> Vec<Corner> {
     let mut growth = Growth::default();
     let mut random = Random::new(41);
     let layout = match of {

@@ -103,7 +103,7 @@ impl Spray {
 }
 
 /// Grows the tree: three corners to a triangle, counter-clockwise from outside.
-pub fn grow(detail: Detail) -> Vec<Corner> {
+pub(super) fn grow(detail: Detail) -> Vec<Corner> {
     let mut growth = Growth::default();
     let knots: &[(f64, f64)] = detail.pick(&[(0.0, 1.5), (0.04, 1.0), (1.0, 0.0)], &[(0.0, 1.2), (1.0, 0.0)]);
     let knots: Vec<Knot> = knots.iter().map(|(z, by)| Knot { at: DVec3::Z * *z, radius: TRUNK_RADIUS * by }).collect();

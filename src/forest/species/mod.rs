@@ -18,7 +18,7 @@ mod snag;
 
 use glam::DVec3;
 
-pub use self::canopy::canopy;
+pub(crate) use self::canopy::canopy;
 
 /// The material of a part of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

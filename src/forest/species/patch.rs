@@ -16,7 +16,7 @@ const LEAST_AGREEMENT: f64 = 0.15;
 
 /// A smooth patch of surface, as a mesh.
 #[derive(Clone, Debug, Default)]
-pub struct Patch {
+pub(super) struct Patch {
     /// Positions of the vertices.
     pub places: Vec<DVec3>,
     /// Triangles as indices of vertices, counter-clockwise from outside.
@@ -25,7 +25,7 @@ pub struct Patch {
 
 impl Patch {
     /// Returns the positions of a triangle's corners.
-    pub fn at(&self, triangle: &[usize; 3]) -> [DVec3; 3] {
+    pub(super) fn at(&self, triangle: &[usize; 3]) -> [DVec3; 3] {
         triangle.map(|place| self.places[place])
     }
 
@@ -55,7 +55,7 @@ impl Patch {
     }
 
     /// Builds a surface through rings of equal size, up to a point.
-    pub fn dome(rings: &[Vec<DVec3>], point: DVec3) -> Self {
+    pub(super) fn dome(rings: &[Vec<DVec3>], point: DVec3) -> Self {
         let sides = rings[0].len();
         let mut patch = Self { places: rings.concat(), ..Self::default() };
         patch.places.push(point);
@@ -67,7 +67,7 @@ impl Patch {
     }
 
     /// Builds a dome that is closed by a point below the first ring.
-    pub fn closed(below: DVec3, rings: &[Vec<DVec3>], point: DVec3) -> Self {
+    pub(super) fn closed(below: DVec3, rings: &[Vec<DVec3>], point: DVec3) -> Self {
         let sides = rings[0].len();
         let mut patch = Self::dome(rings, point);
         patch.places.push(below);
@@ -78,25 +78,25 @@ impl Patch {
 }
 
 /// Returns the outward normal of a triangle, twice as long as its area.
-pub fn face([a, b, c]: [DVec3; 3]) -> DVec3 {
+pub(super) fn face([a, b, c]: [DVec3; 3]) -> DVec3 {
     (b - a).cross(c - a)
 }
 
 /// Returns vertices around a vertical axis, counter-clockwise from above; `at` receives the angle in radians and the
 /// index of the vertex.
-pub fn ring(sides: usize, mut at: impl FnMut(f64, usize) -> DVec3) -> Vec<DVec3> {
+pub(super) fn ring(sides: usize, mut at: impl FnMut(f64, usize) -> DVec3) -> Vec<DVec3> {
     (0..sides).map(|side| at(side as f64 / sides as f64 * TAU, side)).collect()
 }
 
 /// Returns the horizontal unit vector at an angle in radians.
-pub fn level(turn: f64) -> DVec3 {
+pub(super) fn level(turn: f64) -> DVec3 {
     let (sin, cos) = turn.sin_cos();
     DVec3::new(cos, sin, 0.0)
 }
 
 /// A point on the centre line of a limb, with the limb's radius there.
 #[derive(Clone, Copy, Debug)]
-pub struct Knot {
+pub(super) struct Knot {
     pub at: DVec3,
     pub radius: f64,
 }
@@ -120,7 +120,7 @@ fn rings(knots: &[Knot], sides: usize) -> Vec<Vec<DVec3>> {
 
 /// Builds a limb that ends in a point, its last knot. The other end is open: it is on the ground or inside of another
 /// limb.
-pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
+pub(super) fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
     let (point, shaft) = (knots[knots.len() - 1], &knots[..knots.len() - 1]);
     let mut rings = rings(knots, sides);
     rings.truncate(shaft.len());
@@ -129,7 +129,7 @@ pub fn pointed_limb(knots: &[Knot], sides: usize) -> Patch {
 
 /// Builds a limb that is broken off at its last knot: the outer wall with a ragged rim, and the hollow inside.
 /// `splinter` returns by how much each vertex of the rim protrudes.
-pub fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize) -> f64) -> [Patch; 2] {
+pub(super) fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize) -> f64) -> [Patch; 2] {
     let mut rings = rings(knots, sides);
     let (end, before) = (knots[knots.len() - 1], knots[knots.len() - 2]);
     let along = (end.at - before.at).normalize();
@@ -143,17 +143,17 @@ pub fn broken_limb(knots: &[Knot], sides: usize, mut splinter: impl FnMut(usize)
 
 /// A tree being assembled.
 #[derive(Debug, Default)]
-pub struct Growth {
+pub(super) struct Growth {
     corners: Vec<Corner>,
 }
 
 impl Growth {
-    pub fn add(&mut self, patch: &Patch, part: Part) {
+    pub(super) fn add(&mut self, patch: &Patch, part: Part) {
         self.add_seen(patch, part, |_| false);
     }
 
     /// Adds the triangles of a patch that are not hidden.
-    pub fn add_seen(&mut self, patch: &Patch, part: Part, is_hidden: impl Fn([DVec3; 3]) -> bool) {
+    pub(super) fn add_seen(&mut self, patch: &Patch, part: Part, is_hidden: impl Fn([DVec3; 3]) -> bool) {
         let normals = patch.normals();
         for triangle in patch.triangles.iter().filter(|triangle| !is_hidden(patch.at(triangle))) {
             let face = face(patch.at(triangle)).normalize();
@@ -167,7 +167,7 @@ impl Growth {
 
     /// Scales the tree to a height of 1, and sets how far each corner sways in the wind: the sway, 0 to 1, increases
     /// with height, and with distance from the trunk up to `reach` (relative to the tree's height).
-    pub fn finish(mut self, reach: f64) -> Vec<Corner> {
+    pub(super) fn finish(mut self, reach: f64) -> Vec<Corner> {
         let top = self.corners.iter().fold(0.0, |top: f64, corner| top.max(corner.at.z));
         for corner in &mut self.corners {
             corner.at /= top;

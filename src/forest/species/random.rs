@@ -5,16 +5,16 @@ use std::f64::consts::TAU;
 use glam::DVec3;
 
 /// State of a sequence.
-pub struct Random(u64);
+pub(super) struct Random(u64);
 
 impl Random {
     /// Starts a sequence; each seed has its own.
-    pub fn new(seed: u64) -> Self {
+    pub(super) fn new(seed: u64) -> Self {
         Self(seed)
     }
 
     /// Returns a number from 0, inclusive, to 1, exclusive.
-    pub fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
@@ -23,12 +23,12 @@ impl Random {
     }
 
     /// Returns a number from `lower`, inclusive, to `upper`, exclusive.
-    pub fn between(&mut self, lower: f64, upper: f64) -> f64 {
+    pub(super) fn between(&mut self, lower: f64, upper: f64) -> f64 {
         lower + (upper - lower) * self.unit()
     }
 
     /// Returns a uniformly distributed unit vector.
-    pub fn direction(&mut self) -> DVec3 {
+    pub(super) fn direction(&mut self) -> DVec3 {
         let z = self.between(-1.0, 1.0);
         let (sin, cos) = (self.unit() * TAU).sin_cos();
         let level = (1.0 - z * z).sqrt();

@@ -56,7 +56,7 @@ fn branches() -> Vec<Branch> {
 }
 
 /// Grows the tree: three corners to a triangle, counter-clockwise from outside.
-pub fn grow(detail: Detail) -> Vec<Corner> {
+pub(super) fn grow(detail: Detail) -> Vec<Corner> {
     let mut random = Random::new(37);
     let mut growth = Growth::default();
     let heights: &[f64] =

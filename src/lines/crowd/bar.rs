@@ -5,7 +5,7 @@ use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 
 /// Computes the bars of the cells from their counts.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, cells: &Cells) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, cells: &Cells) {
     let resources = [
         ("view", view.clone()),
         ("crowd", cells.crowd.clone()),

@@ -6,7 +6,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// Counts the ink of `line` in the cells.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, line: &Target, rank: &Target, cells: &Cells) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, line: &Target, rank: &Target, cells: &Cells) {
     let resources = [
         ("view", view.clone()),
         ("crowd", cells.crowd.clone()),

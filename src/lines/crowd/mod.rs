@@ -9,10 +9,10 @@
 //! (Programmable rendering of line drawing from 3D scenes, section 5.2), applied to pixels; strokes apply it to their
 //! samples ([`strokes::crowd`](super::strokes::crowd)).
 
-pub mod bar;
-pub mod count;
-pub mod rank;
-pub mod thin;
+pub(crate) mod bar;
+pub(crate) mod count;
+pub(crate) mod rank;
+pub(crate) mod thin;
 
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -22,7 +22,7 @@ use crate::gpu::wgsl::shared::crowd::CELL_WORDS;
 pub(crate) use crate::gpu::wgsl::shared::crowd::Crowd as CrowdUniform;
 
 /// Ink of each rank, for each cell.
-pub const COUNTS: BufferKind = BufferKind::storage("crowd counts");
+pub(crate) const COUNTS: BufferKind = BufferKind::storage("crowd counts");
 /// For each cell: the bar, and the factor of lines above it.
 const BARS: TargetKind = TargetKind::storage("crowd bars", wgpu::TextureFormat::Rgba32Float);
 
@@ -31,7 +31,7 @@ const CELLS: f32 = 4.0;
 
 /// The fraction of the paper that lines may cover, and the window in which it is measured.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cap {
+pub(crate) struct Cap {
     /// The largest covered fraction, 0 to 1.
     pub most: f32,
     /// Side of the window, in pixels.
@@ -40,14 +40,14 @@ pub struct Cap {
 
 impl Cap {
     /// Returns the cap of a style's `crowd` and `crowd_px`; a `crowd` of 1 disables the cap.
-    pub fn of(most: f32, window_px: f32) -> Option<Self> {
+    pub(crate) fn of(most: f32, window_px: f32) -> Option<Self> {
         (most < 1.0).then_some(Self { most, window_px })
     }
 }
 
 /// The cells of one eye.
 #[derive(Clone)]
-pub struct Cells {
+pub(crate) struct Cells {
     /// The `Crowd` uniform.
     pub crowd: Resource,
     pub counts: Buffer,
@@ -58,7 +58,7 @@ pub struct Cells {
 impl Cells {
     /// Allocates the cells of an eye. `apart_m` is the distance to the other eye of a stereo pair; 0 if there is none.
     /// Cells are aligned to the whole picture, so a part of it may overlap one more cell.
-    pub fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
+    pub(crate) fn new(recorder: &mut Recorder<'_>, targets: &mut Targets, cap: Cap, apart_m: f32) -> Self {
         let cell_px = (cap.window_px / CELLS).round().max(1.0) as u32;
         let cells = targets.size_px().map(|side| side.div_ceil(cell_px) + 1);
         let uniform = CrowdUniform { most: cap.most, cell_px, cells, apart_m, ..CrowdUniform::default() };
@@ -71,7 +71,7 @@ impl Cells {
 }
 
 /// Inputs of the density control.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub position: &'a Target,
     /// Line strength: 0 no line, 1 full.
@@ -84,7 +84,7 @@ pub struct Inputs<'a> {
 /// Thins the lines of an eye, and returns the remaining ones. Each eye of a stereo pair counts in the cells of its own
 /// picture; of the lines that remain in both, [`agree`](super::stereo::agree) then leaves each eye the fainter one.
 /// Surfaces so near that their contours differ between the eyes are not thinned.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, position, line, cap, apart_m } = inputs;
     let cells = Cells::new(recorder, targets, cap, apart_m);
     let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(recorder.gpu(), kind));

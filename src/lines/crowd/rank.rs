@@ -7,10 +7,10 @@ use crate::gpu::target::{Target, TargetKind};
 
 /// x: rank, from 0 (speckle, or no line) to 1 (a long skyline); y: how far the cap applies, which is 0 near a pair of
 /// eyes.
-pub const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::Rg32Float);
+pub(crate) const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::Rg32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The cells, for the size of the window.
     pub cells: &'a Cells,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Ranks the lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("crowd", inputs.cells.crowd.clone()),

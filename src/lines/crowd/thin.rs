@@ -6,10 +6,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Line strength after the least important lines were removed where lines are crowded.
-pub const UNCROWDED: TargetKind = TargetKind::storage("uncrowded line", wgpu::TextureFormat::R32Float);
+pub(crate) const UNCROWDED: TargetKind = TargetKind::storage("uncrowded line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Line strength: 0 no line, 1 full.
     pub line: &'a Target,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Thins the lines of an eye.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("crowd", inputs.cells.crowd.clone()),

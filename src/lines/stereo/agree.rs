@@ -5,10 +5,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// Line strength (0 no line, 1 full) of lines that the other eye has as well, or cannot have.
-pub const AGREED: TargetKind = TargetKind::storage("agreed line", wgpu::TextureFormat::R32Float);
+pub(crate) const AGREED: TargetKind = TargetKind::storage("agreed line", wgpu::TextureFormat::R32Float);
 
 /// The pictures of an eye that the comparison reads.
-pub struct Eye {
+pub(crate) struct Eye {
     pub view: Resource,
     pub position: Target,
     /// Line strength, before the comparison.
@@ -16,7 +16,7 @@ pub struct Eye {
 }
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The eye whose lines are checked.
     pub own: &'a Eye,
     /// The eye in which their partners are sought.
@@ -25,7 +25,7 @@ pub struct Inputs<'a> {
 }
 
 /// Limits an eye's lines by those of the other eye.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { own, other, agreed } = inputs;
     let resources = [
         ("view", own.view.clone()),

@@ -8,10 +8,10 @@ use crate::scene::view::Rig;
 use crate::style::Lines;
 
 /// Line strength (0 no line, 1 full), with contours that fade out.
-pub const FADED: TargetKind = TargetKind::storage("faded line", wgpu::TextureFormat::R32Float);
+pub(crate) const FADED: TargetKind = TargetKind::storage("faded line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub position: &'a Target,
     pub normal: &'a Target,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Adds to the lines of an eye of a stereo pair the strips in which its contours fade out.
-pub fn run(recorder: &mut Recorder<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, rig: &Rig, inputs: &Inputs<'_>) {
     let places_m: Vec<_> = rig.eyes.iter().map(|eye| eye.pose.position_m - rig.origin_m).collect();
     let (first_m, last_m) = (places_m[0], places_m[places_m.len() - 1]);
     let uniform = FadeOutUniform {

@@ -6,5 +6,5 @@
 //!
 //! Why: `docs/decisions/stereo.md`.
 
-pub mod agree;
-pub mod fade_out;
+pub(crate) mod agree;
+pub(crate) mod fade_out;

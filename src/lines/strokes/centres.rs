@@ -7,7 +7,7 @@ use crate::gpu::recorder::{Attachments, Clears, Recorder};
 use crate::gpu::target::{Target, TargetKind};
 
 /// The number of a sample plus 1; 0 where there is no centre line.
-pub const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::TextureFormat::R32Uint);
+pub(crate) const CENTRES: TargetKind = TargetKind::attachment("stroke centres", wgpu::TextureFormat::R32Uint);
 
 const DRAW: Draw = Draw {
     colors: [replaced(wgpu::TextureFormat::R32Uint), None, None, None, None],
@@ -15,7 +15,7 @@ const DRAW: Draw = Draw {
 };
 
 /// Draws the centre lines of this frame's strokes.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
     let drawing = recorder.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
     let on = Attachments { colors: &[centres], depth: None, clears: Clears::All };
     recorder.render(DRAW.name, &[&drawing], on, |pass| {

@@ -21,7 +21,7 @@ use crate::gpu::scan::{self, MAX_VALUES};
 use crate::gpu::{Gpu, GpuError};
 
 /// The most segments: they have two ends each, which are scanned at once.
-pub const MAX_SEGMENTS: u32 = MAX_VALUES / 2;
+pub(crate) const MAX_SEGMENTS: u32 = MAX_VALUES / 2;
 
 /// Rounds of ranking: 4¹⁰ is [`MAX_SEGMENTS`].
 const RANK_ROUNDS: u32 = 10;
@@ -45,12 +45,12 @@ const LINKS: BufferKind = BufferKind::storage("chain links");
 const RANKS: BufferKind = BufferKind::storage("chain ranks");
 const HEADS: BufferKind = BufferKind::storage("chain heads");
 /// [`SegmentInOrder`]s. The segments of a chain are consecutive; chains are in the order of their first segments.
-pub const PLACES: BufferKind = BufferKind::storage("places");
+pub(crate) const PLACES: BufferKind = BufferKind::storage("places");
 /// The [`Chain`]s; their number is stored in the counts.
-pub const CHAINS: BufferKind = BufferKind::storage("chains");
+pub(crate) const CHAINS: BufferKind = BufferKind::storage("chains");
 
 /// Inputs of chaining.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The rules; numbers out of range are clamped.
     pub rules: ChainRules,
     /// Capacity in segments, at most [`MAX_SEGMENTS`]; excess segments are ignored. A segment takes some 180 bytes.
@@ -62,14 +62,14 @@ pub struct Inputs<'a> {
 }
 
 /// The result of chaining.
-pub struct Chains {
+pub(crate) struct Chains {
     pub places: Buffer,
     pub chains: Buffer,
 }
 
 impl Chains {
     /// Returns the binding of the chains.
-    pub fn named(&self) -> Named {
+    pub(crate) fn named(&self) -> Named {
         ("chains", self.chains.binding())
     }
 }
@@ -78,7 +78,7 @@ impl Chains {
 ///
 /// # Errors
 /// [`GpuError::Limit`] when a buffer is larger than the device can bind.
-pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
+pub(crate) fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
     let limits = gpu.device.limits();
     let limit = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     // The size of the ranks, the largest buffer.
@@ -91,7 +91,7 @@ pub fn check(gpu: &Gpu, capacity: u32) -> Result<(), GpuError> {
 }
 
 /// Chains the segments.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
     let capacity = inputs.capacity.clamp(1, MAX_SEGMENTS);
     let most = u64::from(capacity);
     let ends = 2 * most;

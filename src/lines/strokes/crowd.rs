@@ -15,7 +15,7 @@ use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::{Cap, Cells, bar};
 
 /// Inputs of the density control of strokes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The view without jitter of its own; it states the jitter of `depth`.
     pub view: &'a Resource,
     /// Depth of the surface.
@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
 
 /// Thins the strokes of this frame, before they continue those of the previous frame. Returns the cells that were
 /// counted.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Cells {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Cells {
     let &Inputs { view, depth, work, cap, apart_m, leader } = inputs;
     let cells = Cells::new(recorder, targets, cap, apart_m);
     let crowd = || ("crowd", cells.crowd.clone());

@@ -8,7 +8,7 @@ use crate::gpu::target::Target;
 use crate::surface::edges::EdgeList;
 
 /// Reads the edges and the reference image `ids`; writes the segments and their number.
-pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, view: &Resource, ids: &Target) {
     let resources = [
         ("view", view.clone()),
         lists.strokes(),

@@ -21,7 +21,7 @@ const CUT: f64 = 0.5;
 
 /// The views that were drawn last, and the state of the strokes' transitions.
 #[derive(Clone, Debug, Default)]
-pub struct History {
+pub(crate) struct History {
     last: Option<View>,
     /// The origin of the last frame's positions, in the world.
     origin_m: DVec3,
@@ -39,7 +39,7 @@ pub struct History {
 
 /// The change from the last frame to this one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub(crate) struct Step {
     /// Elapsed time, in seconds.
     pub step_s: f64,
     /// Lower bound of the distance from the camera to any land, in metres.
@@ -56,14 +56,14 @@ const MOST_PROGRESS: f64 = 0.5;
 impl Step {
     /// Returns which part of the time in which a stroke comes or goes passes in this frame, limited to what one frame
     /// may show.
-    pub fn progress(&self, strokes: &style::Strokes) -> f64 {
+    pub(crate) fn progress(&self, strokes: &style::Strokes) -> f64 {
         (self.step_s / f64::from(strokes.fade_s.max(1e-6))).min(MOST_PROGRESS)
     }
 }
 
 /// The strokes' work in a frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Plan {
+pub(crate) struct Plan {
     /// Whether strokes are rebuilt.
     pub is_update: bool,
     /// Whether new strokes continue those of the previous frame.
@@ -81,7 +81,7 @@ pub struct Plan {
 impl History {
     /// Plans the frame of `view`, which is a step after the last one, and records it as the last one. The second eye of
     /// a stereo pair updates when the leading one does, which `leader` states.
-    pub fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
+    pub(crate) fn plan(&mut self, strokes: &style::Strokes, view: &View, step: Step, leader: Option<bool>) -> Plan {
         let is_edited = std::mem::take(&mut self.is_edited);
         let step_m = std::mem::replace(&mut self.origin_m, step.origin_m) - step.origin_m;
         let rests = self.last.is_some_and(|last| last.pose == view.pose);
@@ -128,17 +128,17 @@ impl History {
     }
 
     /// Returns whether the next frame of the same view would be a different picture.
-    pub fn is_settling(&self) -> bool {
+    pub(crate) fn is_settling(&self) -> bool {
         self.restless > 0.0 || self.is_stale
     }
 
     /// Makes the next frame an update that continues the strokes of the last one.
-    pub fn rebuild_next(&mut self) {
+    pub(crate) fn rebuild_next(&mut self) {
         self.is_edited = true;
     }
 
     /// Makes the next frame the first one.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         *self = Self::default();
     }
 }

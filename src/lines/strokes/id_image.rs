@@ -12,9 +12,9 @@ const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// The number of an edge plus 1; 0 where there is no edge. The size is [`image_px`](super::image_px).
-pub const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
+pub(crate) const EDGE_IDS: TargetKind = TargetKind::attachment("edge ids", ID_FORMAT);
 /// Depth among the edges themselves.
-pub const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
+pub(crate) const EDGE_DEPTH: TargetKind = TargetKind::attachment("edge depth", DEPTH_FORMAT);
 
 const DRAW: Draw = Draw {
     colors: [replaced(ID_FORMAT), None, None, None, None],
@@ -25,7 +25,7 @@ const DRAW: Draw = Draw {
 };
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Depth of the surface.
     pub depth: &'a Target,
@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the edges, with an indirect draw of as many as were counted.
-pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let resources = [("view", inputs.view.clone()), edges.edges(), ("depth", inputs.depth.into())];
     let drawing = recorder.drawing(&DRAW, &resources);
     let on = Attachments { colors: &[inputs.ids], depth: Some(inputs.edge_depth), clears: Clears::All };

@@ -65,7 +65,7 @@ impl DrawnStrokes<'_> {
 
 /// The number of strokes of a frame, and what was left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct StrokeNumbers {
+pub(crate) struct StrokeNumbers {
     /// Strokes that are drawn, without those that are fading.
     pub drawn: u32,
     pub left_out: LeftOut,
@@ -73,7 +73,7 @@ pub struct StrokeNumbers {
 
 /// The numbers of interactive frames, read back asynchronously: no frame waits for its own numbers, and a later one
 /// receives them. There are none at first.
-pub struct AsyncStrokeNumbers {
+pub(crate) struct AsyncStrokeNumbers {
     later: AsyncReadback,
     last: Option<StrokeNumbers>,
 }
@@ -87,7 +87,7 @@ impl Default for AsyncStrokeNumbers {
 
 impl AsyncStrokeNumbers {
     /// Requests the numbers of the frame that was just drawn. If it has no strokes, earlier numbers are discarded.
-    pub fn request(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
+    pub(crate) fn request(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
         let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {
             self.later.forget();
             self.last = None;
@@ -99,7 +99,7 @@ impl AsyncStrokeNumbers {
     }
 
     /// Returns the latest numbers that have arrived.
-    pub fn last(&mut self) -> Option<StrokeNumbers> {
+    pub(crate) fn last(&mut self) -> Option<StrokeNumbers> {
         while let Some(bytes) = self.later.take() {
             let (counts, samples) = bytes.split_at(size_of::<StrokeCounts>());
             let counts: StrokeCounts = bytemuck::pod_read_unaligned(counts);

@@ -12,22 +12,23 @@
 //!
 //! Why: `docs/decisions/stroke-pipeline.md`.
 
-pub mod temporal;
-pub mod centres;
-pub mod chain;
-pub mod crowd;
-pub mod extract;
-pub mod history;
-pub mod id_image;
-pub mod left_out;
-pub mod partner;
-pub mod points;
-pub mod polylines;
+pub(crate) mod temporal;
+pub(crate) mod centres;
+pub(crate) mod chain;
+pub(crate) mod crowd;
+pub(crate) mod extract;
+pub(crate) mod history;
+pub(crate) mod id_image;
+pub(crate) mod left_out;
+pub(crate) mod partner;
+pub(crate) mod points;
+pub(crate) mod polylines;
 mod records;
-pub mod samples;
-pub mod stroke;
+pub(crate) mod samples;
+pub(crate) mod stroke;
 pub mod texture;
-pub mod thin;
+pub(crate) mod thin;
+#[cfg(test)]
 pub mod twin;
 
 use std::sync::Arc;
@@ -35,9 +36,11 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 
 use self::history::History;
-pub use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
+pub(crate) use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
-pub use self::records::{Chain, ChainPosition, ChainRules, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX};
+#[cfg(test)]
+pub use self::records::{Chain, ChainPosition, SegmentInOrder, UNITS_PER_PX};
+pub(crate) use self::records::{ChainRules, Segment, StrokeCounts};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
 use self::texture::StrokeTexture;
@@ -56,23 +59,23 @@ use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
 
 /// The most segments of a frame.
-pub const MOST_SEGMENTS: u32 = 1 << 19;
+pub(crate) const MOST_SEGMENTS: u32 = 1 << 19;
 
 /// The camera's position is passed to shaders as a whole number of blocks of this size, in metres, and a rest.
 const BLOCK_M: f64 = 4096.0;
 
 /// Returns the size of the ID reference image of a picture.
-pub fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
+pub(crate) fn image_px(size_px: [u32; 2], resolution: f32) -> [u32; 2] {
     size_px.map(|side| ((side as f32 * resolution).ceil() as u32).max(1))
 }
 
 /// [`StrokeCounts`].
-pub const COUNTS: BufferKind = BufferKind::storage("stroke counts");
+pub(crate) const COUNTS: BufferKind = BufferKind::storage("stroke counts");
 /// The visible [`Segment`]s of edges.
-pub const SEGMENTS: BufferKind = BufferKind::storage("segments");
+pub(crate) const SEGMENTS: BufferKind = BufferKind::storage("segments");
 
 /// The lists that the passes of a frame share.
-pub struct Lists {
+pub(crate) struct Lists {
     /// `Strokes` in `shaders/shared/stroke_style.wgsl`.
     uniform: Resource,
     pub counts: Buffer,
@@ -81,6 +84,7 @@ pub struct Lists {
 
 impl Lists {
     /// Allocates the lists for a style's strokes on a picture of `size_px`.
+    #[cfg(test)]
     pub fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         Self::new(recorder, &StrokesUniform::new(strokes, size_px, haze_m))
     }
@@ -94,7 +98,7 @@ impl Lists {
     }
 
     /// Resets the counts to zero.
-    pub fn clear(&self, recorder: &mut Recorder<'_>) {
+    pub(crate) fn clear(&self, recorder: &mut Recorder<'_>) {
         recorder.write(&self.counts, &[StrokeCounts::default()]);
     }
 
@@ -216,7 +220,7 @@ impl<'a> DrawnStrokes<'a> {
 
 /// The strokes of one frame, a step after the last one: they are either rebuilt, for which edges must be found before
 /// they are drawn, or moved along.
-pub struct FrameStrokes {
+pub(crate) struct FrameStrokes {
     plan: history::Plan,
     edge_rules: EdgeRules,
     lists: Lists,
@@ -231,7 +235,7 @@ pub struct FrameStrokes {
 }
 
 /// Inputs of drawing strokes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The same view without jitter: the visibility of edges is sampled with jitter, strokes are not.
     pub still_view: &'a Resource,
@@ -252,7 +256,7 @@ pub struct Inputs<'a> {
 impl FrameStrokes {
     /// Begins a frame of an eye whose view is `view`; the second eye of a stereo pair updates when the leading one
     /// does.
-    pub fn begin(
+    pub(crate) fn begin(
         recorder: &mut Recorder<'_>,
         memory: &mut StrokeMemory,
         strokes: &style::Strokes,
@@ -282,14 +286,14 @@ impl FrameStrokes {
     }
 
     /// Returns which edges must be found, if strokes are rebuilt.
-    pub fn wants_edges(&self) -> Option<EdgeRules> {
+    pub(crate) fn wants_edges(&self) -> Option<EdgeRules> {
         self.plan.is_update.then_some(self.edge_rules)
     }
 
     /// Draws the strokes, and returns their ink. An update draws the reference image, extracts visible segments, chains
     /// them and lets them continue the previous frame's strokes; otherwise the strokes of the previous frame move with
     /// the world.
-    pub fn draw(&mut self, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Target {
+    pub(crate) fn draw(&mut self, recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Target {
         let Inputs { view, still_view, depth, edges, targets, resolution, leader, apart_m } = inputs;
         let Self { plan, lists, work, .. } = self;
         let gpu = recorder.gpu();
@@ -341,7 +345,13 @@ impl FrameStrokes {
     }
 
     /// Redraws the strokes of the leading eye, without those that the other eye should have but does not.
-    pub fn draw_agreed(&self, recorder: &mut Recorder<'_>, view: &Resource, targets: &mut Targets, follower: &Partner) {
+    pub(crate) fn draw_agreed(
+        &self,
+        recorder: &mut Recorder<'_>,
+        view: &Resource,
+        targets: &mut Targets,
+        follower: &Partner,
+    ) {
         if !self.plan.is_update {
             return;
         }
@@ -358,7 +368,7 @@ impl FrameStrokes {
     }
 
     /// Returns the strokes and pictures that the other eye of a stereo pair reads, if strokes were rebuilt.
-    pub fn partner(
+    pub(crate) fn partner(
         &self,
         recorder: &mut Recorder<'_>,
         view: &Resource,

@@ -21,7 +21,7 @@ use crate::lines::crowd::Cells;
 
 /// The strokes of the other eye, as they were drawn.
 #[derive(Clone)]
-pub struct Partner {
+pub(crate) struct Partner {
     /// The other eye's `View`.
     pub view: Resource,
     /// The other eye's samples.
@@ -35,7 +35,7 @@ pub struct Partner {
 
 /// The surface as an eye sees it.
 #[derive(Clone)]
-pub struct SeenSurface {
+pub(crate) struct SeenSurface {
     /// Reversed depth: near / distance.
     pub depth: Target,
     /// Metres from the rig's origin.
@@ -46,7 +46,7 @@ pub struct SeenSurface {
 
 /// The role of an eye in a stereo pair.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Role {
+pub(crate) enum Role {
     /// The eye whose strokes are taken over.
     Leader,
     /// The eye that takes them over.
@@ -54,7 +54,7 @@ pub enum Role {
 }
 
 /// Lets an eye's samples take over the strokes that they find in the other eye.
-pub fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
+pub(crate) fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, partner: &Partner, role: Role) {
     let resources = [
         ("view", view.clone()),
         ("other_view", partner.view.clone()),

@@ -5,7 +5,7 @@ use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
-pub use crate::gpu::wgsl::shared::stroke_style::Point;
+pub(crate) use crate::gpu::wgsl::shared::stroke_style::Point;
 use crate::surface::edges::EdgeList;
 
 const POINT_BYTES: u64 = size_of::<Point>() as u64;
@@ -16,14 +16,14 @@ const FOR_POINTS: u64 = 16;
 const POINTS_INDEX: u32 = 3;
 
 /// Smoothed points of all chains, one after another: [`Point`]s.
-pub const POINTS: BufferKind = BufferKind::storage("stroke points");
+pub(crate) const POINTS: BufferKind = BufferKind::storage("stroke points");
 /// Arc length from the first point of all chains, in 1/16 px.
-pub const LENGTHS: BufferKind = BufferKind::storage("stroke lengths");
+pub(crate) const LENGTHS: BufferKind = BufferKind::storage("stroke lengths");
 /// Workgroup counts of the indirect passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("stroke arguments");
 
 /// The points of a frame's strokes.
-pub struct Points {
+pub(crate) struct Points {
     /// [`POINTS`], one chain after another.
     pub list: Buffer,
     /// [`LENGTHS`], the arc lengths of the points.
@@ -34,13 +34,13 @@ pub struct Points {
 impl Points {
     /// Returns the workgroup counts, as buffer and offset, for 256 threads per workgroup and one thread per segment,
     /// and so per chain.
-    pub fn per_segment(&self) -> (&Buffer, u64) {
+    pub(crate) fn per_segment(&self) -> (&Buffer, u64) {
         (&self.arguments, FOR_SEGMENTS)
     }
 }
 
 /// Computes points and their arc lengths from segments and chains, and counts the points.
-pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
     // A chain of n segments has n + 1 points.
     let most = 2 * u64::from(MOST_SEGMENTS);
     let points = Points {

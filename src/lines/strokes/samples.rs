@@ -13,15 +13,15 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
-pub use crate::gpu::wgsl::shared::stroke_samples::Sample;
-pub use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Sample;
+pub(crate) use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Temporal as TemporalUniform;
 use crate::gpu::{Gpu, GpuError, readback};
 
 /// The most samples of a frame: half a million pixels of line.
-pub const MOST_SAMPLES: u32 = 1 << 18;
+pub(crate) const MOST_SAMPLES: u32 = 1 << 18;
 /// Largest distance between samples along a stroke, in pixels: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
-pub const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPACING_PX;
+pub(crate) const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPACING_PX;
 /// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
 /// (`shaders/shared/stroke_samples.wgsl`), so a whole line is visible after twice that time.
 pub(super) const GROWTH_PX: f64 = 16.0;
@@ -99,7 +99,7 @@ impl SampleList {
 }
 
 /// The samples of this frame and of the previous one, and the buffers that the passes share.
-pub struct SampleWork {
+pub(crate) struct SampleWork {
     /// Samples of this frame.
     pub now: SampleList,
     /// Samples of the previous frame.
@@ -158,7 +158,7 @@ impl SampleWork {
 }
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Depth of the surface, for the steps in depth at strokes.
     pub depth: &'a Target,
@@ -173,7 +173,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes the samples of this frame.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Inputs { view, depth, lists, chains, points, work } = *inputs;
     let along = || ("along_units", points.along.binding());
     let classes = recorder.buffer(&CLASSES_OF, 4 * CLASSES);

@@ -12,10 +12,10 @@ use crate::gpu::target::{Target, TargetKind};
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 
 /// Amount of ink: 0 none, 1 full.
-pub const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
+pub(crate) const INK: TargetKind = TargetKind::attachment("stroke ink", INK_FORMAT);
 /// The stroke that inks each pixel: the number of the sample at which the segment begins, plus 1. It is kept until the
 /// next frame.
-pub const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
+pub(crate) const STROKE_IDS: TargetKind = TargetKind::attachment("stroke ids", wgpu::TextureFormat::R32Uint);
 
 const SOLID: Draw = Draw {
     colors: [greatest(INK_FORMAT), replaced(wgpu::TextureFormat::R32Uint), None, None, None],
@@ -25,7 +25,7 @@ const TEXTURED: Draw = Draw { fragment: "textured", ..SOLID };
 
 /// The strokes that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub(crate) enum Which {
     /// The strokes of this frame's chains. The targets are cleared first.
     Fresh,
     /// Strokes that are no longer visible and fade out.
@@ -33,7 +33,7 @@ pub enum Which {
 }
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub focus: &'a Resource,
     /// The lists, for the style's uniform.
@@ -48,7 +48,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws strokes into the targets: those of this frame's chains, on cleared targets, or those that fade.
-pub fn run(recorder: &mut Recorder<'_>, which: Which, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, which: Which, inputs: &Inputs<'_>) {
     let stage = which as u32;
     let mut resources = vec![
         ("stage", recorder.uniform("stage", &stage)),

@@ -32,14 +32,14 @@ const GONE: BufferKind = BufferKind::storage("gone samples");
 const KEPT: BufferKind = BufferKind::storage("kept places");
 
 /// Finds for each sample what was there in the previous frame, whose stroke ids are `ids`.
-pub fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
+pub(crate) fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     let resources =
         [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
     recorder.groups("lines/strokes/look", GROUPS, &resources);
 }
 
 /// Lets the samples of this frame continue the strokes that they found.
-pub fn take_over(
+pub(crate) fn take_over(
     recorder: &mut Recorder<'_>,
     view: &Resource,
     lists: &Lists,
@@ -68,7 +68,7 @@ pub fn take_over(
 
 /// Adds to the list of this frame the strokes of the previous frame that remain where `ids` has no stroke of this
 /// frame.
-pub fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
+pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
     let gone = ("gone", recorder.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
     let places = recorder.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
     let resources = [
@@ -104,7 +104,7 @@ pub fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids
 }
 
 /// Moves the strokes of the previous frame into this one.
-pub fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork) {
+pub(crate) fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork) {
     let resources = [
         ("view", view.clone()),
         work.temporal(),

@@ -10,7 +10,7 @@ use crate::surface::edges::EdgeList;
 
 /// The number of an edge plus 1, and bits that say what has been decided about the pixel; 0 where there is no edge. The
 /// size is [`image_px`](super::image_px). The rounds alternate between the two targets.
-pub const THINNED: [TargetKind; 2] = [
+pub(crate) const THINNED: [TargetKind; 2] = [
     TargetKind::storage("thinned edge ids", wgpu::TextureFormat::R32Uint),
     TargetKind::storage("edge ids in between", wgpu::TextureFormat::R32Uint),
 ];
@@ -19,7 +19,7 @@ pub const THINNED: [TargetKind; 2] = [
 const ROUNDS: usize = 4;
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// The view uniform with which the edges were drawn.
     pub view: &'a Resource,
     /// Depth of the surface.
@@ -30,7 +30,7 @@ pub struct Inputs<'a> {
 }
 
 /// Thins the reference image by the style's `merge_px`.
-pub fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, inputs: &Inputs<'_>) {
     for round in 0..ROUNDS {
         let to = inputs.thinned[(ROUNDS - 1 - round) % 2];
         let ids = if round == 0 { inputs.ids } else { inputs.thinned[(ROUNDS - round) % 2] };

@@ -7,10 +7,10 @@ pub(crate) use crate::gpu::wgsl::lines::tone::along::{Along, STEP_PX, STEPS};
 use crate::style::ToneLines;
 
 /// [`TONE_LINES`](super::search::TONE_LINES) without short lines.
-pub const LONG_LINES: TargetKind = TargetKind::storage("long tone lines", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const LONG_LINES: TargetKind = TargetKind::storage("long tone lines", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The style, which sets the least length of a line.
     pub style: &'a ToneLines,
@@ -21,7 +21,7 @@ pub struct Inputs<'a> {
 }
 
 /// Removes lines shorter than `shortest_px`.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let shortest_px = inputs.style.shortest_px;
     let step_px = (shortest_px / STEPS as f32).max(STEP_PX);
     let along = Along {

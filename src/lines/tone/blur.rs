@@ -7,12 +7,12 @@ pub(crate) use crate::gpu::wgsl::lines::tone::blur::Blur;
 use crate::style::ToneLines;
 
 /// Result of the first pass: [`TONE_IMAGE`](super::tone_image::TONE_IMAGE), multiplied by the fraction that is surface.
-pub const ACROSS: TargetKind = TargetKind::storage("tone image across", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const ACROSS: TargetKind = TargetKind::storage("tone image across", wgpu::TextureFormat::Rgba16Float);
 /// [`TONE_IMAGE`](super::tone_image::TONE_IMAGE) after the blur; the last channel is the fraction that is surface.
-pub const BLURRED: TargetKind = TargetKind::storage("blurred tone image", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const BLURRED: TargetKind = TargetKind::storage("blurred tone image", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and outputs of the passes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// Side of a cell of the grid, in pixels.
@@ -24,7 +24,7 @@ pub struct Inputs<'a> {
 }
 
 /// Blurs the tone image.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let ways = [([1, 0], inputs.tone_image, inputs.across), ([0, 1], inputs.across, inputs.blurred)];
     for (turn, (step, from, to)) in (0..).zip(ways) {

@@ -7,10 +7,10 @@ pub(crate) use crate::gpu::wgsl::lines::tone::ink::Ink;
 use crate::style::ToneLines;
 
 /// Ink of dark lines and of highlight lines, 0 to 1.
-pub const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_INK: TargetKind = TargetKind::storage("tone ink", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// Side of a cell of the grid, in pixels.
@@ -25,7 +25,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let ink = Ink { softness: inputs.style.softness, cell_px: inputs.cell_px as i32, ..Ink::default() };
     let resources = [
         ("view", inputs.view.clone()),

@@ -3,11 +3,11 @@
 //!
 //! Why: `docs/decisions/tone-lines.md`.
 
-pub mod along;
-pub mod blur;
-pub mod ink;
-pub mod search;
-pub mod tone_image;
+pub(crate) mod along;
+pub(crate) mod blur;
+pub(crate) mod ink;
+pub(crate) mod search;
+pub(crate) mod tone_image;
 
 use std::convert::Infallible;
 
@@ -18,7 +18,7 @@ use crate::gpu::target::{Target, Targets};
 use crate::style::ToneLines;
 
 /// Inputs of the passes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// Position; its last channel is 0 where there is no surface.
@@ -33,18 +33,18 @@ const WIDE_BLUR_PX: f32 = 1.0;
 
 /// Returns the side of a cell, in pixels, of the grid on which a style's lines are found. Details smaller than the blur
 /// need not be resolved.
-pub fn cell_px(style: &ToneLines) -> u32 {
+pub(crate) fn cell_px(style: &ToneLines) -> u32 {
     let narrowest_px = style.narrowest_px();
     if !style.exact && narrowest_px >= WIDE_PX && style.blur * narrowest_px >= WIDE_BLUR_PX { 2 } else { 1 }
 }
 
 /// Returns the number of cells of a picture's grid, across and down.
-pub fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
+pub(crate) fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
     size_px.map(|side_px| (side_px / cell_px(style)).max(1))
 }
 
 /// Finds the lines of a tone image; returns the ink of dark lines and of highlight lines.
-pub fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+pub(crate) fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let &Inputs { view, style, position, tone_image } = inputs;
     let cell_px = cell_px(style);
     let mut of_cells = |kind| targets.sized(recorder.gpu(), kind, tone_image.size_px());

@@ -10,10 +10,10 @@ use crate::style::ToneLines;
 /// The line nearest to each cell of the grid: curvature of the tone relative to the threshold (negative for a highlight
 /// line), opacity, signed distance in pixels, and direction as a number from -1 to 1. See `Line` and `texel_of_line` in
 /// `shaders/shared/tone_grid.wgsl`.
-pub const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_LINES: TargetKind = TargetKind::storage("tone lines", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// Side of a cell of the grid, in pixels.
@@ -23,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 /// Finds the lines.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let search = Search {
         dark_ramp: style.dark_ramp,

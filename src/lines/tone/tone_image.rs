@@ -11,10 +11,10 @@ use crate::style::{ToneLight, ToneLines};
 
 /// For each cell of the grid: diffuse tone, specular highlights and line width in pixels, all multiplied by the
 /// fraction of the cell that is surface, which is the last channel; all 0 in the sky.
-pub const TONE_IMAGE: TargetKind = TargetKind::storage("tone image", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const TONE_IMAGE: TargetKind = TargetKind::storage("tone image", wgpu::TextureFormat::Rgba16Float);
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// The `Light` uniform of the style.
@@ -46,7 +46,7 @@ fn to_light(style: &ToneLines, to_sun: DVec3, pose: &Pose) -> DVec3 {
 }
 
 /// Shades the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let style = inputs.style;
     let rules = ToneRules {
         to_light: to_light(style, inputs.to_sun, inputs.pose).as_vec3().to_array(),

@@ -25,7 +25,7 @@ use super::DrawnFrame;
 use crate::scene::view::View;
 
 /// A line belongs to the nearest surface within this distance.
-pub const OWNER_PX: f64 = 2.0;
+pub(crate) const OWNER_PX: f64 = 2.0;
 /// Pixels without ink are compared with the nearest surface within this distance. It is larger than for lines, because
 /// a line of the other frame extends over the edge that it outlines and hides what is there.
 const SURROUNDINGS_PX: f64 = 3.0;
@@ -63,7 +63,7 @@ pub(crate) struct Follower<'a> {
 }
 
 impl<'a> SurfaceOfFrame<'a> {
-    pub fn new(frame: &'a DrawnFrame) -> Self {
+    pub(crate) fn new(frame: &'a DrawnFrame) -> Self {
         let from_eye_m = frame.origin_m - frame.view.pose.position_m;
         let distance_m =
             |at: &[f32; 4]| if at[3] > 0.0 { (way(at) + from_eye_m).length() as f32 } else { f32::INFINITY };
@@ -77,23 +77,23 @@ impl<'a> SurfaceOfFrame<'a> {
     }
 
     /// Returns the width of the picture in pixels.
-    pub fn width(&self) -> usize {
+    pub(crate) fn width(&self) -> usize {
         self.size[0] as usize
     }
 
     /// Whether a pixel shows a surface, not the sky.
-    pub fn is_surface(&self, pixel: usize) -> bool {
+    pub(crate) fn is_surface(&self, pixel: usize) -> bool {
         self.distance_m[pixel].is_finite()
     }
 
     /// Returns the centre of a pixel, from the upper left corner of the picture.
-    pub fn centre(&self, pixel: usize) -> DVec2 {
+    pub(crate) fn centre(&self, pixel: usize) -> DVec2 {
         let width = self.width();
         DVec2::new((pixel % width) as f64 + 0.5, (pixel / width) as f64 + 0.5)
     }
 
     /// Returns the pixels whose centres are within a distance of a point, with their squared distances.
-    pub fn within(&self, place: DVec2, radius_px: f64) -> impl Iterator<Item = (usize, f64)> + use<'_> {
+    pub(crate) fn within(&self, place: DVec2, radius_px: f64) -> impl Iterator<Item = (usize, f64)> + use<'_> {
         let span = |at: f64, side: i64| {
             let first = ((at - radius_px - 0.5).ceil() as i64).max(0);
             let last = ((at + radius_px - 0.5).floor() as i64).min(side - 1);
@@ -107,7 +107,7 @@ impl<'a> SurfaceOfFrame<'a> {
     }
 
     /// Interpolates a picture bilinearly; beyond the border it continues with the outermost pixels.
-    pub fn bilinear(&self, picture: &[f32], place: DVec2) -> f64 {
+    pub(crate) fn bilinear(&self, picture: &[f32], place: DVec2) -> f64 {
         let corner = place - 0.5;
         let (whole, part) = (corner.floor(), corner - corner.floor());
         let at = |dx: i64, dy: i64| {
@@ -127,7 +127,7 @@ impl<'a> SurfaceOfFrame<'a> {
 impl Follower<'_> {
     /// Returns where `pixel` is in the other frame, from that picture's upper left corner; `None` if it is not visible
     /// there.
-    pub fn place(&self, pixel: usize, whose: Whose) -> Option<DVec2> {
+    pub(crate) fn place(&self, pixel: usize, whose: Whose) -> Option<DVec2> {
         let centre = self.from.centre(pixel);
         let radius_px = if whose == Whose::Line { OWNER_PX } else { SURROUNDINGS_PX };
         let distance_m = |pixel: usize| f64::from(self.from.distance_m[pixel]);
@@ -149,7 +149,7 @@ impl Follower<'_> {
 
     /// Returns [`Self::place`] with the motion of the surface at the pixel itself, which must be visible near its place
     /// but need not be the nearest one there.
-    pub fn place_behind(&self, pixel: usize) -> Option<DVec2> {
+    pub(crate) fn place_behind(&self, pixel: usize) -> Option<DVec2> {
         let place = self.moved(pixel, pixel)?;
         let expected_m = self.expected_m(pixel);
         let is_it = |found_m: f64| (found_m - expected_m).abs() <= SAME_DISTANCE * expected_m || found_m == expected_m;
@@ -159,7 +159,7 @@ impl Follower<'_> {
 
     /// Returns where ink of a stroke at `depth_m` along the view axis is in the other frame. A wide stroke extends
     /// farther over the edge that it outlines than a line does. `None` if nearer surfaces hide it there.
-    pub fn place_of_stroke(&self, pixel: usize, depth_m: f64, half_width_px: f64) -> Option<DVec2> {
+    pub(crate) fn place_of_stroke(&self, pixel: usize, depth_m: f64, half_width_px: f64) -> Option<DVec2> {
         let origin = self.from.view.part.origin_px;
         let ray = self.from.view.ray(self.from.centre(pixel) + DVec2::new(origin[0].into(), origin[1].into()));
         let step_m = self.from.view.pose.position_m - self.to.view.pose.position_m;

@@ -27,7 +27,7 @@ pub(crate) struct Counterpart {
 }
 
 impl Fate {
-    pub fn is_line(&self) -> bool {
+    pub(crate) fn is_line(&self) -> bool {
         self.ink >= LINE_INK
     }
 }
@@ -38,7 +38,7 @@ pub(crate) struct Fates(pub Vec<Fate>);
 impl Fates {
     /// Follows the ink of a frame to the other one, and looks for ink within `reach_px` of each pixel's place. Ink of
     /// `strokes` is followed at the depth of its stroke.
-    pub fn of(
+    pub(crate) fn of(
         follower: &Follower<'_>,
         ink: &[f32],
         ink_there: &[f32],
@@ -80,11 +80,11 @@ impl Fates {
         self.0.iter().filter(|fate| fate.is_line())
     }
 
-    pub fn line_pixels(&self) -> usize {
+    pub(crate) fn line_pixels(&self) -> usize {
         self.lines().count()
     }
 
-    pub fn change(&self) -> LineChange {
+    pub(crate) fn change(&self) -> LineChange {
         let mut change = LineChange::default();
         for fate in self.lines() {
             change.masked += Share { part: f64::from(u8::from(fate.there.is_none())), whole: 1.0 };
@@ -100,7 +100,7 @@ impl Fates {
     }
 
     /// Returns the strokes of which less than [`HELD_SHARE`] continues, of those with line pixels that can be followed.
-    pub fn lone_strokes(&self, id: &[u32]) -> Share {
+    pub(crate) fn lone_strokes(&self, id: &[u32]) -> Share {
         let mut held: HashMap<u32, Share> = HashMap::new();
         for fate in self.lines().filter(|fate| id[fate.pixel] != 0) {
             if let Some(there) = &fate.there {

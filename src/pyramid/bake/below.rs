@@ -11,7 +11,7 @@ use crate::source::HeightReader;
 
 /// The input of a round.
 #[derive(Clone, Copy)]
-pub enum Below<'a> {
+pub(super) enum Below<'a> {
     /// The heights that are baked, in the first round.
     Heights(&'a dyn HeightReader),
     /// The round before and its parts, row by row, in a later round.
@@ -19,7 +19,7 @@ pub enum Below<'a> {
 }
 
 /// The data of a later round's base level, besides its heights.
-pub struct Ground {
+pub(super) struct Ground {
     /// The heights of the base level as stored; `None` if they equal the averaged heights.
     pub stored: Option<Field>,
     /// The statistics of the base level's tiles in `tiles_region`, row-major.
@@ -33,7 +33,7 @@ pub struct Ground {
 }
 
 /// Reads heights. Infinite heights become no-data.
-pub fn read_heights(reader: &dyn HeightReader, region: Region) -> Result<Field, PyramidError> {
+pub(super) fn read_heights(reader: &dyn HeightReader, region: Region) -> Result<Field, PyramidError> {
     let mut heights_m = reader.read(region).map_err(|error| PyramidError::Load(Box::new(error)))?;
     if heights_m.len() != region.samples() {
         let cause = format!("{} heights for {} × {} samples", heights_m.len(), region.width, region.height);
@@ -71,7 +71,7 @@ impl Mosaic {
 }
 
 /// Reads the base level of a later round over a chunk. Returns its averaged heights in `raw`, and the other data.
-pub fn read_parts(
+pub(super) fn read_parts(
     plan: &Plan,
     round: Round,
     chunk: Chunk,

@@ -28,7 +28,7 @@ use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchStatistics, Range, 
 const STRIP: u32 = 64;
 
 /// The parameters that all chunks of a bake share.
-pub struct Job<'a> {
+pub(super) struct Job<'a> {
     /// The division of the bake into rounds and chunks.
     pub plan: Plan,
     /// The compression of heights.
@@ -48,7 +48,7 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// Returns an error once the bake has been asked to stop.
-    pub fn go_on(&self) -> Result<(), PyramidError> {
+    pub(super) fn go_on(&self) -> Result<(), PyramidError> {
         if self.stop.load(Ordering::Relaxed) { Err(PyramidError::Stopped) } else { Ok(()) }
     }
 
@@ -66,7 +66,7 @@ struct Work<'a> {
 }
 
 /// Bakes a chunk and returns the bytes of its part. `lowest_m` is the lowest stored height of level 0, if it is known.
-pub fn bake_chunk(
+pub(super) fn bake_chunk(
     job: &Job<'_>,
     round: Round,
     chunk: Chunk,

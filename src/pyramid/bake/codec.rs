@@ -15,7 +15,7 @@ use crate::source::georeference::{Crs, Georeference};
 
 /// Decodes `tiles`, the encoded tiles of the region `own` (both row-major), with the reader that opens pyramids. That
 /// reader needs a file, so the tiles are first written to a GeoTIFF in memory.
-pub fn decode(codec: Codec, own: Region, tiles: &[Vec<u8>], out: &Path) -> Result<Vec<f32>, PyramidError> {
+pub(super) fn decode(codec: Codec, own: Region, tiles: &[Vec<u8>], out: &Path) -> Result<Vec<f32>, PyramidError> {
     let nowhere =
         Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0], crs: Crs::Local, geokeys: Default::default() };
     let size = LevelSize { width: own.width, height: own.height };

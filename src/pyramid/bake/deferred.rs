@@ -16,7 +16,7 @@ use crate::pyramid::tile::TILE_SAMPLES;
 
 /// A sample whose error is measured when all levels exist.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Deferred {
+pub(super) struct Deferred {
     /// The level of the tile whose error depends on the sample.
     pub level: u32,
     /// In the first round, its column in level 0; later, that of its quad among the vertices of the round's base level.
@@ -29,13 +29,13 @@ pub struct Deferred {
 
 impl Deferred {
     /// Returns a unique sort key, in the order of the levels.
-    pub fn key(&self) -> (u32, u32, u32) {
+    pub(super) fn key(&self) -> (u32, u32, u32) {
         (self.level, self.y, self.x)
     }
 }
 
 /// The finished levels, as they are served.
-pub struct FinishedLevels<'a> {
+pub(super) struct FinishedLevels<'a> {
     /// The levels of the finished GeoTIFF, read back.
     pub levels: &'a dyn HeightLevels,
     /// The filling of no-data far from everything on the coarsest level, in metres.
@@ -69,7 +69,12 @@ impl FinishedLevels<'_> {
 
     /// Raises the errors of tiles (by level, row-major) to those at the deferred samples. The levels of the next round
     /// rest on the errors of their base, so where one grows, they are measured again over the same place.
-    pub fn raise(&self, plan: &Plan, deferred: &[Deferred], errors_m: &mut [Vec<f32>]) -> Result<(), PyramidError> {
+    pub(super) fn raise(
+        &self,
+        plan: &Plan,
+        deferred: &[Deferred],
+        errors_m: &mut [Vec<f32>],
+    ) -> Result<(), PyramidError> {
         let rounds = plan.rounds();
         let mut by_level: Vec<Vec<Deferred>> = vec![Vec::new(); plan.sizes.len()];
         for put_off in deferred {

@@ -16,7 +16,7 @@ const ABOUT: &str = "bake.txt";
 const FIRST_LINE: &str = "hachure: parts of a bake; removed when it is done";
 
 /// An existing work folder of this bake.
-pub struct Folder {
+pub(super) struct Folder {
     path: PathBuf,
 }
 
@@ -34,7 +34,7 @@ impl Folder {
     /// # Errors
     /// If the folder is not a work folder of hachure, holds the parts of another output, or, with `keep`, the parts of
     /// another bake.
-    pub fn open(out: &Path, bake: u64, identity: &str, keep: bool) -> Result<Self, PyramidError> {
+    pub(super) fn open(out: &Path, bake: u64, identity: &str, keep: bool) -> Result<Self, PyramidError> {
         let folder = Self { path: parts_path(out) };
         let refused = |cause: &str| PyramidError::Parts { path: folder.path.clone(), cause: cause.into() };
         let name = out.file_name().unwrap_or_default().to_string_lossy();
@@ -79,7 +79,7 @@ impl Folder {
     }
 
     /// Returns the path of the folder.
-    pub fn path(&self) -> &Path {
+    pub(super) fn path(&self) -> &Path {
         &self.path
     }
 
@@ -88,7 +88,7 @@ impl Folder {
     }
 
     /// Opens a part, if it exists and is undamaged.
-    pub fn part(&self, name: PartName) -> Option<Part> {
+    pub(super) fn part(&self, name: PartName) -> Option<Part> {
         let path = self.file(name.round, name.chunk);
         let part = Part::open(&path, name);
         if part.is_none() && path.exists() {
@@ -98,7 +98,7 @@ impl Folder {
     }
 
     /// Writes a part to its file in the folder, atomically.
-    pub fn write(&self, name: PartName, bytes: &[u8]) -> Result<Part, PyramidError> {
+    pub(super) fn write(&self, name: PartName, bytes: &[u8]) -> Result<Part, PyramidError> {
         Part::write(bytes, &self.file(name.round, name.chunk))
     }
 
@@ -115,7 +115,7 @@ impl Folder {
     }
 
     /// Removes the folder with all parts. Other files in it remain.
-    pub fn remove(self) {
+    pub(super) fn remove(self) {
         if self
             .empty()
             .and_then(|()| fs::remove_dir(&self.path).map_err(PyramidError::io(&self.path, "removing")))

@@ -24,7 +24,7 @@ use crate::source::Progress;
 use crate::source::georeference::Georeference;
 
 /// A finished round.
-pub struct Done {
+pub(super) struct Done {
     /// The round that made the parts.
     pub round: Round,
     /// The round's parts, row by row.
@@ -33,7 +33,7 @@ pub struct Done {
 
 impl Done {
     /// Returns the lowest and highest height of the first round; NaN if there is none.
-    pub fn range_m(&self) -> [f32; 2] {
+    pub(super) fn range_m(&self) -> [f32; 2] {
         self.parts.iter().map(|part| part.contents.range_m).fold([f32::NAN; 2], |range, part| {
             // f32::min and max ignore NaN.
             [range[0].min(part[0]), range[1].max(part[1])]
@@ -42,7 +42,7 @@ impl Done {
 }
 
 /// The joined pyramid.
-pub struct Joined {
+pub(super) struct Joined {
     /// The header of the sidecar, as written.
     pub sidecar: Sidecar,
     /// Length of the GeoTIFF in bytes.
@@ -78,7 +78,7 @@ fn made_by(done: &[Done], level: usize) -> &Done {
 }
 
 /// Returns the lowest and highest height of level 0 in metres.
-pub fn range_m(job: &Job<'_>, done: &[Done]) -> Result<[f32; 2], PyramidError> {
+pub(super) fn range_m(job: &Job<'_>, done: &[Done]) -> Result<[f32; 2], PyramidError> {
     let range_m = done[0].range_m();
     if range_m[0].is_nan() {
         return Err(PyramidError::NoHeights { path: job.out.to_owned() });
@@ -87,13 +87,13 @@ pub fn range_m(job: &Job<'_>, done: &[Done]) -> Result<[f32; 2], PyramidError> {
 }
 
 /// Returns the number of no-data samples of level 0.
-pub fn void_samples(done: &[Done]) -> u64 {
+pub(super) fn void_samples(done: &[Done]) -> u64 {
     done[0].parts.iter().map(|part| part.contents.void_samples).sum()
 }
 
 /// Returns the statistics of all tiles, by level, row-major. `levels` are the finished levels, as they are stored, and
 /// `min_m` is the lowest height of level 0.
-pub fn statistics(
+pub(super) fn statistics(
     job: &Job<'_>,
     done: &[Done],
     levels: &dyn HeightLevels,
@@ -110,7 +110,7 @@ pub fn statistics(
 }
 
 /// Returns the encoded pages of all tiles, by level, row-major: [`PAGE_BYTES`] for each tile.
-pub fn pages(job: &Job<'_>, done: &[Done]) -> Result<Vec<u8>, PyramidError> {
+pub(super) fn pages(job: &Job<'_>, done: &[Done]) -> Result<Vec<u8>, PyramidError> {
     let mut pages = Vec::new();
     for (level, size) in job.plan.sizes.iter().enumerate() {
         for y in 0..size.tiles_y() {
@@ -123,12 +123,12 @@ pub fn pages(job: &Job<'_>, done: &[Done]) -> Result<Vec<u8>, PyramidError> {
 }
 
 /// Returns the patches of the strides above that of the coarsest level; see `TileStore::coarse_patches`.
-pub fn coarse_patches(done: &[Done]) -> &[Vec<PatchStatistics>] {
+pub(super) fn coarse_patches(done: &[Done]) -> &[Vec<PatchStatistics>] {
     &done[done.len() - 1].parts[0].contents.coarse_patches
 }
 
 /// Writes the pyramid to temporary files in the folder of `target`, then renames both to the pyramid's path.
-pub fn join(
+pub(super) fn join(
     job: &Job<'_>,
     done: &[Done],
     georeference: &Georeference,

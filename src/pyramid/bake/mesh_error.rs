@@ -14,7 +14,7 @@ use crate::pyramid::surface::statistics::{PatchStatistics, rounded_up};
 use crate::pyramid::tile::{PATCH_QUADS, is_void};
 
 /// Measures the patches of stride 1 in the region `patches` (in patches), row-major. `view` is level 0.
-pub fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatistics> {
+pub(super) fn finest_patches(view: &LevelView<'_>, patches: Region) -> Vec<PatchStatistics> {
     let steps = Steps::new();
     let (finest, served) = (view.size, view.served);
     (0..patches.samples() as u32)

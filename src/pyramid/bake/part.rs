@@ -36,7 +36,7 @@ const SUMMED_AT: usize = 12;
 
 /// The identity of a part: its bake, round and chunk.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct PartName {
+pub(super) struct PartName {
     /// The identity of the bake: a hash of its heights, options and version.
     pub bake: u64,
     /// Number of the round, from 0.
@@ -47,7 +47,7 @@ pub struct PartName {
 
 /// A part's entry of one of its tiles.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TileEntry {
+pub(super) struct TileEntry {
     /// Length of its encoded bytes.
     pub bytes: u32,
     /// CRC-32 of its encoded bytes.
@@ -58,7 +58,7 @@ pub struct TileEntry {
 
 /// The contents of a part that stay in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Contents {
+pub(super) struct Contents {
     /// In the first round, lowest and highest height of level 0 as stored, in metres; NaN if there is none.
     pub range_m: [f32; 2],
     /// In the first round, the number of no-data samples of level 0.
@@ -73,7 +73,7 @@ pub struct Contents {
 
 /// The grids of a part for the next round; all are empty in the last round.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Grids {
+pub(super) struct Grids {
     /// The top level as averaged, in metres, NaN for no-data.
     pub raw_m: Vec<f32>,
     /// The top level as stored, in metres, NaN for no-data; empty where that is the same.
@@ -85,7 +85,7 @@ pub struct Grids {
 }
 
 /// A part: its contents, and the location of its bytes.
-pub struct Part {
+pub(super) struct Part {
     pub contents: Contents,
     bytes: Bytes,
     grids_at: u64,
@@ -110,7 +110,13 @@ fn take_patch(bytes: &mut Cursor<'_>) -> Option<PatchStatistics> {
 }
 
 /// Encodes a part for memory or a file.
-pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec<u8>], tiles: &[Vec<u8>]) -> Vec<u8> {
+pub(super) fn to_bytes(
+    name: PartName,
+    contents: &Contents,
+    grids: &Grids,
+    pages: &[Vec<u8>],
+    tiles: &[Vec<u8>],
+) -> Vec<u8> {
     let mut about = Vec::new();
     put_f32s(&mut about, &contents.range_m);
     about.extend(contents.void_samples.to_le_bytes());
@@ -153,21 +159,21 @@ pub fn to_bytes(name: PartName, contents: &Contents, grids: &Grids, pages: &[Vec
 
 impl Part {
     /// Opens a part that stays in memory. Returns `None` if the bytes are damaged.
-    pub fn in_memory(bytes: Vec<u8>) -> Option<Self> {
+    pub(super) fn in_memory(bytes: Vec<u8>) -> Option<Self> {
         let mut part = Self::parse(&bytes)?;
         part.bytes = Bytes::Memory(bytes);
         Some(part)
     }
 
     /// Writes a part to a file, atomically.
-    pub fn write(bytes: &[u8], path: &Path) -> Result<Self, PyramidError> {
+    pub(super) fn write(bytes: &[u8], path: &Path) -> Result<Self, PyramidError> {
         atomic::write(path, bytes).map_err(PyramidError::io(path, "writing"))?;
         Self::parse(bytes).ok_or_else(|| damaged(path)).map(|part| Self { bytes: Bytes::File(path.to_owned()), ..part })
     }
 
     /// Opens an existing part and verifies every byte. Returns `None` if the file is missing or damaged, or if it is
     /// another part than `name`.
-    pub fn open(path: &Path, name: PartName) -> Option<Self> {
+    pub(super) fn open(path: &Path, name: PartName) -> Option<Self> {
         let bytes = std::fs::read(path).ok()?;
         let mut head = Cursor { bytes: &bytes };
         if head.take(8)? != MAGIC || head.u32()? != crc32fast::hash(bytes.get(SUMMED_AT..)?) {
@@ -239,18 +245,18 @@ impl Part {
     }
 
     /// Reads the grids, which the next round needs.
-    pub fn grids(&self) -> Result<Grids, PyramidError> {
+    pub(super) fn grids(&self) -> Result<Grids, PyramidError> {
         let bytes = self.read(self.grids_at, self.pages_at - self.grids_at)?;
         take_grids(&mut Cursor { bytes: &bytes }).ok_or_else(|| damaged(self.path()))
     }
 
     /// Reads the pages of the tiles `first` … `first + count − 1`.
-    pub fn pages(&self, first: usize, count: usize) -> Result<Vec<u8>, PyramidError> {
+    pub(super) fn pages(&self, first: usize, count: usize) -> Result<Vec<u8>, PyramidError> {
         self.read(self.pages_at + (first * PAGE_BYTES) as u64, (count * PAGE_BYTES) as u64)
     }
 
     /// Reads and verifies the encoded bytes of the tiles `first` … `first + count − 1`.
-    pub fn tiles(&self, first: usize, count: usize) -> Result<Vec<Vec<u8>>, PyramidError> {
+    pub(super) fn tiles(&self, first: usize, count: usize) -> Result<Vec<Vec<u8>>, PyramidError> {
         let entries = &self.contents.tiles[first..first + count];
         let total: u64 = entries.iter().map(|entry| u64::from(entry.bytes)).sum();
         let bytes = self.read(self.tiles_at[first], total)?;

@@ -22,7 +22,7 @@ const PAGE: u32 = TILE_SAMPLES / PATCH_QUADS;
 
 /// The rounds and chunks of a bake.
 #[derive(Clone, Debug)]
-pub struct Plan {
+pub(super) struct Plan {
     /// The sizes of all levels, finest first.
     pub sizes: Vec<LevelSize>,
     /// Number of levels that a round goes up: k.
@@ -31,7 +31,7 @@ pub struct Plan {
 
 /// A round, which makes several levels out of one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Round {
+pub(super) struct Round {
     /// Number of the round, from 0.
     pub number: u32,
     /// The level that the round reads.
@@ -44,14 +44,14 @@ pub struct Round {
 
 impl Round {
     /// Returns the finest level that the round makes.
-    pub fn first_made(self) -> usize {
+    pub(super) fn first_made(self) -> usize {
         if self.number == 0 { 0 } else { self.base + 1 }
     }
 }
 
 /// A chunk of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Chunk {
+pub(super) struct Chunk {
     /// Column among the chunks of its round.
     pub x: u32,
     /// Row among the chunks of its round.
@@ -60,7 +60,7 @@ pub struct Chunk {
 
 /// The regions of a level that a chunk needs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Regions {
+pub(super) struct Regions {
     /// The samples of the chunk's own tiles.
     pub own: Region,
     /// The region where the level is needed as tiles serve it.
@@ -78,7 +78,7 @@ fn hull(a: Region, b: Region) -> Region {
 
 impl Plan {
     /// Returns all rounds in the order of baking; at least one.
-    pub fn rounds(&self) -> Vec<Round> {
+    pub(super) fn rounds(&self) -> Vec<Round> {
         let coarsest = self.sizes.len() - 1;
         let mut rounds: Vec<Round> = Vec::new();
         loop {
@@ -93,26 +93,26 @@ impl Plan {
     }
 
     /// Returns the number of chunks of a round in x and y.
-    pub fn chunk_counts(&self, round: Round) -> (u32, u32) {
+    pub(super) fn chunk_counts(&self, round: Round) -> (u32, u32) {
         let size = self.sizes[round.base];
         let side = 1 << self.chunk_levels;
         (size.tiles_x().div_ceil(side), size.tiles_y().div_ceil(side))
     }
 
     /// Returns the chunks of a round, row by row.
-    pub fn chunks(&self, round: Round) -> Vec<Chunk> {
+    pub(super) fn chunks(&self, round: Round) -> Vec<Chunk> {
         let (count_x, count_y) = self.chunk_counts(round);
         (0..count_y).flat_map(|y| (0..count_x).map(move |x| Chunk { x, y })).collect()
     }
 
     /// Returns the chunk of a round that makes the tile (`x`, `y`) of one of its levels.
-    pub fn chunk_of(&self, round: Round, level: usize, x: u32, y: u32) -> Chunk {
+    pub(super) fn chunk_of(&self, round: Round, level: usize, x: u32, y: u32) -> Chunk {
         let shift = (round.base + self.chunk_levels as usize - level) as u32;
         Chunk { x: x >> shift, y: y >> shift }
     }
 
     /// Returns the tiles of a level over a chunk, in tiles; at least one.
-    pub fn own_tiles(&self, round: Round, chunk: Chunk, level: usize) -> Region {
+    pub(super) fn own_tiles(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let shift = (round.base + self.chunk_levels as usize - level) as u32;
         let size = self.sizes[level];
         let span = |at: u32, count: u32| {
@@ -124,7 +124,7 @@ impl Plan {
     }
 
     /// Returns the samples of the tiles of a level over a chunk, without borders.
-    pub fn own_samples(&self, round: Round, chunk: Chunk, level: usize) -> Region {
+    pub(super) fn own_samples(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let tiles = self.own_tiles(round, chunk, level);
         let size = self.sizes[level];
         let span = |first: u32, count: u32, samples: u32| {
@@ -138,7 +138,7 @@ impl Plan {
 
     /// Returns the patches of stride 2^`level` in the pages of a level's tiles over a chunk, in patches. The width or
     /// height may be 0.
-    pub fn own_patches(&self, round: Round, chunk: Chunk, level: usize) -> Region {
+    pub(super) fn own_patches(&self, round: Round, chunk: Chunk, level: usize) -> Region {
         let (count_x, count_y) = patch_counts(self.sizes[0], level as u32);
         if level > round.top {
             return Region { x: 0, y: 0, width: count_x, height: count_y };
@@ -153,7 +153,7 @@ impl Plan {
     }
 
     /// Returns the regions that a chunk needs of each level from the round's base to its top.
-    pub fn regions(&self, round: Round, chunk: Chunk) -> Vec<Regions> {
+    pub(super) fn regions(&self, round: Round, chunk: Chunk) -> Vec<Regions> {
         let reach = 1 << self.chunk_levels;
         let levels = round.base..round.top + 1;
         let mut regions: Vec<Regions> = Vec::new();
@@ -185,7 +185,7 @@ impl Plan {
 
 /// The vertices along an axis: every `step`-th sample of full resolution, and the last.
 #[derive(Clone, Copy, Debug)]
-pub struct Steps {
+pub(super) struct Steps {
     /// Number of samples of full resolution along the axis.
     pub samples: u32,
     /// Distance between vertices, in samples of full resolution.
@@ -194,20 +194,20 @@ pub struct Steps {
 
 impl Steps {
     /// Returns the number of vertices.
-    pub fn count(self) -> u32 {
+    pub(super) fn count(self) -> u32 {
         // At most the number of samples, so it fits u32.
         u64::from(self.samples - 1).div_ceil(self.step) as u32 + 1
     }
 
     /// Returns the sample at vertex `i`.
-    pub fn position(self, i: u32) -> u32 {
+    pub(super) fn position(self, i: u32) -> u32 {
         (u64::from(i) * self.step).min(u64::from(self.samples) - 1) as u32
     }
 }
 
 /// Returns the vertices at every 2^`level`-th sample that belong to a chunk whose top is that level: those in its area,
 /// and the last vertex of the axis for the last chunk.
-pub fn own_vertices(plan: &Plan, round: Round, chunk: Chunk) -> Region {
+pub(super) fn own_vertices(plan: &Plan, round: Round, chunk: Chunk) -> Region {
     let counts = plan.chunk_counts(round);
     let finest = plan.sizes[0];
     let span = |at: u32, chunks: u32, samples: u32| {

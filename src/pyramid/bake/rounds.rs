@@ -19,7 +19,7 @@ use crate::source::{HeightReader, Progress};
 const THREADS_PER_CHUNK: usize = 4;
 
 /// Bakes all rounds. Returns them with the number of chunks that existed already.
-pub fn bake_rounds(
+pub(super) fn bake_rounds(
     job: &Job<'_>,
     reader: &dyn HeightReader,
     folder: Option<&Folder>,
@@ -42,7 +42,7 @@ pub fn bake_rounds(
 }
 
 /// Bakes the chunks of a shard (I, N) into the folder. Returns their number, and how many existed already.
-pub fn bake_shard(
+pub(super) fn bake_shard(
     job: &Job<'_>,
     round: Round,
     reader: &dyn HeightReader,

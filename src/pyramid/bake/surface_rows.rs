@@ -9,7 +9,7 @@ use crate::pyramid::surface::levels::{LevelSize, Region, coordinate};
 
 /// A full-resolution sample along an axis, in relation to a level.
 #[derive(Clone, Copy, Debug)]
-pub struct AxisSample {
+pub(super) struct AxisSample {
     /// The cell of the level that contains it.
     pub cell: u32,
     /// The weights of the samples −1, 0, 1, 2 of that cell.
@@ -34,7 +34,7 @@ impl AxisSample {
 
 /// Returns the full-resolution samples in the area of the samples `first` … `first + count − 1` of an axis of `size`:
 /// the first one, and the one after the last.
-pub fn area(first: u32, count: u32, finest: u32, size: u32) -> (u32, u32) {
+pub(super) fn area(first: u32, count: u32, finest: u32, size: u32) -> (u32, u32) {
     let sample = |f: u32| (coordinate(f.into(), finest, size) + 0.5) as u32;
     let begin = |at: u32| {
         if at >= size {
@@ -51,7 +51,7 @@ pub fn area(first: u32, count: u32, finest: u32, size: u32) -> (u32, u32) {
 }
 
 /// A level's surface over a rectangle of full-resolution samples.
-pub struct Surface<'a> {
+pub(super) struct Surface<'a> {
     served: &'a Field,
     size: LevelSize,
     /// The columns of the rectangle, from its first.
@@ -63,7 +63,7 @@ pub struct Surface<'a> {
 impl<'a> Surface<'a> {
     /// Prepares the surface over the columns and rows of `over`. `served` is the level as tiles serve it, at least as
     /// far as the kernel reaches from there; `own` says which of its samples count as inside.
-    pub fn new(served: &'a Field, finest: LevelSize, size: LevelSize, over: Region, own: Region) -> Self {
+    pub(super) fn new(served: &'a Field, finest: LevelSize, size: LevelSize, over: Region, own: Region) -> Self {
         let column = |f| AxisSample::new(f, finest.width, size.width, (own.x, own.width));
         let row = |f| AxisSample::new(f, finest.height, size.height, (own.y, own.height));
         let columns = (over.x..over.x + over.width).map(column).collect();
@@ -72,7 +72,7 @@ impl<'a> Surface<'a> {
     }
 
     /// Evaluates the surface along a row, at the level's columns from one before the field's first on (clamped).
-    pub fn across(&self, row: &AxisSample, across: &mut Vec<f64>) {
+    pub(super) fn across(&self, row: &AxisSample, across: &mut Vec<f64>) {
         let line = |k: u32| self.served.row(bicubic::neighbour(row.cell, k, self.size.height));
         let lines = [line(0), line(1), line(2), line(3)];
         let width = lines[0].len();
@@ -86,7 +86,7 @@ impl<'a> Surface<'a> {
 
     /// Returns the height at a column, from the `across` of [`Surface::across`]; NaN where it depends on unknown
     /// heights.
-    pub fn height_m(&self, across: &[f64], column: &AxisSample) -> f64 {
+    pub(super) fn height_m(&self, across: &[f64], column: &AxisSample) -> f64 {
         let first = (column.cell - self.served.region.x) as usize;
         across[first..first + 4].iter().zip(column.weights).map(|(across, weight)| across * weight).sum()
     }

@@ -25,10 +25,10 @@ use crate::pyramid::surface::statistics::{Range, TileStatistics, rounded_up};
 use crate::pyramid::tile::{TILE_SAMPLES, is_void};
 
 /// The largest sum of the absolute weights of the sixteen samples of a cell.
-pub const LARGEST_WEIGHTS: f64 = 1.5625;
+pub(super) const LARGEST_WEIGHTS: f64 = 1.5625;
 
 /// A level over a chunk.
-pub struct LevelView<'a> {
+pub(super) struct LevelView<'a> {
     /// Number of the level; 0 is the finest.
     pub level: u32,
     /// Size of the whole level.
@@ -43,14 +43,14 @@ pub struct LevelView<'a> {
 
 impl LevelView<'_> {
     /// Returns the full-resolution samples in the area of its own tiles.
-    pub fn area(&self, finest: LevelSize) -> Region {
+    pub(super) fn area(&self, finest: LevelSize) -> Region {
         let (x, right) = area(self.own.x, self.own.width, finest.width, self.size.width);
         let (y, bottom) = area(self.own.y, self.own.height, finest.height, self.size.height);
         Region { x, y, width: right - x, height: bottom - y }
     }
 
     /// Returns the chunk's own tiles, in tiles, not samples.
-    pub fn tiles(&self) -> Region {
+    pub(super) fn tiles(&self) -> Region {
         let Region { x, y, width, height } = self.own;
         let tile = TILE_SAMPLES;
         Region { x: x / tile, y: y / tile, width: width.div_ceil(tile), height: height.div_ceil(tile) }
@@ -66,7 +66,7 @@ impl LevelView<'_> {
 }
 
 /// The largest errors of tiles, while they are accumulated.
-pub struct Errors {
+pub(super) struct Errors {
     pub errors_m: Vec<f64>,
     pub deferred: Vec<Deferred>,
 }
@@ -96,7 +96,7 @@ impl Errors {
 /// Returns, for every own tile of the level, row-major, the largest |H(f) − h(f)| in metres over the valid samples f of
 /// `heights` (full resolution, NaN for no-data) in its area. A sample f belongs to the tile of the level's sample whose
 /// area covers the centre of f.
-pub fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>) -> (Vec<f32>, Vec<Deferred>) {
+pub(super) fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>) -> (Vec<f32>, Vec<Deferred>) {
     let over = view.area(finest);
     let surface = Surface::new(view.served, finest, view.size, over, view.own);
     let tiles = view.tiles();
@@ -131,7 +131,7 @@ pub fn against_heights(heights: &Field, finest: LevelSize, view: &LevelView<'_>)
 }
 
 /// The base level of a later round, used in place of the full-resolution heights.
-pub struct Base<'a> {
+pub(super) struct Base<'a> {
     /// The level that the round reads.
     pub view: LevelView<'a>,
     /// The errors of its tiles in `error_tiles`, row-major, in metres.
@@ -146,7 +146,11 @@ pub struct Base<'a> {
 
 /// Returns, for each of several levels and every own tile, row-major, an upper bound in metres of |H(f) − h(f)| over
 /// the valid full-resolution samples f in its area.
-pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>]) -> Vec<(Vec<f32>, Vec<Deferred>)> {
+pub(super) fn against_base(
+    base: &Base<'_>,
+    finest: LevelSize,
+    views: &[LevelView<'_>],
+) -> Vec<(Vec<f32>, Vec<Deferred>)> {
     let over = views.iter().map(|view| view.area(finest)).reduce(|a, b| {
         let (x, y) = (a.x.min(b.x), a.y.min(b.y));
         let (right, bottom) = ((a.x + a.width).max(b.x + b.width), (a.y + a.height).max(b.y + b.height));
@@ -220,7 +224,7 @@ pub fn against_base(base: &Base<'_>, finest: LevelSize, views: &[LevelView<'_>])
 
 /// Computes the statistics of every own tile of a level, row-major; ranges and errors are not yet raised to those of
 /// the children.
-pub fn tile_statistics(view: &LevelView<'_>, errors_m: &[f32]) -> Vec<TileStatistics> {
+pub(super) fn tile_statistics(view: &LevelView<'_>, errors_m: &[f32]) -> Vec<TileStatistics> {
     let tiles = view.tiles();
     errors_m
         .par_iter()
@@ -241,7 +245,7 @@ pub fn tile_statistics(view: &LevelView<'_>, errors_m: &[f32]) -> Vec<TileStatis
 }
 
 /// Returns the height range of a region of a level; heights outside the chunk's own tiles are widened by their doubt.
-pub fn range_of(view: &LevelView<'_>, region: Region) -> Range {
+pub(super) fn range_of(view: &LevelView<'_>, region: Region) -> Range {
     let mut range = Range::EMPTY;
     let mut around = Range::EMPTY;
     let own = view.own;

@@ -20,7 +20,7 @@ use crate::pyramid::surface::statistics::{PatchPage, PatchStatistics, rounded_up
 use crate::pyramid::tile::PATCH_QUADS;
 
 /// The vertices over a chunk.
-pub struct Vertices<'a> {
+pub(super) struct Vertices<'a> {
     /// The size of level 0.
     pub finest: LevelSize,
     /// Distance between vertices, in samples of level 0.
@@ -51,7 +51,7 @@ impl Vertices<'_> {
     }
 
     /// Returns the height that a mesh has at a vertex; NaN where nothing is known around it.
-    pub fn height_m(&self, x: u32, y: u32, reach: u32) -> f64 {
+    pub(super) fn height_m(&self, x: u32, y: u32, reach: u32) -> f64 {
         let known = self.field.at(x, y);
         if !known.is_nan() {
             return known.into();
@@ -82,7 +82,7 @@ impl Vertices<'_> {
 
     /// Returns the vertices of the next round in `own` (in its numbers), 2^`levels` times as far apart. A vertex is
     /// known where one of the quads around it may have data.
-    pub fn decimated(&self, levels: u32, own: Region) -> Field {
+    pub(super) fn decimated(&self, levels: u32, own: Region) -> Field {
         let (columns, rows) = self.steps();
         let at = |i: u32, count: u32| (u64::from(i) << levels).min(u64::from(count) - 1) as u32;
         let mut heights_m = Vec::with_capacity(own.samples());
@@ -99,7 +99,7 @@ impl Vertices<'_> {
     /// Measures the patches of the stride with 2^`d` vertices to a quad, in the region `patches` (in patches),
     /// row-major; their errors are at least those of their children. `under_m` bounds the error of the round's finest
     /// patches under each; it is 0 in the first round.
-    pub fn patches(
+    pub(super) fn patches(
         &self,
         d: u32,
         patches: Region,
@@ -190,7 +190,7 @@ impl Vertices<'_> {
 }
 
 /// Calls `each` with the index in `region`, row-major, of each existing child of (`x`, `y`).
-pub fn for_children((x, y): (u32, u32), region: Region, mut each: impl FnMut(usize)) {
+pub(super) fn for_children((x, y): (u32, u32), region: Region, mut each: impl FnMut(usize)) {
     for child_y in (2 * y).max(region.y)..(2 * y + 2).min(region.y + region.height) {
         for child_x in (2 * x).max(region.x)..(2 * x + 2).min(region.x + region.width) {
             each(((child_y - region.y) * region.width + child_x - region.x) as usize);

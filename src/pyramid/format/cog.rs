@@ -48,7 +48,7 @@ fn structural_note() -> Vec<u8> {
 }
 
 /// An unfinished COG: space for the directories is reserved, tiles are appended, and the directories are written last.
-pub struct CogWriter<'a, W: Write + Seek> {
+pub(crate) struct CogWriter<'a, W: Write + Seek> {
     sink: &'a mut W,
     path: &'a Path,
     images: Vec<ImageBuilder>,
@@ -61,7 +61,7 @@ pub struct CogWriter<'a, W: Write + Seek> {
 impl<'a, W: Write + Seek> CogWriter<'a, W> {
     /// Begins a COG with levels of these sizes (finest first) in `sink`, whose position is its start. `path` is for
     /// messages.
-    pub fn begin(
+    pub(crate) fn begin(
         sink: &'a mut W,
         path: &'a Path,
         sizes: &[LevelSize],
@@ -108,14 +108,14 @@ impl<'a, W: Write + Seek> CogWriter<'a, W> {
     }
 
     /// Appends the bytes of a tile: the coarsest level first, each level row by row, as the structural note promises.
-    pub fn put(&mut self, level: usize, tile: usize, bytes: &[u8]) -> Result<(), PyramidError> {
+    pub(crate) fn put(&mut self, level: usize, tile: usize, bytes: &[u8]) -> Result<(), PyramidError> {
         let block = write_block(self.sink, &mut self.offset, bytes);
         self.blocks[level][tile] = block.map_err(PyramidError::io(self.path, "writing the GeoTIFF"))?;
         Ok(())
     }
 
     /// Writes the directories into the reserved space, after all tiles have been written.
-    pub fn finish(self) -> Result<(), PyramidError> {
+    pub(crate) fn finish(self) -> Result<(), PyramidError> {
         let Self { sink, path, images, blocks, is_bigtiff, first_directory, .. } = self;
         write_directories(sink, first_directory, &images, &blocks, is_bigtiff).map_err(PyramidError::encode(path))?;
         sink.flush().map_err(PyramidError::io(path, "writing the GeoTIFF"))

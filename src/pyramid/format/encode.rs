@@ -15,7 +15,7 @@ type BoxError = Box<dyn std::error::Error + Send + Sync>;
 
 /// The compression of heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Codec {
+pub(crate) enum Codec {
     /// DEFLATE after the floating-point predictor; bit-identical when decoded. (Level 3 is the best compromise: level 6
     /// takes twice as long for three per cent, and the Zstandard encoder in Rust packs a quarter less.)
     Lossless,
@@ -30,7 +30,7 @@ const LERC_DEFLATE_LEVEL: u32 = 9;
 
 impl Codec {
     /// Adds the codec to the description of an image.
-    pub fn describe(self, image: ImageBuilder) -> ImageBuilder {
+    pub(crate) fn describe(self, image: ImageBuilder) -> ImageBuilder {
         match self {
             Self::Lossless => image.compression(Compression::Deflate).predictor(Predictor::FloatingPoint),
             Self::WithinMetres(max_z_error) => image
@@ -39,7 +39,7 @@ impl Codec {
     }
 
     /// Encodes a tile of 256 × 256 heights, NaN for no-data. `index` is the tile's number in the image, for messages.
-    pub fn encode(self, tile: &[f32], index: usize) -> Result<Vec<u8>, BoxError> {
+    pub(crate) fn encode(self, tile: &[f32], index: usize) -> Result<Vec<u8>, BoxError> {
         match self {
             Self::Lossless => {
                 let options = BlockEncodingOptions {
@@ -73,7 +73,7 @@ impl Codec {
 /// Cuts the tile that holds the samples of `region` out of the heights `heights_m` of the region `all` (row-major).
 /// Returns 256 × 256 samples, the last ones repeated beyond the level's extent (which compresses better than a
 /// constant).
-pub fn padded_tile(heights_m: &[f32], all: Region, region: Region) -> Vec<f32> {
+pub(crate) fn padded_tile(heights_m: &[f32], all: Region, region: Region) -> Vec<f32> {
     let side = TILE_SAMPLES as usize;
     let mut tile = Vec::with_capacity(side * side);
     for row in region.y - all.y..region.y - all.y + region.height {

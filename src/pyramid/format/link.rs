@@ -8,11 +8,11 @@ use std::path::Path;
 use super::bytes::{Cursor, fnv};
 
 /// Number of bytes at each end of the .tif that the hash covers: all directories of a COG of ordinary size.
-pub const LINK_BYTES: u64 = 64 * 1024;
+pub(crate) const LINK_BYTES: u64 = 64 * 1024;
 
 /// A fingerprint of a .tif, stored in its sidecar.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Link {
+pub(crate) struct Link {
     /// Length of the .tif in bytes.
     pub tif_bytes: u64,
     /// FNV-1a hash of its first and last 64 KiB.
@@ -21,7 +21,7 @@ pub struct Link {
 
 impl Link {
     /// Computes the link to the file at `path` as it is now.
-    pub fn to(path: &Path) -> io::Result<Self> {
+    pub(crate) fn to(path: &Path) -> io::Result<Self> {
         let mut file = fs::File::open(path)?;
         let tif_bytes = file.metadata()?.len();
         let mut ends = Vec::new();
@@ -31,12 +31,12 @@ impl Link {
         Ok(Self { tif_bytes, tif_hash: fnv(&ends) })
     }
 
-    pub fn put(self, bytes: &mut Vec<u8>) {
+    pub(crate) fn put(self, bytes: &mut Vec<u8>) {
         bytes.extend(self.tif_bytes.to_le_bytes());
         bytes.extend(self.tif_hash.to_le_bytes());
     }
 
-    pub fn parse(bytes: &mut Cursor<'_>) -> Option<Self> {
+    pub(crate) fn parse(bytes: &mut Cursor<'_>) -> Option<Self> {
         Some(Self { tif_bytes: bytes.u64()?, tif_hash: bytes.u64()? })
     }
 }

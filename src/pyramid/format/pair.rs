@@ -22,7 +22,7 @@ fn next_path(tif: &Path) -> PathBuf {
 }
 
 /// Opens the sidecar that matches the GeoTIFF at `tif` as it is now. Returns its header, and the file with the records.
-pub fn open_sidecar(tif: &Path) -> Result<(Sidecar, RandomAccess), PyramidError> {
+pub(crate) fn open_sidecar(tif: &Path) -> Result<(Sidecar, RandomAccess), PyramidError> {
     let opened = open_fitting(tif, &sidecar_path(tif));
     if opened.is_err() && next_path(tif).exists() {
         // A bake was stopped between two renames.
@@ -34,7 +34,7 @@ pub fn open_sidecar(tif: &Path) -> Result<(Sidecar, RandomAccess), PyramidError>
 }
 
 /// Returns whether the GeoTIFF has a sidecar, matching or not.
-pub fn has_sidecar(tif: &Path) -> bool {
+pub(crate) fn has_sidecar(tif: &Path) -> bool {
     sidecar_path(tif).exists() || next_path(tif).exists()
 }
 
@@ -70,7 +70,7 @@ fn open_fitting(tif: &Path, path: &Path) -> Result<(Sidecar, RandomAccess), Pyra
 }
 
 /// Renames both files, which are completely written and synced under temporary names, to their final names.
-pub fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), PyramidError> {
+pub(crate) fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), PyramidError> {
     let next = next_path(out);
     let rename = |from: &Path, to: &Path| fs::rename(from, to).map_err(PyramidError::io(to, "writing"));
     rename(sidecar, &next)?;
@@ -87,7 +87,7 @@ pub fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), PyramidError
 }
 
 /// Removes what an interrupted commit left behind, if the pyramid is complete without it.
-pub fn tidy(out: &Path) {
+pub(crate) fn tidy(out: &Path) {
     if open_fitting(out, &sidecar_path(out)).is_ok() {
         let _ = fs::remove_file(next_path(out));
     }

@@ -26,7 +26,7 @@ pub(crate) const RECORD_BYTES: usize = PAGE_AT + PAGE_BYTES + 4;
 const PATCHES: usize = (PAGE_PATCHES * PAGE_PATCHES) as usize;
 
 /// Length of a page in bytes.
-pub const PAGE_BYTES: usize = 2 * PATCHES + 2 * PATCHES + PATCHES / 4;
+pub(crate) const PAGE_BYTES: usize = 2 * PATCHES + 2 * PATCHES + PATCHES / 4;
 
 const PAGE_AT: usize = 36;
 
@@ -45,7 +45,7 @@ pub(crate) struct Record {
 }
 
 /// Returns the CRC-32 of a tile's bytes, never 0.
-pub fn checksum(bytes: &[u8]) -> u32 {
+pub(crate) fn checksum(bytes: &[u8]) -> u32 {
     crc32fast::hash(bytes).max(1)
 }
 
@@ -83,7 +83,7 @@ fn f16_up(error_m: f32) -> f16 {
 
 /// Encodes a page: `patches` are its 256 patches, row by row, `None` beyond the grid; `range_m` is the height range of
 /// the tile, which contains those of the patches.
-pub fn page_bytes(patches: &[Option<PatchStatistics>], range_m: [f32; 2]) -> Vec<u8> {
+pub(crate) fn page_bytes(patches: &[Option<PatchStatistics>], range_m: [f32; 2]) -> Vec<u8> {
     let mut bytes = vec![0; PAGE_BYTES];
     for (i, patch) in patches.iter().enumerate() {
         let code = patch.map_or(NO_PATCH, |patch| patch.voids.code());
@@ -116,7 +116,7 @@ pub(in crate::pyramid) fn parse_page(bytes: &[u8], range_m: [f32; 2]) -> Option<
 }
 
 /// Encodes the record of the tile with this number.
-pub fn record_bytes(number: u64, statistics: &TileStatistics, checksum: u32, page: &[u8]) -> Vec<u8> {
+pub(crate) fn record_bytes(number: u64, statistics: &TileStatistics, checksum: u32, page: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(RECORD_BYTES);
     put_f32s(&mut bytes, &[statistics.min_m, statistics.max_m, statistics.error_m]);
     put_f32s(&mut bytes, &statistics.corner_errors_m);

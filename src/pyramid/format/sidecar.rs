@@ -37,7 +37,7 @@ pub(crate) const MAGIC: &[u8; 8] = b"HACHTILE";
 
 /// The format version, raised whenever the bytes, the meaning of the statistics or the levels change; older pyramids
 /// are then baked again.
-pub const VERSION: u32 = (2 << 8) | PATCH_QUADS;
+pub(crate) const VERSION: u32 = (2 << 8) | PATCH_QUADS;
 
 /// Number of bytes at the start of a sidecar that contain the length of its header.
 pub(crate) const HEAD_BYTES: usize = 8 + 4 + 4 + 8;
@@ -59,7 +59,7 @@ pub struct LevelSummary {
 
 /// The header of a sidecar.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sidecar {
+pub(crate) struct Sidecar {
     /// The fingerprint of the .tif that the sidecar belongs to.
     pub link: Link,
     /// The sizes of the levels, finest first.
@@ -99,7 +99,7 @@ pub fn sidecar_path(tif: &Path) -> PathBuf {
 }
 
 impl Sidecar {
-    pub fn finest(&self) -> LevelSize {
+    pub(crate) fn finest(&self) -> LevelSize {
         self.sizes[0]
     }
 
@@ -135,7 +135,7 @@ impl Sidecar {
     }
 
     /// Encodes the header. Its length, `header_bytes`, is computed and not read from `self`.
-    pub fn header_to_bytes(&self) -> Result<Vec<u8>, serde_json::Error> {
+    pub(crate) fn header_to_bytes(&self) -> Result<Vec<u8>, serde_json::Error> {
         let mut body = Vec::new();
         self.link.put(&mut body);
         body.extend(self.finest().width.to_le_bytes());
@@ -166,7 +166,7 @@ impl Sidecar {
     }
 
     /// Returns the number of tiles of all levels.
-    pub fn tiles(&self) -> u64 {
+    pub(crate) fn tiles(&self) -> u64 {
         self.sizes.iter().map(|size| size.tiles()).sum()
     }
 

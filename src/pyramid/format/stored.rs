@@ -18,7 +18,7 @@ const CACHE_BYTES: usize = 48 * 1024 * 1024;
 const LARGEST_TILE_BYTES: u64 = 1 << 20;
 
 /// An open GeoTIFF whose images are the levels of a pyramid.
-pub struct StoredLevels {
+pub(crate) struct StoredLevels {
     path: PathBuf,
     file: TiffFile,
     bytes: RandomAccess,
@@ -31,7 +31,7 @@ const TILE_BYTE_COUNTS: u16 = 325;
 impl StoredLevels {
     /// Opens the GeoTIFF at `path` and checks that its images have the sizes `sizes` and consist of tiles of 256 × 256
     /// f32. `name` is the file name in messages.
-    pub fn open(path: &Path, name: &Path, sizes: Vec<LevelSize>) -> Result<Self, PyramidError> {
+    pub(crate) fn open(path: &Path, name: &Path, sizes: Vec<LevelSize>) -> Result<Self, PyramidError> {
         let options = OpenOptions { block_cache_bytes: CACHE_BYTES, ..OpenOptions::default() };
         let file = TiffFile::open_with_options(path, options).map_err(PyramidError::decode(name))?;
         let mismatch = |cause: String| PyramidError::Mismatch { path: name.to_owned(), cause };
@@ -56,7 +56,7 @@ impl StoredLevels {
     }
 
     /// Reads the bytes of a tile as they are stored.
-    pub fn tile_bytes(&self, address: TileAddress) -> Result<Vec<u8>, PyramidError> {
+    pub(crate) fn tile_bytes(&self, address: TileAddress) -> Result<Vec<u8>, PyramidError> {
         let missing = || PyramidError::NoSuchTile { path: self.path.clone(), address };
         let index = tile_index(&self.sizes, address).ok_or_else(missing)?;
         let image = self.file.ifd(address.level as usize).map_err(PyramidError::decode(&self.path))?;

@@ -42,7 +42,7 @@ enum Finer {
 }
 
 /// The levels over the images of a file, read or averaged on demand.
-pub struct CogLevels {
+pub(super) struct CogLevels {
     name: PathBuf,
     pictures: Pictures,
     sizes: Vec<LevelSize>,
@@ -56,7 +56,7 @@ impl CogLevels {
     ///
     /// # Errors
     /// [`PyramidError::NoOverviews`] if too much of the file would have to be read for a tile.
-    pub fn new(pictures: Pictures, name: PathBuf) -> Result<Self, PyramidError> {
+    pub(super) fn new(pictures: Pictures, name: PathBuf) -> Result<Self, PyramidError> {
         let all: Vec<LevelSize> =
             pictures.pictures().iter().map(|it| LevelSize { width: it.width, height: it.height }).collect();
         let sizes = level_sizes(all[0].width, all[0].height);
@@ -101,25 +101,25 @@ impl CogLevels {
     }
 
     /// Enables the filling of small holes in each level as it is read.
-    pub fn fill_voids(&mut self) {
+    pub(super) fn fill_voids(&mut self) {
         let LevelSize { width, height } = self.sizes[0];
         self.filled_m = Some(voids::spacing_m(self.pictures.georeference(), [width, height]));
     }
 
     /// Returns the images of the file, with its georeference.
-    pub fn pictures(&self) -> &Pictures {
+    pub(super) fn pictures(&self) -> &Pictures {
         &self.pictures
     }
 
     /// Returns the byte range of a tile, if the level is an image in tiles of our size.
-    pub fn stored(&self, address: TileAddress) -> Option<Range<u64>> {
+    pub(super) fn stored(&self, address: TileAddress) -> Option<Range<u64>> {
         let Origin::Picture(picture) = self.origins.get(address.level as usize)? else { return None };
         let is_ours = self.pictures.pictures()[*picture].block == [TILE_SAMPLES; 2];
         is_ours.then(|| self.pictures.stored(*picture, address.x * TILE_SAMPLES, address.y * TILE_SAMPLES))?
     }
 
     /// Returns the byte ranges from which a region of a level is made, except what is cached already.
-    pub fn ranges(&self, level: usize, region: Region) -> Vec<Range<u64>> {
+    pub(super) fn ranges(&self, level: usize, region: Region) -> Vec<Range<u64>> {
         match &self.origins[level] {
             Origin::Picture(picture) => self.pictures.ranges(*picture, region),
             Origin::Averaged { kept, .. } if kept.get().is_some() => Vec::new(),
@@ -136,7 +136,7 @@ impl CogLevels {
     }
 
     /// Returns the same for all levels that fill the no-data of a region: those above `level`.
-    pub fn ranges_above(&self, level: usize, mut region: Region) -> Vec<Range<u64>> {
+    pub(super) fn ranges_above(&self, level: usize, mut region: Region) -> Vec<Range<u64>> {
         let mut ranges = Vec::new();
         for above in level + 1..self.sizes.len() {
             let size = self.sizes[above];

@@ -30,7 +30,7 @@ const MAGIC: &[u8; 8] = b"HACHFROM";
 static BAKING: Mutex<()> = Mutex::new(());
 
 /// An entry of the cache: the files of one pyramid, and the key of its origin.
-pub struct Entry {
+pub(super) struct Entry {
     folder: PathBuf,
     tif: PathBuf,
     key: String,
@@ -38,12 +38,12 @@ pub struct Entry {
 
 impl Entry {
     /// Creates the entry for the pyramid `file_name` in `folder`, made from the input that `key` identifies.
-    pub fn new(folder: PathBuf, file_name: &str, key: &str) -> Self {
+    pub(super) fn new(folder: PathBuf, file_name: &str, key: &str) -> Self {
         Self { tif: folder.join(file_name), folder, key: key.to_owned() }
     }
 
     /// Returns the key that identifies the input of the pyramid.
-    pub fn key(&self) -> &str {
+    pub(super) fn key(&self) -> &str {
         &self.key
     }
 
@@ -51,7 +51,10 @@ impl Entry {
     ///
     /// # Errors
     /// [`PyramidError::Cache`] if the folder cannot be written, or the error of `make`.
-    pub fn open_or_make(&self, make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
+    pub(super) fn open_or_make(
+        &self,
+        make: impl FnMut(&Path) -> Result<(), PyramidError>,
+    ) -> Result<Pyramid, PyramidError> {
         // The lock guards no data, so a panic elsewhere is harmless.
         let _one_at_a_time = BAKING.lock().unwrap_or_else(PoisonError::into_inner);
         let damage = match self.tif.symlink_metadata() {
@@ -82,7 +85,7 @@ impl Entry {
     ///
     /// # Errors
     /// As for [`Entry::open_or_make`].
-    pub fn rebuild(
+    pub(super) fn rebuild(
         &self,
         is_whole: impl FnOnce(&Pyramid) -> bool,
         make: impl FnMut(&Path) -> Result<(), PyramidError>,

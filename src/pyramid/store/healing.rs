@@ -22,10 +22,10 @@ const MOST_TIMES: u32 = 3;
 const LOOK: Duration = Duration::from_millis(20);
 
 /// A function that bakes the pyramid at a path.
-pub type Make = dyn Fn(&Path) -> Result<(), PyramidError> + Send + Sync;
+pub(super) type Make = dyn Fn(&Path) -> Result<(), PyramidError> + Send + Sync;
 
 /// A store over a cached pyramid that bakes it again when it turns out to be damaged.
-pub struct Healing {
+pub(super) struct Healing {
     /// The pyramid as first opened. Its header was checked then, and is the same after every bake.
     first: Arc<Pyramid>,
     shared: Arc<Shared>,
@@ -48,7 +48,7 @@ struct State {
 
 impl Healing {
     /// Wraps an open pyramid of the cache.
-    pub fn new(pyramid: Pyramid, entry: Entry, make: Box<Make>) -> Self {
+    pub(super) fn new(pyramid: Pyramid, entry: Entry, make: Box<Make>) -> Self {
         let first = Arc::new(pyramid);
         let state = State { current: Arc::clone(&first), is_healing: false, times: 0, failed: None };
         let shared = Shared { entry, make, state: Mutex::new(state), done: Condvar::new() };

@@ -14,7 +14,7 @@ use crate::pyramid::tile::TileAddress;
 use crate::remote::{Cancelled, RemoteFile, never};
 
 /// The measured errors of a pyramid that is read over a network.
-pub struct Measured {
+pub(super) struct Measured {
     file: Arc<RemoteFile>,
     sidecar: Sidecar,
 }
@@ -25,7 +25,7 @@ impl Measured {
     /// # Errors
     /// [`PyramidError::StaleSidecar`] or [`PyramidError::CorruptSidecar`] if the sidecar does not match or is damaged,
     /// or an error of the network.
-    pub fn open(file: Arc<RemoteFile>, tif: &RemoteFile, sizes: &[LevelSize]) -> Result<Self, PyramidError> {
+    pub(super) fn open(file: Arc<RemoteFile>, tif: &RemoteFile, sizes: &[LevelSize]) -> Result<Self, PyramidError> {
         let path = || PathBuf::from(file.name());
         let stale = |cause: &str| PyramidError::StaleSidecar { path: path(), cause: cause.into() };
         let corrupt = |cause: &str| PyramidError::CorruptSidecar { path: path(), cause: cause.into() };
@@ -59,7 +59,7 @@ impl Measured {
     /// # Errors
     /// If there is no such tile or reading fails; [`PyramidError::CorruptSidecar`] if the record arrived damaged, in
     /// which case another attempt may succeed.
-    pub fn record(&self, address: TileAddress, cancelled: Cancelled<'_>) -> Result<Record, PyramidError> {
+    pub(super) fn record(&self, address: TileAddress, cancelled: Cancelled<'_>) -> Result<Record, PyramidError> {
         let path = || PathBuf::from(self.file.name());
         let range = self.sidecar.record_range(address);
         let range = range.ok_or_else(|| PyramidError::NoSuchTile { path: path(), address })?;
@@ -73,17 +73,17 @@ impl Measured {
     }
 
     /// Returns the lowest and highest height of level 0 in metres.
-    pub fn range_m(&self) -> [f32; 2] {
+    pub(super) fn range_m(&self) -> [f32; 2] {
         [self.sidecar.min_m, self.sidecar.max_m]
     }
 
     /// Returns whether level 0 has no-data samples.
-    pub fn has_voids(&self) -> bool {
+    pub(super) fn has_voids(&self) -> bool {
         self.sidecar.void_samples > 0
     }
 
     /// Returns the patches whose stride is larger than that of the coarsest level; see `TileStore::coarse_patches`.
-    pub fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
+    pub(super) fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.sidecar.coarse_patches
     }
 }

@@ -11,26 +11,26 @@ use crate::pyramid::tile::PATCH_QUADS;
 const STEPS: usize = 4;
 
 /// Number of cells that are processed together.
-pub const ROW_CELLS: usize = PATCH_QUADS as usize;
+pub(crate) const ROW_CELLS: usize = PATCH_QUADS as usize;
 /// Number of samples of a row that these cells depend on: one before, two after.
-pub const ROW_SAMPLES: usize = ROW_CELLS + 3;
+pub(crate) const ROW_SAMPLES: usize = ROW_CELLS + 3;
 
 /// The weights of the four samples along an axis at the steps; exact in f32.
-pub struct Steps {
+pub(crate) struct Steps {
     down: Vec<(f32, [f32; 4])>,
     across: Vec<(f32, [f32; 4])>,
 }
 
 impl Steps {
     /// Returns all quarters of a cell, both ways: for measuring.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let weights = |step: usize| bicubic::weights(step as f64 / STEPS as f64).map(|weight| weight as f32);
         let steps: Vec<_> = (0..=STEPS).map(|step| (step as f32 / STEPS as f32, weights(step))).collect();
         Self { down: steps.clone(), across: steps }
     }
 
     /// Returns only the steps along the upper side and the middle of a cell: for estimates.
-    pub fn few() -> Self {
+    pub(crate) fn few() -> Self {
         let mut steps = Self::new();
         steps.down.retain(|(v, _)| *v == 0.0 || *v == 0.5);
         steps
@@ -40,7 +40,7 @@ impl Steps {
 /// For the cells of a row, returns the largest difference in metres between the bicubic surface in the cell and the
 /// cell's two triangles. `rows` are the samples of the row before the cells, of the cells' upper and lower corners, and
 /// of the row after; each begins one sample before the first cell.
-pub fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_CELLS] {
+pub(crate) fn row_errors_m(rows: [&[f32; ROW_SAMPLES]; 4], steps: &Steps) -> [f32; ROW_CELLS] {
     // Differences from the first corner, so that f32 is precise enough.
     let origin = rows[1][1];
     let rows = rows.map(|row| row.map(|sample| sample - origin));

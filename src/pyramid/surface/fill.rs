@@ -14,10 +14,10 @@ use crate::pyramid::error::PyramidError;
 use crate::pyramid::tile::flagged;
 
 /// Search radius of a no-data sample for valid samples of its own level, in samples.
-pub const RADIUS: u32 = 4;
+pub(crate) const RADIUS: u32 = 4;
 
 /// Heights of several levels, on disk or in memory.
-pub trait HeightLevels: Sync {
+pub(crate) trait HeightLevels: Sync {
     /// Returns the sizes of the levels, finest first.
     fn sizes(&self) -> &[LevelSize];
 
@@ -27,7 +27,7 @@ pub trait HeightLevels: Sync {
 
 /// Reads a region inside a level as tiles serve it: row-major, no-data filled, the lowest mantissa bit 1 for no-data
 /// and 0 for valid samples. `fallback_m` is the filling of no-data on the coarsest level that is far from everything.
-pub fn read_filled<L: HeightLevels + ?Sized>(
+pub(crate) fn read_filled<L: HeightLevels + ?Sized>(
     levels: &L,
     level: usize,
     region: Region,

@@ -39,7 +39,7 @@ impl Cover {
 }
 
 /// Returns the fine samples under a region of the coarse level.
-pub fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
+pub(crate) fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Region {
     let span = |first: u32, count: u32, fine: u32, coarse: u32| {
         let (a, b) = (Cover::new(first, fine, coarse), Cover::new(first + count - 1, fine, coarse));
         (a.first as u32, (b.first + b.count - a.first) as u32)
@@ -51,14 +51,14 @@ pub fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -> Regio
 
 /// Averages a level into a region of the next coarser one. `field` contains at least [`cover_region`] of it; NaN is
 /// no-data, there and in the result.
-pub fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
+pub(crate) fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
     let mut heights_m = vec![f32::NAN; region.samples()];
     average_into(field, fine, coarse, region, &mut heights_m);
     Field { region, heights_m }
 }
 
 /// Averages like [`next_level`] into `heights_m`, which holds the samples of `region`, row-major.
-pub fn average_into(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region, heights_m: &mut [f32]) {
+pub(crate) fn average_into(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region, heights_m: &mut [f32]) {
     let covers = |first: u32, count: u32, fine: u32, coarse: u32| -> Vec<Cover> {
         (first..first + count).map(|c| Cover::new(c, fine, coarse)).collect()
     };

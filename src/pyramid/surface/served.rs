@@ -5,7 +5,7 @@ use crate::pyramid::error::PyramidError;
 use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress};
 
 /// Reads an existing tile with its borders and with no-data filled; `fallback_m` is as for [`read_filled`].
-pub fn serve<L: HeightLevels + ?Sized>(
+pub(crate) fn serve<L: HeightLevels + ?Sized>(
     levels: &L,
     address: TileAddress,
     fallback_m: f32,

@@ -129,10 +129,10 @@ pub(in crate::pyramid) struct Range {
 }
 
 impl Range {
-    pub const EMPTY: Self = Self { min_m: f32::NAN, max_m: f32::NAN, valid: false, void: false };
+    pub(crate) const EMPTY: Self = Self { min_m: f32::NAN, max_m: f32::NAN, valid: false, void: false };
 
     /// Adds served samples (see [`is_void`]).
-    pub fn add(&mut self, served: &[f32]) {
+    pub(crate) fn add(&mut self, served: &[f32]) {
         for &height in served {
             if is_void(height) {
                 self.void = true;
@@ -146,7 +146,7 @@ impl Range {
     }
 
     /// Adds a range whose heights may be wrong by up to `doubt_m`.
-    pub fn join(&mut self, other: Self, doubt_m: f64) {
+    pub(crate) fn join(&mut self, other: Self, doubt_m: f64) {
         self.void |= other.void;
         self.valid |= other.valid;
         let (low, high) = (f64::from(other.min_m) - doubt_m, f64::from(other.max_m) + doubt_m);
@@ -154,7 +154,7 @@ impl Range {
         self.max_m = self.max_m.max(rounded_up(high));
     }
 
-    pub fn voids(self) -> Voids {
+    pub(crate) fn voids(self) -> Voids {
         match (self.valid, self.void) {
             (true, true) => Voids::Some,
             (true, false) => Voids::None,

@@ -163,7 +163,7 @@ impl Way {
     ///
     /// # Errors
     /// Fails, with one line, if one of them has no reference system, or if no transformation between them is known.
-    pub fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
+    pub(crate) fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
         let back = inverse(to.crs_from_grid);
         if !same(&from.crs, &to.crs) {
             let (from, to) = (Side::new(from)?, Side::new(to)?);
@@ -184,7 +184,7 @@ impl Way {
     }
 
     /// Returns the target's (column, row) of a position; NaN where a projection cannot represent it.
-    pub fn map(&self, column: f64, row: f64) -> [f64; 2] {
+    pub(crate) fn map(&self, column: f64, row: f64) -> [f64; 2] {
         match self {
             Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
             Self::Affine(by) => apply(*by, column, row),

@@ -5,7 +5,7 @@ use super::Way;
 use crate::source::reader::Window;
 
 /// A hole that is to be filled: the ascending indices of its samples in the window in which it was found.
-pub struct Hole {
+pub(super) struct Hole {
     pub samples: Vec<u32>,
     /// Bounding box of the samples, in columns and rows of that window.
     pub left: u32,
@@ -15,7 +15,7 @@ pub struct Hole {
 }
 
 /// Returns the holes that have a sample in `within` and are to be filled. `spikes` must be ascending.
-pub fn find(heights_m: &[f32], spikes: &[u32], around: Window, within: Window, way: &Way) -> Vec<Hole> {
+pub(super) fn find(heights_m: &[f32], spikes: &[u32], around: Window, within: Window, way: &Way) -> Vec<Hole> {
     let mut open: Vec<bool> = heights_m.iter().map(|height_m| !height_m.is_finite()).collect();
     spikes.iter().for_each(|&spike| open[spike as usize] = true);
     let (left, top) = (within.x - around.x, within.y - around.y);

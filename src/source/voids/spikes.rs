@@ -10,7 +10,7 @@
 use crate::source::reader::Window;
 
 /// Distance from no-data within which spikes are searched, in rows and columns.
-pub const REACH: u32 = 8;
+pub(super) const REACH: u32 = 8;
 /// Smallest rise of a spike over the median of its neighbours, as a multiple of the sample spacing: 27 degrees on all
 /// sides.
 const SLOPE: f64 = 0.5;
@@ -20,7 +20,7 @@ const OF_RELIEF: f64 = 0.8;
 const LEAST_NEIGHBOURS: usize = 3;
 
 /// Returns the ascending indices of spikes in the heights of a window.
-pub fn find(heights_m: &[f32], window: Window, spacing_m: f64) -> Vec<u32> {
+pub(super) fn find(heights_m: &[f32], window: Window, spacing_m: f64) -> Vec<u32> {
     let (width, height) = (window.width as usize, window.height as usize);
     let near_voids = mark_near_voids(heights_m, width, height);
     let is_spike = |index: &u32| {

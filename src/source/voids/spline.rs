@@ -16,7 +16,7 @@ use super::holes::Hole;
 use crate::source::reader::Window;
 
 /// Number of samples around a hole on which its surface depends.
-pub const RING: u32 = 2;
+pub(super) const RING: u32 = 2;
 
 /// Weight of the membrane against the plate: it dominates beyond the square root of the reciprocal, 24 samples from the
 /// rim.
@@ -55,7 +55,7 @@ enum Place {
 }
 
 /// Returns the heights in metres of a hole's samples, with their indices in the window.
-pub fn fill(heights_m: &[f32], spikes: &[u32], window: Window, hole: &Hole) -> Vec<(u32, f32)> {
+pub(super) fn fill(heights_m: &[f32], spikes: &[u32], window: Window, hole: &Hole) -> Vec<(u32, f32)> {
     let box_width = (hole.width + 2 * RING) as usize;
     let mut places = vec![Place::Absent; box_width * (hole.height + 2 * RING) as usize];
     let place_of = |sample: u32| {

@@ -20,7 +20,7 @@ pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureForm
 const PERIOD_M: f64 = (1_u32 << 13) as f64;
 
 /// Largest number of families of planes.
-pub const MOST_CUTS: usize = 3;
+pub(super) const MOST_CUTS: usize = 3;
 
 parameters! {
     /// Lines where families of parallel planes cut the land. Their density follows the spacing on the picture, and they

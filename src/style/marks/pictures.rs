@@ -23,7 +23,7 @@ pub fn check(recipe: &Recipe) -> Result<(), StyleError> {
 ///
 /// # Errors
 /// [`StyleError::MarkImage`] if an image is missing, cannot be decoded, or has another size.
-pub fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
+pub(crate) fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
     let mut pictures: Vec<Picture> = Vec::with_capacity(recipe.images.len());
     for path in &recipe.images {
         let wrong = |cause| StyleError::MarkImage { path: path.display().to_string(), cause };

@@ -4,7 +4,7 @@ use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
 /// Writes the arguments of the indirect dispatches.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("jobs", inputs.job_list.binding()),
         ("found", inputs.found.binding()),

@@ -6,7 +6,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::lakes::blocks::{GROUPS, Sea};
 
 /// Classifies samples as sea or land, and lists the level squares, in which there may be a lake.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let sea = Sea { sea_m: inputs.sea_m, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
     let mut resources = vec![
         ("sea", recorder.uniform("sea", &sea)),

@@ -4,7 +4,7 @@ use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
 /// Searches the columns up and down.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("found", inputs.found.binding()), ("shores", inputs.shores.binding())];
     recorder.indirect("surface/lakes/columns", &inputs.arguments, 24, &resources);
 }

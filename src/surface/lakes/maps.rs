@@ -4,7 +4,7 @@ use super::Inputs;
 use crate::gpu::recorder::Recorder;
 
 /// Writes the water maps.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("jobs", inputs.job_list.binding()),
         ("found", inputs.found.binding()),

@@ -7,13 +7,13 @@
 //!
 //! Why: `docs/decisions/water.md`.
 
-pub mod begin;
-pub mod blocks;
-pub mod classes;
-pub mod columns;
-pub mod maps;
-pub mod seen;
-pub mod shores;
+pub(crate) mod begin;
+pub(crate) mod blocks;
+pub(crate) mod classes;
+pub(crate) mod columns;
+pub(crate) mod maps;
+pub(crate) mod seen;
+pub(crate) mod shores;
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -43,7 +43,7 @@ const GIVEN: BufferKind = BufferKind::storage("given water");
 const ARGUMENTS: BufferKind = BufferKind::indirect("lake arguments");
 
 /// Inputs and outputs that the passes share.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
     /// The tiles whose maps are computed.
@@ -88,7 +88,7 @@ fn given_buffer(recorder: &mut Recorder<'_>, water: &Arc<GivenWater>) -> Buffer 
 
 /// Computes the maps that are planned for this frame; most frames have none. No submit computes more than one frame of
 /// a window does.
-pub fn make(recorder: &mut Recorder<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
+pub(crate) fn make(recorder: &mut Recorder<'_>, terrain: &[Named], maps: &WaterMaps, given: Option<&Arc<GivenWater>>) {
     // A prewarming run dispatches an empty list, since maps will be planned later.
     let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let parts = maps.jobs().chunks(MAPS_AT_ONCE).chain(nothing.iter().copied());

@@ -8,11 +8,11 @@ use crate::gpu::wgsl::surface::lakes::seen::Seen;
 /// Workgroup counts of `surface/water`, and of `surface/dry`.
 const ARGUMENTS: BufferKind = BufferKind::indirect("water arguments");
 /// Offset of the counts of `surface/dry`, in bytes.
-pub const DRY: u64 = 12;
+pub(crate) const DRY: u64 = 12;
 
 /// Returns the workgroup counts of `surface/water`, which looks for water in a picture, and of `surface/dry`, which
 /// writes that there is none. One of the two is zero.
-pub fn run(recorder: &mut Recorder<'_>, water_maps: &[Named], size_px: [u32; 2]) -> Buffer {
+pub(crate) fn run(recorder: &mut Recorder<'_>, water_maps: &[Named], size_px: [u32; 2]) -> Buffer {
     let arguments = recorder.buffer(&ARGUMENTS, 6 * 4);
     let seen = Seen { groups: size_px.map(|side| side.div_ceil(WORKGROUP_PX)), pad_a: 0, pad_b: 0 };
     let mut resources = vec![("picture", recorder.uniform("seen water", &seen)), ("arguments", arguments.binding())];

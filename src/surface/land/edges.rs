@@ -12,7 +12,7 @@ use crate::surface::edges::EdgeList;
 const KEPT: u64 = (PATCH_QUADS * PATCH_QUADS) as u64;
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of `shaders/shared/terrain.wgsl` and `shared/surface.wgsl`.
     pub terrain: &'a [Named],
@@ -22,7 +22,7 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges of a batch to the list.
-pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     if inputs.batch[1] == 0 && !recorder.prewarms() {
         return;
     }

@@ -14,7 +14,7 @@ const JOBS: BufferKind = BufferKind::storage("horizon jobs");
 /// Computes the maps that `horizons` has planned for this frame; most frames have none. A frame for a file may have
 /// planned hundreds: no submit computes more than one frame of a window does, because systems reset a GPU that is busy
 /// for long.
-pub fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &HorizonMaps) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, terrain: &[Named], horizons: &HorizonMaps) {
     let maps = &horizons.maps;
     let uniform = HorizonsUniform { to_sun: maps.key().to_array(), pad_a: 0.0, pad_b: 0.0 };
     // A prewarming run dispatches an empty list, since maps will be planned later.

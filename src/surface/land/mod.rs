@@ -1,7 +1,7 @@
 //! The land: patches of the terrain's mesh, and the bicubic surface that they follow.
 
-pub mod edges;
-pub mod horizons;
-pub mod raster;
-pub mod resolve;
-pub mod vertices;
+pub(crate) mod edges;
+pub(crate) mod horizons;
+pub(crate) mod raster;
+pub(crate) mod resolve;
+pub(crate) mod vertices;

@@ -21,7 +21,7 @@ const SOLID: Draw = Draw {
 const WITH_HOLES: Draw = Draw { fragment: "with_holes", ..SOLID };
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of `shaders/shared/terrain.wgsl` and `shared/surface.wgsl`.
     pub terrain: &'a [Named],
@@ -35,7 +35,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws a batch of patches.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.mesh.resources(inputs.batch));
     // The fragment shader of patches without holes does not read the terrain.

@@ -7,7 +7,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
@@ -18,7 +18,7 @@ pub struct Inputs<'a> {
 }
 
 /// Computes position and normal of every pixel.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("depth", inputs.depth.into()),

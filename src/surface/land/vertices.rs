@@ -20,11 +20,11 @@ const BATCH_STEP: u32 = 16;
 /// [`PatchInstance`]s: `Patch` in `shaders/shared/patch.wgsl`.
 const PATCHES: BufferKind = BufferKind::storage("patches");
 /// The vertices of the last batch, 17 × 17 per patch, row by row: metres from the rig's origin.
-pub const POSITIONS: BufferKind = BufferKind::storage("vertices");
+pub(crate) const POSITIONS: BufferKind = BufferKind::storage("vertices");
 
 /// A selection of patches on the GPU. It is drawn in batches; one is enough for usual picture sizes and errors.
 #[derive(Clone, Debug)]
-pub struct PatchMesh {
+pub(crate) struct PatchMesh {
     patches: Buffer,
     positions: Buffer,
     /// First patch and number of patches of each batch. An empty selection has one empty batch, which still clears the
@@ -36,7 +36,7 @@ pub struct PatchMesh {
 
 impl PatchMesh {
     /// Uploads the patches of a selection, for all eyes of a rig.
-    pub fn upload(recorder: &mut Recorder<'_>, selection: &Selection) -> Self {
+    pub(crate) fn upload(recorder: &mut Recorder<'_>, selection: &Selection) -> Self {
         let instances: Vec<PatchInstance> = [selection.solid.as_slice(), &selection.with_holes].concat();
         let count = instances.len() as u32;
         let limits = recorder.gpu().device.limits();
@@ -57,19 +57,19 @@ impl PatchMesh {
     }
 
     /// Returns whether any patch has holes.
-    pub fn has_holes(&self) -> bool {
+    pub(crate) fn has_holes(&self) -> bool {
         self.solid < self.batches.iter().map(|[_, count]| count).sum()
     }
 
     /// Computes the vertices of a batch. If there is only one batch, this is done once for all eyes.
-    pub fn place(&self, recorder: &mut Recorder<'_>, batch: [u32; 2], terrain: &[Named]) {
+    pub(crate) fn place(&self, recorder: &mut Recorder<'_>, batch: [u32; 2], terrain: &[Named]) {
         let mut resources = self.resources(batch).to_vec();
         resources.extend(terrain.iter().cloned());
         recorder.groups("surface/land/vertices", [VERTICES.div_ceil(WORKGROUP), batch[1]], &resources);
     }
 
     /// Returns the bindings of a batch's patches and vertices.
-    pub fn resources(&self, batch: [u32; 2]) -> [Named; 2] {
+    pub(crate) fn resources(&self, batch: [u32; 2]) -> [Named; 2] {
         let patches = match self.batches.len() {
             // The whole buffer, so that the same bind group serves any number of patches.
             1 => self.patches.clone(),
@@ -87,7 +87,7 @@ impl PatchMesh {
 ///
 /// # Errors
 /// The same as [`readback::read_buffer`].
-pub fn read(gpu: &Gpu, positions: &Buffer, patches: usize) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+pub(crate) fn read(gpu: &Gpu, positions: &Buffer, patches: usize) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
     let count = patches * VERTICES as usize;
     if count as u64 * POSITION_BYTES > positions.raw.size() {
         return Ok(None);

@@ -14,18 +14,20 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::surface::meshes::cull::Cull as CullUniform;
-pub use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
+pub(crate) use crate::gpu::wgsl::surface::meshes::cull::MeshDraws;
+#[cfg(test)]
 use crate::mesh::placed::{Placed, Standing};
 use crate::scene::view::{Rig, View};
+#[cfg(test)]
 use crate::tiles::earth_curvature::EarthCurvature;
 use bytemuck::Zeroable;
 
 /// Meshes smaller than this across are not drawn, in pixels.
-pub const SMALLEST_PX: f64 = 1.0;
+pub(crate) const SMALLEST_PX: f64 = 1.0;
 /// The largest error of a level on the picture, in pixels.
-pub const LARGEST_ERROR_PX: f64 = 0.5;
+pub(crate) const LARGEST_ERROR_PX: f64 = 0.5;
 /// Meshes whose mean edge is shorter than this at their nearest point have no edges, in pixels.
-pub const SHORTEST_EDGE_PX: f64 = 0.5;
+pub(crate) const SHORTEST_EDGE_PX: f64 = 0.5;
 /// Threads of a workgroup; `MOST_STANDING` divided by this must not exceed this.
 const WORKGROUP: u32 = 256;
 
@@ -44,7 +46,7 @@ const NO_DEMAND: [u32; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize] 
     [0; crate::gpu::wgsl::surface::meshes::cull::TRIES as usize];
 
 /// Culls all mesh instances of the world. `terrain` is the terrain uniform, for the curvature of the earth.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Named, meshes: &DrawnMeshes) {
     let [origin_coarse, origin_fine] = fixed_point(rig.origin_m);
     let groups = meshes.standing().div_ceil(WORKGROUP);
     let bytes = u64::from(groups) * 16;
@@ -86,6 +88,7 @@ pub fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terrain: Nam
 }
 
 /// A mesh instance that is in view.
+#[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VisibleInstance {
     /// Index into [`Placed::standing`].
@@ -97,6 +100,7 @@ pub struct VisibleInstance {
 }
 
 /// The CPU twin: returns the instances in view, in the order of [`Placed::standing`].
+#[cfg(test)]
 pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {

@@ -18,7 +18,7 @@ use crate::surface::curvature::Shapes;
 const SHAPES: BufferKind = BufferKind::storage("mesh shapes");
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub meshes: &'a DrawnMeshes,
     /// Size of a feature, in pixels.
@@ -51,7 +51,7 @@ fn packed(placed: &Placed) -> Vec<VertexShape> {
 
 /// Writes the curvature where a mesh is seen. The curvature at vertices is computed in the background, if pipelines are
 /// built there.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let placed = &inputs.meshes.meshes.placed;
     let theirs = Arc::clone(placed);
     let made = recorder.cached_in_background(

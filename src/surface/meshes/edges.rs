@@ -13,7 +13,7 @@ use crate::surface::edges::EdgeList;
 const WORKGROUP: u64 = 64;
 
 /// Adds the edges to the list.
-pub fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMeshes) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, view: &Resource, meshes: &DrawnMeshes) {
     let sides = sides::run(recorder, view, meshes);
     let mut resources = vec![("view", view.clone()), ("mesh_sides", sides.binding())];
     resources.extend(edges.resources());

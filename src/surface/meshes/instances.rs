@@ -20,7 +20,7 @@ pub(super) struct LevelMesh<'a> {
 
 impl LevelMesh<'_> {
     /// Returns the vertices, relative to the middle of the full-resolution mesh.
-    pub fn vertices(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
+    pub(super) fn vertices(&self) -> impl Iterator<Item = [f32; 4]> + '_ {
         let moved = |at_m: &[f32; 3]| (self.aside_m + DVec3::from_array(at_m.map(f64::from))).as_vec3();
         let vertex = move |at_m: &[f32; 3]| {
             // Bit-identical if there is no offset.

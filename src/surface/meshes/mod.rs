@@ -13,14 +13,14 @@
 //!
 //! Why: `docs/decisions/mesh-passes.md`.
 
-pub mod cull;
-pub mod curvature;
-pub mod edges;
+pub(crate) mod cull;
+pub(crate) mod curvature;
+pub(crate) mod edges;
 mod instances;
-pub mod raster;
-pub mod resolve;
+pub(crate) mod raster;
+pub(crate) mod resolve;
 mod sides;
-pub mod vertices;
+pub(crate) mod vertices;
 
 pub(crate) use self::instances::MeshInstance;
 use std::convert::Infallible;
@@ -41,11 +41,11 @@ const TRIANGLES: BufferKind = BufferKind::storage("mesh triangles");
 const STANDINGS: BufferKind = BufferKind::storage("mesh standings");
 const LEVELS: BufferKind = BufferKind::storage("mesh levels");
 /// `MeshInstance`s in view, in the order of the scene; the first one holds their number.
-pub const INSTANCES: BufferKind = BufferKind::storage("mesh instances");
+pub(crate) const INSTANCES: BufferKind = BufferKind::storage("mesh instances");
 /// Arguments of the indirect dispatches and draws: see [`cull`].
-pub const DRAWS: BufferKind = BufferKind::indirect("mesh draws");
+pub(crate) const DRAWS: BufferKind = BufferKind::indirect("mesh draws");
 /// Vertices of the instances in view, in metres from the rig's origin, in the order of [`INSTANCES`].
-pub const POSITIONS: BufferKind = BufferKind::storage("mesh positions");
+pub(crate) const POSITIONS: BufferKind = BufferKind::storage("mesh positions");
 
 /// The meshes of a world on the GPU.
 struct MeshBuffers {
@@ -75,7 +75,7 @@ impl MeshBuffers {
 }
 
 /// The meshes of one frame.
-pub struct DrawnMeshes {
+pub(crate) struct DrawnMeshes {
     meshes: Arc<MeshBuffers>,
     /// Has room for all instances of the world.
     instances: Buffer,
@@ -85,7 +85,7 @@ pub struct DrawnMeshes {
 
 impl DrawnMeshes {
     /// Allocates the buffers of a frame; the meshes are uploaded if `placed` is another world's than before.
-    pub fn of(recorder: &mut Recorder<'_>, placed: &Arc<Placed>) -> Self {
+    pub(crate) fn of(recorder: &mut Recorder<'_>, placed: &Arc<Placed>) -> Self {
         let meshes = recorder.cached(
             |known: &MeshBuffers| Arc::ptr_eq(&known.placed, placed),
             |gpu| Ok::<_, Infallible>(MeshBuffers::new(gpu, placed)),
@@ -116,7 +116,7 @@ impl DrawnMeshes {
     }
 
     /// Returns the bindings of `shaders/shared/meshes.wgsl`, for the passes after [`vertices`].
-    pub fn resources(&self) -> [Named; 3] {
+    pub(crate) fn resources(&self) -> [Named; 3] {
         [
             ("mesh_instances", self.instances.binding()),
             ("mesh_triangles", self.meshes.triangles.binding()),

@@ -15,7 +15,7 @@ const DRAW: Draw = Draw {
 };
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub meshes: &'a DrawnMeshes,
     pub depth: &'a Target,
@@ -23,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the meshes.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![("view", inputs.view.clone())];
     resources.extend(inputs.meshes.resources());
     let drawing = recorder.drawing(&DRAW, &resources);

@@ -18,7 +18,7 @@ use crate::surface::local_color;
 const COLORS: BufferKind = BufferKind::storage("mesh colors");
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub meshes: &'a DrawnMeshes,
     /// Surface ids, which identify the triangles.
@@ -52,7 +52,7 @@ fn color_of(material: &Material) -> u32 {
 }
 
 /// Writes `position` and `normal` where a mesh is seen, and `local_color` if there is one.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),

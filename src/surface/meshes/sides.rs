@@ -11,7 +11,7 @@ const SIDES: BufferKind = BufferKind::storage("mesh sides");
 const SIDE_BYTES: u64 = 16;
 
 /// Computes the normal and facing of each triangle that is near enough.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
+pub(super) fn run(recorder: &mut Recorder<'_>, view: &Resource, meshes: &DrawnMeshes) -> Buffer {
     let sides = recorder.buffer(&SIDES, meshes.room().triangles * SIDE_BYTES);
     let mut resources = vec![("mesh_sides", sides.binding()), ("view", view.clone())];
     resources.extend(meshes.resources());

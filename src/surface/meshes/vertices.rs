@@ -7,7 +7,7 @@ use crate::gpu::recorder::Recorder;
 
 /// Computes the positions of the vertices in view, into [`POSITIONS`](super::POSITIONS). `terrain` is the terrain
 /// uniform, for the curvature of the earth.
-pub fn run(recorder: &mut Recorder<'_>, meshes: &DrawnMeshes, terrain: Named) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, meshes: &DrawnMeshes, terrain: Named) {
     let resources = [
         ("mesh_instances", meshes.instances.binding()),
         ("mesh_vertices", meshes.meshes.vertices.binding()),

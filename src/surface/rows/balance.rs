@@ -10,7 +10,7 @@ use crate::gpu::target::Target;
 const GAINS: BufferKind = BufferKind::storage("row gains");
 
 /// Compares the ink of each square with the requested tone, and returns the factors by which marks are widened.
-pub fn run(
+pub(crate) fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,
     plan: &RowPlan,

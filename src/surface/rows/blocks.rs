@@ -22,7 +22,7 @@ use crate::tiles::selection::Selection;
 use crate::tiles::terrain::{Loading, Terrain};
 
 /// Blocks that a frame builds if it must not wait, and that one submit builds if it must.
-pub const JOBS_AT_ONCE: usize = 8;
+pub(crate) const JOBS_AT_ONCE: usize = 8;
 /// Blocks of a pool: 66 MB of candidates, half of what a binding may hold.
 const POOL_SLOTS: usize = 48;
 /// Number of pools. The minimum keeps blocks that go out of view cached; if a picture needs more than the maximum, the
@@ -71,7 +71,7 @@ struct MadeOf {
 
 /// The cached blocks, on the GPU.
 #[derive(Default)]
-pub struct RowMemory {
+pub(crate) struct RowMemory {
     pools: Vec<[Buffer; 2]>,
     /// Keeps the tile store of the blocks alive, so that no other store can have its address in memory.
     store: Option<Arc<dyn TileStore>>,
@@ -84,19 +84,19 @@ pub struct RowMemory {
 
 impl RowMemory {
     /// Marks the blocks of the last plan as not built, because its frame was not drawn.
-    pub fn forget_planned(&mut self) {
+    pub(crate) fn forget_planned(&mut self) {
         for address in self.planned.drain(..) {
             self.made.remove(&address);
         }
     }
 
     /// Returns whether the next frame of the same view would have more marks.
-    pub fn is_late(&self) -> bool {
+    pub(crate) fn is_late(&self) -> bool {
         self.is_late
     }
 
     /// Plans which blocks a frame builds and draws; these then count as built. `is_whole`: all tiles are loaded.
-    pub fn plan(
+    pub(crate) fn plan(
         &mut self,
         gpu: &Gpu,
         terrain: &Terrain,
@@ -180,7 +180,7 @@ impl RowMemory {
                 plan[pool].seen.push(block(terrain, *address, slot as u32, rig.origin_m));
             }
         }
-        RowPlan { rules, pools: plan, is_late: self.is_late }
+        RowPlan { rules, pools: plan }
     }
 
     /// Returns a free slot, or that of the least recently used block.

@@ -15,7 +15,7 @@ const ROUNDS: u32 = 8;
 const STAGES: u32 = 3;
 
 /// Selects a maximal set of marks that keep their distance; returns the bindings of `shaders/shared/row_places.wgsl`.
-pub fn run(
+pub(crate) fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,
     plan: &RowPlan,

@@ -11,12 +11,12 @@ use crate::gpu::wgsl::shared::rows::SAMPLES;
 use crate::gpu::{Gpu, GpuError};
 
 /// Arguments of an indirect draw.
-pub const DRAWN: BufferKind = BufferKind::indirect("row draw");
+pub(crate) const DRAWN: BufferKind = BufferKind::indirect("row draw");
 /// Samples along the marks.
-pub const MARKS: BufferKind = BufferKind::storage("row marks");
+pub(crate) const MARKS: BufferKind = BufferKind::storage("row marks");
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The plan, for its rules uniform.
     pub plan: &'a RowPlan,
@@ -29,7 +29,7 @@ pub struct Inputs<'a> {
 }
 
 /// The marks to draw: arguments of an indirect draw, and samples.
-pub struct Marks {
+pub(crate) struct Marks {
     /// Arguments of the draw: vertices and instances.
     pub drawn: Buffer,
     /// Samples along the marks.
@@ -37,7 +37,7 @@ pub struct Marks {
 }
 
 /// Computes the widths of the marks.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = recorder.buffer(&DRAWN, 16);
     let samples = recorder.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
@@ -71,7 +71,7 @@ pub struct RowSample {
 ///
 /// # Errors
 /// [`GpuError::Readback`] when the device is lost or out of memory.
-pub fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSample>>, GpuError> {
+pub(crate) fn read(gpu: &Gpu, drawn: &Buffer, samples: &Buffer) -> Result<Vec<Vec<RowSample>>, GpuError> {
     let numbers: Vec<u32> = read_buffer(gpu, &drawn.raw, 4)?;
     let of_mark = SAMPLES as usize;
     let room = samples.raw.size() as usize / (16 * of_mark);

@@ -10,18 +10,18 @@
 //!
 //! Why: `docs/decisions/rows.md`.
 
-pub mod balance;
-pub mod off_land;
-pub mod blocks;
-pub mod choice;
-pub mod marks;
-pub mod octaves;
-pub mod proposals;
-pub mod relief;
-pub mod ribbons;
-pub mod rooms;
-pub mod seeds;
-pub mod trace;
+pub(crate) mod balance;
+pub(crate) mod off_land;
+pub(crate) mod blocks;
+pub(crate) mod choice;
+pub(crate) mod marks;
+pub(crate) mod octaves;
+pub(crate) mod proposals;
+pub(crate) mod relief;
+pub(crate) mod ribbons;
+pub(crate) mod rooms;
+pub(crate) mod seeds;
+pub(crate) mod trace;
 
 use crate::gpu::Gpu;
 use crate::gpu::bind::Named;
@@ -38,7 +38,7 @@ const RELIEFS: BufferKind = BufferKind::storage("row relief");
 
 /// The blocks that are cached in one pair of buffers, as far as a frame needs them.
 #[derive(Clone)]
-pub struct PlannedPool {
+pub(crate) struct PlannedPool {
     /// Blocks that this frame builds.
     pub jobs: Vec<RowBlock>,
     /// Blocks that are visible.
@@ -51,33 +51,31 @@ pub struct PlannedPool {
 
 impl PlannedPool {
     /// Creates a plan without blocks.
-    pub fn new(counts: Buffer, candidates: Buffer) -> Self {
+    pub(crate) fn new(counts: Buffer, candidates: Buffer) -> Self {
         Self { jobs: Vec::new(), seen: Vec::new(), counts, candidates }
     }
 }
 
 /// The rows that a frame builds and draws.
 #[derive(Clone)]
-pub struct RowPlan {
+pub(crate) struct RowPlan {
     /// The rules uniform of the shaders.
     pub rules: RowRules,
     /// The pools: no single binding holds all blocks of a large picture.
     pub pools: Vec<PlannedPool>,
-    /// Whether blocks are left for the next frame.
-    pub is_late: bool,
 }
 
 impl RowPlan {
     /// Returns the plan of a frame that is only prewarmed.
-    pub fn prewarm(gpu: &Gpu) -> Self {
+    pub(crate) fn prewarm(gpu: &Gpu) -> Self {
         let nothing = Buffer::new(gpu, &JOBS, 16);
         let pools = vec![PlannedPool::new(nothing.clone(), nothing)];
-        Self { rules: RowRules::default(), pools, is_late: false }
+        Self { rules: RowRules::default(), pools }
     }
 }
 
 /// Builds the planned blocks. No submit builds more than one frame of a window does.
-pub fn make(recorder: &mut Recorder<'_>, plan: &RowPlan, terrain: &[Named]) {
+pub(crate) fn make(recorder: &mut Recorder<'_>, plan: &RowPlan, terrain: &[Named]) {
     let nothing: &[&[_]] = if recorder.prewarms() { &[&[]] } else { &[] };
     let of_pool = |pool| nothing.iter().copied().map(move |jobs| (pool, jobs));
     let parts = plan.pools.iter().flat_map(|pool: &PlannedPool| {

@@ -5,6 +5,6 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::OCTAVES;
 
 /// Computes the octaves of the blocks' cells.
-pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/octaves", [(OCTAVES * OCTAVES) as u32 / 64, blocks], resources);
 }

@@ -5,10 +5,10 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// [`POSITION`](crate::surface::POSITION) of models and trees; all 0 where land is seen.
-pub const PLACE_OFF_LAND: TargetKind = TargetKind::storage("place off land", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const PLACE_OFF_LAND: TargetKind = TargetKind::storage("place off land", wgpu::TextureFormat::Rgba32Float);
 
 /// Removes the land from a position. `view` is a `View`, and `place_off_land` a [`PLACE_OFF_LAND`].
-pub fn run(
+pub(crate) fn run(
     recorder: &mut Recorder<'_>,
     view: &Resource,
     surface_id: &Target,

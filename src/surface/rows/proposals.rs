@@ -13,14 +13,14 @@ const PROPOSED: BufferKind = BufferKind::storage("row proposed");
 const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
 
 /// Returns how many proposals a binding can hold.
-pub fn most_marks(gpu: &Gpu) -> u32 {
+pub(crate) fn most_marks(gpu: &Gpu) -> u32 {
     let limits = gpu.device.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     u32::try_from(bytes / (16 * PROPOSAL as u64)).unwrap_or(u32::MAX)
 }
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Bindings of the terrain: height atlas and page table.
     pub terrain: &'a [Named],
@@ -31,7 +31,7 @@ pub struct Inputs<'a> {
 }
 
 /// The marks that may be drawn.
-pub struct Proposals {
+pub(crate) struct Proposals {
     /// Number of proposals, then three unused words.
     pub count: Buffer,
     /// The proposals, of `PROPOSAL` vectors each.
@@ -39,7 +39,7 @@ pub struct Proposals {
 }
 
 /// Selects the candidates that may be drawn, and computes their room.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);
     let all = recorder.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);

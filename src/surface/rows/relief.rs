@@ -5,7 +5,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::{NODES, SLOPE_NODES};
 
 /// Computes the relief of the blocks, and clears their candidates.
-pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     let nodes = (NODES * NODES + SLOPE_NODES * SLOPE_NODES) as u32;
     recorder.groups("surface/rows/relief", [nodes.div_ceil(64), blocks], resources);
 }

@@ -11,7 +11,7 @@ use crate::gpu::wgsl::surface::rows::ribbons::{BEHIND, BEHIND_PART};
 /// A format of 16 bits, because it is blended, which not every GPU supports for 32-bit floats.
 const INK_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
 /// Ink of the rows, 0 to 1.
-pub const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
+pub(crate) const ROW_INK: TargetKind = TargetKind::attachment("row ink", INK_FORMAT);
 
 const KIND: Draw = Draw {
     colors: [greatest(INK_FORMAT), None, None, None, None],
@@ -20,7 +20,7 @@ const KIND: Draw = Draw {
 };
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The plan, for its rules uniform.
     pub plan: &'a RowPlan,
@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the marks into the cleared target.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("rules", recorder.uniform("row rules", &inputs.plan.rules)),
@@ -52,6 +52,6 @@ pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
 
 /// Returns how far away a mark may be, along the view axis, to be visible on land at `land_m`, as in the shader.
 /// `spacing` is the spacing of marks as a fraction of the distance.
-pub fn allowed_m(land_m: f32, spacing: f32) -> f32 {
+pub(crate) fn allowed_m(land_m: f32, spacing: f32) -> f32 {
     land_m * (1.0 + BEHIND_PART) + BEHIND * spacing * land_m
 }

@@ -17,7 +17,7 @@ pub(super) fn squares(plan: &RowPlan, size_px: [u32; 2]) -> u32 {
 }
 
 /// Measures the rooms, with the resources that `choice` returned, and returns the ink of each square.
-pub fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
+pub(crate) fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named], tone: &Target) -> Buffer {
     let inks = recorder.buffer(&INKS, 4 * u64::from(squares(plan, tone.size_px())));
     recorder.clear(&inks);
     let mut resources = places.to_vec();

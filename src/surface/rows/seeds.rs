@@ -5,6 +5,6 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::CELLS;
 
 /// Places candidates in the blocks.
-pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/seeds", [(CELLS * CELLS) as u32 / 64, blocks], resources);
 }

@@ -5,6 +5,6 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::rows::MOST_CANDIDATES;
 
 /// Traces the marks of the blocks' candidates.
-pub fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
     recorder.groups("surface/rows/trace", [MOST_CANDIDATES / 64, blocks], resources);
 }

@@ -25,7 +25,7 @@ const PALETTE: BufferKind = BufferKind::storage("tree palette");
 const PAINTS: &str = "tree paints";
 
 /// The colours of the species of a forest.
-pub struct TreeColors {
+pub(crate) struct TreeColors {
     shared: Arc<Shared>,
     palettes: Vec<Vec<u32>>,
     pub(super) species: Vec<SpeciesColors>,
@@ -42,14 +42,14 @@ pub(super) struct SpeciesColors {
 }
 
 /// Trees with their local colours, for the passes that draw them.
-pub struct Colored {
+pub(crate) struct Colored {
     pub(super) colors: Arc<TreeColors>,
     pub local_color: Target,
 }
 
 impl Colored {
     /// Returns the colours of the trees of a forest, which are cached.
-    pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
+    pub(crate) fn of(recorder: &mut Recorder<'_>, forest: &Forest, trees: &DrawnTrees, local_color: Target) -> Self {
         let shared = &trees.shared;
         let palettes: Vec<Vec<u32>> = shared
             .looks
@@ -93,7 +93,7 @@ impl SpeciesColors {
     }
 
     /// Returns the bindings of the impostor shader, for trees or for pieces of canopy.
-    pub fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
+    pub(super) fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
         let paints = if is_canopy { &self.canopy } else { &self.alone };
         [("tree_paints", Resource::Texture(PAINTS, paints.clone())), ("tree_palette", self.palette.binding())]
     }

@@ -35,7 +35,7 @@ pub(super) struct EdgesOfSpecies {
 
 impl EdgesOfSpecies {
     /// Finds the edges of near meshes, which are given as triangle corners.
-    pub fn new<'a>(gpu: &Gpu, meshes: impl Iterator<Item = &'a [TreeCorner]>) -> Self {
+    pub(super) fn new<'a>(gpu: &Gpu, meshes: impl Iterator<Item = &'a [TreeCorner]>) -> Self {
         let mut all: Vec<TreeEdge> = Vec::new();
         let mut of_species: Vec<TreeEdges> = Vec::new();
         for corners in meshes {
@@ -75,7 +75,7 @@ fn packed(corners: &[TreeCorner]) -> Vec<TreeEdge> {
 }
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
@@ -86,7 +86,7 @@ pub struct Inputs<'a> {
 }
 
 /// Adds the edges to the list.
-pub fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, swaying } = inputs;
     let of_species = &trees.shared.edges;
     let near = near::run(recorder, view, trees, of_species.groups);

@@ -9,7 +9,7 @@ use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, TREE_LEVELS};
 pub(super) const CORNERS: u32 = 6;
 
 /// Draws the impostors.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let draw = &inputs.variant("surface/trees/impostor");
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in inputs.trees.shared.species.iter().enumerate() {

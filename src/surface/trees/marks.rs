@@ -5,13 +5,13 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
 /// [`POSITION`](crate::surface::POSITION) for hatching marks: those of a tree are placed on a plane that faces the eye.
-pub const MARK_PLACE: TargetKind = TargetKind::storage("mark place", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const MARK_PLACE: TargetKind = TargetKind::storage("mark place", wgpu::TextureFormat::Rgba32Float);
 /// [`NORMAL`](crate::surface::NORMAL) for hatching marks: a tree has the normal of its rounded body, and a lightness of
 /// −1.
-pub const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rgba32Float);
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Surface ids, which identify the pixels of trees.
     pub surface_id: &'a Target,
@@ -23,7 +23,7 @@ pub struct Inputs<'a> {
 }
 
 /// Writes `mark_place` and `mark_surface`.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),

@@ -6,44 +6,46 @@
 //! ([`shadow`]), and near ones have strokes ([`near`], [`edges`]). Nothing is read back: draws are indirect. In wind,
 //! [`sway`] computes how each tree bends, and the passes that draw trees also write how far each pixel has moved.
 
-pub mod colors;
-pub mod edges;
-pub mod impostor;
-pub mod marks;
-pub mod near;
-pub mod place;
-pub mod raster;
-pub mod resolve;
-pub mod shadow;
+pub(crate) mod colors;
+pub(crate) mod edges;
+pub(crate) mod impostor;
+pub(crate) mod marks;
+pub(crate) mod near;
+pub(crate) mod place;
+pub(crate) mod raster;
+pub(crate) mod resolve;
+pub(crate) mod shadow;
 mod shared;
-pub mod sway;
+pub(crate) mod sway;
 
 use std::sync::Arc;
 
 use self::place::MOST_TREES;
-pub use self::place::TreeInstance;
+pub(crate) use self::place::TreeInstance;
 use self::shared::{Look, Shared};
 use crate::forest::model::TreeModel;
 use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-pub use crate::gpu::wgsl::shared::trees::{CANOPY, DRAW_WORDS, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
+#[cfg(test)]
+pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
+pub(crate) use crate::gpu::wgsl::shared::trees::{DRAW_WORDS, TREE_LEVELS};
 use crate::scene::Forest;
 use crate::scene::forest::Form;
 
 /// The [`TreeInstance`]s of an eye.
-pub const INSTANCES: BufferKind = BufferKind::storage("tree instances");
+pub(crate) const INSTANCES: BufferKind = BufferKind::storage("tree instances");
 /// Lists of instance numbers: one for each species and level, then one for each species with the trees that throw
 /// shadows.
-pub const ORDER: BufferKind = BufferKind::storage("tree order");
+pub(crate) const ORDER: BufferKind = BufferKind::storage("tree order");
 /// The arguments of each list's draw ([`DRAW_WORDS`]), then the number of instances.
-pub const DRAWS: BufferKind = BufferKind::indirect("tree draws");
+pub(crate) const DRAWS: BufferKind = BufferKind::indirect("tree draws");
 
 /// Lists of a species: one for each level, and one for shadows.
-pub const TREE_LISTS: u32 = TREE_LEVELS + 1;
+pub(crate) const TREE_LISTS: u32 = TREE_LEVELS + 1;
 
 /// The trees of one frame.
-pub struct DrawnTrees {
+pub(crate) struct DrawnTrees {
     shared: Arc<Shared>,
     instances: Buffer,
     order: Buffer,
@@ -53,7 +55,7 @@ pub struct DrawnTrees {
 impl DrawnTrees {
     /// Creates the buffers of a frame, in which no trees are selected yet. Returns `None` while the species are grown
     /// in the background. A species whose model is not among `models` is drawn as a broadleaf.
-    pub fn of(recorder: &mut Recorder<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
+    pub(crate) fn of(recorder: &mut Recorder<'_>, forest: &Forest, models: &[Arc<TreeModel>]) -> Option<Self> {
         let look = |form: Form| match form {
             Form::Conifer => Look::Grown(Grown::Conifer),
             Form::Broadleaf => Look::Grown(Grown::Broadleaf),

@@ -9,7 +9,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::trees::near::{NEAR_GROUPS, NearTrees};
 
 /// The most trees that have strokes; the nearest ones have them.
-pub const MOST_NEAR: u32 = 1 << 12;
+pub(crate) const MOST_NEAR: u32 = 1 << 12;
 
 /// Number of trees, then their instance numbers, from near to far.
 const NEAR_ORDER: BufferKind = BufferKind::storage("near trees");
@@ -17,7 +17,7 @@ const NEAR_ORDER: BufferKind = BufferKind::storage("near trees");
 const NEAR_DISPATCH: BufferKind = BufferKind::indirect("near tree groups");
 
 /// The trees that have strokes.
-pub struct Near {
+pub(crate) struct Near {
     /// Number of trees, then their instance numbers, from near to far.
     pub(super) order: Buffer,
     /// Workgroup counts (x, y, z) for the trees' edges, then the total number of workgroups.
@@ -25,7 +25,7 @@ pub struct Near {
 }
 
 /// Selects the trees, for a pass that has `groups_of_tree` workgroups per tree.
-pub fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
+pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
     let uniform =
         NearTrees { species: trees.shared.species.len() as u32, capacity: MOST_TREES, room: MOST_NEAR, groups_of_tree };
     let order = recorder.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MOST_NEAR)));

@@ -15,7 +15,7 @@ use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord, TreeRules};
-pub use crate::gpu::wgsl::shared::trees::TreeInstance;
+pub(crate) use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
 use crate::gpu::wgsl::surface::trees::place::{OWN_SIZE, SHRUNK, TreeBlock};
@@ -26,17 +26,17 @@ use crate::tiles::Terrain;
 
 /// The most trees and pieces of canopy that are drawn for an eye. If there would be more, thinning begins nearer to the
 /// eye.
-pub const MOST_TREES: u32 = 1 << 18;
+pub(crate) const MOST_TREES: u32 = 1 << 18;
 /// Height on the picture below which fewer and wider trees are drawn, in pixels.
-pub const FULL_PX: f64 = 22.0;
+pub(crate) const FULL_PX: f64 = 22.0;
 /// The largest distance at which forests are drawn, in metres.
-pub const FARTHEST_M: f64 = 60_000.0;
+pub(crate) const FARTHEST_M: f64 = 60_000.0;
 /// Height on the picture below which a tree's mesh has few triangles, in pixels.
-pub const MIDDLE_PX: f64 = 150.0;
+pub(crate) const MIDDLE_PX: f64 = 150.0;
 /// Height on the picture below which a tree is drawn as an impostor, in pixels.
-pub const IMPOSTOR_PX: f64 = 52.0;
+pub(crate) const IMPOSTOR_PX: f64 = 52.0;
 /// Height of the tallest tree, as a multiple of its species' mean height.
-pub const TALLEST: f64 = 1.35;
+pub(crate) const TALLEST: f64 = 1.35;
 /// The same if a raster gives the canopy height.
 const TALLEST_OF_RASTER: f64 = 2.9;
 /// Factor for trees that are drawn as two instances: those that dissolve between levels, and those that a piece of
@@ -59,7 +59,7 @@ const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
 const _: () = assert!(MOST_SPECIES as usize == Forest::MOST_SPECIES);
 
 /// Inputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub eye: &'a View,
     /// The rig's origin in the world, to which positions are relative.
@@ -82,7 +82,7 @@ pub struct Inputs<'a> {
 
 /// Uniforms and flags for the passes that draw trees.
 #[derive(Clone, Debug)]
-pub struct Placed {
+pub(crate) struct Placed {
     /// `Species` records of the forest.
     pub species: Resource,
     /// The `Forest` uniform of this eye.
@@ -101,7 +101,7 @@ fn shadow_reach(to_sun: DVec3) -> f64 {
 }
 
 /// Selects the trees of a forest that an eye sees.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &DrawnTrees) -> Placed {
     let &Inputs { view, eye, origin_m, terrain, forest, cover, wind, to_sun, has_shadows, detail } = inputs;
     let shared = &trees.shared;
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());

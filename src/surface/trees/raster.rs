@@ -15,19 +15,19 @@ use crate::surface::{DEPTH_FORMAT, ID_FORMAT};
 pub(super) const NORMAL_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// Normal of trees, at pixels whose surface id is a tree; undefined elsewhere. The last channel is lightness.
-pub const TREE_NORMAL: TargetKind = TargetKind::attachment("tree normal", NORMAL_FORMAT);
+pub(crate) const TREE_NORMAL: TargetKind = TargetKind::attachment("tree normal", NORMAL_FORMAT);
 
 pub(super) const FORM_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// xyz: normal of the rounded body that the crown fills; w: how far the plane through the crown's middle that faces the
 /// eye is behind the visible surface, in metres along the view axis. Written where a tree is seen.
-pub const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
+pub(crate) const TREE_FORM: TargetKind = TargetKind::attachment("tree form", FORM_FORMAT);
 
 /// Shader definitions of trees in wind.
 pub(super) const SWAYING_DEFINITIONS: &[&str] = &["WIND"];
 
 /// Inputs and outputs of the passes that draw trees.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
@@ -95,7 +95,7 @@ impl Inputs<'_> {
 }
 
 /// Draws the trees.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let draw = &inputs.variant("surface/trees/raster");
     let mut drawings: Vec<(u32, Drawing)> = Vec::new();
     for (number, model) in inputs.trees.shared.species.iter().enumerate() {

@@ -5,7 +5,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// Inputs and outputs of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Surface ids, which identify the pixels of trees.
     pub surface_id: &'a Target,
@@ -17,7 +17,7 @@ pub struct Inputs<'a> {
 }
 
 /// Writes `position` and `normal` where a tree is seen.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),

@@ -14,7 +14,7 @@ use crate::surface::DEPTH_FORMAT;
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R8Unorm;
 
 /// The share of sunlight that trees block, 0 to 1.
-pub const TREE_SHADOW: TargetKind = TargetKind::attachment("tree shadow", FORMAT);
+pub(crate) const TREE_SHADOW: TargetKind = TargetKind::attachment("tree shadow", FORMAT);
 
 const STANDING: Draw = Draw {
     // The darkest of overlapping shadows.
@@ -25,7 +25,7 @@ const STANDING: Draw = Draw {
 const SWAYING: Draw = Draw { definitions: SWAYING_DEFINITIONS, ..STANDING };
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The terrain uniform, for the curvature of the earth.
     pub terrain: Named,
@@ -45,7 +45,7 @@ pub struct Inputs<'a> {
 }
 
 /// Draws the shadows.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, position, tree_shadow } = inputs;
     let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<Drawing> = Vec::new();

@@ -88,7 +88,7 @@ pub(super) struct Shared {
 
 impl Shared {
     /// Grows the species and uploads them.
-    pub fn new(gpu: &Gpu, looks: Vec<Look>) -> Self {
+    pub(super) fn new(gpu: &Gpu, looks: Vec<Look>) -> Self {
         let points = Points::new();
         let packed: Vec<TreePoint> = points
             .points

@@ -17,7 +17,7 @@ pub(super) const STEP_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16F
 
 /// Vector from a part of a tree to its position in the previous frame, in metres, at pixels whose surface id is a tree;
 /// undefined elsewhere.
-pub const TREE_STEP: TargetKind = TargetKind::attachment("tree step", STEP_FORMAT);
+pub(crate) const TREE_STEP: TargetKind = TargetKind::attachment("tree step", STEP_FORMAT);
 
 /// A [`Sway`] for each tree.
 const SWAYS: BufferKind = BufferKind::storage("tree sways");
@@ -25,7 +25,7 @@ const SWAYS: BufferKind = BufferKind::storage("tree sways");
 const STILL: f64 = 1.4;
 
 /// Inputs and output of the pass.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub wind: Wind,
     /// The time at which the frame is drawn.
     pub clock: Clock,
@@ -40,7 +40,7 @@ pub struct Inputs<'a> {
 }
 
 /// The sway of trees, for the passes that draw them.
-pub struct Swaying {
+pub(crate) struct Swaying {
     wind: Resource,
     sways: Resource,
     pub step: Target,
@@ -54,7 +54,7 @@ impl Swaying {
 }
 
 /// Computes how the trees sway.
-pub fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
     let Inputs { wind, clock, origin_m, detail, trees, step } = inputs;
     let uniform = WindUniform {
         still_px: (STILL * IMPOSTOR_PX / detail) as f32,

@@ -5,7 +5,7 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 
 /// Computes `marks` from `cover` and `more`; with a partner, from the corrections of both eyes.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<&Partner<'_>>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("balance", inputs.balance.clone()),

@@ -8,7 +8,7 @@ use crate::gpu::target::Target;
 const CELLS: u32 = 8;
 
 /// Computes `sums` from `cover`.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
     let [columns, rows] = sums.size_px();
     let resources = [
         ("view", inputs.view.clone()),

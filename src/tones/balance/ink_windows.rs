@@ -5,7 +5,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 
 /// Computes `more` from `sums`.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, sums: &Target) {
     let resources = [("sums", sums.into()), ("more", (&inputs.more).into())];
     recorder.pixels("tones/balance/ink_windows", sums.size_px(), &resources);
 }

@@ -4,30 +4,30 @@
 
 use glam::{DVec2, DVec3};
 
-pub use crate::gpu::wgsl::shared::hatched_surface::Axis;
-pub use crate::gpu::wgsl::tones::fractal_hatching::Cell;
+pub(crate) use crate::gpu::wgsl::shared::hatched_surface::Axis;
+pub(crate) use crate::gpu::wgsl::tones::fractal_hatching::Cell;
 use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.
 const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
 
 /// The first level of the ladder of scales: the side of its texels is 2^(first / 2) metres.
-pub const FIRST_LEVEL: i32 = -44;
+pub(crate) const FIRST_LEVEL: i32 = -44;
 
 /// Number of levels: texels from 0.2 µm to 47 km. A lens of 1° at 0.1 m needs the former, a lens of 150° in space the
 /// latter.
-pub const LEVELS: usize = 76;
+pub(crate) const LEVELS: usize = 76;
 
 /// The golden section, whose multiples are evenly distributed between whole numbers.
 const GOLDEN: f64 = 0.618_033_988_749_894_9;
 
 /// Returns the unit vector toward an azimuth, clockwise from north.
-pub fn to_azimuth(rad: f64) -> DVec2 {
+pub(crate) fn to_azimuth(rad: f64) -> DVec2 {
     DVec2::new(rad.sin(), rad.cos())
 }
 
 /// Returns the azimuth of a layer's fixed direction: its own, or the one that it uses on level land.
-pub fn fixed_rad(layer: &Layer) -> f64 {
+pub(crate) fn fixed_rad(layer: &Layer) -> f64 {
     f64::from(if layer.direction == Direction::Fixed { layer.angle_deg } else { layer.level_deg }).to_radians()
 }
 
@@ -35,7 +35,7 @@ pub fn fixed_rad(layer: &Layer) -> f64 {
 const SLOW: f64 = 0.125;
 
 /// Returns all axes in world space, as unit vectors apart from the slow ones, which come last.
-pub fn axes(layers: &[Layer]) -> Vec<DVec3> {
+pub(crate) fn axes(layers: &[Layer]) -> Vec<DVec3> {
     let step_rad = std::f64::consts::TAU / AZIMUTHS as f64;
     let compass = || (0..AZIMUTHS).map(move |step| to_azimuth(step as f64 * step_rad));
     let level = compass().map(|to| to.extend(0.0));
@@ -52,7 +52,7 @@ pub fn axes(layers: &[Layer]) -> Vec<DVec3> {
 /// Returns the camera's position on each axis at each level, in texels, from 0 to `side`, after which a tile repeats:
 /// the levels of the first axis, then those of the next. Each axis and level has its own offset, so that scales do not
 /// agree at the origin.
-pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
+pub(crate) fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
     let mut phases = Vec::with_capacity(axes.len() * LEVELS);
     for (number, axis) in axes.iter().enumerate() {
         let along_m = axis.dot(camera_m);
@@ -66,15 +66,15 @@ pub fn phases(axes: &[DVec3], camera_m: DVec3, side: f64) -> Vec<f32> {
 }
 
 /// Returns the axes in the form that the shaders read.
-pub fn directions(axes: &[DVec3]) -> Vec<Axis> {
+pub(crate) fn directions(axes: &[DVec3]) -> Vec<Axis> {
     axes.iter().map(|axis| Axis { direction: axis.as_vec3().to_array(), pad: 0.0 }).collect()
 }
 
 /// The first level of the fractal rule's ladder: a place of it is 2^first metres.
-pub const FIRST_OCTAVE: i32 = -22;
+pub(crate) const FIRST_OCTAVE: i32 = -22;
 
 /// Number of levels of the fractal rule's ladder.
-pub const OCTAVES: usize = 40;
+pub(crate) const OCTAVES: usize = 40;
 
 /// The fractal rule's places of an axis begin within this many metres of the origin. The beginning is the place of the
 /// coarsest mark of all: if all axes began at the origin, there would be a star of marks.
@@ -82,7 +82,7 @@ const BEGINS_WITHIN_M: f64 = 131_072.0;
 
 /// Returns the camera's position on each axis at each level of the fractal rule's ladder: the levels of the first axis,
 /// then those of the next.
-pub fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
+pub(crate) fn cells(axes: &[DVec3], camera_m: DVec3) -> Vec<Cell> {
     let place = |along_m: f64, level: usize| {
         let at = along_m / f64::from(level as i32 + FIRST_OCTAVE).exp2();
         let whole = at.floor();

@@ -32,33 +32,33 @@ const STEPS: usize = 2048;
 const ROUNDS: usize = 8;
 
 /// Thresholds of every layer's marks.
-pub struct Maps {
+pub(crate) struct Maps {
     quads: GrowingBuffer,
     /// Side of a tile, in texels.
     pub side_px: u32,
 }
 
 /// The maps of a style; or none if they cannot be made, which is logged once.
-pub struct MadeMaps {
+pub(crate) struct MadeMaps {
     recipes: Vec<Recipe>,
     maps: Option<Maps>,
 }
 
 impl MadeMaps {
     /// Makes the maps as [`Maps::new`] does, and logs an error.
-    pub fn new(gpu: &Gpu, hatching: &Hatching) -> Self {
+    pub(crate) fn new(gpu: &Gpu, hatching: &Hatching) -> Self {
         // The pictures were checked when the style was loaded, so one has been removed since.
         let maps = Maps::new(gpu, hatching).inspect_err(|error| tracing::warn!("{error}; the hatching is not drawn"));
         Self { recipes: recipes(hatching), maps: maps.ok() }
     }
 
     /// Returns whether these are the maps of `hatching`.
-    pub fn are_of(&self, hatching: &Hatching) -> bool {
+    pub(crate) fn are_of(&self, hatching: &Hatching) -> bool {
         self.recipes == recipes(hatching)
     }
 
     /// Returns the maps, if they could be made.
-    pub fn maps(&self) -> Option<&Maps> {
+    pub(crate) fn maps(&self) -> Option<&Maps> {
         self.maps.as_ref()
     }
 }
@@ -73,7 +73,7 @@ fn recipes(hatching: &Hatching) -> Vec<Recipe> {
 ///
 /// # Errors
 /// [`StyleError`], which names the picture.
-pub fn check(style: &Style) -> Result<(), StyleError> {
+pub(crate) fn check(style: &Style) -> Result<(), StyleError> {
     style.hatching().into_iter().flat_map(recipes).try_for_each(|recipe| TonalArtMap::cached(&recipe).map(|_| ()))
 }
 
@@ -82,7 +82,7 @@ impl Maps {
     ///
     /// # Errors
     /// [`StyleError`] when a stack of images cannot be read any more.
-    pub fn new(gpu: &Gpu, hatching: &Hatching) -> Result<Self, StyleError> {
+    pub(crate) fn new(gpu: &Gpu, hatching: &Hatching) -> Result<Self, StyleError> {
         let recipes = recipes(hatching);
         let maps = recipes.iter().map(TonalArtMap::cached).collect::<Result<Vec<_>, _>>()?;
         let side_px = maps.iter().map(|map| map.side_px).max().unwrap_or(1);
@@ -101,7 +101,7 @@ impl Maps {
     }
 
     /// Returns the binding of the shader.
-    pub fn binding(&self) -> Resource {
+    pub(crate) fn binding(&self) -> Resource {
         self.quads.binding()
     }
 }
@@ -138,7 +138,7 @@ fn steepness(thresholds: &[u8], side: usize, is_dots: bool) -> Vec<u8> {
 }
 
 /// Returns thresholds whose bilinear averages are uniform.
-pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
+pub(crate) fn calibrated(map: &TonalArtMap) -> Vec<u8> {
     let mut values: Vec<f32> = map.thresholds.iter().map(|byte| (f32::from(*byte) + 0.5) / 256.0).collect();
     for _ in 0..ROUNDS {
         let below = distribution(&values, map.side_px as usize);
@@ -152,7 +152,7 @@ pub fn calibrated(map: &TonalArtMap) -> Vec<u8> {
 }
 
 /// Returns the fraction of all places whose value is below k / STEPS, for each k from 0 to STEPS.
-pub fn distribution(values: &[f32], side: usize) -> Vec<f32> {
+pub(crate) fn distribution(values: &[f32], side: usize) -> Vec<f32> {
     let mut counts = vec![0_u32; STEPS];
     for y in 0..side {
         let (row, next) = (&values[y * side..][..side], &values[(y + 1) % side * side..][..side]);

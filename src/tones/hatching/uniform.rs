@@ -29,7 +29,7 @@ fn marks_px(recipe: &Recipe) -> [f32; 2] {
 }
 
 /// Returns whether marks darken by growing wider, rather than by number.
-pub fn swells(recipe: &Recipe) -> bool {
+pub(crate) fn swells(recipe: &Recipe) -> bool {
     recipe.swell >= 0.5 || recipe.kind == Kind::Halftone
 }
 

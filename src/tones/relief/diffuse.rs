@@ -38,7 +38,7 @@ fn widest_px(relief: &Relief) -> f32 {
 }
 
 /// Returns how far around a pixel its curvature depends on the picture, in pixels.
-pub fn reach_px(relief: &Relief) -> u32 {
+pub(crate) fn reach_px(relief: &Relief) -> u32 {
     if !relief.asks_for_curvature() {
         return 0;
     }

@@ -7,9 +7,10 @@ use crate::gpu::target::{Target, TargetKind};
 /// xy: the gradient of inverse depth, in 1/m; z: inverse depth, in 1/m; w: the standard deviation of the blur, and
 /// whether the neighbourhood is one surface, packed as by `packed` in `shaders/shared/relief.wgsl`. All 0 where there
 /// is no relief.
-pub const DEPTH_GRADIENT: TargetKind = TargetKind::storage("depth gradient", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const DEPTH_GRADIENT: TargetKind = TargetKind::storage("depth gradient", wgpu::TextureFormat::Rgba32Float);
 /// [`DEPTH_GRADIENT`] between steps of the blur.
-pub const BLURRED_GRADIENT: TargetKind = TargetKind::storage("blurred gradient", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const BLURRED_GRADIENT: TargetKind =
+    TargetKind::storage("blurred gradient", wgpu::TextureFormat::Rgba32Float);
 
 /// Computes the gradient at the visible surface.
 pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Shared, depth_gradient: &Target) {

@@ -10,12 +10,12 @@
 //!
 //! Why: `docs/decisions/relief.md`.
 
-pub mod diffuse;
-pub mod exaggerate;
-pub mod gradient;
-pub mod radiance;
-pub mod scaling;
-pub mod surroundings;
+pub(crate) mod diffuse;
+pub(crate) mod exaggerate;
+pub(crate) mod gradient;
+pub(crate) mod radiance;
+pub(crate) mod scaling;
+pub(crate) mod surroundings;
 
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
@@ -29,13 +29,13 @@ use crate::style::{Relief, ReliefKind, Style};
 use crate::tones::light::LightUniform;
 
 /// rgb: the colour of the light, of luminance 1; a: the requested tone.
-pub const RELIEF_LIGHT: TargetKind = TargetKind::storage("relief light", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const RELIEF_LIGHT: TargetKind = TargetKind::storage("relief light", wgpu::TextureFormat::Rgba16Float);
 
 /// `ReliefRules` are not a uniform, since passes already have three of these (`docs/decisions/software-drivers.md`).
 const RULES: BufferKind = BufferKind::storage("relief rules");
 
 /// Inputs of the passes.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub relief: &'a Relief,
     /// The style, for its light.
@@ -103,7 +103,7 @@ fn lit_surface(inputs: &Inputs<'_>, shared: &Shared) -> Vec<Named> {
 }
 
 /// Lights the visible surface.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
     let relief_light = targets.whole(recorder.gpu(), &RELIEF_LIGHT);
     let shared = Shared {
         light: recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light)),

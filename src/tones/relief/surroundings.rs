@@ -29,7 +29,7 @@ const GROUND_COLOR: [f64; 3] = [1.05, 1.0, 0.88];
 
 /// A part of the environment.
 #[derive(Clone, Copy, Debug)]
-pub struct PartOfSky {
+pub(crate) struct PartOfSky {
     /// Unit vector toward its middle, in world space.
     pub direction: DVec3,
     /// Linear red, green and blue; level land that sees all parts has the luminance of all light but the sun's.
@@ -37,7 +37,7 @@ pub struct PartOfSky {
 }
 
 /// The environment of a style in a scene's light.
-pub struct SkyParts {
+pub(crate) struct SkyParts {
     lights: u32,
     picture: Option<Arc<SkyPicture>>,
     turn_deg: f32,
@@ -120,7 +120,7 @@ fn on_level_land(parts: &[PartOfSky]) -> f64 {
 
 impl SkyParts {
     /// Creates the environment of a style's relief with the sun in direction `to_sun`.
-    pub fn new(relief: &Relief, to_sun: DVec3) -> Self {
+    pub(crate) fn new(relief: &Relief, to_sun: DVec3) -> Self {
         let turn_rad = f64::from(relief.turn_deg).to_radians();
         let sun_part = if relief.sky.is_some() { 0.0 } else { f64::from(relief.sun) };
         let mut parts = relief.sky.as_ref().map_or_else(
@@ -156,7 +156,7 @@ impl SkyParts {
     }
 
     /// Returns whether [`SkyParts::new`] would return the same parts.
-    pub fn is_of(&self, relief: &Relief, to_sun: DVec3) -> bool {
+    pub(crate) fn is_of(&self, relief: &Relief, to_sun: DVec3) -> bool {
         let same_picture = match (&self.picture, &relief.sky) {
             (Some(own), Some(other)) => Arc::ptr_eq(own, other) || own == other,
             (own, other) => own.is_none() && other.is_none(),

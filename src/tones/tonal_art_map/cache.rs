@@ -30,7 +30,7 @@ const MOST_FILES: usize = 64;
 ///
 /// # Errors
 /// The same as [`TonalArtMap::make`].
-pub fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, StyleError> {
+pub(crate) fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap, StyleError> {
     if recipe.kind == Kind::Stack {
         // The pictures may change without their names, and reading them takes most of the time.
         return TonalArtMap::make(recipe);

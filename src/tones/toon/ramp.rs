@@ -9,7 +9,7 @@ const TONES: usize = 256;
 const ROWS: usize = 128;
 
 /// A ramp on the GPU.
-pub struct RampTable {
+pub(super) struct RampTable {
     ramp: Option<Ramp>,
     pub view: wgpu::TextureView,
     /// Row of an attribute: row = first number + second number × attribute.
@@ -43,7 +43,7 @@ fn color_at(stops: &[(f32, Vec<[f32; 3]>)], attribute: f32, tone: f32) -> [f32; 
 
 impl RampTable {
     /// Creates the table of a ramp; `None` gives greys.
-    pub fn new(gpu: &Gpu, ramp: Option<&Ramp>) -> Self {
+    pub(super) fn new(gpu: &Gpu, ramp: Option<&Ramp>) -> Self {
         let greys = || vec![(0.0, vec![[0.0; 3], [1.0; 3]])];
         let stops = ramp.map_or_else(greys, |ramp| ramp.stops.iter().map(|stop| (stop.at, linear(stop))).collect());
         let rows = if stops.len() > 1 { ROWS } else { 1 };
@@ -84,7 +84,7 @@ impl RampTable {
     }
 
     /// Returns whether this is the table of `ramp`.
-    pub fn is_of(&self, ramp: Option<&Ramp>) -> bool {
+    pub(super) fn is_of(&self, ramp: Option<&Ramp>) -> bool {
         self.ramp.as_ref() == ramp
     }
 }

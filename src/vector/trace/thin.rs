@@ -45,7 +45,7 @@ pub(super) struct Mask {
 impl Mask {
     /// Builds the mask of an image's marks: pixels that are full of ink or darker than both sides, however faint, but
     /// not those lighter than both sides.
-    pub fn of(picture: &InkPicture) -> Self {
+    pub(super) fn of(picture: &InkPicture) -> Self {
         let [width, height] = picture.size_px.map(|side| side as usize);
         let stride = width + 2;
         let mut on = vec![0; stride * (height + 2)];
@@ -71,7 +71,7 @@ impl Mask {
     }
 
     /// Builds the mask of pixels with more than `least` ink.
-    pub fn darker(picture: &InkPicture, least: f32) -> Self {
+    pub(super) fn darker(picture: &InkPicture, least: f32) -> Self {
         let [width, height] = picture.size_px.map(|side| side as usize);
         let stride = width + 2;
         let mut on = vec![0; stride * (height + 2)];
@@ -82,7 +82,7 @@ impl Mask {
     }
 
     /// Returns the 4-connected areas of the mask.
-    pub fn areas(mut self) -> Vec<Chain> {
+    pub(super) fn areas(mut self) -> Vec<Chain> {
         let mut areas = Vec::new();
         for first in 0..self.on.len() {
             if self.on[first] == 0 {
@@ -104,14 +104,14 @@ impl Mask {
     }
 
     /// Returns the indices of the eight neighbours of a pixel, clockwise from north.
-    pub fn around(&self, at: usize) -> [usize; 8] {
+    pub(super) fn around(&self, at: usize) -> [usize; 8] {
         let stride = self.stride;
         [at - stride, at - stride + 1, at + 1, at + stride + 1, at + stride, at + stride - 1, at - 1, at - stride - 1]
     }
 
     /// Returns the distance of each pixel from the nearest one without ink, in pixels, by the chamfer distance with
     /// steps of 3 and 4 thirds (Borgefors 1986).
-    pub fn depth(&self) -> Vec<f32> {
+    pub(super) fn depth(&self) -> Vec<f32> {
         let mut thirds: Vec<u16> = self.on.iter().map(|on| if *on == 1 { u16::MAX - 8 } else { 0 }).collect();
         let inner = self.stride + 1..self.on.len().saturating_sub(self.stride + 1);
         let reach = |thirds: &mut Vec<u16>, at: usize, before: [usize; 4]| {
@@ -128,7 +128,7 @@ impl Mask {
     }
 
     /// Thins the mask to centre lines one pixel wide.
-    pub fn thinned(mut self) -> Self {
+    pub(super) fn thinned(mut self) -> Self {
         loop {
             let before = self.clear(false);
             let after = self.clear(true);

@@ -31,7 +31,7 @@ const ESCAPE: Duration = Duration::from_secs(3);
 
 impl Flight {
     /// Handles a motion of the mouse, in pixels.
-    pub fn on_mouse_motion(&mut self, by_px: (f64, f64)) -> Next {
+    pub(crate) fn on_mouse_motion(&mut self, by_px: (f64, f64)) -> Next {
         if self.input.on_mouse_motion(by_px) { Next::Frame } else { Next::Sleep }
     }
 
@@ -39,7 +39,7 @@ impl Flight {
     ///
     /// # Errors
     /// Fails if the GPU fails.
-    pub fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
+    pub(crate) fn on_event(&mut self, event: &WindowEvent) -> Result<Next, WindowError> {
         match event {
             WindowEvent::CloseRequested => return Ok(Next::Quit),
             WindowEvent::Resized(size) => {
@@ -99,7 +99,7 @@ impl Flight {
     }
 
     /// Returns when something is due without an event.
-    pub fn wake_at(&self) -> Option<Instant> {
+    pub(crate) fn wake_at(&self) -> Option<Instant> {
         if self.hidden {
             return None;
         }
@@ -113,7 +113,7 @@ impl Flight {
     }
 
     /// Returns whether what is due requires a frame.
-    pub fn wake(&mut self, now: Instant) -> Next {
+    pub(crate) fn wake(&mut self, now: Instant) -> Next {
         if self.next_gamepads <= now {
             let any = self.input.gamepads().any();
             self.next_gamepads = now + if any { GAMEPAD_REST } else { GAMEPAD_SEARCH };
