@@ -27,6 +27,8 @@ pub use self::antialias::{Antialias, SAMPLES_AT_REST};
 pub use self::eye::EyeMemory;
 pub use self::left::DrawnMeshCounts;
 pub use crate::composite::PICTURE;
+pub use crate::surface::POSITION;
+pub use crate::tiles::terrain::Prepared;
 use crate::composite::temporal_aa;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::Pools;
@@ -42,7 +44,7 @@ use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
 use crate::surface::rows::blocks::RowMemory;
-use crate::tiles::terrain::{Loading, Prepared, TerrainView};
+use crate::tiles::terrain::{Loading, TerrainView};
 use crate::world::Surfaces;
 
 /// What the terrain is asked for a view.

@@ -12,7 +12,7 @@ use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
 pub(crate) use crate::gpu::wgsl::shared::edges::{Edge, MOST_EDGES};
 #[cfg(test)]
-pub use crate::gpu::wgsl::shared::edges::{KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY};
+pub(crate) use crate::gpu::wgsl::shared::edges::{KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY};
 
 /// The kinds of edge that are wanted besides contours.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

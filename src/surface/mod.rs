@@ -31,6 +31,6 @@ pub(crate) const DEPTH: TargetKind = TargetKind::attachment("depth", DEPTH_FORMA
 /// The [`id`] of the surface that is seen at each pixel.
 pub(crate) const SURFACE_ID: TargetKind = TargetKind::attachment("surface id", ID_FORMAT);
 /// xyz: metres from the rig's origin; w: distance along the view axis. All 0 in the sky.
-pub(crate) const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
+pub const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
 /// xyz: unit normal in world space; 0 in the sky.
 pub(crate) const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::Rgba32Float);

@@ -6,7 +6,8 @@ use crate::tests::common;
 
 use common::draw::{draw, halves, north_west, still};
 use common::shot::{ink, shoot_style};
-use common::{World, shapes};
+use common::World;
+use crate::tests::helpers::shapes;
 use hachure::composite::PICTURE;
 use hachure::frame::{Antialias, Renderer};
 use hachure::picture::strokes::render_strokes;

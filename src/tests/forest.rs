@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use common::forest::{drawn_trees, of, points};
+use crate::tests::helpers::forest::{drawn_trees, of, points};
 use common::hill::Hill;
 use common::{World, grid_of};
 use glam::{DVec2, DVec3};

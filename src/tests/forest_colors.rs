@@ -10,9 +10,9 @@ use std::sync::Arc;
 
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use common::forest::{listed, of};
+use crate::tests::helpers::forest::{listed, of};
 use common::grid_of;
-use common::shapes;
+use crate::tests::helpers::shapes;
 use glam::DVec3;
 use hachure::composite::PICTURE;
 use hachure::forest::model::TreeModel;

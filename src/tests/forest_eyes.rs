@@ -5,7 +5,7 @@ use crate::tests::common;
 
 use common::World;
 use common::draw::{draw, floats, halves, north_west, still};
-use common::forest::of;
+use crate::tests::helpers::forest::of;
 use common::hill::Hill;
 use glam::DVec3;
 use hachure::composite::PICTURE;

@@ -5,7 +5,7 @@ use crate::tests::common;
 
 use common::World;
 use common::draw::{draw, halves, north_west, still};
-use common::forest::of;
+use crate::tests::helpers::forest::of;
 use common::{grid_of, quantile};
 use hachure::composite::PICTURE;
 use hachure::frame::Renderer;

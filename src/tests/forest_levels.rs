@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use common::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
+use crate::tests::helpers::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
 use common::{grid_of, quantile, random};
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use common::forest::{DrawnTree, listed, of};
+use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use hachure::forest::model::TreeModel;
 use hachure::frame::Renderer;

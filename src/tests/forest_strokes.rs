@@ -6,7 +6,7 @@ use crate::tests::common;
 
 use common::World;
 use common::draw::{NOON, draw, floats, still, strokes_left};
-use common::forest::{DrawnTree, listed, of};
+use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use glam::{DVec2, DVec3, Vec3};
 use hachure::forest::edges::{MeshEdge, edges};

@@ -7,7 +7,7 @@
 use crate::tests::common;
 
 use common::hill::Hill;
-use common::shapes;
+use crate::tests::helpers::shapes;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -165,7 +165,7 @@ fn traces() -> Option<Traces> {
     renderer.set_hidden(vec![HiddenArea { corners: vec![[-1.0, -1.0], [0.0, -1.0], [-1.0, 0.0]] }]);
     let trace = drawing(&mut world, &mut renderer, &style, [pose; 2]);
     traces.add("headsets that hide areas", &trace);
-    world.surfaces.set_forest(Some(common::forest::of(Form::Conifer, 100.0, 20.0)));
+    world.surfaces.set_forest(Some(crate::tests::helpers::forest::of(Form::Conifer, 100.0, 20.0)));
     for style in [&style, &Style::load("crosshatch").unwrap(), &Style::load("wash").unwrap()] {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let trace = drawing(&mut world, &mut renderer, style, [pose; 2]);

@@ -3,8 +3,10 @@
 //! `tests/` contains the tests of the program: its command line, its files, its window.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "libtest captures what a test prints")]
+#![allow(unreachable_pub, reason = "modules of tests share their helpers")]
 
 mod common;
+mod helpers;
 
 mod antialias;
 mod aov;

@@ -6,7 +6,7 @@ use crate::tests::common;
 use std::sync::Arc;
 
 use common::draw::{NOON, draw, north_west, still};
-use common::shapes;
+use crate::tests::helpers::shapes;
 
 use glam::DVec3;
 use hachure::composite::PICTURE;

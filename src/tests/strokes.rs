@@ -11,7 +11,7 @@ use std::collections::HashMap;
 use common::World;
 use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
-use common::stroke_lines::{along_strokes, covered, doubled, missed};
+use crate::tests::helpers::stroke_lines::{along_strokes, covered, doubled, missed};
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
 use hachure::lines::strokes::chain::CHAINS;

@@ -7,7 +7,7 @@ use crate::tests::common;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
-use common::tones::{are_nested, mean_error, tone};
+use crate::tests::helpers::tones::{are_nested, mean_error, tone};
 use hachure::file::atomic;
 use hachure::style::StyleError;
 use hachure::style::marks::{Kind, Recipe, names};

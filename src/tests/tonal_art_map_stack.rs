@@ -6,7 +6,7 @@ use crate::tests::common;
 
 use std::path::{Path, PathBuf};
 
-use common::tones::{are_nested, mean_error, tone};
+use crate::tests::helpers::tones::{are_nested, mean_error, tone};
 use hachure::file::{atomic, png::write_rgba8};
 use hachure::style::marks::{Recipe, check_pictures};
 use hachure::style::{Style, StyleError};

@@ -9,8 +9,8 @@ use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
 #[cfg(test)]
-pub use self::prepare::Detail;
-pub(crate) use self::prepare::{Prepared, TerrainView};
+pub(crate) use self::prepare::Detail;
+pub use self::prepare::{Prepared, TerrainView};
 use super::camera_motion::CameraMotion;
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;

@@ -20,8 +20,7 @@ use crate::forest::model::TreeModel;
 pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::{Forest, Wind};
-use crate::tiles::Terrain;
-pub use crate::tiles::terrain::{TerrainError, TerrainOptions};
+pub use crate::tiles::terrain::{Terrain, TerrainError, TerrainOptions};
 
 /// The surfaces of a world, of all kinds.
 pub struct Surfaces {

@@ -39,7 +39,7 @@ use self::history::History;
 pub(crate) use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
 #[cfg(test)]
-pub use self::records::{Chain, ChainPosition, SegmentInOrder, UNITS_PER_PX};
+pub(crate) use self::records::{Chain, ChainPosition, SegmentInOrder, UNITS_PER_PX};
 pub(crate) use self::records::{ChainRules, Segment, StrokeCounts};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;

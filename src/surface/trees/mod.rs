@@ -28,7 +28,7 @@ use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 #[cfg(test)]
-pub use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
+pub(crate) use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
 pub(crate) use crate::gpu::wgsl::shared::trees::{DRAW_WORDS, TREE_LEVELS};
 use crate::scene::Forest;
 use crate::scene::forest::Form;

@@ -9,8 +9,7 @@ use hachure::gpu::readback::{read, read_buffer};
 use hachure::gpu::target::Target;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
-use hachure::surface::POSITION;
-use hachure::tiles::terrain::Prepared;
+use hachure::frame::{POSITION, Prepared};
 use hachure::world::Surfaces;
 
 /// The sun overhead, for lines, which do not depend on it.

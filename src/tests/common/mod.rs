@@ -7,15 +7,11 @@
 pub mod draw;
 pub mod equations;
 pub mod field;
-pub mod forest;
 pub mod hill;
 pub mod probe;
-pub mod shapes;
 pub mod shot;
 pub mod silhouette;
 pub mod stores;
-pub mod stroke_lines;
-pub mod tones;
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -33,9 +29,7 @@ use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
 use hachure::style::{self, Style};
-use hachure::tiles::Terrain;
-use hachure::tiles::terrain::TerrainOptions;
-use hachure::world::Surfaces;
+use hachure::world::{Surfaces, Terrain, TerrainOptions};
 
 /// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
 /// `None` where there is no GPU and prints why; `HACHURE_REQUIRE_GPU=1` turns that into a failure.

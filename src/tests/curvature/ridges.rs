@@ -6,7 +6,7 @@ use hachure::style::Style;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
 use crate::tests::common::draw::{self, NOON, draw, still};
-use crate::tests::common::stroke_lines::covered;
+use crate::tests::helpers::stroke_lines::covered;
 use crate::tests::common::{World, grid_of};
 use crate::tests::curvature::suggestive::{SIZE_PX, drawn};
 

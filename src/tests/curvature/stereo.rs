@@ -9,7 +9,7 @@ use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge, KIND_SUGGESTIVE};
 
 use crate::tests::common::World;
 use crate::tests::common::draw::{NOON, places_m, strokes_left};
-use crate::tests::common::stroke_lines::missed;
+use crate::tests::helpers::stroke_lines::missed;
 use crate::tests::curvature::suggestive::SIZE_PX;
 
 const VIEWS: [(&str, &str); 3] = [

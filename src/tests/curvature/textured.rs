@@ -10,7 +10,8 @@ use hachure::style::texture::Recipe;
 use hachure::style::{Detector, Style};
 
 use crate::tests::common::draw::{NOON, draw, floats, still};
-use crate::tests::common::{all_lines, shapes};
+use crate::tests::common::all_lines;
+use crate::tests::helpers::shapes;
 
 const SIZE_PX: [u32; 2] = [480, 480];
 const RADIUS_M: f64 = 100.0;

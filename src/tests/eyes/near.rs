@@ -6,7 +6,8 @@ use hachure::mesh::Mesh;
 use hachure::mesh::placed::Stance;
 
 use super::*;
-use crate::tests::common::{World, all_lines, real_data, shapes};
+use crate::tests::common::{World, all_lines, real_data};
+use crate::tests::helpers::shapes;
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const IPD_M: f64 = 0.065;

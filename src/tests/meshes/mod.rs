@@ -11,7 +11,7 @@ mod levels;
 mod materials;
 mod reader;
 mod scene;
-use common::shapes;
+use crate::tests::helpers::shapes;
 mod simplified;
 mod strokes;
 mod surface;

@@ -16,7 +16,7 @@ use hachure::style::Style;
 use crate::tests::common::World;
 use crate::tests::common::draw::{NOON, draw, still, strokes_left};
 use crate::tests::common::hill::Hill;
-use crate::tests::common::stroke_lines::{along_strokes, covered};
+use crate::tests::helpers::stroke_lines::{along_strokes, covered};
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [960, 540];

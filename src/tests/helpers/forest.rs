@@ -14,8 +14,8 @@ use hachure::scene::view::Pose;
 use hachure::style::Style;
 use hachure::surface::trees::{DRAW_WORDS, DRAWS, INSTANCES, ORDER, TREE_LEVELS, TREE_LISTS, TreeInstance};
 
-use super::World;
-use super::draw::{NOON, draw, still};
+use crate::tests::common::World;
+use crate::tests::common::draw::{NOON, draw, still};
 
 /// A tree in one of the lists that a frame draws.
 #[derive(Clone, Copy, Debug)]

@@ -8,8 +8,8 @@ use hachure::mesh::Mesh;
 use hachure::mesh::build::Soup;
 use hachure::mesh::placed::{Placed, Stance, Standing};
 
-use super::World;
-use super::hill::Hill;
+use crate::tests::common::World;
+use crate::tests::common::hill::Hill;
 
 /// Returns a sphere of radius 1: an icosahedron with each triangle split into four, `times` times.
 pub fn sphere(times: u32) -> Soup {

@@ -1,0 +1,6 @@
+//! What the tests of drawing share, as `common`, but with private items of the library.
+
+pub mod forest;
+pub mod shapes;
+pub mod stroke_lines;
+pub mod tones;
