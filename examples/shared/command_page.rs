@@ -16,7 +16,7 @@ Without a command, hachure opens a window and takes the options of `hachure fly`
 ";
 
 /// Returns the page: how the program is called, the options of all commands, and each command with its arguments.
-pub fn page(program: &Command) -> String {
+pub(crate) fn page(program: &Command) -> String {
     // Building completes the usage lines and the number of values. It also adds global options and `--help` to each
     // command, so each command lists only the arguments of its own definition.
     let mut built = program.clone();

@@ -16,7 +16,7 @@ const LEAST_BITS: u32 = 6;
 
 /// Rewrites a picture without its alpha channel, and with a palette if rounding to some number of bits leaves at most
 /// 256 colours.
-pub fn shrink(path: &Path) -> anyhow::Result<()> {
+pub(crate) fn shrink(path: &Path) -> anyhow::Result<()> {
     let mut reader = png::Decoder::new(BufReader::new(File::open(path)?)).read_info()?;
     let mut bytes = vec![0; reader.output_buffer_size().context("the picture is too large")?];
     let info = reader.next_frame(&mut bytes)?;

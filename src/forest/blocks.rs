@@ -85,7 +85,7 @@ impl Block {
 
 /// Returns the tile that has a point, of a group of 2^`sparseness` × 2^`sparseness` tiles; `group` counts in groups.
 #[cfg(test)]
-pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
+pub(crate) fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
     let mut at = group;
     for level in (0..sparseness).rev() {
         let mixed = pcg([(at.x as u32) ^ CHOOSES, (at.y as u32) ^ level])[0] >> 16;
@@ -96,7 +96,7 @@ pub fn chosen_tile(group: IVec2, sparseness: u32) -> IVec2 {
 
 /// Returns the rank of a tile's first point: below all others, and the lower the more levels choose the tile.
 #[cfg(test)]
-pub fn first_rank(tile: IVec2) -> f64 {
+pub(crate) fn first_rank(tile: IVec2) -> f64 {
     let mut level = 0;
     while level < WIDEST - SPARSE && chosen_tile(tile >> (level + 1) as i32, level + 1) == tile {
         level += 1;

@@ -40,7 +40,7 @@ impl Soup {
     /// Returns a message if there is nothing to draw, a vertex is not finite or too far away, or an index is out of
     /// range.
     #[cfg(test)]
-    pub fn into_mesh(self, name: String) -> Result<Mesh, String> {
+    pub(crate) fn into_mesh(self, name: String) -> Result<Mesh, String> {
         self.join(name, Paint::default(), &|_| ())
     }
 

@@ -4,10 +4,10 @@
 
 use crate::tests::common;
 
+use crate::tests::helpers::shapes;
+use common::World;
 use common::draw::{draw, halves, north_west, still};
 use common::shot::{ink, shoot_style};
-use common::World;
-use crate::tests::helpers::shapes;
 use hachure::composite::PICTURE;
 use hachure::frame::{Antialias, Renderer};
 use hachure::picture::strokes::render_strokes;

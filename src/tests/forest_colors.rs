@@ -8,11 +8,11 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use crate::tests::helpers::forest::{listed, of};
+use crate::tests::helpers::shapes;
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use crate::tests::helpers::forest::{listed, of};
 use common::grid_of;
-use crate::tests::helpers::shapes;
 use glam::DVec3;
 use hachure::composite::PICTURE;
 use hachure::forest::model::TreeModel;

@@ -3,9 +3,9 @@
 
 use crate::tests::common;
 
+use crate::tests::helpers::forest::of;
 use common::World;
 use common::draw::{draw, floats, halves, north_west, still};
-use crate::tests::helpers::forest::of;
 use common::hill::Hill;
 use glam::DVec3;
 use hachure::composite::PICTURE;

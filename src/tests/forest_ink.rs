@@ -3,9 +3,9 @@
 
 use crate::tests::common;
 
+use crate::tests::helpers::forest::of;
 use common::World;
 use common::draw::{draw, halves, north_west, still};
-use crate::tests::helpers::forest::of;
 use common::{grid_of, quantile};
 use hachure::composite::PICTURE;
 use hachure::frame::Renderer;

@@ -5,9 +5,9 @@ use crate::tests::common;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::tests::helpers::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use crate::tests::helpers::forest::{DrawnTree, drawn_once, drawn_trees, listed, of, points};
 use common::{grid_of, quantile, random};
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;

@@ -6,9 +6,9 @@ use crate::tests::common;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::World;
 use common::draw::{NOON, draw, halves, still};
-use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use hachure::forest::model::TreeModel;
 use hachure::frame::Renderer;

@@ -3,9 +3,9 @@
 
 use crate::tests::common;
 
+use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::World;
 use common::draw::{draw, floats, places_m, still};
-use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::grid_of;
 use glam::{DVec2, DVec3};
 use hachure::forest::species::{Detail, Grown};

@@ -6,8 +6,8 @@
 
 use crate::tests::common;
 
-use common::hill::Hill;
 use crate::tests::helpers::shapes;
+use common::hill::Hill;
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

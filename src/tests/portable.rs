@@ -5,8 +5,8 @@ use crate::tests::common;
 
 use std::sync::Arc;
 
-use common::draw::{NOON, draw, north_west, still};
 use crate::tests::helpers::shapes;
+use common::draw::{NOON, draw, north_west, still};
 
 use glam::DVec3;
 use hachure::composite::PICTURE;

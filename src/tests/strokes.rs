@@ -8,10 +8,10 @@ use crate::tests::common;
 
 use std::collections::HashMap;
 
+use crate::tests::helpers::stroke_lines::{along_strokes, covered, doubled, missed};
 use common::World;
 use common::draw::{NOON, draw, still, strokes_left};
 use common::hill::Hill;
-use crate::tests::helpers::stroke_lines::{along_strokes, covered, doubled, missed};
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
 use hachure::lines::strokes::chain::CHAINS;

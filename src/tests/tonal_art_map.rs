@@ -2,8 +2,6 @@
 //! machine, with marks of the recipe's width and spacing, and read from a cache that may be damaged.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use crate::tests::common;
-
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 

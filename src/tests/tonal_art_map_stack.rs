@@ -2,8 +2,6 @@
 //! reported in one line.
 #![allow(clippy::unwrap_used, reason = "a test may panic")]
 
-use crate::tests::common;
-
 use std::path::{Path, PathBuf};
 
 use crate::tests::helpers::tones::{are_nested, mean_error, tone};

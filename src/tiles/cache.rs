@@ -58,16 +58,4 @@ impl TileCache {
     pub(crate) fn bytes(&self) -> u64 {
         self.tiles.len() as u64 * TILE_BYTES
     }
-
-    /// Returns the number of cached tiles.
-    #[cfg(test)]
-    pub fn len(&self) -> usize {
-        self.tiles.len()
-    }
-
-    /// Returns the largest number of tiles.
-    #[cfg(test)]
-    pub fn most(&self) -> usize {
-        self.most
-    }
 }

@@ -14,7 +14,7 @@ use crate::gpu::Gpu;
 pub(crate) const HORIZON_MAP_SIDE: u32 = 130;
 /// Size of a map in bytes.
 #[cfg(test)]
-pub const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
+pub(crate) const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
 
 /// The horizon maps; their key is the direction to the sun: a unit vector, east and north.
 pub struct HorizonMaps {

@@ -8,9 +8,8 @@ use std::time::Instant;
 use glam::{DVec2, DVec3};
 use rustc_hash::FxHashMap;
 
-#[cfg(test)]
-pub(crate) use self::prepare::Detail;
-pub use self::prepare::{Prepared, TerrainView};
+pub use self::prepare::Prepared;
+pub(crate) use self::prepare::TerrainView;
 use super::camera_motion::CameraMotion;
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;

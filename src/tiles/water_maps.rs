@@ -10,9 +10,6 @@ use crate::gpu::wgsl::shared::water_maps::{MAP_ROWS, MAP_WORDS};
 
 /// Size of a map in texels: four samples per texel of a row, and a row that says whether there is any water.
 pub(crate) const WATER_MAP_SIZE: [u32; 2] = [MAP_WORDS as u32, MAP_ROWS as u32];
-/// Size of a map in bytes.
-#[cfg(test)]
-pub const WATER_MAP_BYTES: u64 = WATER_MAP_SIZE[0] as u64 * WATER_MAP_SIZE[1] as u64 * 4;
 /// The sea level where the scene has no sea: lower than any land.
 pub(crate) const NO_SEA_M: f32 = -1e30;
 

@@ -100,7 +100,7 @@ impl TonalArtMap {
 
     /// Returns whether a texel is ink at `darkness`, 0 to 1.
     #[cfg(test)]
-    pub fn is_ink(&self, place: usize, darkness: f32) -> bool {
+    pub(crate) fn is_ink(&self, place: usize, darkness: f32) -> bool {
         darkness > (f32::from(self.thresholds[place]) + 0.5) / 256.0
     }
 

@@ -9,8 +9,8 @@ use serde_json::Value;
 use crate::Place;
 
 /// Columns and rows of the synthetic DEM: more than one tile, and odd.
-pub const SIZE: [u32; 2] = [301, 261];
-pub const SPACING_M: f64 = 10.0;
+pub(crate) const SIZE: [u32; 2] = [301, 261];
+pub(crate) const SPACING_M: f64 = 10.0;
 const VOIDS: u64 = 20 * 10;
 /// The column and row of the no-data area, on the border between two tiles.
 const VOID_CORNER: [usize; 2] = [250, 100];
@@ -26,7 +26,7 @@ fn height_m(column: usize, row: usize) -> f32 {
 }
 
 /// Writes the synthetic DEM and returns its path.
-pub fn dem(place: &Place) -> PathBuf {
+pub(crate) fn dem(place: &Place) -> PathBuf {
     let path = place.path("dem.tif");
     let [width, height] = SIZE;
     let heights = Array2::from_shape_fn((height as usize, width as usize), |(row, column)| height_m(column, row));

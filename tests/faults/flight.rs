@@ -12,10 +12,10 @@ use hachure::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 use crate::faulty_server::next;
 
 /// Each tile's address and the fingerprint that it must have.
-pub type Truth = Vec<(TileAddress, u64)>;
+pub(crate) type Truth = Vec<(TileAddress, u64)>;
 
 /// Returns a hash of all samples, bit for bit, and of the statistics.
-pub fn fingerprint(loaded: &LoadedTile) -> u64 {
+pub(crate) fn fingerprint(loaded: &LoadedTile) -> u64 {
     let add = |hash: u64, bits: u32| (hash ^ u64::from(bits)).wrapping_mul(0x0100_0000_01b3).rotate_left(7);
     let statistics = &loaded.statistics;
     let numbers = [statistics.min_m, statistics.max_m, statistics.error_m];
@@ -25,7 +25,7 @@ pub fn fingerprint(loaded: &LoadedTile) -> u64 {
 }
 
 /// The parameters of a flight.
-pub struct Flight {
+pub(crate) struct Flight {
     pub requests: u64,
     pub threads: u64,
     pub seed: u64,
@@ -35,7 +35,7 @@ pub struct Flight {
 
 /// The number of tiles by outcome.
 #[derive(Debug, Default)]
-pub struct Outcome {
+pub(crate) struct Outcome {
     pub right: u64,
     pub wrong: u64,
     pub cancelled: u64,
@@ -46,7 +46,7 @@ pub struct Outcome {
 }
 
 impl Outcome {
-    pub fn requested(&self) -> u64 {
+    pub(crate) fn requested(&self) -> u64 {
         self.right + self.wrong + self.cancelled + self.failed + self.panicked
     }
 }
@@ -62,7 +62,7 @@ struct Counts {
 }
 
 impl Flight {
-    pub fn fly(&self, store: &Arc<dyn TileStore>, truth: &Truth) -> Outcome {
+    pub(crate) fn fly(&self, store: &Arc<dyn TileStore>, truth: &Truth) -> Outcome {
         let counts = Counts::default();
         let left = AtomicU64::new(self.requests);
         let (cancels, cancelled) = mpsc::channel::<Cancel>();
@@ -142,7 +142,7 @@ impl Flight {
 
 /// The resources of this process.
 #[derive(Debug)]
-pub struct System {
+pub(crate) struct System {
     pub threads: u64,
     pub files: u64,
     pub resident_bytes: u64,
@@ -150,7 +150,7 @@ pub struct System {
 
 impl System {
     /// Reads the resources; all are 0 where there is no `/proc`.
-    pub fn now() -> Self {
+    pub(crate) fn now() -> Self {
         let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
         let number = |name: &str| {
             let line = status.lines().find_map(|line| line.strip_prefix(name));

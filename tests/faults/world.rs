@@ -18,13 +18,13 @@ const WIDTH: u32 = 601;
 const HEIGHT: u32 = 487;
 
 /// A folder with the test files.
-pub struct World {
+pub(crate) struct World {
     folder: PathBuf,
 }
 
 /// The content of a cache.
 #[derive(Debug, Default)]
-pub struct Found {
+pub(crate) struct Found {
     pub blocks: u64,
     /// Files that a reader would discard.
     pub damaged: u64,
@@ -54,7 +54,7 @@ fn grid(voids: bool) -> HeightGrid {
 /// The baked pyramids, which are also served without their sidecars, as COGs of other programs.
 const BAKED: [&str; 3] = ["deflate.tif", "lerc.tif", "voids.tif"];
 
-pub fn all(store: Arc<dyn TileStore>) -> Truth {
+pub(crate) fn all(store: Arc<dyn TileStore>) -> Truth {
     let mut truth = Vec::new();
     for (level, size) in (0..).zip(store.levels()) {
         for y in 0..size.tiles_y() {
@@ -69,7 +69,7 @@ pub fn all(store: Arc<dyn TileStore>) -> Truth {
 
 impl World {
     /// Writes all files into `folder`.
-    pub fn make(folder: &Path) -> Self {
+    pub(crate) fn make(folder: &Path) -> Self {
         for (name, voids, max_error_m) in
             [("deflate.tif", false, 0.0), ("lerc.tif", false, 0.01), ("voids.tif", true, 0.0)]
         {
@@ -92,16 +92,16 @@ impl World {
         Self { folder: folder.to_owned() }
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.folder.join(name)
     }
 
-    pub fn bytes(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn bytes(&self, name: &str) -> Vec<u8> {
         std::fs::read(self.folder.join(name)).unwrap()
     }
 
     /// Serves all files; the baked ones both with and without their sidecars.
-    pub fn serve(&self, server: &Server) {
+    pub(crate) fn serve(&self, server: &Server) {
         for name in ["deflate.tif", "lerc.tif", "voids.tif", "plain.tif", "large.tif"] {
             server.put(name, self.bytes(name));
         }
@@ -112,17 +112,17 @@ impl World {
     }
 
     /// Returns all tiles of a baked pyramid, as `Pyramid` reads them.
-    pub fn baked_truth(&self, name: &str) -> Truth {
+    pub(crate) fn baked_truth(&self, name: &str) -> Truth {
         all(Arc::new(Pyramid::open(&self.folder.join(name)).unwrap()))
     }
 
     /// Returns all tiles as they are read from the file as a COG.
-    pub fn truth(&self, name: &str) -> Truth {
+    pub(crate) fn truth(&self, name: &str) -> Truth {
         all(pyramid::store::open_local_cog(&self.folder.join(name)).unwrap().unwrap())
     }
 
     /// Compares every block in the cache with the file.
-    pub fn compare(&self, name: &str, cache: &Path) -> Found {
+    pub(crate) fn compare(&self, name: &str, cache: &Path) -> Found {
         let truth = self.bytes(name);
         let frames = self.frames(name);
         let mut found = Found::default();

@@ -8,7 +8,7 @@ use crate::dem::Dem;
 use crate::write;
 
 /// Describes the first difference.
-pub fn compare(grid: &HeightGrid, dem: &Dem, crs_from_grid: [f64; 6]) -> Result<(), String> {
+pub(crate) fn compare(grid: &HeightGrid, dem: &Dem, crs_from_grid: [f64; 6]) -> Result<(), String> {
     if [grid.width as usize, grid.height as usize] != [dem.width, dem.height] {
         return Err(format!("the grid has {}×{} samples", grid.width, grid.height));
     }
@@ -26,7 +26,7 @@ pub fn compare(grid: &HeightGrid, dem: &Dem, crs_from_grid: [f64; 6]) -> Result<
 }
 
 /// Opens a file and compares it with the grid that was written to it.
-pub fn check(path: &Path, dem: &Dem, crs_from_grid: [f64; 6]) -> HeightGrid {
+pub(crate) fn check(path: &Path, dem: &Dem, crs_from_grid: [f64; 6]) -> HeightGrid {
     let grid = source::open(path, &Silent).unwrap_or_else(|error| panic!("{error}"));
     compare(&grid, dem, crs_from_grid).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
     grid

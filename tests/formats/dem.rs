@@ -2,7 +2,7 @@
 
 /// A grid of heights in whole metres, in rows from the north.
 #[derive(Clone)]
-pub struct Dem {
+pub(crate) struct Dem {
     pub width: usize,
     pub height: usize,
     /// Heights in metres; -32768 is no-data.
@@ -12,7 +12,7 @@ pub struct Dem {
 impl Dem {
     /// Returns waves from below sea level to high mountains, different in every row and column; `voids` of every
     /// hundred samples are no-data.
-    pub fn new(width: usize, height: usize, voids: usize) -> Self {
+    pub(crate) fn new(width: usize, height: usize, voids: usize) -> Self {
         let heights = (0..width * height).map(|index| {
             let (column, row) = ((index % width) as f64, (index / width) as f64);
             if (index * 7919) % 100 < voids {
@@ -23,21 +23,21 @@ impl Dem {
         Self { width, height, heights: heights.collect() }
     }
 
-    pub fn at(&self, column: usize, row: usize) -> i16 {
+    pub(crate) fn at(&self, column: usize, row: usize) -> i16 {
         self.heights[row * self.width + column]
     }
 
     /// Returns the heights in metres, with NaN for no-data.
-    pub fn expected(&self) -> Vec<f32> {
+    pub(crate) fn expected(&self) -> Vec<f32> {
         self.heights.iter().map(|&it| if it == i16::MIN { f32::NAN } else { f32::from(it) }).collect()
     }
 
-    pub fn rows(&self) -> impl Iterator<Item = &[i16]> {
+    pub(crate) fn rows(&self) -> impl Iterator<Item = &[i16]> {
         self.heights.chunks(self.width)
     }
 
     /// Raises heights to at least 1 m, for formats of unsigned samples.
-    pub fn above_sea(mut self) -> Self {
+    pub(crate) fn above_sea(mut self) -> Self {
         self.heights.iter_mut().filter(|it| **it != i16::MIN).for_each(|it| *it = (*it).max(1));
         self
     }

@@ -4,12 +4,12 @@ use std::path::Path;
 
 use crate::dem::Dem;
 
-pub const STRIPS: [u16; 2] = [273, 279];
-pub const TILES: [u16; 2] = [324, 325];
+pub(crate) const STRIPS: [u16; 2] = [273, 279];
+pub(crate) const TILES: [u16; 2] = [324, 325];
 
 /// The value of a tag.
 #[derive(Clone)]
-pub enum Value {
+pub(crate) enum Value {
     Short(Vec<u16>),
     Long(Vec<u32>),
     Ascii(String),
@@ -17,7 +17,7 @@ pub enum Value {
 
 /// One image of a TIFF file. The defaults are one band of signed 16-bit samples in one uncompressed strip.
 #[derive(Clone)]
-pub struct Picture {
+pub(crate) struct Picture {
     pub size: [u32; 2],
     /// All tags apart from the size and the offsets and lengths of blocks; a later tag replaces an earlier one.
     pub tags: Vec<(u16, Value)>,
@@ -27,33 +27,33 @@ pub struct Picture {
 }
 
 impl Picture {
-    pub fn of_i16(dem: &Dem) -> Self {
+    pub(crate) fn of_i16(dem: &Dem) -> Self {
         let blocks = vec![bytes(&dem.heights)];
         let size = [dem.width as u32, dem.height as u32];
         Self { size, tags: samples(16, 2), places: STRIPS, blocks }.with(278, short(dem.height as u16))
     }
 
-    pub fn with(mut self, tag: u16, value: Value) -> Self {
+    pub(crate) fn with(mut self, tag: u16, value: Value) -> Self {
         self.tags.retain(|it| it.0 != tag);
         self.tags.push((tag, value));
         self
     }
 }
 
-pub fn short(value: u16) -> Value {
+pub(crate) fn short(value: u16) -> Value {
     Value::Short(vec![value])
 }
 
 /// Returns the tags for bits per sample and sample format: 1 unsigned, 2 signed, 3 floating-point.
-pub fn samples(bits: u16, format: u16) -> Vec<(u16, Value)> {
+pub(crate) fn samples(bits: u16, format: u16) -> Vec<(u16, Value)> {
     [(258, bits), (259, 1), (262, 1), (277, 1), (339, format)].into_iter().map(|(tag, it)| (tag, short(it))).collect()
 }
 
-pub fn bytes(samples: &[i16]) -> Vec<u8> {
+pub(crate) fn bytes(samples: &[i16]) -> Vec<u8> {
     samples.iter().flat_map(|it| it.to_le_bytes()).collect()
 }
 
-pub fn write(path: &Path, pictures: &[Picture]) {
+pub(crate) fn write(path: &Path, pictures: &[Picture]) {
     std::fs::write(path, file(pictures)).unwrap();
 }
 
@@ -97,7 +97,7 @@ fn file(pictures: &[Picture]) -> Vec<u8> {
 }
 
 /// Returns a zlib stream of one stored block.
-pub fn deflate(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn deflate(bytes: &[u8]) -> Vec<u8> {
     let length = bytes.len() as u16;
     let (a, b) = bytes.iter().fold((1u32, 0u32), |(a, b), &byte| {
         let a = (a + u32::from(byte)) % 65_521;
@@ -108,7 +108,7 @@ pub fn deflate(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// Returns LZW data with a clear code before codes grow beyond nine bits.
-pub fn lzw(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn lzw(bytes: &[u8]) -> Vec<u8> {
     const CLEAR: u16 = 256;
     const END: u16 = 257;
     let mut codes = Vec::new();
@@ -122,12 +122,12 @@ pub fn lzw(bytes: &[u8]) -> Vec<u8> {
 }
 
 /// Returns PackBits data of literal runs.
-pub fn pack_bits(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn pack_bits(bytes: &[u8]) -> Vec<u8> {
     bytes.chunks(128).flat_map(|run| std::iter::once(run.len() as u8 - 1).chain(run.iter().copied())).collect()
 }
 
 /// Returns a Zstandard frame with one raw block (RFC 8878).
-pub fn zstd(bytes: &[u8]) -> Vec<u8> {
+pub(crate) fn zstd(bytes: &[u8]) -> Vec<u8> {
     let block = (bytes.len() as u32) << 3 | 1;
     let size = (bytes.len() as u16 - 256).to_le_bytes();
     [&[0x28, 0xb5, 0x2f, 0xfd, 0x60], &size[..], &block.to_le_bytes()[..3], bytes].concat()

@@ -8,7 +8,7 @@ use crate::dem::Dem;
 use crate::write;
 
 /// Writes one small file in each format.
-pub fn one_of_each(folder: &Path) -> Vec<PathBuf> {
+pub(crate) fn one_of_each(folder: &Path) -> Vec<PathBuf> {
     let dem = Dem::new(50, 50, 3).above_sea();
     let at = |name: &str| folder.join(name);
     write::ascii(&at("a.asc"), &dem, false);

@@ -6,29 +6,29 @@ use std::path::Path;
 
 use crate::dem::Dem;
 
-pub const WEST: f64 = 594_000.0;
+pub(crate) const WEST: f64 = 594_000.0;
 /// A multiple of the spacing, as in USGS DEMs in UTM.
-pub const NORTH: f64 = 5_195_010.0;
-pub const SPACING: f64 = 30.0;
+pub(crate) const NORTH: f64 = 5_195_010.0;
+pub(crate) const SPACING: f64 = 30.0;
 /// The `crs_from_grid` of a grid whose first sample is centred at (`WEST`, `NORTH`).
-pub const PLACE: [f64; 6] = [WEST, SPACING, 0.0, NORTH, 0.0, -SPACING];
+pub(crate) const PLACE: [f64; 6] = [WEST, SPACING, 0.0, NORTH, 0.0, -SPACING];
 /// The `crs_from_grid` of a file without a georeference.
-pub const NOWHERE: [f64; 6] = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+pub(crate) const NOWHERE: [f64; 6] = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
 
-pub const UTM_PRJ: &str = r#"PROJCS["WGS_1984_UTM_Zone_10N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",
+pub(crate) const UTM_PRJ: &str = r#"PROJCS["WGS_1984_UTM_Zone_10N",GEOGCS["GCS_WGS_1984",DATUM["D_WGS_1984",
 SPHEROID["WGS_1984",6378137.0,298.257223563]],PRIMEM["Greenwich",0.0],UNIT["Degree",0.0174532925199433]],
 PROJECTION["Transverse_Mercator"],PARAMETER["Central_Meridian",-123.0],UNIT["Meter",1.0]]"#;
 
 /// Returns the bytes of an .hgt tile.
-pub fn hgt_bytes(dem: &Dem) -> Vec<u8> {
+pub(crate) fn hgt_bytes(dem: &Dem) -> Vec<u8> {
     dem.heights.iter().flat_map(|height| height.to_be_bytes()).collect()
 }
 
-pub fn hgt(path: &Path, dem: &Dem) {
+pub(crate) fn hgt(path: &Path, dem: &Dem) {
     std::fs::write(path, hgt_bytes(dem)).unwrap();
 }
 
-pub fn hgt_zip(path: &Path, member: &str, dem: &Dem) {
+pub(crate) fn hgt_zip(path: &Path, member: &str, dem: &Dem) {
     let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
     let options = zip::write::SimpleFileOptions::default();
     archive.start_file("readme.txt", options).unwrap();
@@ -39,7 +39,7 @@ pub fn hgt_zip(path: &Path, member: &str, dem: &Dem) {
 }
 
 /// Writes an ESRI ASCII grid; `is_centre` gives the centre of the lower left sample instead of its corner.
-pub fn ascii(path: &Path, dem: &Dem, is_centre: bool) -> [f64; 6] {
+pub(crate) fn ascii(path: &Path, dem: &Dem, is_centre: bool) -> [f64; 6] {
     let (word, half) = if is_centre { ("CENTER", 0.0) } else { ("CORNER", SPACING / 2.0) };
     let (x, y) = (WEST - half, NORTH - (dem.height - 1) as f64 * SPACING - half);
     let (width, height) = (dem.width, dem.height);
@@ -53,7 +53,7 @@ pub fn ascii(path: &Path, dem: &Dem, is_centre: bool) -> [f64; 6] {
     PLACE
 }
 
-pub fn grass(path: &Path, dem: &Dem) -> [f64; 6] {
+pub(crate) fn grass(path: &Path, dem: &Dem) -> [f64; 6] {
     let (north, west) = (NORTH + SPACING / 2.0, WEST - SPACING / 2.0);
     let (south, east) = (north - dem.height as f64 * SPACING, west + dem.width as f64 * SPACING);
     let (width, height) = (dem.width, dem.height);
@@ -68,7 +68,7 @@ pub fn grass(path: &Path, dem: &Dem) -> [f64; 6] {
     PLACE
 }
 
-pub fn xyz(path: &Path, dem: &Dem) -> [f64; 6] {
+pub(crate) fn xyz(path: &Path, dem: &Dem) -> [f64; 6] {
     let mut text = String::from("x,y,z\n");
     for (row, heights) in dem.rows().enumerate() {
         for (column, height) in heights.iter().enumerate() {
@@ -81,7 +81,7 @@ pub fn xyz(path: &Path, dem: &Dem) -> [f64; 6] {
 }
 
 /// Writes an EHdr raster; `order` is `I` for little-endian, `M` for big-endian.
-pub fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
+pub(crate) fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
     let sample = |it: &i16| if order == "I" { it.to_le_bytes() } else { it.to_be_bytes() };
     let bytes: Vec<u8> = dem.heights.iter().flat_map(sample).collect();
     std::fs::write(path, bytes).unwrap();
@@ -96,7 +96,7 @@ pub fn ehdr(path: &Path, dem: &Dem, order: &str) -> [f64; 6] {
 }
 
 /// Writes a GridFloat raster with the sidecar files of the USGS.
-pub fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
+pub(crate) fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
     let sample = |it: &i16| if *it == i16::MIN { -9999.0 } else { f32::from(*it) }.to_le_bytes();
     std::fs::write(path, dem.heights.iter().flat_map(sample).collect::<Vec<u8>>()).unwrap();
     let (x, y) = (WEST - SPACING / 2.0, NORTH - (dem.height as f64 - 0.5) * SPACING);
@@ -110,7 +110,7 @@ pub fn grid_float(path: &Path, dem: &Dem) -> [f64; 6] {
 }
 
 /// Writes an ENVI raster of three bands, the first of which has the heights; `interleave` is `bip`, `bil` or `bsq`.
-pub fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
+pub(crate) fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
     let (width, height) = (dem.width, dem.height);
     let mut bytes = vec![0xee; 11];
     let band = |band: usize, height: i16| if band == 0 { height } else { 77 }.to_be_bytes();
@@ -135,7 +135,7 @@ pub fn envi(path: &Path, dem: &Dem, interleave: &str) -> [f64; 6] {
 }
 
 /// Writes DTED level 0 at 8° east, 46° north, with columns twice as far apart as rows; the file ends after `columns`.
-pub fn dted(path: &Path, dem: &Dem, columns: usize) -> [f64; 6] {
+pub(crate) fn dted(path: &Path, dem: &Dem, columns: usize) -> [f64; 6] {
     let mut header = vec![b' '; 80 + 648 + 2700];
     let mut put = |at: usize, text: &str| header[at..at + text.len()].copy_from_slice(text.as_bytes());
     put(0, "UHL10080000E0460000N06000300");
@@ -165,7 +165,7 @@ pub fn dted(path: &Path, dem: &Dem, columns: usize) -> [f64; 6] {
     [8.0, dx, 0.0, 46.0 + (dem.height - 1) as f64 * dy, 0.0, -dy]
 }
 
-pub fn png(path: &Path, [width, height]: [usize; 2], color: png::ColorType, depth: png::BitDepth, bytes: &[u8]) {
+pub(crate) fn png(path: &Path, [width, height]: [usize; 2], color: png::ColorType, depth: png::BitDepth, bytes: &[u8]) {
     let mut encoder = png::Encoder::new(std::fs::File::create(path).unwrap(), width as u32, height as u32);
     encoder.set_color(color);
     encoder.set_depth(depth);
@@ -173,13 +173,13 @@ pub fn png(path: &Path, [width, height]: [usize; 2], color: png::ColorType, dept
 }
 
 /// Writes a 16-bit PNG; no-data is 0.
-pub fn png16(path: &Path, dem: &Dem) {
+pub(crate) fn png16(path: &Path, dem: &Dem) {
     let bytes: Vec<u8> = dem.heights.iter().flat_map(|&it| (it.max(0) as u16).to_be_bytes()).collect();
     png(path, [dem.width, dem.height], png::ColorType::Grayscale, png::BitDepth::Sixteen, &bytes);
 }
 
 /// Writes raw unsigned 16-bit samples; no-data is 0.
-pub fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
+pub(crate) fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
     let sample = |&it: &i16| {
         let it = it.max(0) as u16;
         if is_big_endian { it.to_be_bytes() } else { it.to_le_bytes() }
@@ -188,7 +188,7 @@ pub fn raw(path: &Path, dem: &Dem, is_big_endian: bool) {
 }
 
 /// Writes a terrain-RGB PNG; no-data is black.
-pub fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
+pub(crate) fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
     let pixel = |&it: &i16| {
         let code = match it {
             i16::MIN => 0,
@@ -203,7 +203,7 @@ pub fn terrain_rgb(path: &Path, dem: &Dem, is_mapbox: bool) {
 
 /// Writes a USGS DEM in UTM zone 10 on NAD27. Columns begin above their no-data samples in the south; `line_breaks`
 /// puts a line break after each record.
-pub fn usgs_dem(path: &Path, dem: &Dem, line_breaks: bool) -> [f64; 6] {
+pub(crate) fn usgs_dem(path: &Path, dem: &Dem, line_breaks: bool) -> [f64; 6] {
     let d = |value: f64| format!("{:>24}", format!("{value:.15E}").replace('E', "D+0").replace("D+0-", "D-0"));
     let e = |value: f64| format!("{:>12}", format!("{value:.6E}").replace('E', "E+0"));
     let (east, south) = (WEST + (dem.width - 1) as f64 * SPACING, NORTH - (dem.height - 1) as f64 * SPACING);

@@ -23,7 +23,7 @@ use super::seeds::Seed;
 use super::{sparse, world, write};
 
 /// A kind of input file.
-pub struct Kind {
+pub(crate) struct Kind {
     pub name: &'static str,
     pub open: fn(&Path) -> anyhow::Result<()>,
     /// Writes valid files below a folder.
@@ -38,7 +38,7 @@ const fn heights(name: &'static str, seeds: fn(&Path) -> Vec<Seed>) -> Kind {
     Kind { name, open: read_heights, seeds, arguments: INFO }
 }
 
-pub const KINDS: &[Kind] = &[
+pub(crate) const KINDS: &[Kind] = &[
     heights("geotiff", geotiffs),
     heights("real-geotiff", real_geotiffs),
     Kind { name: "cog", open: fly_over, seeds: cogs, arguments: INFO },

@@ -77,10 +77,10 @@ const WORDS: &[&str] = &[
 ];
 
 /// A xorshift generator, so that the damage is the same in every run.
-pub struct Random(u64);
+pub(crate) struct Random(u64);
 
 impl Random {
-    pub fn new(text: &str) -> Self {
+    pub(crate) fn new(text: &str) -> Self {
         // FNV-1a, and never 0.
         let fold = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
         let mut random = Self(text.bytes().fold(0xcbf2_9ce4_8422_2325, fold) | 1);
@@ -99,7 +99,7 @@ impl Random {
     }
 
     /// Returns a number from 0 to below the limit; 0 for a limit of 0.
-    pub fn below(&mut self, limit: usize) -> usize {
+    pub(crate) fn below(&mut self, limit: usize) -> usize {
         ((self.next() >> 11) % limit.max(1) as u64) as usize
     }
 
@@ -114,7 +114,7 @@ impl Random {
 }
 
 /// Returns a damaged copy; `donor` is another file of the kind.
-pub fn damaged(bytes: &[u8], donor: &[u8], random: &mut Random) -> Vec<u8> {
+pub(crate) fn damaged(bytes: &[u8], donor: &[u8], random: &mut Random) -> Vec<u8> {
     let mut bytes = bytes.to_vec();
     let is_text = bytes.iter().take(4096).all(|&byte| byte != 0) && std::str::from_utf8(&bytes).is_ok();
     // Half of the copies have a single flaw, mostly in a number, because a file with several flaws is refused at the

@@ -11,12 +11,12 @@ use super::seeds::Seed;
 const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Returns whether a case also runs through the program: three of a short run, every 500th of a long one.
-pub fn is_due(index: u64, cases: u64) -> bool {
+pub(crate) fn is_due(index: u64, cases: u64) -> bool {
     index.is_multiple_of((cases / 3).clamp(1, 500))
 }
 
 /// Returns what is wrong with the program's response to the current files of a seed.
-pub fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
+pub(crate) fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
     let arguments = kind.arguments?;
     let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
     command.args(arguments).arg(seed.entry()).env("HACHURE_CACHE", seed.folder.with_extension("cache"));

@@ -12,7 +12,7 @@ const NAMELESS: &str = "does not name the file";
 
 /// Returns what is wrong with a refusal of these files. The path of their folder does not count, since its length
 /// varies.
-pub fn fault(seed: &Seed, message: &str) -> Option<String> {
+pub(crate) fn fault(seed: &Seed, message: &str) -> Option<String> {
     let folder = if seed.entry.is_empty() { seed.folder.parent() } else { Some(seed.folder.as_path()) };
     let folder = format!("{}/", folder.unwrap_or(Path::new("")).display());
     let shown = message.replace(&folder, "");

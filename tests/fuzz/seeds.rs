@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::mutate::{self, Random};
 
 /// Valid files of a kind, some of which belong together.
-pub struct Seed {
+pub(crate) struct Seed {
     pub folder: PathBuf,
     /// The path to open: the name of a file in the folder, or empty for the folder itself.
     pub entry: String,
@@ -15,7 +15,7 @@ pub struct Seed {
 
 impl Seed {
     /// Creates a seed of all files in a folder and its subfolders.
-    pub fn of(folder: &Path, entry: &str) -> Self {
+    pub(crate) fn of(folder: &Path, entry: &str) -> Self {
         let mut files = Vec::new();
         let mut folders = vec![folder.to_owned()];
         while let Some(inner) = folders.pop() {
@@ -35,7 +35,7 @@ impl Seed {
         Self { folder: folder.to_owned(), entry: entry.to_owned(), files }
     }
 
-    pub fn entry(&self) -> PathBuf {
+    pub(crate) fn entry(&self) -> PathBuf {
         match self.entry.as_str() {
             "" => self.folder.clone(),
             name => self.folder.join(name),
@@ -43,20 +43,20 @@ impl Seed {
     }
 
     /// Returns the names of which a message must contain one.
-    pub fn names(&self) -> impl Iterator<Item = &str> {
+    pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
         let folder = self.folder.file_name().and_then(|name| name.to_str()).filter(|_| self.entry.is_empty());
         self.files.iter().map(|(name, _)| name.as_str()).chain(folder)
     }
 
     /// Damages one of the files on disk.
-    pub fn mutate(&self, donor: &Self, random: &mut Random) {
+    pub(crate) fn mutate(&self, donor: &Self, random: &mut Random) {
         let (name, bytes) = &self.files[random.below(self.files.len())];
         let (_, donor) = &donor.files[random.below(donor.files.len())];
         fs::write(self.folder.join(name), mutate::damaged(bytes, donor, random)).unwrap();
     }
 
     /// Restores all files.
-    pub fn restore(&self) {
+    pub(crate) fn restore(&self) {
         for (name, bytes) in &self.files {
             let path = self.folder.join(name);
             if fs::read(&path).ok().as_ref() != Some(bytes) {
@@ -66,7 +66,7 @@ impl Seed {
     }
 
     /// Copies the current files to a folder that outlives the test.
-    pub fn keep(&self, kind: &str, run_seed: u64, number: u64) -> PathBuf {
+    pub(crate) fn keep(&self, kind: &str, run_seed: u64, number: u64) -> PathBuf {
         let kept = std::env::temp_dir().join(format!("hachure-fuzz-{kind}-{run_seed}-{number}"));
         for (name, _) in &self.files {
             let to = kept.join(name);

@@ -16,12 +16,12 @@ fn stored(tiles: u32) -> [u32; 2] {
 }
 
 /// Returns the lowest and highest height, and the number of no-data samples.
-pub fn expected(side: u32) -> ([f32; 2], u64) {
+pub(crate) fn expected(side: u32) -> ([f32; 2], u64) {
     ([0.0, height_m(TILE - 1, TILE - 1)], u64::from(side).pow(2) - 2 * u64::from(TILE).pow(2))
 }
 
 /// Writes a square of `side` samples; `side` must be a multiple of the tile size.
-pub fn write(path: &Path, side: u32) {
+pub(crate) fn write(path: &Path, side: u32) {
     assert_eq!(side % TILE, 0);
     let tiles = (side / TILE).pow(2);
     let samples: Vec<u8> =

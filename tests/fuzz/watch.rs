@@ -14,7 +14,7 @@ use hachure::file::one_line;
 
 /// The limits of a case.
 #[derive(Clone, Copy)]
-pub struct Limits {
+pub(crate) struct Limits {
     pub time: Duration,
     pub memory_bytes: u64,
 }
@@ -27,7 +27,7 @@ impl Default for Limits {
 
 /// The result of a case.
 #[derive(Debug)]
-pub struct Case {
+pub(crate) struct Case {
     /// Description of the failure, if any.
     pub what: Option<String>,
     /// The line with which the file was refused.
@@ -65,7 +65,7 @@ fn listen() {
 }
 
 /// Runs cases on a worker thread within limits.
-pub struct Watch {
+pub(crate) struct Watch {
     limits: Limits,
     work: Sender<(Open, PathBuf)>,
     answers: Receiver<Answer>,
@@ -90,14 +90,14 @@ fn worker() -> (Sender<(Open, PathBuf)>, Receiver<Answer>) {
 }
 
 impl Watch {
-    pub fn new(limits: Limits) -> Self {
+    pub(crate) fn new(limits: Limits) -> Self {
         listen();
         let (work, answers) = worker();
         Self { limits, work, answers }
     }
 
     /// Opens the current files of a seed.
-    pub fn run(&mut self, kind: &Kind, seed: &Seed) -> Case {
+    pub(crate) fn run(&mut self, kind: &Kind, seed: &Seed) -> Case {
         // Memory and panics belong to the whole process, and tests run in parallel.
         static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
         let _alone = ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner);

@@ -2,8 +2,8 @@
 
 use crate::Place;
 
-pub const WORLD: &str = "[world]\nprocedural = { seed = 1 }\n";
-pub const STYLE: &str = "name = \"x\"\ndescription = \"y\"\n[tone]\nkind = \"plain\"\n";
+pub(crate) const WORLD: &str = "[world]\nprocedural = { seed = 1 }\n";
+pub(crate) const STYLE: &str = "name = \"x\"\ndescription = \"y\"\n[tone]\nkind = \"plain\"\n";
 
 #[test]
 fn toml_has_places_and_near_names() {

@@ -16,31 +16,31 @@ use ndarray::Array2;
 const LONGEST: Duration = Duration::from_secs(100);
 
 /// A camera path over any land.
-pub const PATH: &str = "t,x,y,z,yaw,pitch,fov\n0,0,0,+50,0,-10,60\n1,10,10,+50,0,-10,60\n";
+pub(crate) const PATH: &str = "t,x,y,z,yaw,pitch,fov\n0,0,0,+50,0,-10,60\n1,10,10,+50,0,-10,60\n";
 
 /// A temporary folder with its own cache.
-pub struct Place(tempfile::TempDir);
+pub(crate) struct Place(tempfile::TempDir);
 
 /// Every file with its bytes, and every link with its target.
-pub type Files = BTreeMap<PathBuf, Vec<u8>>;
+pub(crate) type Files = BTreeMap<PathBuf, Vec<u8>>;
 
 impl Place {
-    pub fn empty() -> Self {
+    pub(crate) fn empty() -> Self {
         let place = Self(tempfile::tempdir().unwrap());
         fs::create_dir(place.path("cache")).unwrap();
         place
     }
 
-    pub fn root(&self) -> &Path {
+    pub(crate) fn root(&self) -> &Path {
         self.0.path()
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// Writes a file, and creates its folders.
-    pub fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    pub(crate) fn file(&self, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
         let path = self.path(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         atomic::write(&path, bytes.as_ref()).unwrap();
@@ -48,7 +48,7 @@ impl Place {
     }
 
     /// Writes a small GeoTIFF whose western edge is `column` samples further east.
-    pub fn geotiff(&self, name: &str, column: u32) {
+    pub(crate) fn geotiff(&self, name: &str, column: u32) {
         let path = self.path(name);
         fs::create_dir_all(path.parent().unwrap()).unwrap();
         let heights_m = Array2::from_shape_fn((40, 50), |(y, x)| 900.0 + (x as f32 * 0.3).sin() * 20.0 + y as f32);
@@ -61,7 +61,7 @@ impl Place {
     }
 
     /// Writes a heightmap of 16 bits with its sidecar file.
-    pub fn heightmap(&self, name: &str) {
+    pub(crate) fn heightmap(&self, name: &str) {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, 48, 40);
         encoder.set_color(png::ColorType::Grayscale);
@@ -72,7 +72,7 @@ impl Place {
         self.file(&format!("{name}.toml"), "spacing_m = 10\nheight_scale_m = 0.5\n");
     }
 
-    pub fn command(&self, arguments: &[&str]) -> Command {
+    pub(crate) fn command(&self, arguments: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_hachure"));
         command.args(arguments).current_dir(self.root()).env("HACHURE_CACHE", self.path("cache"));
         // Without this folder, Mesa prints a warning.
@@ -82,23 +82,23 @@ impl Place {
     }
 
     /// Runs the program and returns its output; the run must end.
-    pub fn run(&self, arguments: &[&str]) -> Output {
+    pub(crate) fn run(&self, arguments: &[&str]) -> Output {
         finished(self.command(arguments).spawn().unwrap(), arguments)
     }
 
-    pub fn text(&self, arguments: &[&str]) -> String {
+    pub(crate) fn text(&self, arguments: &[&str]) -> String {
         let output = self.run(arguments);
         assert!(output.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&output.stderr));
         String::from_utf8(output.stdout).unwrap()
     }
 
     /// Returns the one line of error with which a run fails.
-    pub fn error(&self, arguments: &[&str]) -> String {
+    pub(crate) fn error(&self, arguments: &[&str]) -> String {
         one_line(&self.run(arguments), arguments)
     }
 
     /// Like [`Place::error`], and checks that the run changed no file.
-    pub fn refused(&self, arguments: &[&str]) -> String {
+    pub(crate) fn refused(&self, arguments: &[&str]) -> String {
         let before = self.files();
         let line = self.error(arguments);
         assert_eq!(changed(&before, &self.files()), [] as [PathBuf; 0], "{arguments:?}: {line}");
@@ -106,7 +106,7 @@ impl Place {
     }
 
     /// Returns all files except the cache.
-    pub fn files(&self) -> Files {
+    pub(crate) fn files(&self) -> Files {
         let mut files = Files::new();
         let mut folders = vec![self.root().to_owned()];
         while let Some(folder) = folders.pop() {
@@ -129,7 +129,7 @@ impl Place {
 }
 
 /// Returns the paths that are in only one of the two, or differ.
-pub fn changed(before: &Files, after: &Files) -> Vec<PathBuf> {
+pub(crate) fn changed(before: &Files, after: &Files) -> Vec<PathBuf> {
     let mut paths: Vec<&PathBuf> = before.keys().chain(after.keys()).collect();
     paths.sort();
     paths.dedup();
@@ -137,7 +137,7 @@ pub fn changed(before: &Files, after: &Files) -> Vec<PathBuf> {
 }
 
 /// Waits for a process, and kills it if it takes too long.
-pub fn finished(mut child: Child, arguments: &[&str]) -> Output {
+pub(crate) fn finished(mut child: Child, arguments: &[&str]) -> Output {
     let start = Instant::now();
     while child.try_wait().unwrap().is_none() {
         if start.elapsed() > LONGEST {
@@ -149,7 +149,7 @@ pub fn finished(mut child: Child, arguments: &[&str]) -> Output {
     child.wait_with_output().unwrap()
 }
 
-pub fn one_line(output: &Output, arguments: &[&str]) -> String {
+pub(crate) fn one_line(output: &Output, arguments: &[&str]) -> String {
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(1), "{arguments:?}: {error}");
     let line = error.trim_end().strip_prefix("hachure: ").unwrap_or_else(|| panic!("{arguments:?}: {error}"));
@@ -158,7 +158,7 @@ pub fn one_line(output: &Output, arguments: &[&str]) -> String {
 }
 
 /// Returns whether there is a GPU to draw with; a software driver is enough.
-pub fn has_gpu() -> bool {
+pub(crate) fn has_gpu() -> bool {
     match Gpu::open(&AdapterWish::Best) {
         Ok(_) => true,
         Err(error) if std::env::var_os("HACHURE_REQUIRE_GPU").is_some_and(|wish| wish == "1") => panic!("{error}"),

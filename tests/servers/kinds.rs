@@ -2,7 +2,7 @@
 
 /// The expected outcome of a kind.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Expected {
+pub(crate) enum Expected {
     /// The right picture.
     Right,
     /// An error that contains these words.
@@ -13,7 +13,7 @@ pub enum Expected {
 use Expected::{Either, Error, Right};
 
 /// All kinds of server.
-pub const KINDS: &[(&str, Expected)] = &[
+pub(crate) const KINDS: &[(&str, Expected)] = &[
     ("as it should be", Right),
     // Unusual, but valid.
     ("chunked", Right),

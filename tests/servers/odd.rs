@@ -18,14 +18,14 @@ struct Shared {
 }
 
 /// A server that serves `/world.tif` until it is dropped.
-pub struct Server {
+pub(crate) struct Server {
     address: SocketAddr,
     shared: Arc<Shared>,
     listener: Option<JoinHandle<()>>,
 }
 
 impl Server {
-    pub fn start(kind: &'static str, file: Vec<u8>, second: Duration) -> Self {
+    pub(crate) fn start(kind: &'static str, file: Vec<u8>, second: Duration) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         let shared = Arc::new(Shared {
@@ -52,7 +52,7 @@ impl Server {
         Self { address, shared, listener: Some(listener) }
     }
 
-    pub fn url(&self) -> String {
+    pub(crate) fn url(&self) -> String {
         format!("http://{}/world.tif", self.address)
     }
 }

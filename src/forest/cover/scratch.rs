@@ -13,21 +13,21 @@ use crate::source::georeference::{Crs, Georeference};
 use crate::source::{GeoKeys, WorldMapping};
 
 /// A DEM of 101 × 81 samples, 20 m apart, with its world.
-pub struct Dem(pub Georeference, pub [u32; 2]);
+pub(super) struct Dem(pub Georeference, pub [u32; 2]);
 
 impl Dem {
     fn of(crs: Crs, crs_from_grid: [f64; 6]) -> Self {
         Self(Georeference { crs_from_grid, crs, geokeys: GeoKeys::default() }, [101, 81])
     }
 
-    pub fn utm() -> Self {
+    pub(super) fn utm() -> Self {
         let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32610".into() };
         Self::of(crs, [600_000.0, 20.0, 0.0, 5_200_000.0, 0.0, -20.0])
     }
 
     /// Returns a DEM of less than 2 km around a place 100 km east of the centre of its zone, where grid north is
     /// tilted.
-    pub fn geographic() -> Self {
+    pub(super) fn geographic() -> Self {
         let crs = Crs::Geographic {
             radians_per_unit: 1f64.to_radians(),
             semi_major_axis_m: 6_378_137.0,
@@ -37,15 +37,15 @@ impl Dem {
         Self::of(crs, [-121.7, 2.5e-4, 0.0, 46.95, 0.0, -1.8e-4])
     }
 
-    pub fn local() -> Self {
+    pub(super) fn local() -> Self {
         Self::of(Crs::Local, [0.0, 20.0, 0.0, 0.0, 0.0, -20.0])
     }
 
-    pub fn mapping(&self) -> WorldMapping {
+    pub(super) fn mapping(&self) -> WorldMapping {
         WorldMapping::new(&self.0, self.1[0], self.1[1]).unwrap()
     }
 
-    pub fn load(&self, files: &CoverFiles) -> Result<Cover, String> {
+    pub(super) fn load(&self, files: &CoverFiles) -> Result<Cover, String> {
         Cover::load(files, &self.0, self.1).map(Option::unwrap).map_err(|error| {
             let error = error.to_string();
             assert!(!error.contains('\n') && error.chars().count() < 300, "{error}");
@@ -55,19 +55,19 @@ impl Dem {
 }
 
 /// A temporary folder for rasters.
-pub struct Scratch(pub tempfile::TempDir);
+pub(super) struct Scratch(pub tempfile::TempDir);
 
 impl Scratch {
-    pub fn new() -> Self {
+    pub(super) fn new() -> Self {
         Self(tempfile::tempdir().unwrap())
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(super) fn path(&self, name: &str) -> PathBuf {
         self.0.path().join(name)
     }
 
     /// Writes a raster of `value` at the centres of samples; returns its path.
-    pub fn tiff<T: NumericSample>(
+    pub(super) fn tiff<T: NumericSample>(
         &self,
         builder: GeoTiffBuilder,
         [left, top]: [f64; 2],
@@ -83,7 +83,7 @@ impl Scratch {
         path
     }
 
-    pub fn png(&self, color: ColorType, depth: BitDepth, size: [u32; 2], bytes: &[u8]) -> PathBuf {
+    pub(super) fn png(&self, color: ColorType, depth: BitDepth, size: [u32; 2], bytes: &[u8]) -> PathBuf {
         let path = self.path("mask.png");
         let mut encoder = png::Encoder::new(std::fs::File::create(&path).unwrap(), size[0], size[1]);
         encoder.set_color(color);
@@ -93,7 +93,7 @@ impl Scratch {
     }
 }
 
-pub fn builder([columns, rows]: [usize; 2], epsg: u16) -> GeoTiffBuilder {
+pub(super) fn builder([columns, rows]: [usize; 2], epsg: u16) -> GeoTiffBuilder {
     let model = if epsg == 4326 { ModelType::Geographic } else { ModelType::Projected };
     GeoTiffBuilder::new(columns as u32, rows as u32).model_type(model).epsg(epsg)
 }

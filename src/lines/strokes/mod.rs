@@ -29,7 +29,7 @@ pub(crate) mod stroke;
 pub mod texture;
 pub(crate) mod thin;
 #[cfg(test)]
-pub mod twin;
+pub(crate) mod twin;
 
 use std::sync::Arc;
 
@@ -39,7 +39,7 @@ use self::history::History;
 pub(crate) use self::left_out::{AsyncStrokeNumbers, LeftOut, StrokeNumbers};
 use self::partner::{Partner, Role, SeenSurface};
 #[cfg(test)]
-pub(crate) use self::records::{Chain, ChainPosition, SegmentInOrder, UNITS_PER_PX};
+pub(crate) use self::records::{Chain, ChainPosition, SegmentInOrder};
 pub(crate) use self::records::{ChainRules, Segment, StrokeCounts};
 use self::samples::{SampleList, SampleWork, TemporalUniform};
 use self::stroke::Which;
@@ -85,7 +85,7 @@ pub(crate) struct Lists {
 impl Lists {
     /// Allocates the lists for a style's strokes on a picture of `size_px`.
     #[cfg(test)]
-    pub fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
+    pub(crate) fn of(recorder: &mut Recorder<'_>, strokes: &style::Strokes, size_px: [u32; 2], haze_m: f64) -> Self {
         Self::new(recorder, &StrokesUniform::new(strokes, size_px, haze_m))
     }
 

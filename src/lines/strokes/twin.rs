@@ -11,7 +11,7 @@ use super::records::{Chain, ChainPosition, ChainRules, Segment};
 
 /// The result of chaining.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Chained {
+pub(crate) struct Chained {
     /// For each position in the order: the number of a segment, times two, plus 1 if it runs from b to a.
     pub ordered: Vec<u32>,
     /// The chains, in the order of their first segments.
@@ -25,7 +25,7 @@ const LIMIT_UNITS: i32 = crate::gpu::wgsl::shared::strokes::LIMIT_UNITS;
 const ONE: u32 = 4096;
 
 /// Chains the segments. End 2p is a of segment p, end 2p + 1 is b.
-pub fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
+pub(crate) fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
     let rules = rules.in_range();
     let links = join(segments, &rules);
     let mut heads = heads(segments, &links);
@@ -38,7 +38,7 @@ pub fn chain(segments: &[Segment], rules: &ChainRules) -> Chained {
 }
 
 /// Returns for each end the end that it is joined to.
-pub fn join(segments: &[Segment], rules: &ChainRules) -> Vec<Option<u32>> {
+pub(crate) fn join(segments: &[Segment], rules: &ChainRules) -> Vec<Option<u32>> {
     let count = 2 * segments.len() as u32;
     let ends: Vec<End> = (0..count).map(|end| End::new(segments, end)).collect();
     let reach = rules.reach_units as i32;

@@ -90,7 +90,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, rig: &Rig, terra
 /// A mesh instance that is in view.
 #[cfg(test)]
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct VisibleInstance {
+pub(crate) struct VisibleInstance {
     /// Index into [`Placed::standing`].
     pub standing: usize,
     /// Level of detail; 0 is the whole mesh.
@@ -101,7 +101,7 @@ pub struct VisibleInstance {
 
 /// The CPU twin: returns the instances in view, in the order of [`Placed::standing`].
 #[cfg(test)]
-pub fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
+pub(crate) fn seen(placed: &Placed, view: &View, earth_curvature: &EarthCurvature) -> Vec<VisibleInstance> {
     let (frustum, focal_px) = (view.frustum(), view.focal_px());
     let of = |(number, standing): (usize, &Standing)| {
         let mesh = placed.mesh(standing);

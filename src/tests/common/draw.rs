@@ -3,30 +3,30 @@
 use bytemuck::Pod;
 use glam::DVec3;
 use hachure::frame::{Light, Renderer};
+use hachure::frame::{POSITION, Prepared};
 use hachure::gpu::Gpu;
 use hachure::gpu::buffer::BufferKind;
 use hachure::gpu::readback::{read, read_buffer};
 use hachure::gpu::target::Target;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
-use hachure::frame::{POSITION, Prepared};
 use hachure::world::Surfaces;
 
 /// The sun overhead, for lines, which do not depend on it.
-pub const NOON: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
+pub(crate) const NOON: Light = Light { to_sun: DVec3::Z, haze_m: 30_000.0, haze_srgb: None, focus: None };
 
 /// Returns light with the sun in the north-west, as on maps.
-pub fn north_west() -> Light {
+pub(crate) fn north_west() -> Light {
     Light { to_sun: DVec3::new(-0.5, 0.5, 0.7).normalize(), ..NOON }
 }
 
 /// Returns the view of a camera at rest.
-pub fn still(pose: Pose, size_px: [u32; 2]) -> View {
+pub(crate) fn still(pose: Pose, size_px: [u32; 2]) -> View {
     View::whole(pose, pose, size_px)
 }
 
 /// Draws a frame and waits for the GPU.
-pub fn draw(
+pub(crate) fn draw(
     gpu: &Gpu,
     surfaces: &mut Surfaces,
     renderer: &mut Renderer,
@@ -41,26 +41,26 @@ pub fn draw(
 }
 
 /// Reads the first `count` records of a buffer of the strokes.
-pub fn strokes_left<T: Pod>(gpu: &Gpu, renderer: &Renderer, kind: &BufferKind, count: usize) -> Vec<T> {
+pub(crate) fn strokes_left<T: Pod>(gpu: &Gpu, renderer: &Renderer, kind: &BufferKind, count: usize) -> Vec<T> {
     read_buffer(gpu, &renderer.strokes().unwrap().buffer(kind).unwrap().raw, count).unwrap()
 }
 
 /// Reads a picture of four 16-bit floats per pixel.
-pub fn halves(gpu: &Gpu, target: &Target) -> Vec<[f64; 4]> {
+pub(crate) fn halves(gpu: &Gpu, target: &Target) -> Vec<[f64; 4]> {
     let half = |texel: &[u8], i: usize| half::f16::from_le_bytes([texel[2 * i], texel[2 * i + 1]]).to_f64();
     let bytes = read(gpu, target, [0, 0], target.size_px()).unwrap();
     bytes.chunks_exact(8).map(|texel| std::array::from_fn(|i| half(texel, i))).collect()
 }
 
 /// Reads a picture of `N` 32-bit floats per pixel.
-pub fn floats<const N: usize>(gpu: &Gpu, target: &Target) -> Vec<[f32; N]> {
+pub(crate) fn floats<const N: usize>(gpu: &Gpu, target: &Target) -> Vec<[f32; N]> {
     let float = |texel: &[u8], i: usize| f32::from_le_bytes(std::array::from_fn(|byte| texel[4 * i + byte]));
     let bytes = read(gpu, target, [0, 0], target.size_px()).unwrap();
     bytes.chunks_exact(4 * N).map(|texel| std::array::from_fn(|i| float(texel, i))).collect()
 }
 
 /// Returns the position in the world of the surface in each pixel, in metres; `None` for the sky.
-pub fn places_m(gpu: &Gpu, renderer: &Renderer, eye_m: DVec3) -> Vec<Option<DVec3>> {
+pub(crate) fn places_m(gpu: &Gpu, renderer: &Renderer, eye_m: DVec3) -> Vec<Option<DVec3>> {
     let place_m = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + eye_m);
     floats(gpu, renderer.target(&POSITION).unwrap()).into_iter().map(place_m).collect()
 }

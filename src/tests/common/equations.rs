@@ -9,7 +9,7 @@ use super::shot::Shot;
 
 /// How Eq. 6 is read.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Reading {
+pub(crate) enum Reading {
     /// The checked pixel in the numerator, its control in the denominator.
     Text,
     /// The reverse: a planted error.
@@ -57,7 +57,7 @@ fn deviation(p: (DVec3, DVec3), q: (DVec3, DVec3), control: (DVec3, DVec3), epsi
 
 /// Which of the far errors Eq. 8 takes.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub enum Far {
+pub(crate) enum Far {
     /// The lesser one, as printed.
     Least,
     /// The greater one: a planted error.
@@ -68,7 +68,7 @@ pub enum Far {
 
 /// Returns E(p) of e_aa (Eq. 8 with `ramp`) as the error that the ramp maps to it, clamped to [0, 1]. Returns `None`
 /// near the picture's border or the sky.
-pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
+pub(crate) fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 2], far: Far) -> Option<f64> {
     error(shot, pixel, epsilon_m, Reading::Text)?;
     let sample = |pixel: usize| (shot.position_m[pixel], shot.normal[pixel]);
     let mut worst = 0.0_f64;
@@ -90,7 +90,7 @@ pub fn antialiased_error(shot: &Shot, pixel: usize, epsilon_m: f64, ramp: [f64; 
 }
 
 /// Returns E(p), Eq. 1, clamped to [0, 1]; `None` where the picture's border or the sky is within two pixels.
-pub fn error(shot: &Shot, pixel: usize, epsilon_m: f64, reading: Reading) -> Option<f64> {
+pub(crate) fn error(shot: &Shot, pixel: usize, epsilon_m: f64, reading: Reading) -> Option<f64> {
     for dy in -2..=2 {
         for dx in -2..=2 {
             if shot.is_sky(shot.neighbour(pixel, [dx, dy])?) {

@@ -16,7 +16,7 @@ use std::time::Duration;
 
 /// The fractions of answers with each fault, from 0 to 1.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Rates {
+pub(crate) struct Rates {
     /// The connection closes before the first byte.
     pub drop: f64,
     /// The answer is up to 100 ms late; one in ten is late by [`Faults::hang`].
@@ -30,14 +30,14 @@ pub struct Rates {
 }
 
 impl Rates {
-    pub fn all(rate: f64) -> Self {
+    pub(crate) fn all(rate: f64) -> Self {
         Self { drop: rate, delay: rate, truncate: rate, refuse: rate, flip: rate }
     }
 }
 
 /// The faults of a server.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Faults {
+pub(crate) struct Faults {
     pub rates: Rates,
     /// The delay of an answer that hangs; longer than the reader waits.
     pub hang: Duration,
@@ -45,7 +45,7 @@ pub struct Faults {
 
 /// How often each fault occurred.
 #[derive(Default)]
-pub struct Counts {
+pub(crate) struct Counts {
     pub answers: AtomicU64,
     pub dropped: AtomicU64,
     pub delayed: AtomicU64,
@@ -69,14 +69,14 @@ struct Shared {
 }
 
 /// A server that runs until it is dropped; dropping waits for all of its threads.
-pub struct Server {
+pub(crate) struct Server {
     address: SocketAddr,
     shared: Arc<Shared>,
     listener: Option<JoinHandle<()>>,
 }
 
 impl Server {
-    pub fn start(seed: u64) -> Self {
+    pub(crate) fn start(seed: u64) -> Self {
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         let shared = Arc::new(Shared {
@@ -108,32 +108,32 @@ impl Server {
     }
 
     /// Serves a file at `/path`.
-    pub fn put(&self, path: &str, bytes: Vec<u8>) {
+    pub(crate) fn put(&self, path: &str, bytes: Vec<u8>) {
         let hash = bytes.iter().fold(7_u64, |hash, byte| hash.wrapping_mul(31).wrapping_add(u64::from(*byte)));
         let entry = Entry { bytes: Arc::new(bytes), etag: format!("\"{hash:x}\"") };
         self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
     }
 
     /// Redirects requests for `/path` to `location`.
-    pub fn redirect(&self, path: &str, location: &str) {
+    pub(crate) fn redirect(&self, path: &str, location: &str) {
         let entry = Entry { bytes: Arc::new(location.as_bytes().to_vec()), etag: String::new() };
         self.shared.files.lock().unwrap().insert(format!("/{path}"), entry);
     }
 
-    pub fn url(&self, path: &str) -> String {
+    pub(crate) fn url(&self, path: &str) -> String {
         format!("http://{}/{path}", self.address)
     }
 
-    pub fn set_faults(&self, faults: Faults) {
+    pub(crate) fn set_faults(&self, faults: Faults) {
         *self.shared.faults.lock().unwrap() = faults;
     }
 
-    pub fn counts(&self) -> &Counts {
+    pub(crate) fn counts(&self) -> &Counts {
         &self.shared.counts
     }
 
     /// Describes in one line how often each fault occurred.
-    pub fn told(&self) -> String {
+    pub(crate) fn told(&self) -> String {
         let counts = self.counts();
         let answers = counts.answers.load(Ordering::Relaxed);
         let mut line = format!("{answers} answers");
@@ -166,7 +166,7 @@ impl Drop for Server {
 }
 
 /// Advances a xorshift64* generator and returns its next number.
-pub fn next(state: &mut u64) -> u64 {
+pub(crate) fn next(state: &mut u64) -> u64 {
     *state ^= *state >> 12;
     *state ^= *state << 25;
     *state ^= *state >> 27;
@@ -174,7 +174,7 @@ pub fn next(state: &mut u64) -> u64 {
 }
 
 /// Returns a random number in [0, 1).
-pub fn uniform(state: &mut u64) -> f64 {
+pub(crate) fn uniform(state: &mut u64) -> f64 {
     (next(state) >> 11) as f64 / (1u64 << 53) as f64
 }
 

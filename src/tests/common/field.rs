@@ -5,7 +5,7 @@ use glam::{DVec2, DVec3};
 use hachure::source::{HeightGrid, WorldMapping};
 
 /// The surface between the samples of a grid, in world coordinates.
-pub struct Field<'a> {
+pub(crate) struct Field<'a> {
     pub grid: &'a HeightGrid,
     pub mapping: &'a WorldMapping,
 }
@@ -49,12 +49,12 @@ impl Field<'_> {
     }
 
     /// Returns the height at a position in the world; `None` within three cells of no-data or of the border.
-    pub fn height_m(&self, place_m: DVec2) -> Option<f64> {
+    pub(crate) fn height_m(&self, place_m: DVec2) -> Option<f64> {
         self.on_grid_m(self.mapping.grid_from_world(place_m), 3)
     }
 
     /// Returns the unit normal at a position in the world, by central differences over a thousandth of a sample.
-    pub fn normal(&self, place_m: DVec2, spacing_m: f64) -> Option<DVec3> {
+    pub(crate) fn normal(&self, place_m: DVec2, spacing_m: f64) -> Option<DVec3> {
         let step = 1e-3 * spacing_m;
         let slope = |way: DVec2| {
             let (after, before) = (self.height_m(place_m + way * step)?, self.height_m(place_m - way * step)?);

@@ -17,13 +17,13 @@ const MOST_BENT_PER_M: f64 = 0.001_134 + 0.001_332 + 0.000_667;
 
 /// The hill with its position in the world.
 #[derive(Clone, Copy, Debug)]
-pub struct Hill {
+pub(crate) struct Hill {
     pub middle_m: DVec2,
 }
 
 impl Hill {
     /// Returns the height above the plain, in metres.
-    pub fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
+    pub(crate) fn height_m(&self, x_m: f64, y_m: f64) -> f64 {
         let at = DVec2::new(x_m, y_m) - self.middle_m;
         BUMPS
             .iter()
@@ -44,13 +44,13 @@ impl Hill {
     }
 
     /// Returns the hill on a square grid centred at the origin.
-    pub fn square(samples: u32, spacing_m: f64) -> (Self, HeightGrid) {
+    pub(crate) fn square(samples: u32, spacing_m: f64) -> (Self, HeightGrid) {
         let hill = Self { middle_m: DVec2::ZERO };
         (hill, grid_of(samples, samples, spacing_m, |x, y| hill.height_m(x, y)))
     }
 
     /// Returns the hill near the western end of a strip of land, `away_m` from the origin.
-    pub fn far(away_m: f64, spacing_m: f64) -> (Self, HeightGrid) {
+    pub(crate) fn far(away_m: f64, spacing_m: f64) -> (Self, HeightGrid) {
         let hill = Self { middle_m: DVec2::new(-away_m, 0.0) };
         let width = (2.0 * (away_m + 1600.0) / spacing_m) as u32 + 1;
         let height = (3200.0 / spacing_m) as u32 + 1;
@@ -60,7 +60,7 @@ impl Hill {
     /// Returns the distance, in units of `ray`, at which the ray hits the hill or the plain, or `None` if it does not
     /// within `half_m` (east, north) of the origin. No step passes through the surface: each is the largest that the
     /// bounds on slope and second derivative allow.
-    pub fn hit(&self, from_m: DVec3, ray: DVec3, half_m: DVec2) -> Option<f64> {
+    pub(crate) fn hit(&self, from_m: DVec3, ray: DVec3, half_m: DVec2) -> Option<f64> {
         let across = ray.truncate().length();
         let closing = STEEPEST * across + (-ray.z).max(0.0);
         let rising = ray.z.max(0.0) - STEEPEST * across;

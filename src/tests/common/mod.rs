@@ -4,14 +4,14 @@
 #![allow(dead_code, reason = "each test file uses only some of this")]
 #![allow(clippy::unwrap_used, reason = "a panic fails the test")]
 
-pub mod draw;
-pub mod equations;
-pub mod field;
-pub mod hill;
-pub mod probe;
-pub mod shot;
-pub mod silhouette;
-pub mod stores;
+pub(crate) mod draw;
+pub(crate) mod equations;
+pub(crate) mod field;
+pub(crate) mod hill;
+pub(crate) mod probe;
+pub(crate) mod shot;
+pub(crate) mod silhouette;
+pub(crate) mod stores;
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -33,7 +33,7 @@ use hachure::world::{Surfaces, Terrain, TerrainOptions};
 
 /// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
 /// `None` where there is no GPU and prints why; `HACHURE_REQUIRE_GPU=1` turns that into a failure.
-pub fn gpu() -> Option<Gpu> {
+pub(crate) fn gpu() -> Option<Gpu> {
     LEASE.with_borrow_mut(|lease| {
         if lease.is_none() {
             let spare = SPARE.lock().unwrap().pop();
@@ -65,7 +65,7 @@ impl Drop for Lease {
 }
 
 /// Opens a separate device, for a test that counts what a device creates, replaces its shaders, or breaks it.
-pub fn own_gpu() -> Option<Gpu> {
+pub(crate) fn own_gpu() -> Option<Gpu> {
     match Gpu::open(&AdapterWish::Best) {
         Ok(gpu) => Some(gpu),
         Err(error) => {
@@ -77,13 +77,13 @@ pub fn own_gpu() -> Option<Gpu> {
 }
 
 /// Returns whether the long tier of the tests is wanted (`./check --full`): large pictures, many cases, long flights.
-pub fn full() -> bool {
+pub(crate) fn full() -> bool {
     std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
 }
 
 /// Returns the presets that a test of all kinds of ink draws: in the long tier all of them, otherwise one for each kind
 /// of lines, strokes, marks, tones, water and sky.
-pub fn presets() -> Vec<&'static str> {
+pub(crate) fn presets() -> Vec<&'static str> {
     const EACH_KIND: [&str; 14] = [
         "plain",
         "ink",
@@ -105,13 +105,13 @@ pub fn presets() -> Vec<&'static str> {
 }
 
 /// Returns a folder for data that takes long to make and is reused between runs.
-pub fn between_runs(name: &str) -> PathBuf {
+pub(crate) fn between_runs(name: &str) -> PathBuf {
     let target = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("target");
     std::env::var_os("CARGO_TARGET_DIR").map_or(target, PathBuf::from).join("tmp").join(name)
 }
 
 /// Returns the path of a real data file (`dem/geotiff/…`), or prints the path and returns `None` if there is none.
-pub fn real_data(name: &str) -> Option<PathBuf> {
+pub(crate) fn real_data(name: &str) -> Option<PathBuf> {
     let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
     let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
     if path.is_file() {
@@ -122,13 +122,13 @@ pub fn real_data(name: &str) -> Option<PathBuf> {
 }
 
 /// Reads the heights of a file with small holes filled.
-pub fn filled_grid(path: &Path) -> HeightGrid {
+pub(crate) fn filled_grid(path: &Path) -> HeightGrid {
     let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };
     source::read_all(&*source::open_reader_with(path, &options).unwrap(), path, &Silent).unwrap()
 }
 
 /// Loads a preset without its cap on crowded lines and strokes, so that it draws all of them.
-pub fn all_lines(name: &str) -> Style {
+pub(crate) fn all_lines(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
     style.lines_mut().into_iter().for_each(|lines| lines.crowd = 1.0);
     style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = 1.0);
@@ -136,7 +136,7 @@ pub fn all_lines(name: &str) -> Style {
 }
 
 /// A height grid and its terrain.
-pub struct World {
+pub(crate) struct World {
     pub gpu: Gpu,
     pub grid: HeightGrid,
     pub mapping: WorldMapping,
@@ -147,13 +147,13 @@ pub struct World {
 
 impl World {
     /// Opens the world of `grid`, whose tiles are in memory; `None` where there is no GPU.
-    pub fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn new(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = gpu()?;
         Self::on(gpu, grid, lod_error_px)
     }
 
     /// Does the same as [`World::new`] on a device that no other test uses.
-    pub fn apart(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn apart(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = own_gpu()?;
         Self::on(gpu, grid, lod_error_px)
     }
@@ -164,13 +164,13 @@ impl World {
     }
 
     /// Bakes `grid` to a file and opens that; `None` where there is no GPU.
-    pub fn of_file(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn of_file(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let (folder, pyramid) = baked(&grid);
         Self::of_store(grid, folder, Arc::new(pyramid), lod_error_px)
     }
 
     /// Opens the world of a store whose files are in `folder`; `grid` is the reference for comparisons.
-    pub fn of_store(
+    pub(crate) fn of_store(
         grid: HeightGrid,
         folder: tempfile::TempDir,
         store: Arc<dyn TileStore>,
@@ -195,18 +195,18 @@ impl World {
     }
 
     /// Opens a real DEM; `None` where the file does not exist.
-    pub fn real(name: &str, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn real(name: &str, lod_error_px: f64) -> Option<Self> {
         let grid = source::open(&real_data(name)?, &Silent).unwrap();
         Self::new(grid, lod_error_px)
     }
 
     /// Opens a real DEM with small holes filled, as pictures have them: jumps at holes are no contours.
-    pub fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn filled(name: &str, lod_error_px: f64) -> Option<Self> {
         Self::new(filled_grid(&real_data(name)?), lod_error_px)
     }
 
     /// Returns the pose of a camera `x,y,z,yaw,pitch,fov`.
-    pub fn pose(&self, camera: &str) -> Pose {
+    pub(crate) fn pose(&self, camera: &str) -> Pose {
         let camera: Camera = camera.parse().unwrap();
         pose_of(&camera.on_ground(|x, y| {
             let terrain = &self.surfaces.terrain;
@@ -216,7 +216,7 @@ impl World {
 }
 
 /// Returns the pose of a camera whose height is above sea level.
-pub fn pose_of(camera: &Camera) -> Pose {
+pub(crate) fn pose_of(camera: &Camera) -> Pose {
     Pose {
         position_m: camera.position_m,
         forward: camera.forward(),
@@ -228,7 +228,7 @@ pub fn pose_of(camera: &Camera) -> Pose {
 
 /// Opens the tiles of a grid in memory. Tests with the same grid share its store: the most recently used stores are
 /// cached, up to [`CACHED_BYTES`].
-pub fn in_memory(grid: &HeightGrid) -> Arc<dyn TileStore> {
+pub(crate) fn in_memory(grid: &HeightGrid) -> Arc<dyn TileStore> {
     static STORES: Mutex<VecDeque<(u64, Arc<MemoryStore>)>> = Mutex::new(VecDeque::new());
     let key = content_hash(grid);
     let stores = || STORES.lock().unwrap_or_else(PoisonError::into_inner);
@@ -266,7 +266,7 @@ fn content_hash(grid: &HeightGrid) -> u64 {
 }
 
 /// Bakes a grid into a pyramid in a temporary folder.
-pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
+pub(crate) fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("world.tif");
     pyramid::bake(grid, &path, &BakeOptions::default(), &Silent).unwrap();
@@ -275,7 +275,7 @@ pub fn baked(grid: &HeightGrid) -> (tempfile::TempDir, Pyramid) {
 }
 
 /// Returns the heights of a function of (east, north) on a grid in metres whose centre is the origin.
-pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64) -> HeightGrid {
+pub(crate) fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f64) -> f64) -> HeightGrid {
     let half = [f64::from(width - 1), f64::from(height - 1)].map(|last| 0.5 * last * spacing_m);
     let heights_m = (0..height)
         .flat_map(|row| (0..width).map(move |column| (column, row)))
@@ -296,7 +296,7 @@ pub fn grid_of(width: u32, height: u32, spacing_m: f64, height_m: impl Fn(f64, f
 }
 
 /// Returns a pseudorandom number in [0, 1) for each (i, j), by SplitMix64.
-pub fn random(i: i64, j: i64) -> f64 {
+pub(crate) fn random(i: i64, j: i64) -> f64 {
     let mut z = (i as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15) ^ (j as u64).wrapping_mul(0xD1B5_4A32_D192_ED03);
     z = (z ^ (z >> 30)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
     z = (z ^ (z >> 27)).wrapping_mul(0x94D0_49BB_1331_11EB);
@@ -304,7 +304,7 @@ pub fn random(i: i64, j: i64) -> f64 {
 }
 
 /// Returns the height of rough land: octaves of value noise down to the sample spacing, with cliffs.
-pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
+pub(crate) fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
     let mut sum = 0.0;
     for octave in 0..9 {
         let size_m = 3000.0 / f64::from(1 << octave);
@@ -322,7 +322,7 @@ pub fn rough_height_m(x_m: f64, y_m: f64) -> f64 {
 }
 
 /// Returns the value below which the fraction `part` of the values is; sorts the values.
-pub fn quantile(values: &mut [f64], part: f64) -> f64 {
+pub(crate) fn quantile(values: &mut [f64], part: f64) -> f64 {
     values.sort_by(f64::total_cmp);
     let last = values.len().saturating_sub(1);
     values.get((last as f64 * part).ceil() as usize).copied().unwrap_or(f64::NAN)

@@ -5,17 +5,22 @@ use hachure::gpu::shader::compose_text;
 use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// Threads of a workgroup of a probe.
-pub const THREADS: usize = 64;
+pub(crate) const THREADS: usize = 64;
 
 /// Creates a storage buffer that can be read back.
-pub fn storage(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
+pub(crate) fn storage(gpu: &Gpu, contents: &[u8]) -> wgpu::Buffer {
     let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
     gpu.device.create_buffer_init(&BufferInitDescriptor { label: None, contents, usage })
 }
 
 /// Runs the entry point `main` of `text` with its resources, in the order of their bindings; `threads` must be a
 /// multiple of [`THREADS`].
-pub fn run<'a>(gpu: &Gpu, text: &str, resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>, threads: usize) {
+pub(crate) fn run<'a>(
+    gpu: &Gpu,
+    text: &str,
+    resources: impl IntoIterator<Item = wgpu::BindingResource<'a>>,
+    threads: usize,
+) {
     assert_eq!(threads % THREADS, 0);
     let module = compose_text("probe", text).unwrap_or_else(|error| panic!("{error}"));
     let module = gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// Runs the program in `folder`, which also holds its cache, with arguments separated by spaces.
-pub fn run(folder: &Path, arguments: &str) -> Output {
+pub(crate) fn run(folder: &Path, arguments: &str) -> Output {
     Command::new(env!("CARGO_BIN_EXE_hachure"))
         .arg("render")
         .args(arguments.split_whitespace())
@@ -17,7 +17,7 @@ pub fn run(folder: &Path, arguments: &str) -> Output {
 }
 
 /// Runs the program, which must succeed.
-pub fn draw(folder: &Path, arguments: &str) {
+pub(crate) fn draw(folder: &Path, arguments: &str) {
     let output = run(folder, arguments);
     assert!(output.status.success(), "{arguments}: {}", String::from_utf8_lossy(&output.stderr));
 }

@@ -12,7 +12,7 @@ use super::World;
 use super::draw::north_west;
 
 /// Returns the preset `ink` with the ε of the paper or of the footprint.
-pub fn ink(epsilon: &str) -> Style {
+pub(crate) fn ink(epsilon: &str) -> Style {
     let text = preset_text("ink").unwrap().replace("\"footprint\"", &format!("\"{epsilon}\""));
     let style = Style::parse("ink", &text).unwrap();
     assert_eq!(format!("{:?}", style.lines().unwrap().epsilon).to_lowercase(), epsilon);
@@ -20,7 +20,7 @@ pub fn ink(epsilon: &str) -> Style {
 }
 
 /// A picture with all of its channels.
-pub struct Shot {
+pub(crate) struct Shot {
     pub size_px: [u32; 2],
     pub view: View,
     pub picture: Vec<[f32; 4]>,
@@ -37,12 +37,12 @@ pub struct Shot {
 }
 
 /// Renders `pose` with the footprint's ε.
-pub fn shoot(world: &mut World, renderer: &mut Option<Renderer>, pose: Pose, size_px: [u32; 2]) -> Shot {
+pub(crate) fn shoot(world: &mut World, renderer: &mut Option<Renderer>, pose: Pose, size_px: [u32; 2]) -> Shot {
     shoot_style(world, renderer, pose, pose, size_px, &ink("footprint"), &PartRule::default())
 }
 
 /// Renders `pose` in a style, whole or in parts.
-pub fn shoot_style(
+pub(crate) fn shoot_style(
     world: &mut World,
     renderer: &mut Option<Renderer>,
     pose: Pose,
@@ -90,17 +90,17 @@ pub fn shoot_style(
 }
 
 impl Shot {
-    pub fn is_sky(&self, pixel: usize) -> bool {
+    pub(crate) fn is_sky(&self, pixel: usize) -> bool {
         self.depth_m[pixel].is_infinite()
     }
 
     /// Returns the column and row of a pixel.
-    pub fn place(&self, pixel: usize) -> [i64; 2] {
+    pub(crate) fn place(&self, pixel: usize) -> [i64; 2] {
         [pixel as i64 % i64::from(self.size_px[0]), pixel as i64 / i64::from(self.size_px[0])]
     }
 
     /// Returns the pixel `step` away, if it is in the picture.
-    pub fn neighbour(&self, pixel: usize, step: [i64; 2]) -> Option<usize> {
+    pub(crate) fn neighbour(&self, pixel: usize, step: [i64; 2]) -> Option<usize> {
         let [x, y] = self.place(pixel);
         let (x, y) = (x + step[0], y + step[1]);
         let inside = (0..i64::from(self.size_px[0])).contains(&x) && (0..i64::from(self.size_px[1])).contains(&y);
@@ -109,13 +109,13 @@ impl Shot {
 
     /// Returns the direction through a pixel's centre, at unit distance along the view axis, computed from the pose
     /// alone.
-    pub fn ray(&self, pixel: usize) -> DVec3 {
+    pub(crate) fn ray(&self, pixel: usize) -> DVec3 {
         let [x, y] = self.place(pixel).map(|at| at as f64 + 0.5);
         self.ray_at(x, y)
     }
 
     /// Returns the direction through a point of the picture.
-    pub fn ray_at(&self, x_px: f64, y_px: f64) -> DVec3 {
+    pub(crate) fn ray_at(&self, x_px: f64, y_px: f64) -> DVec3 {
         let pose = &self.view.pose;
         let [width, height] = self.size_px.map(f64::from);
         let tan = (0.5 * pose.fov_rad).tan();
@@ -124,17 +124,17 @@ impl Shot {
     }
 
     /// Returns the pixels per radian at the centre of the picture, computed from the pose alone.
-    pub fn focal_px(&self) -> f64 {
+    pub(crate) fn focal_px(&self) -> f64 {
         f64::from(self.size_px[1]) / (2.0 * (0.5 * self.view.pose.fov_rad).tan())
     }
 
     /// Returns the position of a pixel's surface in the world.
-    pub fn world_m(&self, pixel: usize) -> DVec3 {
+    pub(crate) fn world_m(&self, pixel: usize) -> DVec3 {
         self.view.pose.position_m + self.position_m[pixel]
     }
 
     /// Writes a channel as a grey picture for inspection, if HACHURE_TEST_PICTURES names a folder.
-    pub fn keep(&self, name: &str, value: impl Fn(usize) -> f64) {
+    pub(crate) fn keep(&self, name: &str, value: impl Fn(usize) -> f64) {
         let Some(folder) = std::env::var_os("HACHURE_TEST_PICTURES") else { return };
         let path = std::path::Path::new(&folder).join(format!("{name}.png"));
         let file = hachure::file::atomic::AtomicFile::create(&path).unwrap();

@@ -7,7 +7,7 @@ use super::hill::Hill;
 use super::shot::Shot;
 
 /// The pixels at the true silhouette.
-pub struct Silhouette {
+pub(crate) struct Silhouette {
     /// Pixels where the surface ends, or where depth jumps: by a fraction of the distance, by the size of several
     /// pixels, and by more than four times the depth step per pixel of the surface behind. The pixel is the nearer of
     /// the two.
@@ -28,7 +28,7 @@ const JUMP_FLOW: f64 = 4.0;
 impl Silhouette {
     /// Finds the silhouette with rays against the analytic surface. Between pixels with different depths, bisection
     /// casts further rays: on connected surfaces the depths converge, at a silhouette they stay apart.
-    pub fn of(hill: &Hill, shot: &Shot, half_m: DVec2) -> Self {
+    pub(crate) fn of(hill: &Hill, shot: &Shot, half_m: DVec2) -> Self {
         let from_m = shot.view.pose.position_m;
         let [width, height] = shot.size_px.map(|side| side as usize);
         let at = |place: DVec2| hill.hit(from_m, shot.ray_at(place.x, place.y), half_m);

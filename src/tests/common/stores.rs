@@ -10,11 +10,11 @@ use hachure::pyramid::{LevelSize, PyramidError, TileAddress, TileStore};
 use hachure::source::georeference::Georeference;
 
 /// Decides what happens to a fetch of a tile; the second argument is the number of earlier fetches of the same tile.
-pub type Accident = Box<dyn Fn(TileAddress, u64) -> Fate + Send + Sync>;
+pub(crate) type Accident = Box<dyn Fn(TileAddress, u64) -> Fate + Send + Sync>;
 
 /// The outcome of a fetch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fate {
+pub(crate) enum Fate {
     /// The tile arrives.
     Comes,
     /// The fetch fails.
@@ -53,7 +53,7 @@ macro_rules! as_inner {
 }
 
 /// Another store, with a delay for every tile and planted outcomes.
-pub struct Bumpy {
+pub(crate) struct Bumpy {
     inner: Arc<dyn TileStore>,
     delay: Duration,
     accident: Accident,
@@ -62,7 +62,7 @@ pub struct Bumpy {
 }
 
 impl Bumpy {
-    pub fn new(inner: Arc<dyn TileStore>, delay_ms: u64, accident: Accident) -> Arc<Self> {
+    pub(crate) fn new(inner: Arc<dyn TileStore>, delay_ms: u64, accident: Accident) -> Arc<Self> {
         let delay = Duration::from_millis(delay_ms);
         Arc::new(Self { inner, delay, accident, asked: Mutex::default(), fetches: AtomicU64::new(0) })
     }
@@ -94,7 +94,7 @@ impl TileStore for Bumpy {
 }
 
 /// Another store whose tiles arrive in a random order, one of them last.
-pub struct Shuffled {
+pub(crate) struct Shuffled {
     inner: Arc<dyn TileStore>,
     seed: u64,
     late: Option<TileAddress>,
@@ -108,12 +108,12 @@ const QUIET: Duration = Duration::from_millis(15);
 
 impl Shuffled {
     /// Wraps a store; without a `late` tile there are no delays.
-    pub fn new(inner: Arc<dyn TileStore>, seed: u64, late: Option<TileAddress>) -> Arc<Self> {
+    pub(crate) fn new(inner: Arc<dyn TileStore>, seed: u64, late: Option<TileAddress>) -> Arc<Self> {
         Arc::new(Self { inner, seed, late, fetched: Mutex::default(), others: AtomicU64::new(0) })
     }
 
     /// Returns the tiles in the order in which they were requested.
-    pub fn fetched(&self) -> Vec<TileAddress> {
+    pub(crate) fn fetched(&self) -> Vec<TileAddress> {
         self.fetched.lock().unwrap().clone()
     }
 

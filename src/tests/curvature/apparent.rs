@@ -5,10 +5,10 @@ use hachure::frame::Renderer;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
 use crate::tests::common::draw::{NOON, draw, places_m, still};
-use crate::tests::helpers::stroke_lines::covered;
 use crate::tests::common::{World, grid_of};
 use crate::tests::curvature::suggestive::{SIZE_PX, drawn};
 use crate::tests::curvature::{bend, jet};
+use crate::tests::helpers::stroke_lines::covered;
 
 /// A function from a position on the map to a height, in metres.
 type Height = fn(DVec2) -> f64;

@@ -13,9 +13,9 @@ mod water;
 
 use std::sync::Arc;
 
+use crate::tests::helpers::shapes;
 use common::draw::{NOON, draw, floats, still};
 use common::{World, grid_of};
-use crate::tests::helpers::shapes;
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
 use hachure::style::Style;

@@ -6,9 +6,9 @@ use hachure::style::Style;
 use hachure::surface::edges::{KIND_RIDGE, KIND_VALLEY};
 
 use crate::tests::common::draw::{self, NOON, draw, still};
-use crate::tests::helpers::stroke_lines::covered;
 use crate::tests::common::{World, grid_of};
 use crate::tests::curvature::suggestive::{SIZE_PX, drawn};
+use crate::tests::helpers::stroke_lines::covered;
 
 const RING_M: f64 = 700.0;
 const WIDE_M: f64 = 200.0;

@@ -9,9 +9,9 @@ use hachure::style::Style;
 use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge, KIND_SUGGESTIVE};
 
 use crate::tests::common::draw::{NOON, draw, places_m, still, strokes_left};
-use crate::tests::helpers::stroke_lines::{NEAR_PX, covered};
 use crate::tests::common::{World, filled_grid, grid_of, real_data};
 use crate::tests::curvature::{LANDS, RADIUS_M, bend, jet, style};
+use crate::tests::helpers::stroke_lines::{NEAR_PX, covered};
 
 pub const SIZE_PX: [u32; 2] = [480, 320];
 /// Approximate focal length, for the size of features in pixels.

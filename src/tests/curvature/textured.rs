@@ -9,8 +9,8 @@ use hachure::lines::strokes::texture::{Brush, grow};
 use hachure::style::texture::Recipe;
 use hachure::style::{Detector, Style};
 
-use crate::tests::common::draw::{NOON, draw, floats, still};
 use crate::tests::common::all_lines;
+use crate::tests::common::draw::{NOON, draw, floats, still};
 use crate::tests::helpers::shapes;
 
 const SIZE_PX: [u32; 2] = [480, 480];

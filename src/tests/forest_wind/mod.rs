@@ -7,9 +7,9 @@ mod frames;
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::World;
 use common::draw::{draw, floats, halves, north_west};
-use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::{grid_of, quantile};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;

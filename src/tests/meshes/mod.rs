@@ -1,8 +1,6 @@
 //! Tests of models on the land: their files, edges, strokes and surface.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
-use crate::tests::common;
-
 mod colours;
 mod cull;
 mod edges;

@@ -4,14 +4,14 @@ use hachure::pyramid::{Pyramid, TileAddress};
 use hachure::source::HeightGrid;
 
 /// A level composed of the tiles that the pyramid returns.
-pub struct Level {
+pub(crate) struct Level {
     pub width: usize,
     pub height: usize,
     pub samples: Vec<f32>,
 }
 
 impl Level {
-    pub fn read(pyramid: &Pyramid, level: u32) -> Self {
+    pub(crate) fn read(pyramid: &Pyramid, level: u32) -> Self {
         let size = pyramid.levels()[level as usize];
         let (width, height) = (size.width as usize, size.height as usize);
         let mut samples = vec![0.0; width * height];
@@ -29,18 +29,18 @@ impl Level {
         Self { width, height, samples }
     }
 
-    pub fn at(&self, column: isize, row: isize) -> f64 {
+    pub(crate) fn at(&self, column: isize, row: isize) -> f64 {
         let column = column.clamp(0, self.width as isize - 1) as usize;
         let row = row.clamp(0, self.height as isize - 1) as usize;
         self.samples[row * self.width + column].into()
     }
 
-    pub fn void(&self, column: usize, row: usize) -> bool {
+    pub(crate) fn void(&self, column: usize, row: usize) -> bool {
         self.samples[row * self.width + column].to_bits() & 1 == 1
     }
 
     /// Evaluates Catmull-Rom by Keys' kernel of distances, which is another method than the library's.
-    pub fn surface(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn surface(&self, x: f64, y: f64) -> f64 {
         let kernel = |t: f64| {
             let t = t.abs();
             if t <= 1.0 { 1.5 * t.powi(3) - 2.5 * t * t + 1.0 } else { -0.5 * t.powi(3) + 2.5 * t * t - 4.0 * t + 2.0 }
@@ -73,7 +73,7 @@ impl Level {
 }
 
 /// Returns for every tile of a level the largest |H(f) − h(f)|, not yet raised to that of its children.
-pub fn tile_errors_m(grid: &HeightGrid, level: &Level) -> Vec<f64> {
+pub(crate) fn tile_errors_m(grid: &HeightGrid, level: &Level) -> Vec<f64> {
     let tiles_x = level.width.div_ceil(256);
     let mut errors_m = vec![0.0_f64; tiles_x * level.height.div_ceil(256)];
     for row in 0..grid.height as usize {
@@ -94,7 +94,7 @@ pub fn tile_errors_m(grid: &HeightGrid, level: &Level) -> Vec<f64> {
 
 /// Returns the largest distance between the patch's triangles and the data, not yet raised to that of its children. It
 /// searches both triangles of the quad that contains the point, by barycentric weights.
-pub fn mesh_error_m(grid: &HeightGrid, finest: &Level, j: u32, px: usize, py: usize) -> f64 {
+pub(crate) fn mesh_error_m(grid: &HeightGrid, finest: &Level, j: u32, px: usize, py: usize) -> f64 {
     let (width, height) = (finest.width, finest.height);
     let stride = 1_usize << j;
     let vertex = |x: usize, y: usize| {

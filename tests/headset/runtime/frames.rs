@@ -9,7 +9,7 @@ use super::state::{Event, Renderer, SESSION, SYSTEM, Session, State, array, hold
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
-pub unsafe extern "system" fn create_session(
+pub(crate) unsafe extern "system" fn create_session(
     instance: xr::Instance,
     info: *const xr::SessionCreateInfo,
     out: *mut xr::Session,
@@ -48,7 +48,7 @@ pub unsafe extern "system" fn create_session(
     })())
 }
 
-pub unsafe extern "system" fn destroy_session(session: xr::Session) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy_session(session: xr::Session) -> xr::Result {
     let mut state = hold();
     let Some(taken) = state.session.take().filter(|_| session.into_raw() == SESSION) else {
         return state.violation("xrDestroySession", "no such session", xr::Result::ERROR_HANDLE_INVALID);
@@ -62,7 +62,7 @@ pub unsafe extern "system" fn destroy_session(session: xr::Session) -> xr::Resul
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mut xr::EventDataBuffer) -> xr::Result {
+pub(crate) unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mut xr::EventDataBuffer) -> xr::Result {
     let (mut state, out) = (hold(), unsafe { &mut *out });
     told((|| {
         state.instance("xrPollEvent", instance)?;
@@ -98,7 +98,10 @@ pub unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mut xr::E
     })())
 }
 
-pub unsafe extern "system" fn begin_session(session: xr::Session, info: *const xr::SessionBeginInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn begin_session(
+    session: xr::Session,
+    info: *const xr::SessionBeginInfo,
+) -> xr::Result {
     const CALL: &str = "xrBeginSession";
     let (mut state, info) = (hold(), unsafe { &*info });
     told((|| {
@@ -118,7 +121,7 @@ pub unsafe extern "system" fn begin_session(session: xr::Session, info: *const x
     })())
 }
 
-pub unsafe extern "system" fn end_session(session: xr::Session) -> xr::Result {
+pub(crate) unsafe extern "system" fn end_session(session: xr::Session) -> xr::Result {
     const CALL: &str = "xrEndSession";
     let mut state = hold();
     told((|| {
@@ -154,7 +157,7 @@ fn go_down(state: &mut State) {
     state.events.extend(way[begin.min(3)..].iter().map(|state| Event::Session(*state)));
 }
 
-pub unsafe extern "system" fn request_exit(session: xr::Session) -> xr::Result {
+pub(crate) unsafe extern "system" fn request_exit(session: xr::Session) -> xr::Result {
     const CALL: &str = "xrRequestExitSession";
     let mut state = hold();
     told((|| {
@@ -168,7 +171,7 @@ pub unsafe extern "system" fn request_exit(session: xr::Session) -> xr::Result {
     })())
 }
 
-pub unsafe extern "system" fn reference_spaces(
+pub(crate) unsafe extern "system" fn reference_spaces(
     session: xr::Session,
     capacity: u32,
     count: *mut u32,
@@ -183,7 +186,7 @@ pub unsafe extern "system" fn reference_spaces(
     })())
 }
 
-pub unsafe extern "system" fn create_reference_space(
+pub(crate) unsafe extern "system" fn create_reference_space(
     session: xr::Session,
     info: *const xr::ReferenceSpaceCreateInfo,
     out: *mut xr::Space,
@@ -206,7 +209,7 @@ pub unsafe extern "system" fn create_reference_space(
     })())
 }
 
-pub unsafe extern "system" fn destroy_space(space: xr::Space) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy_space(space: xr::Space) -> xr::Result {
     let mut state = hold();
     let removed = state.session.as_mut().and_then(|session| session.spaces.remove(&space.into_raw()));
     if removed.is_none() {
@@ -215,7 +218,7 @@ pub unsafe extern "system" fn destroy_space(space: xr::Space) -> xr::Result {
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn locate_space(
+pub(crate) unsafe extern "system" fn locate_space(
     _space: xr::Space,
     _base: xr::Space,
     _time: xr::Time,
@@ -225,7 +228,7 @@ pub unsafe extern "system" fn locate_space(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn bounds_rect(
+pub(crate) unsafe extern "system" fn bounds_rect(
     _session: xr::Session,
     _kind: xr::ReferenceSpaceType,
     _out: *mut xr::Extent2Df,
@@ -233,7 +236,7 @@ pub unsafe extern "system" fn bounds_rect(
     xr::Result::SPACE_BOUNDS_UNAVAILABLE
 }
 
-pub unsafe extern "system" fn wait_frame(
+pub(crate) unsafe extern "system" fn wait_frame(
     session: xr::Session,
     info: *const xr::FrameWaitInfo,
     out: *mut xr::FrameState,
@@ -267,7 +270,7 @@ pub unsafe extern "system" fn wait_frame(
     })())
 }
 
-pub unsafe extern "system" fn begin_frame(session: xr::Session, info: *const xr::FrameBeginInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn begin_frame(session: xr::Session, info: *const xr::FrameBeginInfo) -> xr::Result {
     const CALL: &str = "xrBeginFrame";
     let mut state = hold();
     told((|| {
@@ -288,7 +291,7 @@ pub unsafe extern "system" fn begin_frame(session: xr::Session, info: *const xr:
     })())
 }
 
-pub unsafe extern "system" fn locate_views(
+pub(crate) unsafe extern "system" fn locate_views(
     session: xr::Session,
     info: *const xr::ViewLocateInfo,
     view_state: *mut xr::ViewState,
@@ -340,7 +343,7 @@ pub unsafe extern "system" fn locate_views(
     })())
 }
 
-pub unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::FrameEndInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::FrameEndInfo) -> xr::Result {
     const CALL: &str = "xrEndFrame";
     let (mut state, info) = (hold(), unsafe { &*info });
     told((|| {

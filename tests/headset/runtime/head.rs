@@ -5,7 +5,7 @@ use openxr_sys as xr;
 use super::state::State;
 
 /// Returns the eyes of a frame: a head that looks around, nods, and leans.
-pub fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr::View; 2] {
+pub(crate) fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr::View; 2] {
     let t = if state.script.moves { frame as f32 / 90.0 } else { 0.0 };
     let (yaw, pitch, roll) = (0.35 * (0.9 * t).sin(), 0.2 * (1.3 * t).sin() - 0.1, 0.25 * (0.7 * t).sin() + 0.05);
     let [(sy, cy), (sp, cp), (sr, cr)] = [yaw, pitch, roll].map(|angle: f32| (0.5 * angle).sin_cos());
@@ -23,7 +23,7 @@ pub fn views_at(state: &State, frame: u64, kind: xr::ReferenceSpaceType) -> [xr:
 }
 
 /// Returns the lens of an eye: the left one for `side` −1, the right one for 1.
-pub fn lens(side: f32) -> xr::Fovf {
+pub(crate) fn lens(side: f32) -> xr::Fovf {
     // The lens sees farther outward than toward the nose.
     let (outward, inward) = (0.9, 0.7);
     let (left, right) = if side < 0.0 { (outward, inward) } else { (inward, outward) };

@@ -9,7 +9,7 @@ use xr::Handle as _;
 use super::state::{State, array, hold, time_of, told};
 
 #[derive(Default)]
-pub struct Input {
+pub(crate) struct Input {
     /// Names of action sets by handle.
     sets: BTreeMap<u64, String>,
     actions: BTreeMap<u64, Action>,
@@ -74,7 +74,7 @@ fn is_name(name: &str) -> bool {
     !name.is_empty() && name.bytes().all(|b| b.is_ascii_lowercase() || b.is_ascii_digit() || b"-_.".contains(&b))
 }
 
-pub unsafe extern "system" fn create_action_set(
+pub(crate) unsafe extern "system" fn create_action_set(
     instance: xr::Instance,
     info: *const xr::ActionSetCreateInfo,
     out: *mut xr::ActionSet,
@@ -98,7 +98,7 @@ pub unsafe extern "system" fn create_action_set(
     })())
 }
 
-pub unsafe extern "system" fn destroy_action_set(set: xr::ActionSet) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy_action_set(set: xr::ActionSet) -> xr::Result {
     let mut state = hold();
     if state.input.sets.remove(&set.into_raw()).is_none() {
         return state.violation("xrDestroyActionSet", "no such set", xr::Result::ERROR_HANDLE_INVALID);
@@ -106,7 +106,7 @@ pub unsafe extern "system" fn destroy_action_set(set: xr::ActionSet) -> xr::Resu
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn create_action(
+pub(crate) unsafe extern "system" fn create_action(
     set: xr::ActionSet,
     info: *const xr::ActionCreateInfo,
     out: *mut xr::Action,
@@ -136,7 +136,7 @@ pub unsafe extern "system" fn create_action(
     })())
 }
 
-pub unsafe extern "system" fn destroy_action(action: xr::Action) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy_action(action: xr::Action) -> xr::Result {
     let mut state = hold();
     if state.input.actions.remove(&action.into_raw()).is_none() {
         return state.violation("xrDestroyAction", "no such action", xr::Result::ERROR_HANDLE_INVALID);
@@ -144,7 +144,7 @@ pub unsafe extern "system" fn destroy_action(action: xr::Action) -> xr::Result {
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn suggest(
+pub(crate) unsafe extern "system" fn suggest(
     instance: xr::Instance,
     info: *const xr::InteractionProfileSuggestedBinding,
 ) -> xr::Result {
@@ -178,7 +178,10 @@ pub unsafe extern "system" fn suggest(
     })())
 }
 
-pub unsafe extern "system" fn attach(session: xr::Session, info: *const xr::SessionActionSetsAttachInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn attach(
+    session: xr::Session,
+    info: *const xr::SessionActionSetsAttachInfo,
+) -> xr::Result {
     const CALL: &str = "xrAttachSessionActionSets";
     let (mut state, info) = (hold(), unsafe { &*info });
     told((|| {
@@ -196,7 +199,7 @@ pub unsafe extern "system" fn attach(session: xr::Session, info: *const xr::Sess
     })())
 }
 
-pub unsafe extern "system" fn current_profile(
+pub(crate) unsafe extern "system" fn current_profile(
     session: xr::Session,
     _hand: xr::Path,
     out: *mut xr::InteractionProfileState,
@@ -212,7 +215,7 @@ pub unsafe extern "system" fn current_profile(
     })())
 }
 
-pub unsafe extern "system" fn sync(session: xr::Session, info: *const xr::ActionsSyncInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn sync(session: xr::Session, info: *const xr::ActionsSyncInfo) -> xr::Result {
     const CALL: &str = "xrSyncActions";
     let (mut state, info) = (hold(), unsafe { &*info });
     told((|| {
@@ -267,7 +270,7 @@ fn asked(
     }
 }
 
-pub unsafe extern "system" fn boolean(
+pub(crate) unsafe extern "system" fn boolean(
     session: xr::Session,
     info: *const xr::ActionStateGetInfo,
     out: *mut xr::ActionStateBoolean,
@@ -283,7 +286,7 @@ pub unsafe extern "system" fn boolean(
     }
 }
 
-pub unsafe extern "system" fn float(
+pub(crate) unsafe extern "system" fn float(
     session: xr::Session,
     info: *const xr::ActionStateGetInfo,
     out: *mut xr::ActionStateFloat,
@@ -299,7 +302,7 @@ pub unsafe extern "system" fn float(
     }
 }
 
-pub unsafe extern "system" fn vector(
+pub(crate) unsafe extern "system" fn vector(
     session: xr::Session,
     info: *const xr::ActionStateGetInfo,
     out: *mut xr::ActionStateVector2f,
@@ -315,7 +318,7 @@ pub unsafe extern "system" fn vector(
     }
 }
 
-pub unsafe extern "system" fn pose(
+pub(crate) unsafe extern "system" fn pose(
     session: xr::Session,
     info: *const xr::ActionStateGetInfo,
     out: *mut xr::ActionStatePose,
@@ -329,7 +332,7 @@ pub unsafe extern "system" fn pose(
     }
 }
 
-pub unsafe extern "system" fn create_action_space(
+pub(crate) unsafe extern "system" fn create_action_space(
     _session: xr::Session,
     _info: *const xr::ActionSpaceCreateInfo,
     _out: *mut xr::Space,
@@ -337,7 +340,7 @@ pub unsafe extern "system" fn create_action_space(
     xr::Result::ERROR_FEATURE_UNSUPPORTED
 }
 
-pub unsafe extern "system" fn bound_sources(
+pub(crate) unsafe extern "system" fn bound_sources(
     _session: xr::Session,
     _info: *const xr::BoundSourcesForActionEnumerateInfo,
     capacity: u32,
@@ -347,7 +350,7 @@ pub unsafe extern "system" fn bound_sources(
     array(&[], capacity, count, out)
 }
 
-pub unsafe extern "system" fn source_name(
+pub(crate) unsafe extern "system" fn source_name(
     _session: xr::Session,
     _info: *const xr::InputSourceLocalizedNameGetInfo,
     capacity: u32,
@@ -357,7 +360,7 @@ pub unsafe extern "system" fn source_name(
     array(&[0], capacity, count, out)
 }
 
-pub unsafe extern "system" fn apply_haptics(
+pub(crate) unsafe extern "system" fn apply_haptics(
     _session: xr::Session,
     _info: *const xr::HapticActionInfo,
     _haptics: *const xr::HapticBaseHeader,
@@ -365,6 +368,9 @@ pub unsafe extern "system" fn apply_haptics(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn stop_haptics(_session: xr::Session, _info: *const xr::HapticActionInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn stop_haptics(
+    _session: xr::Session,
+    _info: *const xr::HapticActionInfo,
+) -> xr::Result {
     xr::Result::SUCCESS
 }

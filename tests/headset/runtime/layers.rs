@@ -6,7 +6,7 @@ use xr::Handle as _;
 use super::state::{Renderer, State, time_of};
 
 /// Returns whether a frame may end with these layers.
-pub fn check_layers(
+pub(crate) fn check_layers(
     state: &mut State,
     renderer: Renderer,
     is_held: bool,

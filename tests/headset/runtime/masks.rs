@@ -8,7 +8,7 @@ use super::state::{array, hold, told};
 /// The part of each side that a corner takes, before and after the mask changes.
 const PARTS: [f32; 2] = [0.25, 0.4];
 
-pub unsafe extern "system" fn visibility_mask(
+pub(crate) unsafe extern "system" fn visibility_mask(
     session: xr::Session,
     views: xr::ViewConfigurationType,
     eye: u32,

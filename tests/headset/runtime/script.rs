@@ -4,7 +4,7 @@
 use std::path::PathBuf;
 
 /// All settings of the runtime.
-pub struct Script {
+pub(crate) struct Script {
     /// `HACHURE_XR_LOG`: file to which violations are appended, one per line.
     pub log: Option<PathBuf>,
     /// `HACHURE_XR_HEADSET=none`: no headset is connected.
@@ -50,7 +50,7 @@ pub struct Script {
 }
 
 /// A control that is held down.
-pub struct Push {
+pub(crate) struct Push {
     pub frames: [u64; 2],
     pub path: String,
     pub value: [f32; 2],
@@ -70,7 +70,7 @@ fn range(text: &str) -> [u64; 2] {
 }
 
 impl Script {
-    pub fn read() -> Self {
+    pub(crate) fn read() -> Self {
         let is_there = |name: &str| variable(name).is_none_or(|text| text != "none");
         let size = |text: &str| {
             let (width, height) = text.split_once('x').unwrap();

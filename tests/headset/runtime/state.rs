@@ -12,11 +12,11 @@ use super::swapchains::Chain;
 use super::vulkan::Vulkan;
 
 /// Handles of the only instance, system and session.
-pub const INSTANCE: u64 = 0x101;
-pub const SYSTEM: u64 = 0x201;
-pub const SESSION: u64 = 0x301;
+pub(crate) const INSTANCE: u64 = 0x101;
+pub(crate) const SYSTEM: u64 = 0x201;
+pub(crate) const SESSION: u64 = 0x301;
 
-pub struct State {
+pub(crate) struct State {
     pub script: Script,
     pub has_instance: bool,
     /// Whether the program enabled `XR_KHR_visibility_mask`.
@@ -38,14 +38,14 @@ pub struct State {
 unsafe impl Send for State {}
 
 #[derive(Clone, Copy)]
-pub enum Event {
+pub(crate) enum Event {
     Session(xr::SessionState),
     InstanceLoss,
     /// The visibility mask of an eye changed.
     Mask(u32),
 }
 
-pub struct Session {
+pub(crate) struct Session {
     /// The last state that the program was notified of.
     pub state: xr::SessionState,
     pub is_running: bool,
@@ -66,20 +66,20 @@ pub struct Session {
 }
 
 #[derive(Clone, Copy)]
-pub struct Renderer {
+pub(crate) struct Renderer {
     pub number: u64,
     pub should_render: bool,
 }
 
 /// Returns the display time of a frame, in nanoseconds.
-pub fn time_of(renderer: u64) -> i64 {
+pub(crate) fn time_of(renderer: u64) -> i64 {
     1_000_000_000 + 11_111_111 * renderer as i64
 }
 
 static STATE: Mutex<Option<State>> = Mutex::new(None);
 
 /// A lock on the state, which is created on first use.
-pub struct Held(MutexGuard<'static, Option<State>>);
+pub(crate) struct Held(MutexGuard<'static, Option<State>>);
 
 impl std::ops::Deref for Held {
     type Target = State;
@@ -94,7 +94,7 @@ impl std::ops::DerefMut for Held {
     }
 }
 
-pub fn hold() -> Held {
+pub(crate) fn hold() -> Held {
     let mut state = STATE.lock().unwrap();
     state.get_or_insert_with(State::new);
     Held(state)
@@ -118,26 +118,26 @@ impl State {
         }
     }
 
-    pub fn handle(&mut self) -> u64 {
+    pub(crate) fn handle(&mut self) -> u64 {
         self.next_handle += 1;
         self.next_handle
     }
 
-    pub fn log(&self, line: &str) {
+    pub(crate) fn log(&self, line: &str) {
         let Some(path) = &self.script.log else { return };
         let file = std::fs::OpenOptions::new().create(true).append(true).open(path);
         writeln!(file.unwrap(), "{line}").unwrap();
     }
 
     /// Logs a violation of the specification, and returns the error that the specification prescribes.
-    pub fn violation(&mut self, call: &str, what: &str, error: xr::Result) -> xr::Result {
+    pub(crate) fn violation(&mut self, call: &str, what: &str, error: xr::Result) -> xr::Result {
         self.violations += 1;
         self.log(&format!("violation: {call}: {what} ({error:?})"));
         error
     }
 
     /// Checks that a struct has its type, and that no unknown struct follows it in the chain.
-    pub fn check(
+    pub(crate) fn check(
         &mut self,
         call: &str,
         found: (xr::StructureType, *const std::ffi::c_void),
@@ -158,7 +158,7 @@ impl State {
     }
 
     /// Checks that the instance exists and its handle is right.
-    pub fn instance(&mut self, call: &str, instance: xr::Instance) -> Result<(), xr::Result> {
+    pub(crate) fn instance(&mut self, call: &str, instance: xr::Instance) -> Result<(), xr::Result> {
         use xr::Handle as _;
         if !self.has_instance || instance.into_raw() != INSTANCE {
             return Err(self.violation(call, "no such instance", xr::Result::ERROR_HANDLE_INVALID));
@@ -170,7 +170,7 @@ impl State {
     }
 
     /// Returns the session, if the handle is right.
-    pub fn session(&mut self, call: &str, session: xr::Session) -> Result<&mut Session, xr::Result> {
+    pub(crate) fn session(&mut self, call: &str, session: xr::Session) -> Result<&mut Session, xr::Result> {
         use xr::Handle as _;
         if self.session.is_none() || session.into_raw() != SESSION {
             return Err(self.violation(call, "no such session", xr::Result::ERROR_HANDLE_INVALID));
@@ -186,7 +186,7 @@ impl State {
 }
 
 /// Implements the two calls that return an array: the first returns its length, the second its elements.
-pub fn array<T: Copy>(values: &[T], capacity: u32, count: *mut u32, out: *mut T) -> xr::Result {
+pub(crate) fn array<T: Copy>(values: &[T], capacity: u32, count: *mut u32, out: *mut T) -> xr::Result {
     unsafe { *count = values.len() as u32 };
     if capacity == 0 {
         return xr::Result::SUCCESS;
@@ -199,7 +199,7 @@ pub fn array<T: Copy>(values: &[T], capacity: u32, count: *mut u32, out: *mut T)
 }
 
 /// Writes a text into a field of fixed length.
-pub fn text(value: &str, out: &mut [std::ffi::c_char]) {
+pub(crate) fn text(value: &str, out: &mut [std::ffi::c_char]) {
     out.fill(0);
     for (to, from) in out.iter_mut().zip(value.bytes()) {
         *to = from as std::ffi::c_char;
@@ -207,6 +207,6 @@ pub fn text(value: &str, out: &mut [std::ffi::c_char]) {
 }
 
 /// Returns the error or the success of a function that may return early.
-pub fn told(result: Result<xr::Result, xr::Result>) -> xr::Result {
+pub(crate) fn told(result: Result<xr::Result, xr::Result>) -> xr::Result {
     result.unwrap_or_else(|error| error)
 }

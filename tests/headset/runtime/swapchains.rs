@@ -11,7 +11,7 @@ use super::vulkan::Image;
 
 const IMAGES: usize = 3;
 
-pub struct Chain {
+pub(crate) struct Chain {
     /// Index by order of creation; 0 is the left eye's.
     pub number: usize,
     pub size_px: [u32; 2],
@@ -30,7 +30,7 @@ pub struct Chain {
 
 impl Chain {
     /// Returns whether the program holds an image.
-    pub fn is_held(&self) -> bool {
+    pub(crate) fn is_held(&self) -> bool {
         self.waited.is_some() || !self.acquired.is_empty()
     }
 
@@ -39,7 +39,7 @@ impl Chain {
     }
 }
 
-pub unsafe extern "system" fn formats(
+pub(crate) unsafe extern "system" fn formats(
     session: xr::Session,
     capacity: u32,
     count: *mut u32,
@@ -52,7 +52,7 @@ pub unsafe extern "system" fn formats(
     })())
 }
 
-pub unsafe extern "system" fn create(
+pub(crate) unsafe extern "system" fn create(
     session: xr::Session,
     info: *const xr::SwapchainCreateInfo,
     out: *mut xr::Swapchain,
@@ -109,7 +109,7 @@ fn chain<'a>(state: &'a mut State, call: &str, swapchain: xr::Swapchain) -> Resu
     session.chains.get_mut(&handle).ok_or(xr::Result::ERROR_HANDLE_INVALID)
 }
 
-pub unsafe extern "system" fn destroy(swapchain: xr::Swapchain) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy(swapchain: xr::Swapchain) -> xr::Result {
     let mut state = hold();
     // A swapchain can be destroyed even if the session is lost.
     let removed = state.session.as_mut().and_then(|session| session.chains.remove(&swapchain.into_raw()));
@@ -122,7 +122,7 @@ pub unsafe extern "system" fn destroy(swapchain: xr::Swapchain) -> xr::Result {
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn images(
+pub(crate) unsafe extern "system" fn images(
     swapchain: xr::Swapchain,
     capacity: u32,
     count: *mut u32,
@@ -149,7 +149,7 @@ pub unsafe extern "system" fn images(
     })())
 }
 
-pub unsafe extern "system" fn acquire(
+pub(crate) unsafe extern "system" fn acquire(
     swapchain: xr::Swapchain,
     info: *const xr::SwapchainImageAcquireInfo,
     index: *mut u32,
@@ -171,7 +171,10 @@ pub unsafe extern "system" fn acquire(
     })())
 }
 
-pub unsafe extern "system" fn wait(swapchain: xr::Swapchain, info: *const xr::SwapchainImageWaitInfo) -> xr::Result {
+pub(crate) unsafe extern "system" fn wait(
+    swapchain: xr::Swapchain,
+    info: *const xr::SwapchainImageWaitInfo,
+) -> xr::Result {
     const CALL: &str = "xrWaitSwapchainImage";
     let (mut state, info) = (hold(), unsafe { &*info });
     told((|| {
@@ -185,7 +188,7 @@ pub unsafe extern "system" fn wait(swapchain: xr::Swapchain, info: *const xr::Sw
     })())
 }
 
-pub unsafe extern "system" fn release(
+pub(crate) unsafe extern "system" fn release(
     swapchain: xr::Swapchain,
     info: *const xr::SwapchainImageReleaseInfo,
 ) -> xr::Result {

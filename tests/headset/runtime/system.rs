@@ -11,7 +11,7 @@ const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STER
 /// Larger than any size that is requested.
 const MOST_PX: u32 = 8192;
 
-pub unsafe extern "system" fn enumerate_extensions(
+pub(crate) unsafe extern "system" fn enumerate_extensions(
     layer: *const c_char,
     capacity: u32,
     count: *mut u32,
@@ -38,7 +38,7 @@ pub unsafe extern "system" fn enumerate_extensions(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn enumerate_layers(
+pub(crate) unsafe extern "system" fn enumerate_layers(
     _capacity: u32,
     count: *mut u32,
     _out: *mut xr::ApiLayerProperties,
@@ -47,7 +47,7 @@ pub unsafe extern "system" fn enumerate_layers(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn create_instance(
+pub(crate) unsafe extern "system" fn create_instance(
     info: *const xr::InstanceCreateInfo,
     instance: *mut xr::Instance,
 ) -> xr::Result {
@@ -74,7 +74,7 @@ pub unsafe extern "system" fn create_instance(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn destroy_instance(instance: xr::Instance) -> xr::Result {
+pub(crate) unsafe extern "system" fn destroy_instance(instance: xr::Instance) -> xr::Result {
     let mut state = hold();
     if !state.has_instance || instance.into_raw() != INSTANCE {
         return state.violation("xrDestroyInstance", "no such instance", xr::Result::ERROR_HANDLE_INVALID);
@@ -88,7 +88,7 @@ pub unsafe extern "system" fn destroy_instance(instance: xr::Instance) -> xr::Re
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn instance_properties(
+pub(crate) unsafe extern "system" fn instance_properties(
     instance: xr::Instance,
     out: *mut xr::InstanceProperties,
 ) -> xr::Result {
@@ -102,7 +102,7 @@ pub unsafe extern "system" fn instance_properties(
     })())
 }
 
-pub unsafe extern "system" fn result_to_string(
+pub(crate) unsafe extern "system" fn result_to_string(
     _instance: xr::Instance,
     value: xr::Result,
     out: *mut c_char,
@@ -111,7 +111,7 @@ pub unsafe extern "system" fn result_to_string(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn structure_type_to_string(
+pub(crate) unsafe extern "system" fn structure_type_to_string(
     _instance: xr::Instance,
     value: xr::StructureType,
     out: *mut c_char,
@@ -120,7 +120,7 @@ pub unsafe extern "system" fn structure_type_to_string(
     xr::Result::SUCCESS
 }
 
-pub unsafe extern "system" fn get_system(
+pub(crate) unsafe extern "system" fn get_system(
     instance: xr::Instance,
     info: *const xr::SystemGetInfo,
     system: *mut xr::SystemId,
@@ -141,7 +141,7 @@ pub unsafe extern "system" fn get_system(
 }
 
 /// Checks that the instance and the system are right, and that the view configuration is stereo.
-pub fn check_system(
+pub(crate) fn check_system(
     state: &mut State,
     call: &str,
     instance: xr::Instance,
@@ -158,7 +158,7 @@ pub fn check_system(
     Ok(())
 }
 
-pub unsafe extern "system" fn system_properties(
+pub(crate) unsafe extern "system" fn system_properties(
     instance: xr::Instance,
     system: xr::SystemId,
     out: *mut xr::SystemProperties,
@@ -179,7 +179,7 @@ pub unsafe extern "system" fn system_properties(
     })())
 }
 
-pub unsafe extern "system" fn view_configurations(
+pub(crate) unsafe extern "system" fn view_configurations(
     instance: xr::Instance,
     system: xr::SystemId,
     capacity: u32,
@@ -193,7 +193,7 @@ pub unsafe extern "system" fn view_configurations(
     }
 }
 
-pub unsafe extern "system" fn view_configuration(
+pub(crate) unsafe extern "system" fn view_configuration(
     instance: xr::Instance,
     system: xr::SystemId,
     views: xr::ViewConfigurationType,
@@ -209,7 +209,7 @@ pub unsafe extern "system" fn view_configuration(
     })())
 }
 
-pub unsafe extern "system" fn configuration_views(
+pub(crate) unsafe extern "system" fn configuration_views(
     instance: xr::Instance,
     system: xr::SystemId,
     views: xr::ViewConfigurationType,
@@ -243,7 +243,7 @@ pub unsafe extern "system" fn configuration_views(
     })())
 }
 
-pub unsafe extern "system" fn blend_modes(
+pub(crate) unsafe extern "system" fn blend_modes(
     instance: xr::Instance,
     system: xr::SystemId,
     views: xr::ViewConfigurationType,
@@ -258,7 +258,7 @@ pub unsafe extern "system" fn blend_modes(
     }
 }
 
-pub unsafe extern "system" fn string_to_path(
+pub(crate) unsafe extern "system" fn string_to_path(
     instance: xr::Instance,
     string: *const c_char,
     path: *mut xr::Path,
@@ -282,7 +282,7 @@ pub unsafe extern "system" fn string_to_path(
 
 impl State {
     /// Returns the handle of a path.
-    pub fn path(&mut self, string: String) -> xr::Path {
+    pub(crate) fn path(&mut self, string: String) -> xr::Path {
         let known = self.paths.iter().position(|path| *path == string);
         let index = known.unwrap_or_else(|| {
             self.paths.push(string);
@@ -292,12 +292,12 @@ impl State {
     }
 
     /// Returns the text of a path.
-    pub fn path_text(&self, path: xr::Path) -> Option<&str> {
+    pub(crate) fn path_text(&self, path: xr::Path) -> Option<&str> {
         self.paths.get(path.into_raw().checked_sub(1)? as usize).map(String::as_str)
     }
 }
 
-pub unsafe extern "system" fn path_to_string(
+pub(crate) unsafe extern "system" fn path_to_string(
     instance: xr::Instance,
     path: xr::Path,
     capacity: u32,

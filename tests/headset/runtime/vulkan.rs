@@ -12,7 +12,7 @@ use super::system::check_system;
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
 /// The Vulkan objects that the program draws with.
-pub struct Vulkan {
+pub(crate) struct Vulkan {
     pub instance: ash::Instance,
     pub physical_device: Option<vk::PhysicalDevice>,
     pub device: Option<ash::Device>,
@@ -20,19 +20,19 @@ pub struct Vulkan {
 }
 
 /// The session's queue, and the command buffer into which the runtime records.
-pub struct Queue {
+pub(crate) struct Queue {
     raw: vk::Queue,
     pool: vk::CommandPool,
     commands: vk::CommandBuffer,
 }
 
 /// An image of a swapchain.
-pub struct Image {
+pub(crate) struct Image {
     pub image: vk::Image,
     memory: vk::DeviceMemory,
 }
 
-pub unsafe extern "system" fn requirements(
+pub(crate) unsafe extern "system" fn requirements(
     instance: xr::Instance,
     system: xr::SystemId,
     out: *mut xr::GraphicsRequirementsVulkanKHR,
@@ -57,7 +57,7 @@ fn static_fn(get: Option<xr::platform::VkGetInstanceProcAddr>) -> Option<ash::St
     Some(ash::StaticFn { get_instance_proc_addr })
 }
 
-pub unsafe extern "system" fn create_instance(
+pub(crate) unsafe extern "system" fn create_instance(
     instance: xr::Instance,
     info: *const xr::VulkanInstanceCreateInfoKHR,
     out: *mut xr::platform::VkInstance,
@@ -87,7 +87,7 @@ pub unsafe extern "system" fn create_instance(
     })())
 }
 
-pub unsafe extern "system" fn graphics_device(
+pub(crate) unsafe extern "system" fn graphics_device(
     instance: xr::Instance,
     info: *const xr::VulkanGraphicsDeviceGetInfoKHR,
     out: *mut xr::platform::VkPhysicalDevice,
@@ -111,7 +111,7 @@ pub unsafe extern "system" fn graphics_device(
     })())
 }
 
-pub unsafe extern "system" fn create_device(
+pub(crate) unsafe extern "system" fn create_device(
     instance: xr::Instance,
     info: *const xr::VulkanDeviceCreateInfoKHR,
     out: *mut xr::platform::VkDevice,
@@ -141,7 +141,7 @@ pub unsafe extern "system" fn create_device(
 
 impl Vulkan {
     /// Checks that a session's binding contains the objects that the runtime created, and takes the queue.
-    pub fn bind(&mut self, binding: &xr::GraphicsBindingVulkanKHR) -> Option<()> {
+    pub(crate) fn bind(&mut self, binding: &xr::GraphicsBindingVulkanKHR) -> Option<()> {
         let device = self.device.as_ref()?;
         let is_own = self.instance.handle().as_raw() == binding.instance as u64
             && self.physical_device?.as_raw() == binding.physical_device as u64
@@ -161,7 +161,7 @@ impl Vulkan {
     }
 
     /// Releases the queue.
-    pub fn unbind(&mut self) {
+    pub(crate) fn unbind(&mut self) {
         if let (Some(device), Some(queue)) = (&self.device, self.queue.take()) {
             unsafe { device.destroy_command_pool(queue.pool, None) };
         }
@@ -179,7 +179,7 @@ impl Vulkan {
     }
 
     /// Returns an image to draw on, in the layout of an acquired image.
-    pub fn image(&self, format: vk::Format, [width, height]: [u32; 2]) -> Image {
+    pub(crate) fn image(&self, format: vk::Format, [width, height]: [u32; 2]) -> Image {
         let device = self.device.as_ref().unwrap();
         let info = vk::ImageCreateInfo::default()
             .image_type(vk::ImageType::TYPE_2D)
@@ -199,7 +199,7 @@ impl Vulkan {
         Image { image, memory }
     }
 
-    pub fn destroy(&self, image: &Image) {
+    pub(crate) fn destroy(&self, image: &Image) {
         let device = self.device.as_ref().unwrap();
         unsafe {
             device.destroy_image(image.image, None);
@@ -209,7 +209,7 @@ impl Vulkan {
 
     /// Takes a released image and returns it to the swapchain. Returns its bytes if `wants`. It expects the layout that
     /// the specification requires, so the validation layer reports any other layout.
-    pub fn take(&self, image: &Image, [width, height]: [u32; 2], texel_bytes: u64, wants: bool) -> Vec<u8> {
+    pub(crate) fn take(&self, image: &Image, [width, height]: [u32; 2], texel_bytes: u64, wants: bool) -> Vec<u8> {
         let device = self.device.as_ref().unwrap();
         let bytes = u64::from(width) * u64::from(height) * texel_bytes;
         let (attachment, source) = (vk::ImageLayout::COLOR_ATTACHMENT_OPTIMAL, vk::ImageLayout::TRANSFER_SRC_OPTIMAL);
