@@ -56,7 +56,7 @@ fn inks(world: &mut World, style: &Style, camera: &str) -> [Vec<f32>; 3] {
 }
 
 fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {
-    World::new(grid_of(513, 513, 60.0, height_m), 0.0)
+    World::new(grid_of(513, 513, 60.0, height_m), 1.0)
 }
 
 fn picture(ink: &[f32]) -> InkPicture {

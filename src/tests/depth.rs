@@ -39,7 +39,7 @@ fn darkness(world: &mut World, renderer: &mut Renderer, style: &Style, light: &L
 
 #[test]
 fn the_far_third_has_less_ink_than_the_near_one() {
-    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, rough_height_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, rough_height_m), 1.0) else { return };
     let extent_m = [f64::from(SAMPLES - 1) * SPACING_M; 2];
     let light = Scene::default().light(extent_m);
     // Planted error: a world without haze.

@@ -20,6 +20,9 @@ use hachure::surface::water::WATER;
 use hachure::world::given_water::GivenWater;
 
 const SIZE_PX: [u32; 2] = [480, 270];
+/// The smallest allowed error of the mesh that matters, in pixels: the finest tiles are drawn, as with an error of 0, but
+/// no patch is divided that is exact.
+const FINEST_PX: f64 = 1.0 / 64.0;
 const SAMPLES: u32 = 513;
 const SPACING_M: f64 = 30.0;
 const RADIUS_M: f64 = 1500.0;
@@ -137,7 +140,7 @@ fn is_water(pixels: &[Pixel], at_m: DVec2) -> bool {
 
 #[test]
 fn a_round_lake_on_a_slope_has_its_shore() {
-    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), FINEST_PX) else { return };
     let scratch = Scratch::new();
     let lake = geojson("urn:ogc:def:crs:EPSG::32632", &[vec![circle(MIDDLE_M, RADIUS_M)]]);
     assert!(
@@ -145,7 +148,7 @@ fn a_round_lake_on_a_slope_has_its_shore() {
         "water is found in the heights alone"
     );
     let water = scratch.load("lake.geojson", &lake).unwrap().map(Arc::new);
-    let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0).unwrap();
+    let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), FINEST_PX).unwrap();
     world.surfaces.set_given_water(water);
     for camera in CAMERAS {
         let pixels = pixels(&mut world, camera);
@@ -162,7 +165,7 @@ fn a_round_lake_on_a_slope_has_its_shore() {
 
 #[test]
 fn holes_are_land_and_narrow_water_is_there() {
-    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, slope_m), FINEST_PX) else { return };
     let scratch = Scratch::new();
     // A lake with an island, a lake that overlaps it, and a river four samples wide.
     let river = [[-6000.0, 2000.0], [6000.0, 2500.0], [6000.0, 2620.0], [-6000.0, 2120.0]];
@@ -230,7 +233,7 @@ fn a_mask_adds_to_what_heights_show_or_stands_for_it() {
     encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
     let path = scratch.write("mask.png", file);
     let seen = |only_given: bool| {
-        let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, bowl_m), 0.0)?;
+        let mut world = World::new(grid_of(SAMPLES, SAMPLES, SPACING_M, bowl_m), FINEST_PX)?;
         let files = WaterFiles { only_given, ..WaterFiles::default().with(&path) };
         world.surfaces.set_given_water(load(files).unwrap().map(Arc::new));
         let pixels = pixels(&mut world, "0,0,20000,0,-90,45");

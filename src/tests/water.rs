@@ -22,6 +22,9 @@ use hachure::tones::balance::MARKS;
 use hachure::tones::water::{WATER_INK, WATERED};
 
 const SIZE_PX: [u32; 2] = [480, 270];
+/// The smallest allowed error of the mesh that matters, in pixels: the finest tiles are drawn, as with an error of 0, but
+/// no patch is divided that is exact.
+const FINEST_PX: f64 = 1.0 / 64.0;
 const LEVEL_M: f64 = 500.0;
 const RADIUS_M: f64 = 2000.0;
 /// Maps of 25, 61 and 123 m per pixel, which show three successive levels of samples 30 m apart.
@@ -96,7 +99,7 @@ fn errors(pixels: &[Option<Pixel>], radius_m: f64) -> [Vec<f64>; 2] {
 
 #[test]
 fn a_round_lake_has_its_shore_and_its_distances() {
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     for camera in MAPS.into_iter().chain([OBLIQUE]) {
         let (pixels, _) = water_of(&mut world, camera);
         let [mut shore, mut distance] = errors(&pixels, RADIUS_M);
@@ -115,7 +118,7 @@ fn a_round_lake_has_its_shore_and_its_distances() {
 /// Tests that distances are continuous where four tiles meet in the middle of the lake.
 #[test]
 fn tiles_agree() {
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     let (pixels, _) = water_of(&mut world, MAPS[0]);
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let rough = |shift: usize| {
@@ -142,7 +145,7 @@ fn tiles_agree() {
 
 /// Returns the bowl, loaded as in a window.
 fn streamed() -> Option<World> {
-    let mut world = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0)?;
+    let mut world = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX)?;
     let options = TerrainOptions { loading: Loading::Stream, ..TerrainOptions::default() };
     world.surfaces = Terrain::new(&world.gpu, Arc::clone(world.surfaces.terrain.store()), options).unwrap().into();
     Some(world)
@@ -186,7 +189,7 @@ fn differing<'a>(a: impl Iterator<Item = &'a Option<Pixel>>, b: impl Iterator<It
 fn maps_that_are_kept_are_as_those_made_anew() {
     let Some((kept, most)) = flown(false) else { return };
     assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     let (anew, _) = water_of(&mut world, OBLIQUE);
     let differ = differing(kept.iter(), anew.iter());
     println!("{differ} pixels differ after a flight");
@@ -198,7 +201,7 @@ fn maps_that_are_kept_are_as_those_made_anew() {
 
 #[test]
 fn parts_and_eyes_have_the_water_of_the_whole() {
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     let (whole, mut renderer) = water_of(&mut world, OBLIQUE);
     let light = Light { haze_m: 1e9, ..north_west() };
     let view = still(world.pose(OBLIQUE), SIZE_PX);
@@ -244,7 +247,7 @@ fn terraces_m(slope_deg: f64) -> impl Fn(f64, f64) -> f64 {
 #[test]
 fn terraces_are_no_lakes() {
     for slope_deg in [1.0, 0.3, 0.1] {
-        let Some(mut world) = World::new(grid_of(513, 513, 30.0, terraces_m(slope_deg)), 0.0) else { return };
+        let Some(mut world) = World::new(grid_of(513, 513, 30.0, terraces_m(slope_deg)), FINEST_PX) else { return };
         for camera in [MAPS[0], MAPS[1], OBLIQUE] {
             let water = share(&mut world, camera);
             println!("terraces of {slope_deg} degrees, {camera}: {water:.5} is water");
@@ -256,13 +259,13 @@ fn terraces_are_no_lakes() {
         let wall_m = 0.2 * (x_m.hypot(y_m) - RADIUS_M);
         if wall_m < 0.0 { 280.0 } else { 280.0 + wall_m.round() }
     };
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, lake), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, lake), FINEST_PX) else { return };
     assert!(share(&mut world, MAPS[0]) > 0.1);
 }
 
 #[test]
 fn level_land_without_a_shore_is_no_lake() {
-    let Some(mut world) = World::new(grid_of(257, 257, 30.0, |_, _| 300.0), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(257, 257, 30.0, |_, _| 300.0), FINEST_PX) else { return };
     assert_eq!(share(&mut world, MAPS[0]), 0.0);
     // Control: the sea is higher.
     world.surfaces.set_sea_level(Some(301.0));
@@ -272,7 +275,7 @@ fn level_land_without_a_shore_is_no_lake() {
 #[test]
 fn the_sea_stands_where_the_scene_says() {
     let slope = |x_m: f64, y_m: f64| 0.05 * x_m + 20.0 * (y_m / 900.0).sin();
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, slope), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, slope), FINEST_PX) else { return };
     assert_eq!(share(&mut world, MAPS[0]), 0.0);
     world.surfaces.set_sea_level(Some(10.0));
     let (pixels, _) = water_of(&mut world, MAPS[0]);
@@ -293,13 +296,14 @@ fn the_sea_stands_where_the_scene_says() {
 #[test]
 fn water_that_is_level_at_the_sea_s_height_is_the_sea() {
     let coast = |x_m: f64, y_m: f64| (0.01 * x_m + 4.0 * (y_m / 700.0).sin()).round().max(0.0);
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, coast), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, coast), FINEST_PX) else { return };
     let (pixels, _) = water_of(&mut world, MAPS[0]);
     let far = pixels.iter().flatten().filter(|pixel| pixel.place_m.x < -900.0).map(|pixel| pixel.water_m > 0.0);
     let far: Vec<bool> = far.collect();
     assert!(far.len() > 1000 && far.iter().all(|is_water| *is_water));
     // Control: the same gentle land, above the sea.
-    let Some(mut inland) = World::new(grid_of(513, 513, 30.0, |x, y| coast(x, y) + (y * 0.004).round() + 40.0), 0.0)
+    let Some(mut inland) =
+        World::new(grid_of(513, 513, 30.0, |x, y| coast(x, y) + (y * 0.004).round() + 40.0), FINEST_PX)
     else {
         return;
     };
@@ -308,7 +312,7 @@ fn water_that_is_level_at_the_sea_s_height_is_the_sea() {
 
 #[test]
 fn water_has_a_tint_and_lines_and_no_marks() {
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
     let (pixels, renderer) = water_of(&mut world, MAPS[1]);
     let tones = halves(&world.gpu, renderer.target(&WATERED).unwrap());
     let ink: Vec<f32> =
@@ -364,7 +368,7 @@ fn real_land_has_the_lakes_that_it_has() {
         ("craterlake-elev-16bit-30m.tif", "0,0,9000,0,-90,50", 0.0, 0.01),
     ];
     for (name, camera, least, most) in shares {
-        let Some(mut world) = World::real(&format!("dem/geotiff/{name}"), 0.0) else { return };
+        let Some(mut world) = World::real(&format!("dem/geotiff/{name}"), FINEST_PX) else { return };
         let water = share(&mut world, camera);
         println!("{name}: {water:.5} is water");
         assert!((least..=most).contains(&water), "{name}: {water}");

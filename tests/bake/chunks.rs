@@ -62,9 +62,8 @@ fn check_statistics(chunked: &Pyramid, whole: &Pyramid, chunk_levels: u32, max_e
 fn chunked_is_whole_to_the_bit() {
     let folder = tempfile::tempdir().unwrap();
     let (a, b) = (folder.path().join("whole.tif"), folder.path().join("chunked.tif"));
-    for (width, height, chunk_levels) in
-        [(257, 1000, 1), (1301, 1543, 1), (2570, 2057, 1), (2570, 2057, 2), (513, 3001, 2)]
-    {
+    let sizes = [(257, 1000, 1), (1301, 1543, 1), (2570, 2057, 2), (513, 3001, 2), (2570, 2057, 1)];
+    for (width, height, chunk_levels) in sizes.into_iter().take(if crate::full() { 5 } else { 4 }) {
         for (voids, max_error_m) in [(true, 0.0), (false, 0.05), (true, 0.05)] {
             let grid = world::rough(width, height, voids);
             // A single chunk.

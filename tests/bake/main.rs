@@ -18,6 +18,11 @@ use hachure::pyramid::{BakeOptions, Pyramid, TileAddress};
 use hachure::source::reader::GridReader;
 use hachure::source::{HeightGrid, Silent};
 
+/// Returns whether the long tier of the tests is wanted (`./check --full`).
+fn full() -> bool {
+    std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full")
+}
+
 /// Bakes with chunks of 2^`chunk_levels` tiles per side.
 fn baked(grid: &HeightGrid, out: &Path, max_error_m: f64, chunk_levels: u32) -> (Pyramid, BakeReport) {
     let work = BakeWork { chunk_levels, ..BakeWork::default() };

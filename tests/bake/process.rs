@@ -93,12 +93,13 @@ fn killed_at_any_time_it_goes_on() {
     place.done("old.tif", &["--max-error", "1"]);
     let old = place.bytes("old.tif");
     let (mut resumed, mut killed) = (0, 0);
-    for i in 0..14_u32 {
+    let runs: u32 = if crate::full() { 14 } else { 8 };
+    for i in 0..runs {
         fs::copy(place.path("old.tif"), place.path("out.tif")).unwrap();
         fs::copy(sidecar_path(&place.path("old.tif")), sidecar_path(&place.path("out.tif"))).unwrap();
         let mut child = place.spawn("out.tif", &[]);
         // The delays cover the whole time of the bake, in mixed order.
-        std::thread::sleep(whole.mul_f64(f64::from(i * 5 % 14) / 12.5));
+        std::thread::sleep(whole.mul_f64(f64::from(i * 5 % runs) / (f64::from(runs) - 1.5)));
         killed += i32::from(child.try_wait().unwrap().is_none());
         child.kill().unwrap();
         child.wait().unwrap();
@@ -111,7 +112,8 @@ fn killed_at_any_time_it_goes_on() {
         assert!(place.bytes("out.tif") == new, "a resumed bake differs");
         assert!(!place.path("out.tif.parts").exists());
     }
-    assert!(killed > 5 && resumed > 20, "{killed} killed, {resumed} chunks resumed");
+    let (least_killed, least_resumed) = if crate::full() { (5, 20) } else { (3, 11) };
+    assert!(killed > least_killed && resumed > least_resumed, "{killed} killed, {resumed} chunks resumed");
     // Outside the work folder, a killed process leaves no partial files.
     let expected = ["dem.tif", "new.tif", "new.tif.tiles", "old.tif", "old.tif.tiles", "out.tif", "out.tif.tiles"];
     assert_eq!(place.names(), expected);

@@ -88,6 +88,8 @@ impl Room {
             .env("HACHURE_CACHE", self.path("cache"))
             .env("XDG_RUNTIME_DIR", self.0.path())
             .env("XDG_CACHE_HOME", self.0.path())
+            // Mesa's compiled shaders are shared by all runs.
+            .env("MESA_SHADER_CACHE_DIR", concat!(env!("CARGO_TARGET_TMPDIR"), "/headset-shaders"))
             .env("VK_INSTANCE_LAYERS", "VK_LAYER_KHRONOS_validation")
             .env("VK_LAYER_SETTINGS_PATH", self.0.path())
             .env("XR_RUNTIME_JSON", self.path("runtime.json"))

@@ -162,10 +162,12 @@ fn continent() -> Arc<dyn TileStore> {
     Arc::new(ContinentStore::open(1, 2048, SPACING_M, Some(&cache), &Silent).unwrap())
 }
 
-/// Returns the poses of three seconds of the valley flight.
+/// Returns the poses of three seconds of the valley flight; in the fast tier of two.
 fn along_the_valley() -> Vec<Pose> {
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
-    (0..91).map(|renderer| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS))).collect()
+    (0..if common::full() { 91 } else { 61 })
+        .map(|renderer: u32| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS)))
+        .collect()
 }
 
 #[test]

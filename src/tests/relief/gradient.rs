@@ -40,7 +40,7 @@ fn at(x: usize, y: usize) -> usize {
 #[test]
 fn planes_do_not_bend() {
     let slope = DVec2::new(0.3, -0.2);
-    let Some(mut world) = World::new(grid_of(513, 513, 20.0, |x, y| slope.dot(DVec2::new(x, y))), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 20.0, |x, y| slope.dot(DVec2::new(x, y))), 1.0) else { return };
     for camera in ["0,-2000,+300,0,-8,70", "0,0,4000,20,-70,50"] {
         let found = gradients(&mut world, camera, "scale_px = 0.0", 0);
         let seen: Vec<_> = found.iter().filter(|texel| texel[2] > 0.0).collect();
@@ -62,7 +62,7 @@ fn planes_do_not_bend() {
 #[test]
 fn the_gradient_bends_as_the_hill_does() {
     let (hill, grid) = Hill::square(321, 10.0);
-    let Some(mut world) = World::new(grid, 0.0) else { return };
+    let Some(mut world) = World::new(grid, 1.0) else { return };
     // From straight above, so high that perspective hardly matters.
     let height_m = 40_000.0;
     let found = gradients(&mut world, "0,0,40000,0,-90,3", "scale_px = 0.0", 0);
@@ -98,7 +98,7 @@ fn the_gradient_bends_as_the_hill_does() {
 fn the_blur_stops_at_silhouettes() {
     // A wall of hills in front of a plain: the visible plain has a single gradient, however far it is blurred.
     let wall_m = |_: f64, y: f64| 300.0 * (-(y / 120.0).powi(2)).exp();
-    let Some(mut world) = World::new(grid_of(513, 513, 20.0, wall_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 20.0, wall_m), 1.0) else { return };
     let camera = "0,-1500,+700,0,-20,50";
     let sharp = gradients(&mut world, camera, "scale_px = 0.0", 0);
     // Standard deviations after each step: 0.7, 1, 1.7, 2.2, 3.6, 4.6, 7.4.
@@ -129,7 +129,7 @@ fn the_blur_stops_at_silhouettes() {
 #[test]
 fn what_is_said_to_be_coarser_is() {
     let (_, grid) = Hill::square(321, 10.0);
-    let Some(mut world) = World::new(grid, 0.0) else { return };
+    let Some(mut world) = World::new(grid, 1.0) else { return };
     let camera = "0,-2600,+500,0,-10,50";
     let scales = |world: &mut World, keys: &str| -> Vec<f32> {
         let found = gradients(world, camera, keys, 0);

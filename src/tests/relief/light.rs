@@ -31,7 +31,7 @@ fn most_apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
 
 #[test]
 fn without_alpha_the_picture_is_the_plain_one_to_the_bit() {
-    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.0) else { return };
+    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     for gloss in [0.0, 1.0] {
         let mut drawn = |alpha_px: &str| {
             let style = style(&format!("alpha_px = {alpha_px}\ngloss = {gloss:.1}\ncolor = 0.5\ngamma = 0.7"));
@@ -50,7 +50,7 @@ fn bulges_and_hollows_are_told_apart() {
     // The middle of a hill, or of a hollow of the same form, from above.
     let middle = |sign: f64, keys: &str| {
         let form_m = |x: f64, y: f64| sign * 300.0 * (-(x * x + y * y) / (2.0 * 400.0 * 400.0)).exp();
-        let mut world = World::new(grid_of(321, 321, 10.0, form_m), 0.0)?;
+        let mut world = World::new(grid_of(321, 321, 10.0, form_m), 1.0)?;
         let pixel = (SIZE_PX[1] / 2 * SIZE_PX[0] + SIZE_PX[0] / 2) as usize;
         Some(tones(&mut world, ABOVE, &style(keys), &NOON)[pixel][0])
     };
@@ -80,7 +80,7 @@ fn write_sky(path: &Path, black_from: usize) {
 
 #[test]
 fn a_white_sky_is_white_on_everything() {
-    let Some(mut world) = World::new(grid_of(513, 513, 30.0, rough_height_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 30.0, rough_height_m), 1.0) else { return };
     let folder = tempfile::tempdir().unwrap();
     let mut spread = |black_from: usize, alpha_px: f64| {
         let path = folder.path().join("sky.hdr");
@@ -103,7 +103,7 @@ fn a_white_sky_is_white_on_everything() {
 
 #[test]
 fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
-    let Some(mut flat) = World::new(grid_of(257, 257, 30.0, |_, _| 100.0), 0.0) else { return };
+    let Some(mut flat) = World::new(grid_of(257, 257, 30.0, |_, _| 100.0), 1.0) else { return };
     for camera in [ABOVE, "0,-2000,+300,0,-20,40"] {
         let [plain, warped] = ["0.0", "1000.0"]
             .map(|alpha_px| tones(&mut flat, camera, &style(&format!("alpha_px = {alpha_px}")), &north_west()));
@@ -113,7 +113,7 @@ fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
     }
     // Rough land with a cliff.
     let cliff_m = |x: f64, y: f64| rough_height_m(x, y) + if x > 0.0 { 900.0 } else { 0.0 };
-    let Some(mut cliff) = World::new(grid_of(257, 257, 30.0, cliff_m), 0.0) else { return };
+    let Some(mut cliff) = World::new(grid_of(257, 257, 30.0, cliff_m), 1.0) else { return };
     let suns = [
         north_west(),
         Light { to_sun: DVec3::new(0.0, 0.95, 0.3).normalize(), ..NOON },
@@ -142,7 +142,7 @@ fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
 
 #[test]
 fn no_light_is_black_and_shadows_fall() {
-    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 0.0) else { return };
+    let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
     let night = Light { to_sun: -DVec3::Z, ..NOON };
     let dark = tones(&mut world, ABOVE, &style("sun = 1.0"), &night);
     let land = dark.iter().filter(|texel| texel[0] < 1.0);
@@ -166,7 +166,7 @@ fn no_light_is_black_and_shadows_fall() {
 fn exaggerated_relief_has_folds_on_slopes_that_face_the_sun() {
     // A slope that faces the sun, with small furrows down it.
     let furrows_m = |x: f64, y: f64| -0.5 * y + 6.0 * (x / 25.0).sin();
-    let Some(mut world) = World::new(grid_of(257, 257, 10.0, furrows_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(257, 257, 10.0, furrows_m), 1.0) else { return };
     let light = Light { to_sun: DVec3::new(0.0, 0.6, 0.8), ..NOON };
     let mut spread = |keys: &str| {
         let found = tones(&mut world, "0,0,1200,0,-90,50", &style(keys), &light);

@@ -5,6 +5,7 @@ use hachure::gpu::recorder::Submits;
 use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
+use crate::tests::common::full;
 use crate::tests::rig::{START, beside, differing, draw_rig, hill, seen, view};
 
 /// Returns a short flight of two eyes, half a metre to either side of its path.
@@ -18,7 +19,7 @@ fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
         let eyes = [-0.5, 0.5].map(|side_m| view(beside(before, side_m), beside(pose, side_m)));
         Rig { origin_m: pose.position_m, eyes: eyes.to_vec() }
     };
-    (0..3).map(&mut step).collect()
+    (0..if full() { 3 } else { 2 }).map(&mut step).collect()
 }
 
 /// Returns a preset whose eyes are independent in lines and marks, and without strokes, which always agree in a pair.
@@ -91,7 +92,7 @@ fn one_submit_draws_what_many_draw() {
             assert_eq!(differing(passes, whole), 0, "{name}");
         }
         // Planted: another frame.
-        assert!(differing(&passes[0][0], &whole[2][0]) > 1000, "{name}");
+        assert!(differing(&passes[0][0], &whole[whole.len() - 1][0]) > 1000, "{name}");
     }
 }
 

@@ -111,7 +111,7 @@ fn marks_of(world: &mut World, style: &Style, view: &View) -> Drawn {
 }
 
 fn world(height_m: fn(f64, f64) -> f64) -> Option<World> {
-    World::new(grid_of(513, 513, 60.0, height_m), 0.0)
+    World::new(grid_of(513, 513, 60.0, height_m), 1.0)
 }
 
 /// Returns the angles between the slope and the marks rotated by `turn_rad`: median and 90th percentile, in degrees.
@@ -329,7 +329,7 @@ fn reach(inks: &[f64]) -> bool {
 #[test]
 fn rows_reach_as_far_as_the_land() {
     // Marks this close on a small picture need as many blocks as usual marks on a picture 1440 px wide.
-    let Some(mut world) = World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0) else { return };
+    let Some(mut world) = World::new(grid_of(513, 513, 60.0, rough_height_m), 1.0) else { return };
     for spacing_px in [6.0, 2.0] {
         let inks = bands(&mut world, spacing_px, FARTHEST_M);
         println!("marks {spacing_px} px apart: ink from near to far {inks:.3?}");

@@ -16,7 +16,7 @@ fn ink_of_world(world: &mut World, camera: &str, style: &Style, light: &Light) -
 
 #[test]
 fn land_has_lines_and_flat_ground_and_no_light_have_none() {
-    let Some(mut rough) = World::new(grid_of(513, 513, 60.0, rough_height_m), 0.0) else { return };
+    let Some(mut rough) = World::new(grid_of(513, 513, 60.0, rough_height_m), 1.0) else { return };
     let style = Style::load("tone-lines").unwrap();
     let camera = "0,-9000,+2500,0,-14,55";
     for light in ["sun", "head", "side"] {
@@ -38,7 +38,7 @@ fn land_has_lines_and_flat_ground_and_no_light_have_none() {
         let ink = ink_of_world(&mut rough, camera, &style, &Light { to_sun: to_sun.normalize(), ..NOON });
         assert!(!is_calm || ink == [0.0; 2], "{to_sun}: {ink:?}");
     }
-    let Some(mut flat) = World::new(grid_of(257, 257, 30.0, |_, _| 100.0), 0.0) else { return };
+    let Some(mut flat) = World::new(grid_of(257, 257, 30.0, |_, _| 100.0), 1.0) else { return };
     for camera in ["0,0,2000,0,-90,50", "0,-2000,+600,0,-40,40"] {
         let ink = ink_of_world(&mut flat, camera, &sun, &north_west());
         assert!(ink[DARK] < 1.0 && ink[LIGHT] < 1.0, "{camera}: {ink:?}");
