@@ -15,7 +15,7 @@ fn a_steady_frame_makes_no_gpu_object() {
         let mut style = Style::load(name).unwrap();
         if !full() {
             // Strokes that are rebuilt more often draw both kinds of frames in fewer frames.
-            style.strokes.iter_mut().for_each(|strokes| strokes.update_every = strokes.update_every.min(3));
+            style.strokes_mut().into_iter().for_each(|strokes| strokes.update_every = strokes.update_every.min(3));
         }
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         let rig = Rig::mono(view(pose, pose));
