@@ -111,6 +111,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     // Bakes the world once, if needed; then each style opens its own.
     drop(world::open_store(&scene, &Bar::default())?);
     let gpu = Gpu::open(adapter)?;
+    world::store_pipelines(&gpu);
     let runs = styles.into_iter().map(|style| StyleRun::new(&gpu, args, &scene, style));
     let mut runs = runs.collect::<anyhow::Result<Vec<_>>>()?;
     let path = CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |x, y| runs[0].world.ground_m(x, y))?;

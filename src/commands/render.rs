@@ -251,6 +251,7 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let store = world::open_store(&scene, &Bar::default())?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
+    world::store_pipelines(&gpu);
     let options = TerrainOptions {
         lod_error_px: args.lod_error(),
         tile_memory_bytes: args.tile_memory << 20,

@@ -45,14 +45,22 @@ pub(crate) struct Pipeline {
     pub variables: Vec<Variable>,
 }
 
+/// What pipelines are built on.
+pub(super) struct On<'a> {
+    pub device: &'a wgpu::Device,
+    pub texts: &'a Texts,
+    /// Compiled pipelines of earlier runs.
+    pub stored: Option<&'a wgpu::PipelineCache>,
+}
+
 /// Builds a pipeline, and waits for the driver's compiler.
 ///
 /// # Errors
 /// [`ShaderError`] if the shader does not compile, or if wgpu rejects the pipeline.
-pub(super) fn build(device: &wgpu::Device, texts: &Texts, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
-    in_scope(device, key.name(), || match key {
-        Key::Compute(key) => compute(device, texts, *key, number),
-        Key::Draw(key) => draw(device, texts, key, number),
+pub(super) fn build(on: &On<'_>, key: &Key, number: u64) -> Result<Pipeline, ShaderError> {
+    in_scope(on.device, key.name(), || match key {
+        Key::Compute(key) => compute(on, *key, number),
+        Key::Draw(key) => draw(on, key, number),
     })
 }
 
@@ -86,7 +94,8 @@ fn layouts(device: &wgpu::Device, name: &str, variables: &[Variable]) -> (wgpu::
     (group, layout)
 }
 
-fn compute(device: &wgpu::Device, texts: &Texts, key: Compute, number: u64) -> Result<Pipeline, ShaderError> {
+fn compute(on: &On<'_>, key: Compute, number: u64) -> Result<Pipeline, ShaderError> {
+    let &On { device, texts, stored } = on;
     let shader = Shader::new(device, texts, key.name, key.definitions)?;
     let variables = shader.variables(&["main"])?;
     let (layout, whole) = layouts(device, key.name, &variables);
@@ -99,12 +108,13 @@ fn compute(device: &wgpu::Device, texts: &Texts, key: Compute, number: u64) -> R
             zero_initialize_workgroup_memory: false,
             ..Default::default()
         },
-        cache: None,
+        cache: stored,
     });
     Ok(Pipeline { raw: Raw::Compute(pipeline), number, layout, variables })
 }
 
-fn draw(device: &wgpu::Device, texts: &Texts, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
+fn draw(on: &On<'_>, key: &Draw, number: u64) -> Result<Pipeline, ShaderError> {
+    let &On { device, texts, stored } = on;
     let shader = Shader::new(device, texts, key.name, key.definitions)?;
     let variables = shader.variables(&["vertex", key.fragment])?;
     let (layout, whole) = layouts(device, key.name, &variables);
@@ -134,7 +144,7 @@ fn draw(device: &wgpu::Device, texts: &Texts, key: &Draw, number: u64) -> Result
         }),
         multisample: wgpu::MultisampleState::default(),
         multiview_mask: None,
-        cache: None,
+        cache: stored,
     });
     Ok(Pipeline { raw: Raw::Draw(pipeline), number, layout, variables })
 }

@@ -1,11 +1,13 @@
 //! Opens a GPU: adapter, device and queue.
 
+use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use super::cache::Cache;
 use super::pipelines::Pipelines;
 use super::shader::ShaderError;
+use super::stored_pipelines::StoredPipelines;
 use crate::file::message::quoted;
 
 /// An error of the GPU or of its driver.
@@ -67,6 +69,8 @@ pub struct Gpu {
     objects: Arc<AtomicU64>,
     pipelines: Arc<Pipelines>,
     cache: Arc<Cache>,
+    /// Pipelines of earlier runs, once [`store_pipelines`](Self::store_pipelines) has named a folder.
+    stored: Arc<OnceLock<StoredPipelines>>,
 }
 
 /// A request for an adapter, as `--adapter` makes it.
@@ -125,7 +129,8 @@ impl Gpu {
         surface: Option<&wgpu::Surface>,
     ) -> Result<Self, GpuError> {
         let adapter = choose_adapter(&instance, wish, surface)?;
-        let features = adapter.features() & wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES;
+        let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES | wgpu::Features::PIPELINE_CACHE;
+        let features = adapter.features() & wanted;
         let limits = adapter.limits();
         Self::of(instance, adapter, features, limits)
     }
@@ -171,12 +176,32 @@ impl Gpu {
             objects: Arc::default(),
             pipelines: Arc::default(),
             cache: Arc::default(),
+            stored: Arc::default(),
         }
     }
 
     /// Returns the pipelines of the device.
     pub fn pipelines(&self) -> &Pipelines {
         &self.pipelines
+    }
+
+    /// Reads compiled pipelines of earlier runs from a folder, and writes those of this run there when the device is
+    /// dropped. Does nothing if the driver cannot store pipelines, or if it is a software driver, which stores them by
+    /// itself. Pipelines that have been compiled before are not stored.
+    pub fn store_pipelines(&self, folder: &Path) {
+        let info = self.adapter.get_info();
+        if info.device_type == wgpu::DeviceType::Cpu {
+            return;
+        }
+        if let Some(stored) = StoredPipelines::open(&self.device, &info, folder) {
+            // A second call has no effect.
+            let _ = self.stored.set(stored);
+        }
+    }
+
+    /// Returns the cache for the descriptor of a pipeline.
+    pub(super) fn stored_pipelines(&self) -> Option<&wgpu::PipelineCache> {
+        self.stored.get().map(StoredPipelines::raw)
     }
 
     /// Returns the values that renderers of the device share.

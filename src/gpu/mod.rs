@@ -16,6 +16,7 @@ pub mod recorder;
 mod reflection;
 pub mod scan;
 pub mod shader;
+pub(crate) mod stored_pipelines;
 
 pub mod target;
 pub mod texts;

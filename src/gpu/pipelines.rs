@@ -13,7 +13,7 @@ use rustc_hash::FxHashMap;
 use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
 pub use super::build::{Key, Raw};
-use super::build::{Pipeline, build, in_scope};
+use super::build::{On, Pipeline, build, in_scope};
 use super::shader::ShaderError;
 use super::texts::{Texts, Watch, made_of};
 use super::workers::Workers;
@@ -245,13 +245,16 @@ impl Pipelines {
                 drop(state);
                 // If the parser panics on an edited text, whoever waits for this pipeline must not wait for ever.
                 let mut outcome = Outcome { pipelines: self, key, number, built: None };
-                outcome.built = Some(build(&gpu.device, &texts, key, number));
+                let on = On { device: &gpu.device, texts: &texts, stored: gpu.stored_pipelines() };
+                outcome.built = Some(build(&on, key, number));
             }
             Builds::InBackground => {
                 // The job holds the device and not the `Gpu`, which owns the threads that run the job.
                 let (device, key) = (gpu.device.clone(), key.clone());
+                let stored = gpu.stored_pipelines().cloned();
                 state.workers.get_or_insert_default().start(move || {
-                    let built = build(&device, &texts, &key, number);
+                    let on = On { device: &device, texts: &texts, stored: stored.as_ref() };
+                    let built = build(&on, &key, number);
                     (key, number, built)
                 });
             }

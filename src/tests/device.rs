@@ -1,6 +1,6 @@
 //! Pipelines and cached values belong to the device: each is made once, whoever draws. An edit of a style makes and
 //! restarts only what depends on it.
-#![allow(clippy::unwrap_used, reason = "a panic fails the test")]
+#![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::collections::BTreeSet;
 
@@ -12,6 +12,7 @@ use common::hill::Hill;
 use hachure::composite::PICTURE;
 use hachure::frame::{Antialias, Renderer};
 use hachure::gpu::readback::read_as;
+use hachure::gpu::stored_pipelines::StoredPipelines;
 use hachure::style::Style;
 
 const SIZE_PX: [u32; 2] = [96, 54];
@@ -164,4 +165,30 @@ fn an_edited_color_leaves_no_trace_in_the_temporal_mean() {
     let [found, planted] = [&edited, &planted].map(|picture| mean(picture, &fresh));
     println!("the first frame after an edit differs by {found:.4}, the frame before it by {planted:.4}");
     assert!(found < 0.02 && planted > 0.2);
+}
+
+#[test]
+fn pipelines_are_stored_and_damaged_files_are_ignored() {
+    let Some(gpu) = common::own_gpu() else { return };
+    let folder = tempfile::tempdir().unwrap();
+    let open = || StoredPipelines::open(&gpu.device, &gpu.adapter.get_info(), folder.path());
+    let Some(first) = open() else {
+        return println!("skipped: this driver cannot store pipelines");
+    };
+    assert!(!first.has_data());
+    let path = first.path.clone();
+    assert!(first.store() && !first.store(), "an unchanged cache is not written again");
+    drop(first);
+    assert!(open().unwrap().has_data());
+    // Planted errors: a byte that has changed, and half of a file.
+    let whole = std::fs::read(&path).unwrap();
+    let mut changed = whole.clone();
+    *changed.last_mut().unwrap() ^= 1;
+    for damaged in [changed.as_slice(), &whole[..whole.len() / 2], b"hachurepipe1", b""] {
+        std::fs::write(&path, damaged).unwrap();
+        let opened = open().unwrap();
+        assert!(!opened.has_data());
+        assert!(opened.store());
+    }
+    assert!(open().unwrap().has_data());
 }

@@ -124,6 +124,7 @@ impl Flight {
         let instance = wgpu::Instance::new(instance_descriptor().with_display_handle(display));
         let surface = instance.create_surface(Arc::clone(&window))?;
         let gpu = Gpu::open_with(instance, &options.adapter, Some(&surface))?;
+        crate::world::store_pipelines(&gpu);
         let screen = Screen::new(&gpu, Arc::clone(&window), surface)?;
         let world = open(&gpu).map_err(WindowError::World)?;
         let overlay = Overlay::new(&gpu, &window, screen.format());

@@ -17,10 +17,19 @@ use self::given_water::GivenWater;
 pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
+use crate::gpu::Gpu;
 pub use crate::mesh::MeshError;
 use crate::mesh::placed::Placed;
 use crate::scene::{Forest, Wind};
 pub use crate::tiles::terrain::{Terrain, TerrainError, TerrainOptions};
+
+/// Keeps pipelines, as the driver compiled them, in hachure's cache folder. Without a cache folder each run compiles
+/// all of them.
+pub(crate) fn store_pipelines(gpu: &Gpu) {
+    if let Ok(folder) = crate::pyramid::store::cache_folder(None) {
+        gpu.store_pipelines(&folder);
+    }
+}
 
 /// The surfaces of a world, of all kinds.
 pub struct Surfaces {
