@@ -55,8 +55,9 @@ pub(super) fn draw(
     Some(ink)
 }
 
-/// Returns the inks of a frame from the bottom to the top. `pictures` has the picture of each layer, `None` where a
-/// layer draws nothing in this frame.
+/// Returns the inks of a frame from the bottom to the top. Their number depends only on the style and the world, and
+/// so does the variant of the composite: a layer that draws nothing in this frame, such as outlines where the land in
+/// view has no holes, has an empty picture.
 pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures) -> Vec<DrawnInk> {
     let mut drawn = Vec::new();
     for own in style.ink_layers() {
@@ -75,15 +76,16 @@ pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures) -
             Layer::Hatching(_) => pictures.marks.clone(),
             _ => pictures.of_layers.get(index).cloned().flatten(),
         };
-        let Some(picture) = picture else { continue };
+        let picture = picture.unwrap_or_else(|| pictures.nothing.clone());
         drawn.push(DrawnInk { color: own.color, fading: own.ink.fading, channels: own.ink.channels, picture });
     }
     drawn
 }
 
-/// Pictures of ink.
-#[derive(Default)]
+/// Pictures of ink; `None` where a layer draws nothing in this frame.
 pub(super) struct Pictures {
+    /// A single texel, which stands for pictures that are not there.
+    pub(super) nothing: Target,
     /// Detected lines.
     pub(super) line: Option<Target>,
     pub(super) strokes: Option<Target>,

@@ -327,6 +327,7 @@ fn finish(
     });
     let (tone, sky, is_sample) = (&shaded[eye].colors, sky.as_ref(), false);
     let pictures = Pictures {
+        nothing: targets.sized(gpu, &composite::NOTHING, [1, 1]),
         line: line.clone(),
         strokes: stroke_ink.cloned(),
         rim: rim.clone(),
