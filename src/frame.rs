@@ -69,7 +69,7 @@ pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light:
     let sea_level_m = world.sea_level_m();
     let terrain = &mut world.terrain;
     terrain.map_water(gpu, style.water().map(|_| sea_level_m));
-    terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
+    terrain.map_horizons(gpu, style.needs_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()))
 }
 

@@ -65,7 +65,7 @@ pub(super) fn find(
         bend_axis::run(recorder, &bend_axis::Inputs { hatching, shapes, bend_axis: &axis });
         axis
     });
-    let crest_light = style.asks_for_crests().then(|| {
+    let crest_light = style.needs_crests().then(|| {
         let shapes = &shapes(recorder, style.light.crests_px, eye, targets);
         let crest_light = targets.whole(gpu, &CREST_LIGHT);
         let (view, position, light) = (eye.view, eye.position, inputs.light);

@@ -8,7 +8,7 @@ use crate::surface::{lakes, land, rows};
 pub(super) fn make(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
     let (terrain, style) = (&inputs.world.terrain, inputs.style);
     let heights = &terrain.resources();
-    if let Some(tiles) = terrain.horizon_maps().filter(|_| style.asks_for_horizons()) {
+    if let Some(tiles) = terrain.horizon_maps().filter(|_| style.needs_horizons()) {
         land::horizons::run(recorder, heights, tiles);
     }
     if let Some(tiles) = terrain.water_maps().filter(|_| style.water().is_some()) {

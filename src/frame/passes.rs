@@ -148,7 +148,7 @@ fn see(
         }
         meshes
     });
-    let local_color = world.has_local_colors() && style.asks_for_local_colors();
+    let local_color = world.has_local_colors() && style.needs_local_colors();
     let local_color = local_color.then(|| targets.whole(gpu, &surface::local_color::LOCAL_COLOR));
     let local_color = local_color.as_ref();
     let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id, local_color };

@@ -54,7 +54,7 @@ pub(super) fn shade(
         mark_normal::run(recorder, &ground);
         mark_normal.clone()
     });
-    let form_normal = style.asks_for_form().then(|| {
+    let form_normal = style.needs_form().then(|| {
         let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
         let heights = &terrain.resources();
         let shading =
@@ -64,7 +64,7 @@ pub(super) fn shade(
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
-    let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    let horizon_maps = terrain.horizon_maps().filter(|_| style.needs_horizons());
     let relief_light = style.drawn_relief().map(|relief| {
         let lit = relief::Inputs {
             view,

@@ -156,7 +156,7 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<bool, GpuError> {
-        if style.asks_for_horizons() {
+        if style.needs_horizons() {
             world.terrain.map_horizons(gpu, Some(light.to_sun));
         }
         if style.water().is_some() {

@@ -67,7 +67,7 @@ pub(super) fn see(
         cover: world.forest_cover(),
         wind,
         to_sun: light.to_sun,
-        has_shadows: style.asks_for_tree_shadows(),
+        has_shadows: style.needs_tree_shadows(),
         detail,
     };
     let placed = place::run(recorder, &asked, &trees);
@@ -109,7 +109,7 @@ pub(super) fn shadow(
     position: &Target,
     targets: &mut Targets,
 ) -> Option<Target> {
-    if !inputs.style.asks_for_tree_shadows() {
+    if !inputs.style.needs_tree_shadows() {
         return None;
     }
     let &AtEye { view, depth, surface_id, .. } = at;
