@@ -94,7 +94,7 @@ parameters! {
         haze: Haze;
         /// The region of strongest contrast; without this section contrast is the same everywhere.
         focus: Option<Focus>;
-    } beside {
+    } loaded {
         /// All files that the style was read from: its own, those of its recipes, and their images. A preset has none.
         files: Vec<PathBuf>;
     }

@@ -68,7 +68,7 @@ parameters! {
         exaggeration: f32 = 2.0 => Range::Within(0.1, 50.0);
         /// Weight of each scale of exaggerated shading relative to the next finer one.
         coarser: f32 = 1.2 => Range::Within(0.1, 4.0);
-    } beside {
+    } loaded {
         /// The loaded image of `environment`.
         sky: Option<Arc<SkyPicture>>;
     }

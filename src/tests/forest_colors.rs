@@ -278,12 +278,12 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
     let bare = mesh(&(boxed(1, boxes[0]) + &boxed(9, boxes[1])));
     let green = colors(&mut world, &forest, &[Arc::clone(&bare)]);
     let species = Species { color_srgb: Some([0.8, 0.3, 0.2]), ..forest.species[0].clone() };
-    let told = colors(&mut world, &Forest { species: vec![species], ..forest }, &[bare]);
+    let colored = colors(&mut world, &Forest { species: vec![species], ..forest }, &[bare]);
     for level in LEVELS {
-        let [green, told] = [&green, &told].map(|sums| sums[&level].parts());
+        let [green, colored] = [&green, &colored].map(|sums| sums[&level].parts());
         assert!(
-            green.y > green.x && green.y > 1.5 * green.z && is_red(told),
-            "level {level}: without materials {green}, with the scene's colour {told}"
+            green.y > green.x && green.y > 1.5 * green.z && is_red(colored),
+            "level {level}: without materials {green}, with the scene's colour {colored}"
         );
     }
 }

@@ -61,7 +61,7 @@ parameters! {
         size: f32 = 1.0 => Range::Within(0.25, 8.0);
         /// Range of slopes on which the layer is drawn.
         slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
-    } beside {
+    } loaded {
         /// The loaded recipe of `marks`.
         recipe: Option<Recipe>;
     }

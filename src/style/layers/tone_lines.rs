@@ -72,7 +72,7 @@ choices! {
         Sun,
         /// A light at the eye.
         Head,
-        /// A light beside the eye, at `side_deg` and `rise_deg`.
+        /// A light to the side of the eye, at `side_deg` and `rise_deg`.
         Side,
     }
 }

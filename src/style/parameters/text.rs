@@ -42,7 +42,7 @@ pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
 pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
     // This reports invalid TOML with line and column, like all other readers.
     toml_text::keys(name, text)?;
-    let wrong = |told: String| Wrong::with_message(key, told).in_text(name, text);
+    let wrong = |message: String| Wrong::with_message(key, message).in_text(name, text);
     known::<T>(key).map_err(&wrong)?;
     let mut document: DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;

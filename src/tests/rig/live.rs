@@ -108,13 +108,13 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         // A workgroup larger than any GPU supports.
         (changed("@workgroup_size(8, 8)", "@workgroup_size(2048, 2048)"), "composite/composite.wgsl: "),
     ];
-    for (text, told) in wrong {
-        assert_eq!(live.write("composite/composite", &text), 1, "{told}");
-        assert!(live.picture() == inverted, "{told}: the old pipeline must stay in use");
+    for (text, cause) in wrong {
+        assert_eq!(live.write("composite/composite", &text), 1, "{cause}");
+        assert!(live.picture() == inverted, "{cause}: the old pipeline must stay in use");
         let troubles = live.troubles();
-        assert_eq!(troubles.len(), 1, "{told}: {troubles:?}");
+        assert_eq!(troubles.len(), 1, "{cause}: {troubles:?}");
         println!("{}", troubles[0]);
-        assert!(troubles[0].starts_with("composite/composite.wgsl") && troubles[0].contains(told), "{troubles:?}");
+        assert!(troubles[0].starts_with("composite/composite.wgsl") && troubles[0].contains(cause), "{troubles:?}");
         assert!(!troubles[0].contains('\n'), "{troubles:?}");
     }
 
@@ -159,7 +159,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
 }
 
 #[test]
-fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
+fn in_the_background_the_old_picture_stays_until_the_new_one_is_there() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
     live.renderer.set_builds(Builds::InBackground);
