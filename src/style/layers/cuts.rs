@@ -15,8 +15,8 @@ use crate::style::{Color, StyleError};
 /// Ink of the families of planes, one family per channel, 0 to 1.
 pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
 
-/// Period to which heights above a plane are reduced, in metres: a multiple of every smaller power of two, so a plane
-/// of every spacing, and small enough for an f32 to keep millimetres.
+/// Period modulo which heights above a plane are computed, in metres. It is a multiple of every distance between
+/// planes, because these are smaller powers of two, and small enough for an f32 to resolve millimetres.
 const PERIOD_M: f64 = (1_u32 << 13) as f64;
 
 /// Largest number of families of planes.
@@ -35,7 +35,7 @@ parameters! {
         /// Fraction of the ink that remains in full haze; how much thinner the lines become is set by
         /// `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// One family of parallel planes each; the families are sorted by `from`.
+        /// Families of parallel planes; they are sorted by `from`.
         layers as "families": Vec<CutLayer> => Range::Entries(1, MOST_CUTS);
     }
 }

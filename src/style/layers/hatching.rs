@@ -1,4 +1,5 @@
-//! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in `src/tones/hatching`.
+//! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in
+//! `src/tones/hatching`.
 
 use std::path::PathBuf;
 
@@ -9,7 +10,7 @@ use crate::style::marks::{self, Recipe};
 use crate::style::parameters::{Range, choices, parameters};
 use crate::style::{Color, StyleError};
 
-/// Largest number of layers.
+/// Largest number of sets of marks.
 pub const MOST_LAYERS: usize = 4;
 
 parameters! {
@@ -29,7 +30,7 @@ parameters! {
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
         balance: bool = true;
-        /// One kind of mark each; the layers are sorted by `from`.
+        /// Sets of marks, each of one kind; they are sorted by `from`.
         layers as "sets": Vec<Layer> => Range::Entries(1, MOST_LAYERS);
     }
 }
@@ -45,7 +46,7 @@ choices! {
 }
 
 parameters! {
-    /// A layer of one kind of mark.
+    /// A set of marks of one kind.
     pub struct Layer {
         /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
         marks: String;
@@ -55,11 +56,11 @@ parameters! {
         angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// Azimuth of slope marks on flat land, clockwise from north.
         level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
-        /// Darkness from which the layer is drawn.
+        /// Darkness from which the set is drawn.
         from: f32 = 0.0 => Range::Within(0.0, 0.99);
         /// Scale factor of the marks relative to their recipe.
         size: f32 = 1.0 => Range::Within(0.25, 8.0);
-        /// Range of slopes on which the layer is drawn.
+        /// Range of slopes on which the set is drawn.
         slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
     } loaded {
         /// The loaded recipe of `marks`.
@@ -83,11 +84,11 @@ choices! {
     }
 }
 
-/// Side of a cell in which ink is counted for marks of their recipes' size, in pixels; the bell's standard deviation is
-/// 1.6 cells, two spacings of marks.
+/// Side of a cell in which ink is counted, in pixels, for marks of a `size` of 1. The standard deviation of the bell
+/// over which ink is averaged is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
-/// How far away cells may influence a pixel, in cells: the bell's reach, the cell itself, and the distance between two
-/// cells.
+/// Largest distance at which a cell influences a pixel, in cells: the bell's reach, the cell itself, and the distance
+/// between two cells.
 const REACH_CELLS: u32 = 6;
 
 impl Hatching {
@@ -104,14 +105,14 @@ impl Hatching {
         (2.0 * self.form_px / (BLOCK_PX as u32 * AXIS_REACH as u32) as f32).round().max(1.0) as i32
     }
 
-    /// Returns how far around a pixel its axis of curvature depends on the picture, in pixels; 0 if the marks do not
-    /// follow curvature.
+    /// Returns how far around a pixel its axis of curvature depends on the picture, in pixels; 0 if no marks follow
+    /// curvature.
     fn axis_reach_px(&self) -> u32 {
         // Plus one block, because a pixel interpolates between its own block and the neighbouring one.
         if self.follows_curvature() { (self.axis_step() * AXIS_REACH + 1) as u32 * BLOCK_PX as u32 } else { 0 }
     }
 
-    /// Returns whether the marks of any layer follow the curvature of the land.
+    /// Returns whether the marks of any set follow the curvature of the land.
     pub fn follows_curvature(&self) -> bool {
         self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
     }
