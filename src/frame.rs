@@ -12,7 +12,7 @@ mod land_maps;
 mod inks;
 mod left;
 mod lines;
-mod mark_layers;
+mod mark_sets;
 mod passes;
 mod rows;
 mod shade;
@@ -104,7 +104,7 @@ pub struct Renderer {
     /// Whether frames write the motion of each pixel even if the style does not need it.
     wants_motion: bool,
     /// Whether frames also draw each set of hatching marks separately.
-    wants_mark_layers: bool,
+    wants_mark_sets: bool,
     /// The hidden area of each eye; eyes beyond its end have none.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
@@ -135,7 +135,7 @@ struct FrameInputs<'a> {
     /// Whether tiles of this view have arrived or are missing.
     land_changes: bool,
     wants_motion: bool,
-    wants_mark_layers: bool,
+    wants_mark_sets: bool,
     hidden: &'a [HiddenArea],
     /// The blocks of rows to build and draw, in a style with rows of hachures.
     rows: Option<&'a RowPlan>,
@@ -156,7 +156,7 @@ impl Renderer {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
-            wants_mark_layers: false,
+            wants_mark_sets: false,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
@@ -206,9 +206,9 @@ impl Renderer {
         self.wants_motion = wants_motion;
     }
 
-    /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_layer`].
-    pub fn set_wants_mark_layers(&mut self, wants_mark_layers: bool) {
-        self.wants_mark_layers = wants_mark_layers;
+    /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].
+    pub fn set_wants_mark_sets(&mut self, wants_mark_sets: bool) {
+        self.wants_mark_sets = wants_mark_sets;
     }
 
     /// Sets the area of each eye's picture that is hidden and not drawn. An eye beyond the end of the list has none.
@@ -330,7 +330,7 @@ impl Renderer {
         let light = &seen_light(world, rig, style, light);
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut recorder, &prepared.selection);
-        let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
+        let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
@@ -355,7 +355,7 @@ impl Renderer {
             step_s,
             land_changes,
             wants_motion,
-            wants_mark_layers,
+            wants_mark_sets,
             hidden,
             rows: rows.as_ref(),
             temporal_aa,

@@ -1,6 +1,6 @@
 //! The results of the last frame, for windows, files and measurements.
 
-use super::mark_layers::LAYER_INKS;
+use super::mark_sets::SET_INKS;
 use super::{EyeMemory, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -107,9 +107,9 @@ impl Renderer {
     }
 
     /// Returns the ink of one set of hatching marks, 0 to 1, as the first eye sees it, if a recent frame drew it
-    /// ([`Renderer::set_wants_mark_layers`]).
-    pub fn mark_layer(&self, layer: usize) -> Option<&Target> {
-        self.target(LAYER_INKS.get(layer)?)
+    /// ([`Renderer::set_wants_mark_sets`]).
+    pub fn mark_set(&self, set: usize) -> Option<&Target> {
+        self.target(SET_INKS.get(set)?)
     }
 
     /// Returns the CPU time to record and submit the last frame, in milliseconds, without the time for its tiles and

@@ -2,7 +2,7 @@
 
 use super::passes::Seen;
 use super::trees as frame_trees;
-use super::{EyeMemory, FrameInputs, inks, mark_layers, rows, water as frame_water};
+use super::{EyeMemory, FrameInputs, inks, mark_sets, rows, water as frame_water};
 use crate::composite;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
@@ -136,14 +136,14 @@ pub(super) fn shade(
     let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(recorder, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
-        let layer = None;
+        let set = None;
         let bend_axis = bends.axis.as_ref().unwrap_or(nothing);
         let marks =
-            hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, layer, cover };
-        mark_layers::hatch(recorder, &marks);
+            hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, set, cover };
+        mark_sets::hatch(recorder, &marks);
         balance::count(recorder, &balance);
-        if inputs.wants_mark_layers {
-            mark_layers::draw(recorder, &marks, &balance, targets);
+        if inputs.wants_mark_sets {
+            mark_sets::draw(recorder, &marks, &balance, targets);
         }
         balance
     });

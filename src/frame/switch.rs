@@ -185,7 +185,7 @@ impl Renderer {
             let mut recorder = Recorder::prewarm(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut recorder, &Selection::default());
             let (step_s, land_changes) = (self.step_s, false);
-            let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
+            let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
             let rows = style.rows().map(|_| RowPlan::prewarm(gpu));
@@ -199,7 +199,7 @@ impl Renderer {
                 step_s,
                 land_changes,
                 wants_motion,
-                wants_mark_layers,
+                wants_mark_sets,
                 hidden,
                 rows: rows.as_ref(),
                 temporal_aa,

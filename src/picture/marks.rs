@@ -78,7 +78,7 @@ pub(super) struct Marks {
 
 /// Returns the inks of the last frame, which must have a single eye, as groups of lines; groups without lines are left
 /// out. `view` and `light` are those with which the frame was drawn. The renderer must have drawn the sets of hatching
-/// marks separately ([`Renderer::set_wants_mark_layers`]).
+/// marks separately ([`Renderer::set_wants_mark_sets`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] if the device is lost or out of memory.
@@ -113,8 +113,7 @@ pub(super) fn read(
                 target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &own, &surface))?
             }
             Trace::Sets(sets) => {
-                let drawn =
-                    sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_layer(number)?)));
+                let drawn = sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_set(number)?)));
                 let drawn: Vec<_> = drawn
                     .map(|(set, target)| Ok((set, InkPicture { size_px, ink: read_as(gpu, target, [0, 0], size_px)? })))
                     .collect::<Result<_, GpuError>>()?;

@@ -28,7 +28,7 @@ use glam::DVec3;
 use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
-pub use cuts::{CUT_INK, CutLayer, Cuts};
+pub use cuts::{CUT_INK, Cuts, PlaneFamily};
 pub(crate) use form::written_key;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 pub use hatching::Hatching;

@@ -26,8 +26,8 @@ pub use focus::Focus;
 pub use held::StyleFiles;
 use layers::RecipeSource;
 pub use layers::{
-    CutLayer, Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, Rims, Rows, Stereo, Strokes,
-    ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo,
+    Strokes, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};

@@ -11,7 +11,7 @@ use crate::style::parameters::{Range, choices, parameters};
 use crate::style::{Color, StyleError};
 
 /// Largest number of sets of marks.
-pub const MOST_LAYERS: usize = 4;
+pub const MOST_SETS: usize = 4;
 
 parameters! {
     /// Tones drawn as hatching marks.
@@ -31,7 +31,7 @@ parameters! {
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
         balance: bool = true;
         /// Sets of marks, each of one kind; they are sorted by `from`.
-        layers as "sets": Vec<Layer> => Range::Entries(1, MOST_LAYERS);
+        sets: Vec<MarkSet> => Range::Entries(1, MOST_SETS);
     }
 }
 
@@ -47,7 +47,7 @@ choices! {
 
 parameters! {
     /// A set of marks of one kind.
-    pub struct Layer {
+    pub struct MarkSet {
         /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
         marks: String;
         /// Direction of the marks.
@@ -95,7 +95,7 @@ impl Hatching {
     /// Returns the side of the cells in which the ink of the marks is counted, in pixels; it grows with the largest
     /// marks.
     pub fn cell_px(&self) -> u32 {
-        let largest = self.layers.iter().map(|layer| layer.size).fold(1.0, f32::max);
+        let largest = self.sets.iter().map(|set| set.size).fold(1.0, f32::max);
         CELL_PX * (largest.ceil() as u32).next_power_of_two()
     }
 
@@ -114,15 +114,15 @@ impl Hatching {
 
     /// Returns whether the marks of any set follow the curvature of the land.
     pub fn follows_curvature(&self) -> bool {
-        self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
+        self.sets.iter().any(|set| set.direction == Direction::Curvature)
     }
 }
 
 impl InkKind for Hatching {
     fn inks(&self) -> Vec<Ink> {
-        let set = |(number, layer): (usize, &Layer)| Set {
-            label: format!("Hatching {number}, {}", layer.marks),
-            is_of_dots: layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
+        let set = |(number, set): (usize, &MarkSet)| Set {
+            label: format!("Hatching {number}, {}", set.marks),
+            is_of_dots: set.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
         };
         vec![Ink {
             id: "marks",
@@ -132,7 +132,7 @@ impl InkKind for Hatching {
             fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
             makes_tone: true,
             is_main: true,
-            trace: Trace::Sets((1..).zip(&self.layers).map(set).collect()),
+            trace: Trace::Sets((1..).zip(&self.sets).map(set).collect()),
         }]
     }
 
@@ -149,23 +149,23 @@ impl InkKind for Hatching {
     }
 
     fn scale_marks(&mut self, factor: f32) {
-        for layer in &mut self.layers {
-            layer.size = (layer.size * factor).clamp(0.25, 8.0);
+        for set in &mut self.sets {
+            set.size = (set.size * factor).clamp(0.25, 8.0);
         }
     }
 
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
         let mut files = Vec::new();
-        for (number, layer) in self.layers.iter_mut().enumerate() {
-            layer.complete(source).map_err(|error| (format!("sets[{number}].marks"), error))?;
-            files.extend(layer.files(source));
+        for (number, set) in self.sets.iter_mut().enumerate() {
+            set.complete(source).map_err(|error| (format!("sets[{number}].marks"), error))?;
+            files.extend(set.files(source));
         }
-        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.sets.sort_by(|a, b| a.from.total_cmp(&b.from));
         Ok(files)
     }
 }
 
-impl Layer {
+impl MarkSet {
     /// Loads the recipe of the marks and checks its images.
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), StyleError> {
         let recipe = source.marks(&self.marks)?;

@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(Style::parse("x.toml", &wider).unwrap().strokes().unwrap().width_px, 2.5);
         let soft = set("hatching.softness", 0.25.into()).unwrap();
         let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching().cloned().unwrap());
-        assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
+        assert_eq!((soft.softness, hard.softness, soft.sets), (0.25, 0.0, hard.sets));
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),

@@ -49,7 +49,7 @@ fn json(item: &Item) -> Value {
     serde_json::to_value(Tree(Some(item))).unwrap()
 }
 
-/// Returns the JSON value at a key such as `hatching.layers[0].from`.
+/// Returns the JSON value at a key such as `hatching.sets[0].from`.
 fn at<'a>(whole: &'a Value, key: &str) -> &'a Value {
     let steps = key.split(['.', '[']).map(|step| step.trim_end_matches(']'));
     steps.fold(whole, |value, step| step.parse::<usize>().map_or_else(|_| &value[step], |number| &value[number]))

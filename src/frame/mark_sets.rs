@@ -2,13 +2,13 @@
 
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{TargetKind, Targets};
-use crate::style::hatching::{MOST_LAYERS, Scale};
+use crate::style::hatching::{MOST_SETS, Scale};
 use crate::tones::{balance, fractal_hatching, hatching};
 
 /// The cover of one set of marks, as `cover` of all sets in [`balance`].
-const LAYER_COVER: TargetKind = TargetKind::storage("cover of a layer", wgpu::TextureFormat::Rgba16Float);
+const SET_COVER: TargetKind = TargetKind::storage("cover of a layer", wgpu::TextureFormat::Rgba16Float);
 /// The ink of each set of marks, 0 to 1.
-pub(super) const LAYER_INKS: [TargetKind; MOST_LAYERS] = [
+pub(super) const SET_INKS: [TargetKind; MOST_SETS] = [
     TargetKind::storage("marks of layer 1", wgpu::TextureFormat::R32Float),
     TargetKind::storage("marks of layer 2", wgpu::TextureFormat::R32Float),
     TargetKind::storage("marks of layer 3", wgpu::TextureFormat::R32Float),
@@ -30,9 +30,9 @@ pub(super) fn draw(
     balance: &balance::Inputs,
     targets: &mut Targets,
 ) {
-    let cover = &targets.whole(recorder.gpu(), &LAYER_COVER);
-    for (layer, kind) in LAYER_INKS.iter().enumerate().take(marks.hatching.layers.len()) {
-        hatch(recorder, &hatching::Inputs { layer: Some(layer), cover, ..*marks });
+    let cover = &targets.whole(recorder.gpu(), &SET_COVER);
+    for (set, kind) in SET_INKS.iter().enumerate().take(marks.hatching.sets.len()) {
+        hatch(recorder, &hatching::Inputs { set: Some(set), cover, ..*marks });
         let ink = targets.whole(recorder.gpu(), kind);
         balance::draw(recorder, &balance::Inputs { cover: cover.clone(), marks: ink, ..balance.clone() }, None);
     }
