@@ -1,9 +1,9 @@
-//! A frame, from top to bottom: surface → lines and tones → composite, for each eye of a rig.
+//! Draws a frame: surface → lines and tones → composite, for each eye of a rig.
 //!
-//! `src/frame_passes.md` lists the passes with what each reads and writes. Window, files and measurements all come
-//! through [`Renderer::render`]. Passes are functions and own nothing: pipelines, buffers and uniforms come from the pools
-//! that all eyes share, pictures and strokes from the memory of the eye. What a style does not call is not made, and
-//! what is not called any more goes.
+//! `src/frame_passes.md` lists the passes with what each reads and writes. The window, files and measurements all draw
+//! with [`Renderer::render`]. Passes are functions and own nothing: pipelines and cached values belong to the device,
+//! buffers and uniforms come from the renderer's pools, which all eyes share, and pictures and strokes belong to the
+//! memory of an eye. Resources are created when a pass first requests them, and released when none has for a while.
 
 mod antialias;
 mod bend;
@@ -12,7 +12,7 @@ mod land_maps;
 mod inks;
 mod left;
 mod lines;
-mod mark_layers;
+mod mark_sets;
 mod passes;
 mod rows;
 mod shade;
@@ -47,13 +47,13 @@ pub use crate::tiles::terrain::Prepared;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::world::Surfaces;
 
-/// What the terrain is asked for a view.
+/// Returns the view for which the terrain selects tiles and patches, for a single eye.
 pub fn terrain_view(view: &View) -> TerrainView {
     terrain_view_of(&Rig::mono(*view), 0.0)
 }
 
-/// What the terrain is asked for all eyes of a rig: once. The horizon lies `horizon_rad` below level, or with 0 as the
-/// earth has it.
+/// Returns the view for which the terrain selects tiles and patches, once for all eyes of a rig. The horizon is
+/// `horizon_rad` below level; 0 means the earth's own curvature.
 pub fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
     TerrainView {
         camera_m: rig.origin_m,
@@ -64,22 +64,24 @@ pub fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
     }
 }
 
-/// Tiles and patches of a rig's next frame, with the maps that the style's shadows and water ask for.
+/// Prepares the world for a rig's next frame: loads tiles, selects patches, and plans the horizon and water maps that
+/// the style needs.
 pub fn prepare(gpu: &Gpu, world: &mut Surfaces, rig: &Rig, style: &Style, light: &Light) -> Prepared {
     let sea_level_m = world.sea_level_m();
     let terrain = &mut world.terrain;
     terrain.map_water(gpu, style.water().map(|_| sea_level_m));
-    terrain.map_horizons(gpu, style.asks_for_horizons().then_some(light.to_sun));
+    terrain.map_horizons(gpu, style.needs_horizons().then_some(light.to_sun));
     terrain.prepare(gpu, &terrain_view_of(rig, style.panorama.horizon_rad()))
 }
 
-/// The lines of a style; in one that has strokes instead, those of trees.
+/// Returns the detected lines that a style draws. A style with strokes but no detected lines draws them on trees only.
 fn drawn_lines<'a>(world: &Surfaces, style: &'a Style) -> Option<Cow<'a, Lines>> {
     let of_trees = || world.forest().and(style.strokes()).map(Lines::of_trees).map(Cow::Owned);
     style.lines().map(Cow::Borrowed).or_else(of_trees)
 }
 
-/// The light and air of a rig's frame, which sees a focus from its origin: that of the scene, or of the style.
+/// Returns the light and haze of a rig's frame, thinned by the height of the eyes, with the focus of the scene, or else
+/// that of the style, relative to the rig's origin.
 pub(crate) fn seen_light(world: &Surfaces, rig: &Rig, style: &Style, light: &Light) -> Light {
     let terrain = &world.terrain;
     let earth = terrain.earth_curvature(rig.origin_m.z);
@@ -88,58 +90,64 @@ pub(crate) fn seen_light(world: &Surfaces, rig: &Rig, style: &Style, light: &Lig
     Light { focus, ..light.from_above(rig.origin_m.z - f64::from(terrain.range_m()[1])) }
 }
 
-/// From a frame to the next.
+/// Default time from one frame to the next, in seconds.
 const STEP_S: f64 = 1.0 / 30.0;
 
-/// What frames share and what their eyes remember, and the clock.
+/// Draws frames. It holds the resources that frames share and the history of each eye.
 pub struct Renderer {
     pools: Pools,
     eyes: Vec<EyeMemory>,
     timer: Timer,
+    /// Time from one frame to the next, in seconds.
     step_s: f64,
     submits: Submits,
-    /// Whether the motion of every pixel is asked for.
+    /// Whether frames write the motion of each pixel even if the style does not need it.
     wants_motion: bool,
-    /// Whether the ink of each layer of marks is asked for.
-    wants_mark_layers: bool,
-    /// Of each eye, if there is any.
+    /// Whether frames also draw each set of hatching marks separately.
+    wants_mark_sets: bool,
+    /// The hidden area of each eye; eyes beyond its end have none.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
-    /// The last frame may have shown trees that wind moves.
+    /// Whether trees that wind moves may be in view of the last frame.
     may_sway: bool,
-    /// Of styles with rows of hachures.
+    /// The blocks of rows of hachures that have been built.
     rows: RowMemory,
+    /// The traces of the last frame's passes, if frames are traced.
     trace: Option<Vec<PassTrace>>,
+    /// CPU time in milliseconds to record and submit the last frame.
     record_ms: f64,
+    /// Whether the last frame was submitted.
     drew: bool,
     switch: switch::Switch,
 }
 
-/// What an eye's passes share.
+/// The inputs that the passes of all eyes share.
 struct FrameInputs<'a> {
     world: &'a Surfaces,
     mesh: &'a PatchMesh,
     rig: &'a Rig,
     style: &'a Style,
-    /// The style's, or those of trees where it has strokes instead.
+    /// The detected lines to draw; only those of trees if the style has strokes instead.
     lines: Option<&'a Lines>,
     light: &'a Light,
+    /// Time since the previous frame, in seconds; 0 between samples of a picture at rest.
     step_s: f64,
+    /// Whether tiles of this view have arrived or are missing.
     land_changes: bool,
     wants_motion: bool,
-    wants_mark_layers: bool,
+    wants_mark_sets: bool,
     hidden: &'a [HiddenArea],
-    /// Of a style with rows of hachures.
+    /// The blocks of rows to build and draw, in a style with rows of hachures.
     rows: Option<&'a RowPlan>,
-    /// Where frames are samples of one picture.
+    /// How the frame continues the temporal mean; `None` without temporal anti-aliasing.
     temporal_aa: Option<temporal_aa::Plan>,
 }
 
 impl Renderer {
-    /// Of nothing yet.
+    /// Creates a renderer that has drawn nothing yet.
     ///
     /// # Errors
-    /// [`GpuError::Device`].
+    /// [`GpuError::Device`] if the GPU timer cannot be created.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             pools: Pools::new(gpu),
@@ -148,7 +156,7 @@ impl Renderer {
             step_s: STEP_S,
             submits: Submits::default(),
             wants_motion: false,
-            wants_mark_layers: false,
+            wants_mark_sets: false,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
@@ -160,88 +168,89 @@ impl Renderer {
         })
     }
 
-    /// The frame that is there, or a new one.
+    /// Returns the renderer, and creates it first if there is none.
     ///
     /// # Errors
-    /// As [`Renderer::new`].
-    pub fn or_new<'a>(frame: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
-        if frame.is_none() {
-            *frame = Some(Self::new(gpu)?);
+    /// Those of [`Renderer::new`].
+    pub fn or_new<'a>(renderer: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
+        if renderer.is_none() {
+            *renderer = Some(Self::new(gpu)?);
         }
-        Ok(frame.as_mut().unwrap_or_else(|| unreachable!("it was just made")))
+        Ok(renderer.as_mut().unwrap_or_else(|| unreachable!("it was just created")))
     }
 
-    /// How much time passes from each frame to the next, in seconds: strokes come and go by it. 1/30 until told.
+    /// Sets the time from each frame to the next, in seconds, by which strokes fade in and out. The default is 1/30.
     pub fn set_step_s(&mut self, step_s: f64) {
         self.step_s = step_s.max(0.0);
     }
 
-    /// How much time passes from each frame to the next, in seconds.
+    /// Returns the time from each frame to the next, in seconds.
     pub fn step_s(&self) -> f64 {
         self.step_s
     }
 
-    /// The next frame takes nothing over from the last one: its strokes are made anew.
+    /// Discards the history: the next frame rebuilds its strokes, and does not continue the temporal mean.
     pub fn forget(&mut self) {
         self.samples.forget();
         self.eyes.iter_mut().filter_map(|eye| eye.strokes.as_mut()).for_each(strokes::StrokeMemory::forget);
     }
 
-    /// Sets how the passes of a frame are submitted; [`Submits::Timed`] where pass times are wanted.
+    /// Sets how the passes of a frame are submitted: [`Submits::Timed`] to measure each pass.
     pub fn set_submits(&mut self, submits: Submits) {
         self.submits = submits;
     }
 
-    /// Whether [`MOTION`](crate::surface::motion::MOTION) is made, which no style asks for by itself.
+    /// Sets whether frames write [`MOTION`](crate::surface::motion::MOTION), which otherwise only temporal
+    /// anti-aliasing needs.
     pub fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
     }
 
-    /// Whether each layer of hatching is drawn by itself as well ([`Renderer::mark_layer`]).
-    pub fn set_wants_mark_layers(&mut self, wants_mark_layers: bool) {
-        self.wants_mark_layers = wants_mark_layers;
+    /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].
+    pub fn set_wants_mark_sets(&mut self, wants_mark_sets: bool) {
+        self.wants_mark_sets = wants_mark_sets;
     }
 
-    /// What nobody sees of each eye's picture, and is not drawn; an eye that is not in the list is seen whole.
+    /// Sets the area of each eye's picture that is hidden and not drawn. An eye beyond the end of the list has none.
     pub fn set_hidden(&mut self, hidden: Vec<HiddenArea>) {
         self.hidden = hidden;
     }
 
-    /// How frames smooth their edges. Those of [`Antialias::Temporal`] follow each other: each view's
-    /// [`previous`](View::previous) is what the last frame drew, or its picture begins anew.
+    /// Sets how frames are anti-aliased. With [`Antialias::Temporal`], a frame continues the mean only if each view
+    /// continues the one that the last frame drew ([`View::previous`]); otherwise it starts a new mean.
     pub fn set_antialias(&mut self, antialias: Antialias) {
         self.samples.antialias = antialias;
     }
 
-    /// How frames smooth their edges.
+    /// Returns how frames are anti-aliased.
     pub fn antialias(&self) -> Antialias {
         self.samples.antialias
     }
 
-    /// The eyes of `rig` as the next frame samples them: what [`Renderer::render_rig`] and [`prepare`] are to be called
-    /// with where [`Renderer::render_eyes`] is not.
+    /// Returns `rig` with the jitter of the next frame's sample. [`Renderer::render_eyes`] applies it; callers of
+    /// [`prepare`] and [`Renderer::render_rig`] pass this rig to both.
     pub fn jittered(&self, rig: &Rig, style: &Style) -> Rig {
         let jitter_px = self.samples.jitter_px(rig, style, self.has_settling_strokes());
         let eyes = rig.eyes.iter().map(|eye| View { jitter_px: eye.jitter_px + jitter_px, ..*eye });
         Rig { eyes: eyes.collect(), ..*rig }
     }
 
-    /// From the next frame on, keeps what its passes read and wrote.
+    /// Sets whether frames are traced from the next one on: what each pass reads and writes.
     pub fn set_traces(&mut self, traces: bool) {
         self.trace = traces.then(Vec::new);
     }
 
-    /// The passes of the last frame in the order in which they ran, if frames are traced.
+    /// Returns the passes of the last frame in the order in which they ran; none unless frames are traced.
     pub fn trace(&self) -> &[PassTrace] {
         self.trace.as_deref().unwrap_or_default()
     }
 
-    /// Prepares the world and renders the view of one eye. The pictures are there when the GPU is done. Where pipelines
-    /// are built beside ([`Renderer::set_builds`]), they may be those of the style before.
+    /// Prepares the world and renders the view of one eye. Its pictures are complete when the GPU has finished. If
+    /// pipelines are built in the background ([`Renderer::set_builds`]), the frame may be of the previous style.
     ///
     /// # Errors
-    /// [`GpuError::Limit`] when a picture or a list is larger than the device can hold, [`GpuError::Shader`] when a
-    /// shader does not hold.
+    /// [`GpuError::Limit`] if a picture or a buffer is larger than the device allows, [`GpuError::Shader`] if a shader
+    /// is invalid.
     pub fn render(
         &mut self,
         gpu: &Gpu,
@@ -253,10 +262,10 @@ impl Renderer {
         self.render_eyes(gpu, world, &Rig::mono(*view), style, light)
     }
 
-    /// As [`Renderer::render`], of all eyes of a rig.
+    /// Prepares the world and renders all eyes of a rig, as [`Renderer::render`] does for one.
     ///
     /// # Errors
-    /// As [`Renderer::render`].
+    /// Those of [`Renderer::render`].
     pub fn render_eyes(
         &mut self,
         gpu: &Gpu,
@@ -267,17 +276,17 @@ impl Renderer {
     ) -> Result<Prepared, GpuError> {
         let rig = &self.jittered(rig, style);
         if self.pools.compiles.builds == Builds::InBackground {
-            return self.render_what_is_there(gpu, world, rig, style, light);
+            return self.render_without_waiting(gpu, world, rig, style, light);
         }
         let prepared = prepare(gpu, world, rig, style, light);
         self.render_rig(gpu, world, &prepared, rig, style, light)?;
         Ok(prepared)
     }
 
-    /// Renders all eyes of a rig, for which `world` was prepared, in one frame.
+    /// Renders one frame of all eyes of a rig, for which [`prepare`] has prepared `world`.
     ///
     /// # Errors
-    /// As [`Renderer::render`].
+    /// Those of [`Renderer::render`].
     pub fn render_rig(
         &mut self,
         gpu: &Gpu,
@@ -290,12 +299,13 @@ impl Renderer {
         if self.record(gpu, world, prepared, rig, style, light)? {
             return Ok(());
         }
-        // Without its pipelines nothing was drawn.
-        let trouble = gpu.pipelines().shader_errors().into_iter().next();
-        trouble.map_or(Ok(()), |trouble| Err(GpuError::Shader(trouble)))
+        // A pipeline is missing, so nothing was drawn: its shader is invalid, or it is still being built.
+        let error = gpu.pipelines().shader_errors().into_iter().next();
+        error.map_or(Ok(()), |error| Err(GpuError::Shader(error)))
     }
 
-    /// Records and submits a frame. Whether all was there that it needs; if not, nothing is submitted.
+    /// Records and submits a frame. Returns `false`, and submits nothing, if a pipeline or a cached value is still
+    /// being built.
     fn record(
         &mut self,
         gpu: &Gpu,
@@ -307,12 +317,12 @@ impl Renderer {
     ) -> Result<bool, GpuError> {
         self.drew = false;
         self.eyes.resize_with(rig.eyes.len(), EyeMemory::default);
-        let mut grew = false;
+        let mut resized = false;
         for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
-            grew |= memory.begin_frame(gpu, view, style)?;
+            resized |= memory.begin_frame(gpu, view, style)?;
         }
-        if grew {
-            // Bind groups hold the pictures of the old size.
+        if resized {
+            // Bind groups refer to the pictures of the old size.
             self.pools.groups.clear();
         }
         let begun = Instant::now();
@@ -320,14 +330,14 @@ impl Renderer {
         let light = &seen_light(world, rig, style, light);
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut recorder, &prepared.selection);
-        let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
+        let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
-        // Of another view than the last one's it need not be known: that is none at rest.
+        // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
         let changes = land_changes || strokes_settle || sways;
         let error_px = prepared.detail.error_px;
-        let temporal_aa = self.samples.plan(&antialias::Asked { rig, style, light, error_px, changes });
-        // No time passes between samples: strokes neither come nor go.
+        let temporal_aa = self.samples.plan(&antialias::SampleInputs { rig, style, light, error_px, changes });
+        // No time passes between samples of a picture at rest, so strokes do not fade between them.
         let step_s = if self.samples.rests() { 0.0 } else { self.step_s };
         let hidden = &self.hidden;
         let lines = drawn_lines(world, style);
@@ -345,7 +355,7 @@ impl Renderer {
             step_s,
             land_changes,
             wants_motion,
-            wants_mark_layers,
+            wants_mark_sets,
             hidden,
             rows: rows.as_ref(),
             temporal_aa,

@@ -106,7 +106,7 @@ fn ordinary_land_is_within_the_budget() {
 }
 
 #[test]
-fn an_error_that_takes_too_much_is_told_and_kept() {
+fn an_error_that_takes_too_much_is_reported_and_kept() {
     let grid = hill(100);
     let most = budget(&grid, 1e-9);
     let Some(mut world) = World::new(grid, 1e-9) else { return };
@@ -216,7 +216,7 @@ fn write_marked(path: &Path) {
 }
 
 #[test]
-fn marks_are_told_and_are_voids_when_somebody_says_so() {
+fn marks_are_reported_and_are_voids_on_request() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("marked.asc");
     write_marked(&path);
@@ -238,17 +238,17 @@ fn marks_are_told_and_are_voids_when_somebody_says_so() {
         (output.status.code(), text(&output.stdout), text(&output.stderr))
     };
     let name = path.to_str().unwrap();
-    let (status, out, told) = hachure(&["info", name, "--json"]);
-    assert!(status == Some(0) && out.contains("\"void_samples\": 0"), "{out}{told}");
+    let (status, out, stderr) = hachure(&["info", name, "--json"]);
+    assert!(status == Some(0) && out.contains("\"void_samples\": 0"), "{out}{stderr}");
     let line =
         "marked.asc: 9 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data";
-    assert_eq!(told.matches(line).count(), 1, "{told}");
-    let (status, out, told) = hachure(&["info", name, "--json", "--nodata", "-9999"]);
-    assert!(status == Some(0) && out.contains("\"void_samples\": 9") && !told.contains("usually"), "{out}{told}");
+    assert_eq!(stderr.matches(line).count(), 1, "{stderr}");
+    let (status, out, stderr) = hachure(&["info", name, "--json", "--nodata", "-9999"]);
+    assert!(status == Some(0) && out.contains("\"void_samples\": 9") && !stderr.contains("usually"), "{out}{stderr}");
     let baked = folder.path().join("baked.tif");
-    let (status, out, told) =
+    let (status, out, stderr) =
         hachure(&["bake", name, "-o", baked.to_str().unwrap(), "--nodata", "-9999", "--json", "--voids", "holes"]);
-    assert!(status == Some(0) && out.contains("\"void_samples\": 9"), "{out}{told}");
+    assert!(status == Some(0) && out.contains("\"void_samples\": 9"), "{out}{stderr}");
     assert_eq!(hachure(&["info", name, "--nodata", "nothing"]).0, Some(2));
 
     // A scene of files may set nodata; other scenes may not.

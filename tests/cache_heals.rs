@@ -97,7 +97,7 @@ fn damage(files: &[PathBuf; 2], others: &[PathBuf; 2], chance: &mut u64) -> Stri
     let which = next(chance) % 3;
     let chosen: Vec<usize> = (0..2).filter(|&i| which == 2 || which as usize == i).collect();
     let way = next(chance) % 7;
-    let mut told = String::new();
+    let mut description = String::new();
     for i in chosen {
         let file = &files[i];
         let mut bytes = fs::read(file).unwrap();
@@ -119,15 +119,15 @@ fn damage(files: &[PathBuf; 2], others: &[PathBuf; 2], chance: &mut u64) -> Stri
             5 => bytes.extend_from_within(..length),
             _ => {
                 fs::remove_file(file).unwrap();
-                told += &format!("{} removed; ", ["tif", "tiles"][i]);
+                description += &format!("{} removed; ", ["tif", "tiles"][i]);
                 continue;
             }
         }
         fs::write(file, bytes).unwrap();
         let how = ["bits flipped", "truncated", "zeros", "bytes moved", "of another DEM", "longer"][way as usize];
-        told += &format!("{} {how} at {at}; ", ["tif", "tiles"][i]);
+        description += &format!("{} {how} at {at}; ", ["tif", "tiles"][i]);
     }
-    told
+    description
 }
 
 #[test]

@@ -155,7 +155,7 @@ fn places_and_normals_are_those_of_the_slope() {
 }
 
 #[test]
-fn names_without_channels_are_told() {
+fn names_without_channels_are_reported() {
     let folder = place();
     for (arguments, words) in [
         ("slope.asc -o a.exr --aov-names standard", "--aov-names: requires --aov"),

@@ -91,7 +91,7 @@ fn an_hour_of_requests() {
         // After retries hardly any tile is missing, in which case its parent would be drawn.
         assert!(outcome.failed * 50 < outcome.requested(), "{outcome:?}");
     }
-    println!("{}", server.told());
+    println!("{}", server.summary());
     println!("{requested} tiles requested in {:.1} s", start.elapsed().as_secs_f64());
     assert!(requested >= 10_000);
     assert_eq!(wrong, 0);

@@ -286,7 +286,7 @@ fn lines_over_degrees_have_longitudes_and_latitudes() {
 }
 
 #[test]
-fn what_a_map_cannot_be_is_told_in_a_line() {
+fn an_impossible_map_gives_an_error_of_one_line() {
     let place = Place::pillars();
     place.land("nowhere", "xllcorner 0\nyllcorner 0\ncellsize 30", [20, 20], None, |x, y| (x * y) as f64);
     for (arguments, words) in [

@@ -210,7 +210,7 @@ fn the_paths_of_sheets_are_those_of_the_poster() {
 }
 
 #[test]
-fn what_cannot_be_cut_is_told() {
+fn what_cannot_be_cut_is_reported() {
     let folder = tempfile::tempdir().unwrap();
     write_hill(folder.path());
     for (arguments, words) in [

@@ -28,14 +28,14 @@ const OTHERS: [(&str, &str); 2] = [
 ];
 
 /// Messages of the checks that `enables` turns on, and the layer's status about itself.
-struct Told {
+struct Report {
     messages: Vec<String>,
     status: String,
 }
 
 /// Draws two frames under the layer, so that strokes are carried over from the first. Returns `None` if the layer is
 /// not installed.
-fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<Told> {
+fn validate(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<Report> {
     let log = folder.join("layer.log");
     let _ = std::fs::remove_file(&log);
     let settings = format!(
@@ -73,7 +73,7 @@ fn told(folder: &Path, (world, preset): (&str, &str), enables: &str) -> Option<T
     }
     let (status, messages) = all.into_iter().partition::<Vec<_>, _>(|message| message.starts_with(OTHERS[0].0));
     let messages = messages.into_iter().filter(|text| !OTHERS.iter().any(|(name, _)| text.starts_with(name))).collect();
-    Some(Told { messages, status: status.concat() })
+    Some(Report { messages, status: status.concat() })
 }
 
 #[test]
@@ -85,17 +85,17 @@ fn the_validation_layer_has_nothing_to_say() {
     let folder = tempfile::tempdir().unwrap();
     let synchronisation = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION_EXT";
     for drawn in DRAWN {
-        let Some(told) = told(folder.path(), drawn, synchronisation) else {
+        let Some(report) = validate(folder.path(), drawn, synchronisation) else {
             println!("skipped: the Khronos validation layer is not installed (vulkan-validationlayers)");
             return;
         };
-        let looks = told.status.contains("Current Enables: VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION");
-        assert!(looks, "the layer does not check synchronisation: {}", told.status);
-        assert!(told.messages.is_empty(), "{drawn:?}: {}", told.messages.join("\n"));
+        let looks = report.status.contains("Current Enables: VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALIDATION");
+        assert!(looks, "the layer does not check synchronisation: {}", report.status);
+        assert!(report.messages.is_empty(), "{drawn:?}: {}", report.messages.join("\n"));
     }
     // Control: with best-practice advice turned on, the layer has messages about the same frames, for example about
     // small allocations, and they arrive here.
-    let advice = told(folder.path(), DRAWN[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
+    let advice = validate(folder.path(), DRAWN[0], "VK_VALIDATION_FEATURE_ENABLE_BEST_PRACTICES_EXT").unwrap();
     println!("{} pieces of advice", advice.messages.len());
     assert!(!advice.messages.is_empty(), "no message of the layer arrived");
 }

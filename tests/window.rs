@@ -179,7 +179,7 @@ fn a_shader_changes_while_it_flies() {
     std::fs::write(&composite, text).unwrap();
     let display = Display::open().expect("Xvfb must start");
     let (mut program, _) = open(&display, folder, &[("HACHURE_SHADERS", &shaders)]);
-    let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
     let start = settled(&display, folder);
 
     let inverted = text.replace("vec4<f32>(color, alpha)", "vec4<f32>(1.0 - color, alpha)");
@@ -194,14 +194,14 @@ fn a_shader_changes_while_it_flies() {
     let other = until("the change", || Some(take_picture(&display, folder)).filter(is_dark));
     // An invalid shader is reported in one line, and changes nothing.
     std::fs::write(&composite, text.replace("composite.paper;", "composite.papyrus;")).unwrap();
-    let line = until("the message", || told().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
+    let line = until("the message", || printed().lines().find(|line| line.contains("papyrus")).map(str::to_owned));
     let place = text.lines().position(|line| line.contains("composite.paper;")).unwrap() + 1;
     assert!(line.contains(&format!("composite/composite.wgsl:{place}:")), "{line}");
     assert!(take_picture(&display, folder) == other);
     std::fs::write(&composite, text).unwrap();
     until("the mended one", || (take_picture(&display, folder) == start).then_some(()));
-    assert!(program.0.try_wait().unwrap().is_none(), "{}", told());
-    assert_eq!(told().lines().filter(|line| line.contains("papyrus")).count(), 1, "{}", told());
+    assert!(program.0.try_wait().unwrap().is_none(), "{}", printed());
+    assert_eq!(printed().lines().filter(|line| line.contains("papyrus")).count(), 1, "{}", printed());
 }
 
 #[test]
@@ -213,7 +213,7 @@ fn flies_and_takes_pictures() {
     let folder = folder.path();
     let display = Display::open().expect("Xvfb must start");
     let (mut program, window) = open(&display, folder, &[]);
-    let told = || std::fs::read_to_string(folder.join("stderr")).unwrap();
+    let printed = || std::fs::read_to_string(folder.join("stderr")).unwrap();
 
     let start = settled(&display, folder);
     assert_eq!((start.width, start.height), (320, 200));
@@ -246,6 +246,6 @@ fn flies_and_takes_pictures() {
     display.key(&["key", "Escape"]);
     display.key(&["key", "Escape"]);
     let status = until("the end", || program.0.try_wait().unwrap());
-    assert_eq!(status.code(), Some(0), "{}", told());
-    assert!(!told().contains("ERROR") && !told().contains("panicked"), "{}", told());
+    assert_eq!(status.code(), Some(0), "{}", printed());
+    assert!(!printed().contains("ERROR") && !printed().contains("panicked"), "{}", printed());
 }

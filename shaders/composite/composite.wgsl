@@ -21,7 +21,7 @@ struct Ink {
 
 // The ink has faded already.
 const DONE: u32 = 0u;
-// The ink fades as the surface that it lies on.
+// The ink fades with the surface below it.
 const ON_SURFACE: u32 = 1u;
 // So does ink whose amount follows the tone, which has already lost its share of the focus.
 const WITH_TONE: u32 = 2u;

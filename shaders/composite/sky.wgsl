@@ -161,19 +161,19 @@ fn star_light(way: vec3<f32>, height: f32, pixel_rad: f32) -> f32 {
     let size = abs(way);
     var face = 0;
     var major = way.x;
-    var beside = way.yz;
+    var minor = way.yz;
     if size.y > size.x && size.y >= size.z {
         face = 2;
         major = way.y;
-        beside = way.zx;
+        minor = way.zx;
     } else if size.z > size.x && size.z > size.y {
         face = 4;
         major = way.z;
-        beside = way.xy;
+        minor = way.xy;
     }
     face += select(0, 1, major < 0.0);
     // Angles divide a face into cells of nearly one size.
-    let on_face = atan(beside / abs(major)) * (8.0 / TURN);
+    let on_face = atan(minor / abs(major)) * (8.0 / TURN);
     let place = (on_face * 0.5 + 0.5) * STAR_CELLS;
     let cell = vec2<i32>(floor(place)) + vec2<i32>(face * 1000, 5000);
     let has = chance(cell, 0u);

@@ -225,7 +225,7 @@ fn scene_or_style(file: &Path, text: &str, reach: Reach) -> anyhow::Result<Optio
 
 /// Returns what a style draws, in drawing order: its tones, then its ink layers from the bottom to the top.
 fn draws(style: &Style) -> Vec<String> {
-    let shadows = style.asks_for_horizons().then(|| "cast shadows and sky visibility".to_owned());
+    let shadows = style.needs_horizons().then(|| "cast shadows and sky visibility".to_owned());
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour".to_owned());
     let tones = [shadows, Some(format!("{} shading", style.tone.name())), watercolor];
     let layers = style.layers.iter().map(|layer| layer.kind().summary());

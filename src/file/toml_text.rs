@@ -80,7 +80,7 @@ pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
 /// [`Wrong::in_text`] turns the findings into errors with a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wrong {
-    /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.layers[2].from`.
+    /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.sets[2].from`.
     pub key: String,
     /// The error message, without the file's name and the position.
     pub message: String,

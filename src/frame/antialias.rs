@@ -1,7 +1,7 @@
-//! When frames are samples of one picture, and where in their pixels the samples lie.
+//! Temporal anti-aliasing: when frames are samples of one picture, and where in a pixel each samples it.
 //!
-//! Both eyes of a pair have the same point of the sequence: eyes at one place draw one picture, and eyes that are
-//! exchanged exchange theirs.
+//! Both eyes of a stereo pair sample at the same point of the sequence. So two eyes at one position draw the same
+//! picture, and eyes that are exchanged exchange their pictures.
 
 use glam::DVec2;
 
@@ -11,16 +11,16 @@ use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
 
-/// Samples of a picture at rest; then it is done.
+/// Number of samples after which a picture at rest is finished.
 pub const SAMPLES_AT_REST: u32 = 64;
 
-/// How frames that follow each other smooth their edges.
+/// How successive frames are anti-aliased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Antialias {
-    /// Each stands for itself.
+    /// Each frame is a picture of its own.
     #[default]
     None,
-    /// Each is a sample of the picture ([`crate::composite::temporal_aa`]).
+    /// Each frame is a sample of the picture ([`crate::composite::temporal_aa`]).
     Temporal,
 }
 
@@ -45,109 +45,114 @@ impl std::str::FromStr for Antialias {
     }
 }
 
-/// What the frames before leave to the next one.
+/// The history of temporal anti-aliasing.
 #[derive(Default)]
 pub(super) struct Samples {
     pub(super) antialias: Antialias,
+    /// The last frame; `None` before the first and without temporal anti-aliasing.
     last: Option<Last>,
+    /// Number of frames that were samples.
     frames: usize,
+    /// Number of successive frames, up to the last, that were further samples of the same picture.
     frames_at_rest: u32,
     /// Whether the last frame continued the mean.
     has_history: bool,
 }
 
-/// What was drawn last.
+/// The eyes, style and light of the last frame.
 struct Last {
     rig: Rig,
     style: Style,
     light: Light,
+    /// Allowed error of the mesh, in pixels.
     error_px: f64,
 }
 
 impl Last {
-    /// Whether the eyes and the style are those of a frame that rests.
+    /// Returns whether a frame with these eyes and this style is at rest: both are the same, and no eye moves.
     fn is_alike(&self, rig: &Rig, style: &Style) -> bool {
         let rests = |eye: &View| eye.pose == eye.previous && eye.lens == eye.previous_lens;
         self.style == *style && continues(&self.rig, rig) && rig.eyes.iter().all(rests)
     }
 }
 
-/// What a frame draws.
-pub(super) struct Asked<'a> {
+/// The eyes, style and light of the next frame.
+pub(super) struct SampleInputs<'a> {
     pub rig: &'a Rig,
     pub style: &'a Style,
     pub light: &'a Light,
-    /// That the mesh was allowed.
+    /// Allowed error of the mesh, in pixels.
     pub error_px: f64,
-    /// Tiles or strokes come or go, or trees sway.
+    /// Whether tiles arrive, strokes fade in or out, or trees sway.
     pub changes: bool,
 }
 
 impl Samples {
-    /// By how much the content of the next frame is moved. One that makes strokes anew is not: what is seen of edges
-    /// would be another part of them from frame to frame.
+    /// Returns by how much the content of the next frame is displaced, in pixels. A frame that rebuilds strokes is not
+    /// displaced, because the visible parts of edges would then differ from frame to frame.
     pub(super) fn jitter_px(&self, rig: &Rig, style: &Style, strokes_settle: bool) -> DVec2 {
-        let makes_strokes = style.strokes().is_some()
+        let rebuilds_strokes = style.strokes().is_some()
             && (strokes_settle || !self.last.as_ref().is_some_and(|last| last.is_alike(rig, style)));
-        if self.antialias == Antialias::None || makes_strokes {
+        if self.antialias == Antialias::None || rebuilds_strokes {
             return DVec2::ZERO;
         }
         supersampling::jitter_px(1 + self.frames as u32 % SAMPLES_AT_REST)
     }
 
-    /// What the frame makes of those before it; the next one follows on it. None where frames stand for themselves.
-    pub(super) fn plan(&mut self, asked: &Asked<'_>) -> Option<Plan> {
+    /// Plans how a frame uses the previous frames, and records it as the last one. Returns `None` without temporal
+    /// anti-aliasing.
+    pub(super) fn plan(&mut self, inputs: &SampleInputs<'_>) -> Option<Plan> {
         if self.antialias == Antialias::None {
             self.last = None;
             return None;
         }
-        let continued = |last: &Last| last.style.is_edit_of(asked.style) && continues(&last.rig, asked.rig);
+        let continued = |last: &Last| last.style.is_edit_of(inputs.style) && continues(&last.rig, inputs.rig);
         let last = self.last.take().filter(continued);
-        let is_edited = last.as_ref().is_some_and(|last| last.style != *asked.style);
-        let rests = !asked.changes
+        let is_edited = last.as_ref().is_some_and(|last| last.style != *inputs.style);
+        let rests = !inputs.changes
             && last.as_ref().is_some_and(|last| {
-                let is_lit_alike = last.light == *asked.light && last.error_px == asked.error_px;
-                is_lit_alike && last.is_alike(asked.rig, asked.style)
+                let is_lit_alike = last.light == *inputs.light && last.error_px == inputs.error_px;
+                is_lit_alike && last.is_alike(inputs.rig, inputs.style)
             });
         self.frames_at_rest = if rests { self.frames_at_rest + 1 } else { 0 };
         self.frames += 1;
         let has_history = last.is_some();
         self.has_history = has_history;
-        // A style is large, and mostly the same.
+        // A style is large and rarely changes, so the stored one is moved rather than cloned.
         let unchanged = last.filter(|_| !is_edited);
-        let style = unchanged.map_or_else(|| asked.style.clone(), |last| last.style);
-        self.last = Some(Last { rig: asked.rig.clone(), style, light: *asked.light, error_px: asked.error_px });
+        let style = unchanged.map_or_else(|| inputs.style.clone(), |last| last.style);
+        self.last = Some(Last { rig: inputs.rig.clone(), style, light: *inputs.light, error_px: inputs.error_px });
         Some(Plan { frame: self.frames, has_history, frames_at_rest: self.frames_at_rest, is_edited })
     }
 
-    /// Returns whether the last frame had a history.
+    /// Returns whether the last frame continued the mean of the frames before it.
     pub(super) fn continues(&self) -> bool {
         self.has_history
     }
 
-    /// Whether the next frame of the same view would make another picture.
+    /// Returns whether the next frame of the same view would change the picture.
     pub(super) fn is_settling(&self) -> bool {
         self.antialias == Antialias::Temporal && self.frames_at_rest < SAMPLES_AT_REST
     }
 
-    /// Whether the last frame was a further sample of the same picture.
+    /// Returns whether the last frame was a further sample of the same picture.
     pub(super) fn rests(&self) -> bool {
         self.frames_at_rest > 0
     }
 
-    /// Which of the histories the last frame wrote.
-    pub(super) fn writes(&self) -> Option<usize> {
+    /// Returns the index in [`temporal_aa::HISTORY`] that the last frame wrote, if it was a sample.
+    pub(super) fn written(&self) -> Option<usize> {
         self.last.is_some().then_some(self.frames % temporal_aa::HISTORY.len())
     }
 
-    /// The next frame is the first.
+    /// Discards the history.
     pub(super) fn forget(&mut self) {
         self.last = None;
         self.frames_at_rest = 0;
     }
 }
 
-/// Whether eyes follow on those that were drawn last.
+/// Returns whether each eye of `rig` continues from the pose, lens and time that the last frame drew.
 fn continues(last: &Rig, rig: &Rig) -> bool {
     let follows = |(last, eye): (&View, &View)| {
         let is_next = last.pose == eye.previous && last.lens == eye.previous_lens;

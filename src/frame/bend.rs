@@ -1,4 +1,4 @@
-//! How the surface bends that an eye sees, for lines, marks and light.
+//! The curvature of the visible surface, for lines, hatching marks and light.
 
 use super::{FrameInputs, rows};
 use crate::composite::NOTHING;
@@ -10,30 +10,31 @@ use crate::surface::curvature::{self, Shapes};
 use crate::surface::meshes::{DrawnMeshes, curvature as mesh_curvature};
 use crate::tones::crests::{self, CREST_LIGHT};
 
-/// What marks and light ask of it: of each eye, while the triangles of its meshes are at hand.
+/// The pictures of an eye that marks and light derive from the curvature. They are computed right after the surface,
+/// because the buffers of its meshes are reused for the next eye.
 pub(super) struct Bends {
-    /// Of marks that follow it.
+    /// [`BEND_AXIS`], if hatching marks follow the curvature.
     pub(super) axis: Option<Target>,
-    /// Of light by which crests are lighter.
+    /// [`CREST_LIGHT`], in a style with lighter crests.
     pub(super) crest_light: Option<Target>,
 }
 
-/// What an eye sees.
+/// The surface that an eye sees.
 pub(super) struct AtEye<'a> {
-    /// `View`.
     pub(super) view: &'a Resource,
-    /// What stands on the land.
+    /// The models in view, in a scene with models.
     pub(super) meshes: Option<&'a DrawnMeshes>,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub(super) heights: &'a [Named],
     pub(super) surface_id: &'a Target,
     pub(super) position: &'a Target,
     pub(super) normal: &'a Target,
-    /// Of a style with water, which does not bend.
+    /// [`WATER`](crate::surface::water::WATER), in a style with water. Water has no curvature.
     pub(super) water: Option<&'a Target>,
 }
 
-/// Its shape, with features of `feature_px`. The next call writes over it.
+/// Computes the curvature of the surface, smoothed to features of `feature_px` pixels. The next call overwrites the
+/// targets that it returns.
 pub(super) fn shapes(recorder: &mut Recorder<'_>, feature_px: f32, eye: &AtEye<'_>, targets: &mut Targets) -> Shapes {
     let gpu = recorder.gpu();
     let &AtEye { view, meshes, heights: terrain, surface_id, position, normal, water } = eye;
@@ -50,7 +51,7 @@ pub(super) fn shapes(recorder: &mut Recorder<'_>, feature_px: f32, eye: &AtEye<'
     shapes
 }
 
-/// What the style's marks and light ask.
+/// Computes the pictures that the style's marks and light need.
 pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -65,7 +66,7 @@ pub(super) fn find(
         bend_axis::run(recorder, &bend_axis::Inputs { hatching, shapes, bend_axis: &axis });
         axis
     });
-    let crest_light = style.asks_for_crests().then(|| {
+    let crest_light = style.needs_crests().then(|| {
         let shapes = &shapes(recorder, style.light.crests_px, eye, targets);
         let crest_light = targets.whole(gpu, &CREST_LIGHT);
         let (view, position, light) = (eye.view, eye.position, inputs.light);

@@ -1,4 +1,4 @@
-//! What an eye keeps from frame to frame: its pictures and its strokes.
+//! The memory of an eye from frame to frame: its pictures and its strokes.
 
 use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::target::Targets;
@@ -7,28 +7,29 @@ use crate::lines::strokes::StrokeMemory;
 use crate::scene::view::View;
 use crate::style::{Strokes, Style};
 
-/// The memory of an eye.
+/// The pictures and strokes of an eye, which persist from frame to frame.
 #[derive(Default)]
 pub struct EyeMemory {
-    /// All of one size.
+    /// The pictures of the eye.
     pub targets: Targets,
-    /// Of a style with strokes.
+    /// The strokes; `None` if no recent style has any.
     pub strokes: Option<StrokeMemory>,
     /// The name of the style of the last frame and its strokes, if it had any.
     drawn: Option<(String, Strokes)>,
+    /// Number of successive frames, up to the last, whose style has no strokes.
     frames_without_strokes: u64,
 }
 
 impl EyeMemory {
-    /// Begins a frame. Whether pictures of another size went.
+    /// Begins a frame. Returns whether the size changed, so that all pictures were released.
     ///
     /// # Errors
-    /// [`GpuError::Limit`].
+    /// [`GpuError::Limit`] if the pictures are larger than the device allows.
     pub(super) fn begin_frame(&mut self, gpu: &Gpu, view: &View, style: &Style) -> Result<bool, GpuError> {
         let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
         match (style.strokes(), &mut self.strokes) {
             (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),
-            // Strokes of another style, or of long ago, do not continue in this one's.
+            // Strokes continue only if the last frame had the same style, at most with changed values.
             (Some(new), Some(strokes)) => match &self.drawn {
                 Some((name, drawn)) if stays && *name == style.name && new.continues(drawn) => {
                     if !new.draws_as(drawn) {
@@ -48,12 +49,12 @@ impl EyeMemory {
         Ok(!stays)
     }
 
-    /// Whether strokes of the last frame are still coming or going.
+    /// Returns whether strokes of the last frame are still fading in or out.
     pub(super) fn has_settling_strokes(&self) -> bool {
         self.drawn_strokes().is_some_and(StrokeMemory::is_settling)
     }
 
-    /// The strokes of the last frame, if its style has any.
+    /// Returns the strokes of the last frame, if its style has any.
     pub(super) fn drawn_strokes(&self) -> Option<&StrokeMemory> {
         self.strokes.as_ref().filter(|_| self.drawn.is_some())
     }

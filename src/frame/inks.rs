@@ -1,4 +1,5 @@
-//! The pictures of a frame's inks: the passes of layers that only draw ink, and the inks for the composite.
+//! The inks of a frame: runs the passes of layers that an [`InkPass`](crate::style::layers::InkPass) describes, and
+//! collects the pictures of all layers for the composite.
 
 use super::FrameInputs;
 use crate::composite::DrawnInk;
@@ -17,19 +18,20 @@ use crate::surface::rows::ribbons::ROW_INK;
 use crate::tones::balance::MARKS;
 use crate::tones::water::WATER_INK;
 
-/// What the pass of a layer may bind.
+/// The resources that the pass of a layer may bind.
 pub(super) struct AtEye<'a> {
     pub(super) view: &'a Resource,
     pub(super) surface_id: &'a Target,
     pub(super) position: &'a Target,
     pub(super) normal: &'a Target,
-    /// Colour and requested tone, with water.
+    /// Colour and requested tone, with those of water.
     pub(super) tone: &'a Target,
     /// [`WATER`](crate::surface::water::WATER), or a single texel in a style without water.
     pub(super) water: &'a Target,
 }
 
-/// Draws the ink of a layer whose pass the layer describes; `None` for layers with passes of their own.
+/// Draws the ink of a layer and returns its picture. `number` is how many layers of the same kind are below it. Returns
+/// `None`, and draws nothing, for kinds of layers that have passes of their own.
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -65,7 +67,7 @@ pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures) -
         if let (Layer::Strokes(_), None, Some(lines), Some(line)) =
             (&style.layers[index], style.lines(), lines, &pictures.line)
         {
-            // Trees have detected lines in a style that draws everything else with strokes.
+            // In a style with strokes instead of detected lines, trees have detected lines, below the strokes.
             let fading = Fading::OnNearest { faintest: lines.faintest, reach: lines.reach };
             drawn.push(DrawnInk { color: lines.ink, fading, channels: Channels::One(0), picture: line.clone() });
         }
@@ -82,20 +84,20 @@ pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures) -
     drawn
 }
 
-/// Pictures of ink; `None` where a layer draws nothing in this frame.
+/// The pictures of the layers' inks in this frame; `None` where a layer draws nothing.
 pub(super) struct Pictures {
-    /// A single texel, which stands for pictures that are not there.
+    /// A single texel that is 0, which stands for pictures that are not there.
     pub(super) nothing: Target,
-    /// Detected lines.
+    /// The detected lines; those of trees only in a style with strokes instead.
     pub(super) line: Option<Target>,
     pub(super) strokes: Option<Target>,
     pub(super) rim: Option<Target>,
     pub(super) marks: Option<Target>,
-    /// The pictures of all other layers, by their indices in the style.
+    /// The pictures of all other layers, by the index of the layer in the style.
     pub(super) of_layers: Vec<Option<Target>>,
 }
 
-/// Returns the picture of a layer's ink that the last frame drew.
+/// Returns the picture of a layer's ink in the last frame; `index` is that of the layer in the style.
 pub(super) fn last<'a>(targets: &'a Targets, style: &Style, index: usize) -> Option<&'a Target> {
     let number = style.layers.number(index);
     match &style.layers[index] {
@@ -110,7 +112,8 @@ pub(super) fn last<'a>(targets: &'a Targets, style: &Style, index: usize) -> Opt
     }
 }
 
-/// Returns the picture of detected lines that the composite read.
+/// Returns the picture of detected lines that the last composite read: the output of the last of the passes that refine
+/// them.
 pub(super) fn last_line(targets: &Targets) -> Option<&Target> {
     let last = [
         &agree::AGREED,

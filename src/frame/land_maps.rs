@@ -1,14 +1,14 @@
-//! What is made of tiles of the land once and kept, where that is not there yet: for all eyes, and for frames to come.
+//! Maps of tiles of the land that are computed once and reused by all eyes and later frames.
 
 use super::FrameInputs;
 use crate::gpu::recorder::Recorder;
 use crate::surface::{lakes, land, rows};
 
-/// Horizons, shores of water, and rows of hachures, as far as the style asks for them.
+/// Computes the planned horizon maps, water maps and blocks of hachures that the style needs.
 pub(super) fn make(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>) {
     let (terrain, style) = (&inputs.world.terrain, inputs.style);
     let heights = &terrain.resources();
-    if let Some(tiles) = terrain.horizon_maps().filter(|_| style.asks_for_horizons()) {
+    if let Some(tiles) = terrain.horizon_maps().filter(|_| style.needs_horizons()) {
         land::horizons::run(recorder, heights, tiles);
     }
     if let Some(tiles) = terrain.water_maps().filter(|_| style.water().is_some()) {

@@ -1,6 +1,6 @@
-//! What the last frame left, for windows, files and measurements.
+//! The results of the last frame, for windows, files and measurements.
 
-use super::mark_layers::LAYER_INKS;
+use super::mark_sets::SET_INKS;
 use super::{EyeMemory, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
@@ -15,50 +15,50 @@ use crate::surface::{land, meshes, rows};
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
 
-/// How many of the meshes that stand on the land an eye was shown.
+/// Counts of the models that an eye was shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DrawnMeshCounts {
-    /// Meshes that are in view.
+    /// Number of models that were drawn.
     pub instances: u32,
-    /// Their triangles, at their levels of detail.
+    /// Number of their triangles, at the levels of detail that were drawn.
     pub triangles: u32,
-    /// Meshes in view that found no room.
+    /// Number of models in view for which the buffers had no room.
     pub left_out: u32,
 }
 
-/// Eyes count from 0; none is the first.
+// Eyes are numbered from 0. Methods without the number of an eye are for the first.
 impl Renderer {
-    /// A picture of the first eye, if the last frame made it.
+    /// Returns a picture of the first eye, if a recent frame drew it.
     pub fn target(&self, kind: &TargetKind) -> Option<&Target> {
         self.eye_target(0, kind)
     }
 
-    /// A picture of an eye, if the last frame made it.
+    /// Returns a picture of an eye, if a recent frame drew it.
     pub fn eye_target(&self, eye: usize, kind: &TargetKind) -> Option<&Target> {
         self.eyes.get(eye)?.targets.get(kind)
     }
 
-    /// A buffer that passes share, if a recent frame made it.
+    /// Returns a buffer that passes share, if a recent frame used it.
     pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)
     }
 
-    /// Width and height of the first eye's pictures.
+    /// Returns the width and height of the first eye's pictures in pixels; zeros before the first frame.
     pub fn size_px(&self) -> [u32; 2] {
         self.eyes.first().map_or([0, 0], |eye| eye.targets.size_px())
     }
 
-    /// Bytes of the pictures of all eyes on the GPU.
+    /// Returns the GPU memory of the pictures of all eyes, in bytes.
     pub fn target_bytes(&self) -> u64 {
         self.eyes.iter().map(|eye| eye.targets.bytes()).sum()
     }
 
-    /// The mesh as the last picture drew it, for measurements: 17 × 17 vertices for each leaf of its selection, row by
-    /// row, in metres from the rig's origin (the fourth number is 1). None when the selection was so large that it was
-    /// drawn in several batches: only the last of them is left.
+    /// Reads back the vertices of the land's mesh in the last frame, for measurements: 17 × 17 for each leaf of its
+    /// selection, row by row, in metres relative to the rig's origin; the fourth number is 1. Returns `None` if the
+    /// selection was drawn in several batches, because only the last of them is still stored. Waits for the GPU.
     ///
     /// # Errors
-    /// [`GpuError::Readback`] when the device is lost or out of memory.
+    /// [`GpuError::Readback`] if the device is lost or out of memory.
     pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         let Some(positions) = self.buffer(&land::vertices::POSITIONS) else {
             return Ok(None);
@@ -66,11 +66,11 @@ impl Renderer {
         land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
     }
 
-    /// As [`Renderer::drawn_vertices`], of what is in view of all that stands on the land, if anything does: in the order
-    /// of the scene, each at its level.
+    /// Reads back the vertices of the models in view, like [`Renderer::drawn_vertices`]: in the order of the scene,
+    /// each model at its level of detail. Returns `None` in a world without models.
     ///
     /// # Errors
-    /// As [`Renderer::drawn_vertices`].
+    /// Those of [`Renderer::drawn_vertices`].
     pub fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
         let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
             return Ok(None);
@@ -78,10 +78,11 @@ impl Renderer {
         crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.room().vertices as usize).map(Some)
     }
 
-    /// What the last frame drew of all that stands on the land, and what it had no room for. Waits for the GPU.
+    /// Reads back how many models the last frame drew, and for how many it had no room. Returns `None` if no recent
+    /// frame drew models. Waits for the GPU.
     ///
     /// # Errors
-    /// As [`Renderer::drawn_vertices`].
+    /// Those of [`Renderer::drawn_vertices`].
     pub fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
         let Some(draws) = self.buffer(&meshes::DRAWS) else { return Ok(None) };
         let draws: Vec<MeshDraws> = crate::gpu::readback::read_buffer(gpu, &draws.raw, 1)?;
@@ -93,11 +94,11 @@ impl Renderer {
         Ok(draws.first().map(of))
     }
 
-    /// The rows of hachures that the last frame drew of its last eye, as lines; none if its style has none. Waits for the
-    /// GPU.
+    /// Reads back the rows of hachures that the last frame drew for its last eye, as polylines. Returns `None` if no
+    /// recent frame drew rows. Waits for the GPU.
     ///
     /// # Errors
-    /// As [`Renderer::drawn_vertices`].
+    /// Those of [`Renderer::drawn_vertices`].
     pub fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
         let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
             return Ok(None);
@@ -105,19 +106,19 @@ impl Renderer {
         rows::marks::read(gpu, &drawn, &samples).map(Some)
     }
 
-    /// The ink of a layer of hatching of the first eye, 0 to 1, if it was asked for ([`Renderer::set_wants_mark_layers`]) and
-    /// the style has that layer.
-    pub fn mark_layer(&self, layer: usize) -> Option<&Target> {
-        self.target(LAYER_INKS.get(layer)?)
+    /// Returns the ink of one set of hatching marks, 0 to 1, as the first eye sees it, if a recent frame drew it
+    /// ([`Renderer::set_wants_mark_sets`]).
+    pub fn mark_set(&self, set: usize) -> Option<&Target> {
+        self.target(SET_INKS.get(set)?)
     }
 
-    /// How long the CPU took to record and submit the last frame, without its tiles and patches. Means nothing where
-    /// each pass was submitted and waited for by itself.
+    /// Returns the CPU time to record and submit the last frame, in milliseconds, without the time for its tiles and
+    /// patches. It is meaningless if each pass was submitted and waited for separately.
     pub fn record_ms(&self) -> f64 {
         self.record_ms
     }
 
-    /// The times of the oldest finished frame that has not been asked for.
+    /// Takes the pass times of the oldest finished frame whose times have not been taken.
     pub fn take_times(&mut self) -> Option<Vec<PassTime>> {
         self.timer.take()
     }
@@ -127,51 +128,53 @@ impl Renderer {
         self.samples.continues()
     }
 
-    /// Whether the next frame of the same view would be another picture: strokes are still coming or going, or samples
-    /// of a picture at rest are still to come. What wind moves is another matter ([`Renderer::may_sway`]).
+    /// Returns whether the next frame of the same view would be a different picture: strokes are still fading in or
+    /// out, samples of a picture at rest are missing, or blocks of hachures are not built yet. Wind is not considered;
+    /// see [`Renderer::may_sway`].
     pub fn is_settling(&self) -> bool {
         self.samples.is_settling() || self.has_settling_strokes() || self.rows.is_late()
     }
 
-    /// Whether trees may be in view that wind moves, so that the same view is another picture at another time: there are
-    /// blocks of forest that may be seen and are near enough to be drawn as more than canopy.
+    /// Returns whether trees that wind moves may be in view, so that the picture changes with time: blocks of forest
+    /// that may be visible are near enough to be drawn as more than canopy.
     pub fn may_sway(&self) -> bool {
         self.may_sway
     }
 
-    /// Whether strokes are still coming or going.
+    /// Returns whether strokes of any eye are still fading in or out.
     pub(super) fn has_settling_strokes(&self) -> bool {
         self.eyes.iter().any(EyeMemory::has_settling_strokes)
     }
 
-    /// The strokes of the first eye, if the style has any, with what the last frame left.
+    /// Returns the strokes of the first eye in the last frame, if its style has any.
     pub fn strokes(&self) -> Option<DrawnStrokes<'_>> {
         self.eye_strokes(0)
     }
 
-    /// The strokes of an eye, as [`Renderer::strokes`].
+    /// Returns the strokes of an eye in the last frame, if its style has any.
     pub fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
         let memory = self.eyes.get(eye)?.drawn_strokes()?;
         Some(DrawnStrokes::new(memory, &self.pools))
     }
 
-    /// What an eye's next frame takes over, if frames are samples of one picture: of [`temporal_aa::HISTORY`] and
-    /// [`temporal_aa::SEEN`] what was written last.
+    /// Returns the history of temporal anti-aliasing that an eye's next frame continues: the targets of
+    /// [`temporal_aa::HISTORY`] and [`temporal_aa::SEEN`] that were written last. Returns `None` without temporal
+    /// anti-aliasing.
     pub fn history_targets(&self, eye: usize) -> Option<[&Target; 2]> {
-        let written = self.samples.writes()?;
+        let written = self.samples.written()?;
         Some([
             self.eye_target(eye, &temporal_aa::HISTORY[written])?,
             self.eye_target(eye, &temporal_aa::SEEN[written])?,
         ])
     }
 
-    /// Which line picture the composite of an eye read, if the style has lines.
+    /// Returns the picture of detected lines that the composite of an eye read, if the style has detected lines.
     pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
         style.lines()?;
         inks::last_line(&self.eyes.get(eye)?.targets)
     }
 
-    /// The picture of a layer's ink that an eye drew last; `index` is that of the layer in the style.
+    /// Returns the picture of a layer's ink in an eye's last frame; `index` is that of the layer in the style.
     pub fn ink_target(&self, eye: usize, style: &Style, index: usize) -> Option<&Target> {
         inks::last(&self.eyes.get(eye)?.targets, style, index)
     }

@@ -1,4 +1,4 @@
-//! Lines of pixels that an eye sees, and edges that only the picture of the surface shows.
+//! Detected lines of an eye, and the edges for strokes that are found on the visible surface.
 
 use super::{FrameInputs, bend};
 use crate::composite::NOTHING;
@@ -14,37 +14,32 @@ use crate::surface::trees;
 
 /// The surface that an eye sees.
 pub(super) struct OnSurface<'a> {
-    /// `View`.
     pub(super) view: &'a Resource,
-    /// What stands on the land.
+    /// The models in view, in a scene with models.
     pub(super) meshes: Option<&'a DrawnMeshes>,
-    /// Heights and tables.
+    /// Bindings of the terrain: height atlas and page table.
     pub(super) heights: &'a [Named],
-    /// What is seen.
     pub(super) surface_id: &'a Target,
-    /// Of it.
     pub(super) depth: &'a Target,
-    /// Of it.
     pub(super) position: &'a Target,
-    /// Of it.
     pub(super) normal: &'a Target,
-    /// Of a style with water.
+    /// [`WATER`](crate::surface::water::WATER), in a style with water.
     pub(super) water: Option<&'a Target>,
-    /// Rims of holes, where the land in view has any.
+    /// The rims of holes, if the land in view has holes.
     pub(super) rim: Option<&'a Target>,
-    /// Where the other eye of a pair is in the rig.
+    /// Position of the other eye of a stereo pair, in metres relative to the rig's origin.
     pub(super) other_eye_m: Option<[f32; 3]>,
 }
 
 impl<'a> OnSurface<'a> {
-    /// For what asks how it bends.
-    pub(super) fn bending(&self) -> bend::AtEye<'a> {
+    /// Returns the inputs of the passes that compute the curvature.
+    pub(super) fn bend_inputs(&self) -> bend::AtEye<'a> {
         let &Self { view, meshes, heights, surface_id, position, normal, water, .. } = self;
         bend::AtEye { view, meshes, heights, surface_id, position, normal, water }
     }
 }
 
-/// The lines of the style's detector, without those along rims.
+/// Draws the lines of the style's detector, without those along rims, and returns their picture.
 pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -64,7 +59,7 @@ pub(super) fn find(
     rimless
 }
 
-/// Detector and threshold.
+/// Draws lines with a detector and its threshold. `only_trees`: land and models have no lines.
 fn detect(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -102,7 +97,7 @@ fn detect(
     line
 }
 
-/// Lines by curvature; trees, which have none, have LSA contours.
+/// Draws lines by curvature. Trees have no curvature; they get LSA contours.
 fn by_curvature(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -118,7 +113,7 @@ fn by_curvature(
     } else {
         targets.sized(gpu, &NOTHING, [1, 1])
     };
-    let (_, radial) = bent(recorder, style.feature_px, on, targets);
+    let (_, radial) = curvatures(recorder, style.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
     let drawn = curvature::Inputs { view, style, surface_id, position, normal, radial, tree_line, line: &line };
@@ -126,15 +121,21 @@ fn by_curvature(
     line
 }
 
-/// How the surface bends, and how toward the eye.
-fn bent(recorder: &mut Recorder<'_>, feature_px: f32, on: &OnSurface<'_>, targets: &mut Targets) -> (Shapes, Target) {
-    let shapes = bend::shapes(recorder, feature_px, &on.bending(), targets);
+/// Computes the curvature of the surface, and its radial curvature, that is, toward the eye.
+fn curvatures(
+    recorder: &mut Recorder<'_>,
+    feature_px: f32,
+    on: &OnSurface<'_>,
+    targets: &mut Targets,
+) -> (Shapes, Target) {
+    let shapes = bend::shapes(recorder, feature_px, &on.bend_inputs(), targets);
     let toward_eye = targets.sized(recorder.gpu(), &radial::RADIAL, shapes.normal.size_px());
     radial::run(recorder, &radial::Inputs { view: on.view, shapes: &shapes, radial: &toward_eye });
     (shapes, toward_eye)
 }
 
-/// Adds the edges that lie on what is seen: suggestive contours, ridges and valleys, as the strokes ask for them.
+/// Adds the edges that are found on the visible surface: suggestive contours, ridges and valleys, as the style's
+/// strokes require.
 pub(super) fn add_edges(
     recorder: &mut Recorder<'_>,
     edges: &EdgeList,
@@ -144,13 +145,13 @@ pub(super) fn add_edges(
 ) {
     let &OnSurface { view, position, normal, other_eye_m, .. } = on;
     if let Some(feature_px) = strokes.suggestive_px {
-        let (shapes, radial) = bent(recorder, feature_px, on, targets);
+        let (shapes, radial) = curvatures(recorder, feature_px, on, targets);
         let (shapes, radial) = (&shapes, &radial);
         let inputs = suggestive::Inputs { view, style: strokes, position, normal, shapes, radial, other_eye_m };
         suggestive::run(recorder, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {
-        let (shapes, _) = bent(recorder, feature_px, on, targets);
+        let (shapes, _) = curvatures(recorder, feature_px, on, targets);
         let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
         let apparent = strokes.ridge_apparent.then(|| {
             let apparent = targets.sized(recorder.gpu(), &apparent::APPARENT, shapes.normal.size_px());

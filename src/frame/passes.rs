@@ -1,8 +1,9 @@
 //! The passes of a frame, in the order in which they run.
 //!
-//! For each eye: what it sees, its lines and its strokes ([`see`]). Then lines are finished, those of two eyes with each
-//! other ([`finish_lines`]). Then for each eye: tones and marks ([`shade`]), and its picture ([`finish`]). All eyes share
-//! the lists of edges and of strokes, so those of an eye are read before the next eye's are made.
+//! First, for each eye, the surface, its lines and its strokes ([`see`]). Then the lines of all eyes are finished, and
+//! those of a stereo pair are compared ([`finish_lines`]). Then, for each eye, tones and marks ([`shade`]) and the
+//! picture ([`finish`]). All eyes share the lists of edges and strokes, so the lists of an eye are used before those of
+//! the next eye overwrite them.
 
 use super::bend::{self, Bends};
 use super::inks::{self, Pictures};
@@ -27,32 +28,30 @@ use crate::surface::meshes::DrawnMeshes;
 use crate::surface::{self, land, meshes, motion, trees};
 use crate::tones::balance;
 
-/// What an eye sees, and its lines.
+/// The surface that an eye sees, with its lines and strokes.
 pub(super) struct Seen {
-    /// `View`.
     pub(super) view: Resource,
-    /// The same without its jitter: strokes cover their borders exactly.
+    /// The view without jitter, for strokes: they compute exactly how much of each pixel they cover.
     pub(super) still_view: Resource,
     pub(super) surface_id: Target,
     pub(super) position: Target,
     pub(super) normal: Target,
-    /// Of a style that asks for them.
+    /// Own colours of trees and models, in a style that needs them.
     pub(super) local_color: Option<Target>,
-    /// Of a style with shadows.
+    /// Share of sunlight that trees block, in a style with shadows.
     pub(super) tree_shadow: Option<Target>,
-    /// Of a world with a forest.
+    /// Rounded forms of trees, in a world with a forest.
     pub(super) tree_form: Option<Target>,
-    /// Of a style with water.
+    /// Distance to the shore, in a style with water.
     pub(super) water: Option<Target>,
-    /// Of a style whose marks or light follow the surface's curvature.
+    /// The pictures that the style's marks and light derive from the curvature.
     pub(super) bends: Bends,
-    /// Rims of holes, where the land in view has any.
+    /// The rims of holes, if the land in view has holes.
     rim: Option<Target>,
-    /// Of a style with lines.
+    /// The detected lines. [`finish_lines`] replaces them with the finished ones.
     pub(super) line: Option<Target>,
-    /// Of a style with strokes.
     strokes: Option<SeenStrokes>,
-    /// Trees may be among it that wind moves.
+    /// Whether trees that wind moves may be in view.
     pub(super) may_sway: bool,
 }
 
@@ -60,14 +59,14 @@ pub(super) struct Seen {
 struct SeenStrokes {
     frame: FrameStrokes,
     ink: Target,
-    /// As the other eye of a pair looks at them, if they were made anew.
+    /// The strokes for comparison with those of the other eye of a stereo pair; `None` if they were not rebuilt.
     drawn: Option<Partner>,
 }
 
-/// All passes of all eyes. Whether trees may be in view that wind moves.
+/// Runs all passes of all eyes. Returns whether trees that wind moves may be in view.
 pub(super) fn render_eyes(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>, eyes: &mut [EyeMemory]) -> bool {
-    // Strokes are those of the eye that stands farther left, whichever is the first: eyes that are exchanged exchange
-    // their pictures.
+    // The left eye leads, and the other one adopts its strokes, in whatever order the rig lists the eyes: so eyes that
+    // are exchanged exchange their pictures.
     let mut order: Vec<usize> = (0..eyes.len()).collect();
     order.sort_by(|a, b| inputs.rig.aside_m(*a).total_cmp(&inputs.rig.aside_m(*b)));
     let mut seen: Vec<Option<Seen>> = (0..eyes.len()).map(|_| None).collect();
@@ -92,8 +91,9 @@ pub(super) fn render_eyes(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>,
     seen.iter().any(|seen| seen.may_sway)
 }
 
-/// Surface, lines and strokes of an eye; the first one also makes what all eyes share. The second one of a pair takes
-/// the strokes of its leader over.
+/// Draws the surface, lines and strokes of an eye. The first eye also computes what all eyes share: the vertices,
+/// unless they need several batches, and the maps of the land. The second eye of a stereo pair adopts the strokes of
+/// its leader.
 fn see(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -120,7 +120,7 @@ fn see(
     let edges = strokes.as_ref().and_then(FrameStrokes::wants_edges).map(|rules| EdgeList::begin(recorder, rules));
     let edges = edges.as_ref();
 
-    // Surface: place the vertices, rasterise depth and id, compute the rest.
+    // The surface: compute vertices, rasterise depth and id, and resolve the rest.
     let (depth, surface_id) = (&targets.whole(gpu, &surface::DEPTH), &targets.whole(gpu, &surface::SURFACE_ID));
     let hidden = inputs.hidden.get(eye).filter(|area| !area.corners.is_empty());
     if let Some(area) = hidden {
@@ -137,7 +137,7 @@ fn see(
             land::edges::run(recorder, edges, &land::edges::Inputs { view: &view, terrain: heights, mesh, batch });
         }
     }
-    // What stands on the land: the same once more.
+    // The models on the land, in the same steps.
     let meshes = world.meshes().map(|placed| {
         let meshes = DrawnMeshes::of(recorder, placed);
         meshes::cull::run(recorder, &view, rig, terrain.uniform(), &meshes);
@@ -148,7 +148,7 @@ fn see(
         }
         meshes
     });
-    let local_color = world.has_local_colors() && style.asks_for_local_colors();
+    let local_color = world.has_local_colors() && style.needs_local_colors();
     let local_color = local_color.then(|| targets.whole(gpu, &surface::local_color::LOCAL_COLOR));
     let local_color = local_color.as_ref();
     let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id, local_color };
@@ -178,7 +178,7 @@ fn see(
     }
 
     let water = frame_water::find(recorder, inputs, &view, [surface_id, &position], targets);
-    // Rims of holes, which lines are not to follow. Most land has none.
+    // The rims of holes, along which detected lines are removed. Most land has none.
     let rims = style.rims().filter(|_| mesh.has_holes() || recorder.prewarms());
     let rim = rims.map(|rims| {
         let rim = targets.whole(gpu, &surface::rims::RIM);
@@ -188,7 +188,7 @@ fn see(
         surface::rims::run(recorder, &drawn);
         rim
     });
-    // Lines of pixels, and the edges that lie on what is seen: suggestive contours, ridges and valleys.
+    // Detected lines, and the edges that are found on the visible surface: suggestive contours, ridges and valleys.
     let on_surface = frame_lines::OnSurface {
         view: &view,
         meshes: meshes.as_ref(),
@@ -205,8 +205,8 @@ fn see(
     if let Some((edges, strokes)) = edges.zip(style.strokes()) {
         frame_lines::add_edges(recorder, edges, strokes, &on_surface, targets);
     }
-    let bends = bend::find(recorder, inputs, &on_surface.bending(), targets);
-    // Strokes: see what is visible of the edges, chain it, draw it.
+    let bends = bend::find(recorder, inputs, &on_surface.bend_inputs(), targets);
+    // Strokes: find the visible parts of edges, chain them, and draw them.
     let strokes = style.strokes().zip(strokes).map(|(style, mut frame)| {
         let leader = leader.and_then(|leader| leader.strokes.as_ref()?.drawn.as_ref());
         let resolution = style.resolution;
@@ -248,8 +248,9 @@ fn see(
     }
 }
 
-/// From the lines that each eye found to those that are drawn: contours of a pair fade out to where the other eye has
-/// them, stairs are smoothed, crowded ones are thinned out, and what has no partner in the other eye goes.
+/// Turns the lines that each eye detected into those that are drawn: contours of a stereo pair fade out toward those of
+/// the other eye, stairs are smoothed, crowded lines are thinned out, and lines without a partner in the other eye are
+/// removed.
 fn finish_lines(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -259,7 +260,7 @@ fn finish_lines(
 ) {
     let gpu = recorder.gpu();
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
-    // Eyes that know nothing of each other thin lines out as one eye does.
+    // Eyes that are drawn independently thin out lines as a single eye does.
     let apart_m = if stereo == Stereo::Alone { 0.0 } else { inputs.rig.apart_m() as f32 };
     for (Seen { view, position, normal, line, .. }, memory) in seen.iter_mut().zip(eyes.iter_mut()) {
         let Some(line) = line else { continue };
@@ -296,7 +297,7 @@ fn finish_lines(
     }
 }
 
-/// The picture of an eye.
+/// Draws the picture of an eye.
 fn finish(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -310,7 +311,7 @@ fn finish(
     let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
     let targets = &mut memory.targets;
     let marks = shaded[eye].balance.as_ref().map(|balance| {
-        // Both eyes of a pair draw what the ink of both asks for.
+        // The correction of the ink is the mean of both eyes of a stereo pair.
         let partner = if rig.is_pair() { seen.get(1 - eye).zip(shaded.get(1 - eye)) } else { None };
         let partner = partner.and_then(|(seen, shaded)| {
             Some(balance::Partner { view: &seen.view, position, more: &shaded.balance.as_ref()?.more })

@@ -1,4 +1,4 @@
-//! Rows of hachures of an eye, and where the textures of marks lie beside them.
+//! Rows of hachures of an eye, and the surfaces that hatching marks cover in a style with rows or cuts.
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
@@ -7,14 +7,16 @@ use crate::gpu::target::{Target, Targets};
 use crate::style::hatching::Hatching;
 use crate::surface::rows::{balance, choice, marks, off_land, proposals, ribbons, rooms};
 
-/// The hatching that a frame draws: where the land has rows or cut lines, a texture is for what stands on it.
+/// Returns the hatching that a frame draws. If the land has rows or cut lines, hatching is only for models and trees,
+/// and there is none in a world without them.
 pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatching> {
-    let has_standing = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
-    inputs.style.hatching().filter(|_| !inputs.style.has_land_lines() || has_standing)
+    let has_objects = inputs.world.meshes().is_some() || inputs.world.forest().is_some();
+    inputs.style.hatching().filter(|_| !inputs.style.has_land_lines() || has_objects)
 }
 
-/// Where hatching lies, if the land has rows or cut lines: a position without the land.
-pub(super) fn place_beside(
+/// Returns the positions at which hatching is drawn if the land has rows or cut lines: those of models and trees,
+/// without the land.
+pub(super) fn off_land_place(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
@@ -29,7 +31,7 @@ pub(super) fn place_beside(
     Some(place)
 }
 
-/// Ink of rows, in the tones that are asked for.
+/// Draws the rows of hachures, in the requested tones, and returns their ink; `None` in a style without rows.
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,

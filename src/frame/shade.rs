@@ -1,8 +1,8 @@
-//! The tones of an eye, and its marks: what the land's light and its marks are, before lines and paper.
+//! The tones of an eye and the inks that reproduce them, before lines and paper.
 
 use super::passes::Seen;
 use super::trees as frame_trees;
-use super::{EyeMemory, FrameInputs, inks, mark_layers, rows, water as frame_water};
+use super::{EyeMemory, FrameInputs, inks, mark_sets, rows, water as frame_water};
 use crate::composite;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
@@ -14,15 +14,17 @@ use crate::tones::{self, Local, TONE, balance, hatching, relief, watercolor};
 
 /// The tones of an eye.
 pub(super) struct Shaded {
+    /// Colours of the surface for the composite, with water and watercolour.
     pub(super) colors: Target,
-    /// Of a style with hatching.
+    /// Cover and ink balance of the hatching marks, in a style with hatching.
     pub(super) balance: Option<balance::Inputs>,
-    /// The picture of each layer's ink, by the index of the layer; those of hatching, rims, detected lines and strokes
-    /// are made elsewhere.
+    /// The picture of each layer's ink, by the index of the layer; `None` for layers that other functions draw:
+    /// hatching, rims, detected lines and strokes.
     pub(super) inks: Vec<Option<Target>>,
 }
 
-/// Tones of an eye, and its marks as far as they are its own.
+/// Draws the tones of an eye and the inks that depend on them. Hatching marks are only counted: [`balance::draw`] draws
+/// them when the counts of all eyes are known.
 pub(super) fn shade(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -35,15 +37,15 @@ pub(super) fn shade(
     let water = water.as_ref();
     let targets = &mut memory.targets;
 
-    // Marks lie on the land, and on trees as if these were flat; they follow the surface at their own scale.
+    // Marks are placed on the land, and on trees as if these were flat; their normals have the scale of marks.
     let hatching = rows::drawn_hatching(inputs);
     let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
     let of_trees =
         of_trees.map(|form| frame_trees::marks(recorder, [surface_id, position, normal, form], view, targets));
     let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
-    let place_beside =
-        hatching.and_then(|_| rows::place_beside(recorder, inputs, view, [surface_id, mark_place], targets));
-    let mark_place = place_beside.as_ref().unwrap_or(mark_place);
+    let off_land =
+        hatching.and_then(|_| rows::off_land_place(recorder, inputs, view, [surface_id, mark_place], targets));
+    let mark_place = off_land.as_ref().unwrap_or(mark_place);
     let mark_normal = hatching.map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
@@ -54,7 +56,7 @@ pub(super) fn shade(
         mark_normal::run(recorder, &ground);
         mark_normal.clone()
     });
-    let form_normal = style.asks_for_form().then(|| {
+    let form_normal = style.needs_form().then(|| {
         let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
         let heights = &terrain.resources();
         let shading =
@@ -64,7 +66,7 @@ pub(super) fn shade(
     });
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let tone = targets.whole(gpu, &TONE);
-    let horizon_maps = terrain.horizon_maps().filter(|_| style.asks_for_horizons());
+    let horizon_maps = terrain.horizon_maps().filter(|_| style.needs_horizons());
     let relief_light = style.drawn_relief().map(|relief| {
         let lit = relief::Inputs {
             view,
@@ -82,7 +84,7 @@ pub(super) fn shade(
         };
         relief::run(recorder, &lit, targets)
     });
-    let asked = tones::Inputs {
+    let toned = tones::Inputs {
         view,
         terrain: terrain.uniform(),
         horizon_maps: horizon_maps.and_then(|_| terrain.horizon_map_resources()),
@@ -101,7 +103,7 @@ pub(super) fn shade(
         local: local_color.as_ref().map(|color| Local { surface_id, color, amount: style.tone.local_color() }),
         tone: &tone,
     };
-    tones::run(recorder, &asked);
+    tones::run(recorder, &toned);
     let tone_ink = style.tone_lines().map(|lines| {
         let cells = tone::cells(lines, targets.size_px());
         let tone_image = &targets.sized(gpu, &tone_image::TONE_IMAGE, cells);
@@ -121,7 +123,7 @@ pub(super) fn shade(
         tone_image::run(recorder, &shading);
         tone::trace(recorder, &tone::Inputs { view, style: lines, position, tone_image }, targets)
     });
-    // Water has no tones of its own, and so no marks.
+    // Water sets the requested tone to 1, so no marks are drawn on it.
     let of_water = frame_water::AtEye { view, position, water, tone: &tone };
     let watered = frame_water::draw(recorder, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |watered| (watered.tone, Some(watered.ink)));
@@ -134,14 +136,14 @@ pub(super) fn shade(
     let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(recorder, targets, view, hatching);
         let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
-        let layer = None;
+        let set = None;
         let bend_axis = bends.axis.as_ref().unwrap_or(nothing);
         let marks =
-            hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, layer, cover };
-        mark_layers::hatch(recorder, &marks);
+            hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, set, cover };
+        mark_sets::hatch(recorder, &marks);
         balance::count(recorder, &balance);
-        if inputs.wants_mark_layers {
-            mark_layers::draw(recorder, &marks, &balance, targets);
+        if inputs.wants_mark_sets {
+            mark_sets::draw(recorder, &marks, &balance, targets);
         }
         balance
     });

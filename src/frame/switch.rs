@@ -1,10 +1,10 @@
-//! How a window goes from a style to another without waiting: the old one is drawn until all is there that the new one
-//! needs.
+//! Switches of the style in a window, without waiting: the old style is drawn until all pipelines and cached values of
+//! the new one are available.
 //!
-//! What that is nobody lists. The frame itself is prewarmed: its passes run with a recorder that only asks
-//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, for strokes do
-//! something else in each. What the prewarming run did not meet is missed when a frame is recorded; nothing of such a frame
-//! is submitted, and the last picture stays.
+//! No list says which these are. Instead the frame is prewarmed: its passes run with a recorder that only requests
+//! ([`Recorder::prewarm`]), as the first frame of a style, as the next one at rest, and as one after a turn, because
+//! strokes run other passes in each. If the prewarming run has not requested something that a frame needs, it is
+//! missing when the frame is recorded; such a frame is not submitted, and the last picture remains.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -31,74 +31,77 @@ use crate::tiles::selection::Selection;
 use crate::tiles::terrain::Prepared;
 use crate::world::Surfaces;
 
-/// Pictures of a prewarming run are this large: nothing is drawn on them.
+/// Size of the pictures of a prewarming run, in pixels. Nothing is drawn on them.
 const PREWARM_PX: [u32; 2] = [16, 16];
-/// A turn by this part of the field of view brings strokes that take over from those before.
+/// A turn, as a fraction of the field of view, after which strokes are rebuilt and continue those of the last frame.
 const TURN: f64 = 0.25;
 
-/// Which style is drawn while another one is asked for.
+/// The state of the switch from one style to another.
 #[derive(Default)]
 pub(super) struct Switch {
+    /// The style that frames are drawn with.
     shown: Option<Style>,
-    /// What prewarming runs keep for each eye. It is kept for a while after a switch, because a slider changes the style
-    /// in each frame.
+    /// The memory of each eye in prewarming runs. It is released some time after a switch, because a slider changes the
+    /// style in every frame.
     prewarm: Option<Vec<EyeMemory>>,
     frames_since_switch: u64,
-    /// Whether something was being made in the background when this was last looked at.
+    /// Whether something was being built in the background at the last check.
     was_building: bool,
-    /// How many pipelines of the device had been compiled again when this renderer last looked.
+    /// Number of pipelines of the device that had been rebuilt at the last call of [`Renderer::reload_shaders`].
     seen_rebuilds: u64,
 }
 
 impl Switch {
+    /// Creates the state of a renderer that shows no style yet.
     pub(super) fn new(gpu: &Gpu) -> Self {
         Self { seen_rebuilds: gpu.pipelines().rebuilds(), ..Self::default() }
     }
 }
 
 impl Renderer {
-    /// Where pipelines are built, and what else takes long to make. [`Builds::InBackground`] is for windows: a frame then
-    /// never waits for them, and [`Renderer::render`] draws the style before until all is there.
+    /// Sets where pipelines and expensive cached values are built. [`Builds::InBackground`] is for windows: no frame
+    /// waits for them, and [`Renderer::render`] draws the previous style until all are available.
     pub fn set_builds(&mut self, builds: Builds) {
         self.pools.compiles.builds = builds;
     }
 
-    /// Whether something is being made beside: when it is there, the picture may be another one.
+    /// Returns whether something is being built in the background. When it is available, the picture may change.
     pub fn is_building(&self, gpu: &Gpu) -> bool {
         gpu.pipelines().is_building() || gpu.cache().is_making()
     }
 
-    /// Takes what was made beside; waits for nothing.
+    /// Takes the pipelines and values that have been built in the background. Does not wait.
     pub fn take_built(&mut self, gpu: &Gpu) {
-        // Another renderer of the device may take over what was compiled for this one.
+        // Another renderer of the device may have taken pipelines that were compiled for this one.
         self.switch.was_building |= self.is_building(gpu);
         gpu.pipelines().take_built();
         gpu.cache().take_made();
         if self.switch.was_building && !self.is_building(gpu) {
             self.switch.was_building = false;
-            // What was drawn before is another picture.
+            // Earlier frames may have lacked what has been built, so they are not samples of the same picture.
             self.samples.forget();
         }
     }
 
-    /// Whether the last picture is of `style`.
+    /// Returns whether the switch to `style` is complete, if pipelines are built in the background.
     pub fn shows(&self, style: &Style) -> bool {
         self.switch.shown.as_ref() == Some(style)
     }
 
-    /// Whether the last frame drew new pictures. If not, it lacked what is built beside, and the pictures are those of
-    /// before.
+    /// Returns whether the last frame drew new pictures. If not, it lacked something that is being built in the
+    /// background, and the pictures are those of an earlier frame.
     pub fn drew(&self) -> bool {
         self.drew
     }
 
-    /// How many pipelines the thread that draws has built itself.
+    /// Returns how many pipelines the drawing thread has built itself.
     pub fn built_at_once(&self) -> u64 {
         self.pools.compiles.built_at_once
     }
 
-    /// Builds anew what is made of shaders whose files have changed since the last call, and returns how many pipelines
-    /// that are. Each replaces the old one when it holds; errors are in [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
+    /// Rebuilds the pipelines whose shader files have changed since the last call, and returns how many were rebuilt. A
+    /// new pipeline replaces the old one if it is valid; errors are in
+    /// [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
     pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
         gpu.pipelines().reload(gpu, &mut self.pools.compiles);
         let rebuilds = gpu.pipelines().rebuilds();
@@ -109,8 +112,12 @@ impl Renderer {
         reloaded as usize
     }
 
-    /// As [`Renderer::render`], without waiting for what is built beside.
-    pub(super) fn render_what_is_there(
+    /// Prepares the world and renders all eyes of a rig without waiting for pipelines: with `style` if all of them are
+    /// available, otherwise with the previous style.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
+    pub(super) fn render_without_waiting(
         &mut self,
         gpu: &Gpu,
         world: &mut Surfaces,
@@ -128,26 +135,27 @@ impl Renderer {
         if self.switch.frames_since_switch > KEEP_FRAMES && self.shows(style) {
             self.switch.prewarm = None;
         }
-        let rehearsal_ms = begun.elapsed().as_secs_f64() * 1000.0;
-        self.record_ms = rehearsal_ms;
+        let prewarm_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        self.record_ms = prewarm_ms;
         self.drew = false;
         let Some(shown) = self.switch.shown.take() else {
-            // Tiles come meanwhile.
+            // There is no style to draw yet, but tiles can already be loaded.
             return Ok(prepare(gpu, world, rig, style, light));
         };
         let prepared = prepare(gpu, world, rig, &shown, light);
         let drawn = self.record(gpu, world, &prepared, rig, &shown, light);
         self.switch.shown = Some(shown);
-        self.record_ms += rehearsal_ms;
+        self.record_ms += prewarm_ms;
         if !drawn? {
-            // As if it had not been: its strokes begin anew, and its maps are made by another frame.
+            // The frame is undone: the next one rebuilds its strokes and computes its maps.
             self.forget();
             world.terrain.forget_planned_maps();
         }
         Ok(prepared)
     }
 
-    /// Whether all is there that the first frames of a style need; what is not begins to be built.
+    /// Requests everything that the first frames of a style need. Returns whether all of it is available; the rest is
+    /// being built.
     fn prewarm(
         &mut self,
         gpu: &Gpu,
@@ -156,7 +164,7 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<bool, GpuError> {
-        if style.asks_for_horizons() {
+        if style.needs_horizons() {
             world.terrain.map_horizons(gpu, Some(light.to_sun));
         }
         if style.water().is_some() {
@@ -177,7 +185,7 @@ impl Renderer {
             let mut recorder = Recorder::prewarm(gpu, &mut self.pools, &mut self.timer);
             let mesh = &PatchMesh::upload(&mut recorder, &Selection::default());
             let (step_s, land_changes) = (self.step_s, false);
-            let (wants_motion, wants_mark_layers) = (self.wants_motion, self.wants_mark_layers);
+            let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
             let temporal_aa = (self.samples.antialias == Antialias::Temporal).then(Plan::default);
             let hidden = &self.hidden;
             let rows = style.rows().map(|_| RowPlan::prewarm(gpu));
@@ -191,7 +199,7 @@ impl Renderer {
                 step_s,
                 land_changes,
                 wants_motion,
-                wants_mark_layers,
+                wants_mark_sets,
                 hidden,
                 rows: rows.as_ref(),
                 temporal_aa,
@@ -203,7 +211,7 @@ impl Renderer {
     }
 }
 
-/// The eyes in the first frame of a style, in the next one, and in one after a turn.
+/// Returns the eyes in the first frame of a style, in the next one at rest, and in one after a turn.
 fn first_frames(eyes: &[View]) -> [Vec<View>; 3] {
     let frame = |turn_rad: f64| {
         let turn = DQuat::from_axis_angle(DVec3::Z, turn_rad);

@@ -1,4 +1,4 @@
-//! The passes of trees, in the order in which they run: for each eye that sees a forest.
+//! The passes of trees for an eye, in the order in which they run.
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
@@ -11,24 +11,23 @@ use crate::surface::trees::place::Placed;
 use crate::surface::trees::sway::Swaying;
 use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway};
 
-/// What trees are drawn for, and over.
+/// The view of an eye, and the targets over which trees are drawn.
 pub(super) struct AtEye<'a> {
-    /// `View`.
+    /// The uniform of `view_of_eye`.
     pub view: &'a Resource,
-    /// The same.
     pub view_of_eye: &'a View,
-    /// With all that stands on the land but trees.
+    /// Depth of land and models.
     pub depth: &'a Target,
-    /// The same.
+    /// Surface ids of land and models.
     pub surface_id: &'a Target,
-    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR), in a style that asks for it.
+    /// [`LOCAL_COLOR`](crate::surface::local_color::LOCAL_COLOR), in a style that needs it.
     pub local_color: Option<&'a Target>,
 }
 
 /// The trees that an eye sees.
 pub(super) struct SeenTrees {
     trees: DrawnTrees,
-    /// What they were told.
+    /// The result of their selection.
     pub placed: Placed,
     /// [`raster::TREE_NORMAL`].
     pub normal: Target,
@@ -38,14 +37,15 @@ pub(super) struct SeenTrees {
 }
 
 impl SeenTrees {
-    /// [`sway::TREE_STEP`], where wind blows.
+    /// Returns [`sway::TREE_STEP`], if there is wind.
     pub(super) fn step(&self) -> Option<&Target> {
         self.swaying.as_ref().map(|swaying| &swaying.step)
     }
 }
 
-/// Finds the trees of a world's forest and draws them over what is there. Nothing while its species are grown beside the
-/// frame. Adds the edges of near ones to the list, where strokes are made anew.
+/// Finds the trees of a world's forest and draws them over land and models. Adds the edges of near trees to
+/// `edge_list`, which is given if strokes are rebuilt. Returns `None`, and draws nothing, without a forest and while
+/// its species are grown in the background.
 pub(super) fn see(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -58,7 +58,7 @@ pub(super) fn see(
     let (gpu, terrain, forest) = (recorder.gpu(), &world.terrain, world.forest()?);
     let trees = DrawnTrees::of(recorder, forest, world.tree_models())?;
     let (wind, detail, origin_m) = (world.wind(), world.tree_detail(), rig.origin_m);
-    let asked = place::Inputs {
+    let rules = place::Inputs {
         view,
         eye: view_of_eye,
         origin_m,
@@ -67,10 +67,10 @@ pub(super) fn see(
         cover: world.forest_cover(),
         wind,
         to_sun: light.to_sun,
-        has_shadows: style.asks_for_tree_shadows(),
+        has_shadows: style.needs_tree_shadows(),
         detail,
     };
-    let placed = place::run(recorder, &asked, &trees);
+    let placed = place::run(recorder, &rules, &trees);
     let swaying = wind.map(|wind| {
         let step = targets.whole(gpu, &sway::TREE_STEP);
         let clock = view_of_eye.clock;
@@ -100,7 +100,7 @@ pub(super) fn see(
     Some(SeenTrees { trees, placed, normal, form, swaying })
 }
 
-/// What trees take of the sun, in a style that has shadows, where all positions are there.
+/// Computes the share of sunlight that trees block, in a style with shadows. `position` must be that of all surfaces.
 pub(super) fn shadow(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -109,7 +109,7 @@ pub(super) fn shadow(
     position: &Target,
     targets: &mut Targets,
 ) -> Option<Target> {
-    if !inputs.style.asks_for_tree_shadows() {
+    if !inputs.style.needs_tree_shadows() {
         return None;
     }
     let &AtEye { view, depth, surface_id, .. } = at;
@@ -129,7 +129,7 @@ pub(super) fn shadow(
     Some(tree_shadow)
 }
 
-/// Where marks lie, and what they shade.
+/// Computes the positions and normals that hatching marks use: [`marks::MARK_PLACE`] and [`marks::MARK_SURFACE`].
 pub(super) fn marks(
     recorder: &mut Recorder<'_>,
     [surface_id, position, normal, tree_form]: [&Target; 4],

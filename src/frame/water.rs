@@ -1,4 +1,4 @@
-//! The water of an eye: where it is, and what it looks like.
+//! The water of an eye: where it is, its colours and its ink.
 
 use super::FrameInputs;
 use crate::gpu::bind::Resource;
@@ -7,24 +7,25 @@ use crate::gpu::target::{Target, Targets};
 use crate::surface::water::{self, WATER};
 use crate::tones::water::{self as look, WATER_INK, WATERED};
 
-/// What an eye sees.
+/// The pictures of an eye that water is drawn from.
 pub(super) struct AtEye<'a> {
-    /// `View`.
     pub(super) view: &'a Resource,
     pub(super) position: &'a Target,
-    /// Of a style with water.
+    /// [`WATER`], in a style with water.
     pub(super) water: Option<&'a Target>,
-    /// Of the land.
+    /// Colour and tone of the land.
     pub(super) tone: &'a Target,
 }
 
-/// Tones with water, and ink of its shores and lines.
+/// The pictures with water.
 pub(super) struct Watered {
+    /// Colour and tone of land and water.
     pub(super) tone: Target,
+    /// Ink of shorelines and water lines.
     pub(super) ink: Target,
 }
 
-/// Where an eye sees water; none in a style without.
+/// Computes the distance to the shore on the visible water. Returns `None` in a style without water.
 pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -39,7 +40,7 @@ pub(super) fn find(
     Some(water)
 }
 
-/// None in a style without water.
+/// Draws the tint and the lines of water. Returns `None` in a style without water.
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,

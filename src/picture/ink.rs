@@ -1,13 +1,13 @@
-//! Reading pictures of ink, whatever their format.
+//! Readback of pictures of ink, in any of their formats.
 
 use crate::gpu::readback::read_as;
 use crate::gpu::target::Target;
 use crate::gpu::{Gpu, GpuError};
 
-/// Returns the texels of a part of a picture with up to four channels; absent channels are 0.
+/// Reads back the texels of a part of a picture of ink. A picture has up to four channels; absent ones are 0.
 ///
 /// # Errors
-/// [`GpuError::Readback`] if the device is lost or out of memory, or if ink does not have this format.
+/// [`GpuError::Readback`] if the device is lost or out of memory, or if the picture has a format that no ink has.
 pub(super) fn channels(
     gpu: &Gpu,
     target: &Target,
@@ -21,7 +21,7 @@ pub(super) fn channels(
         R32Float => floats::<1>(gpu, target, origin_px, size_px),
         Rg32Float => floats::<2>(gpu, target, origin_px, size_px),
         Rgba32Float => floats::<4>(gpu, target, origin_px, size_px),
-        format => Err(GpuError::Readback(format!("{}: ink in the format {format:?}", target.name))),
+        format => Err(GpuError::Readback(format!("{}: no ink has the format {format:?}", target.name))),
     }
 }
 

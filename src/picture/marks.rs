@@ -1,10 +1,10 @@
-//! The marks of a picture as vector lines: rows of hachures as they were placed; hatching and lines of water as lines
+//! The inks of a picture as vector lines, except strokes: rows of hachures as they were placed, and all others as lines
 //! traced from their ink.
 //!
 //! A mark of a row is given by its samples, and its visibility is tested against the surface between them, as in
 //! `shaders/surface/rows/ribbons.wgsl`. Marks from textures exist only as ink and are traced
-//! ([`crate::vector::trace`]). Each layer of hatching is traced separately, so that its lines do not end at those of
-//! another layer.
+//! ([`crate::vector::trace`]). Each set of hatching marks is traced separately, so that its lines do not end at those
+//! of another set.
 
 use rayon::prelude::*;
 
@@ -35,6 +35,7 @@ struct Surface {
     size_px: [usize; 2],
     /// Position relative to the eye in metres, and distance along the view axis in metres; 0 for the sky.
     position: Vec<[f32; 4]>,
+    /// Distance at which haze has taken 63 % of the contrast, in metres.
     haze_m: f32,
     /// The view with which the frame was drawn.
     view: ViewUniform,
@@ -59,7 +60,7 @@ impl Surface {
         seen * (faintest + (1.0 - faintest) * (-t * t).exp())
     }
 
-    /// Sets the ink of lines to what haze and focus leave of it.
+    /// Sets the ink of each point of lines to the fraction that haze and focus leave.
     fn hazed(&self, mut lines: Vec<Polyline>, fading: Fading) -> Vec<Polyline> {
         for point in lines.iter_mut().flat_map(|line| &mut line.points) {
             point.ink = self.clear(point.px, fading);
@@ -68,16 +69,16 @@ impl Surface {
     }
 }
 
-/// The groups of a picture in its order: marks below strokes, and marks above them.
+/// The groups of lines of a picture, from the bottom to the top: those below the strokes, and those above them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Marks {
     pub below: Vec<Group>,
     pub above: Vec<Group>,
 }
 
-/// Returns the marks of the last frame, which must have a single eye, as a group for each kind; groups without lines
-/// are left out. `view` and `light` are those with which the frame was drawn. The renderer must have been set to keep
-/// the sets of hatching marks ([`Renderer::set_wants_mark_layers`]).
+/// Returns the inks of the last frame, which must have a single eye, as groups of lines; groups without lines are left
+/// out. `view` and `light` are those with which the frame was drawn. The renderer must have drawn the sets of hatching
+/// marks separately ([`Renderer::set_wants_mark_sets`]).
 ///
 /// # Errors
 /// [`GpuError::Readback`] if the device is lost or out of memory.
@@ -112,8 +113,7 @@ pub(super) fn read(
                 target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &own, &surface))?
             }
             Trace::Sets(sets) => {
-                let drawn =
-                    sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_layer(number)?)));
+                let drawn = sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_set(number)?)));
                 let drawn: Vec<_> = drawn
                     .map(|(set, target)| Ok((set, InkPicture { size_px, ink: read_as(gpu, target, [0, 0], size_px)? })))
                     .collect::<Result<_, GpuError>>()?;
@@ -134,13 +134,13 @@ pub(super) fn read(
     Ok(marks)
 }
 
-/// Returns the lines of an ink that exists only as a picture: a group, or one for each family of lines.
+/// Traces an ink that exists only as a picture. Returns one group, or one for each family of lines.
 fn traced(gpu: &Gpu, target: &Target, own: &InkLayer, surface: &Surface) -> Result<Vec<Group>, GpuError> {
     let size_px = surface.size_px.map(|side| side as u32);
     let texels = channels(gpu, target, [0, 0], size_px)?;
     let is_sky = own.layer.is_none();
     let of_channel = |channel: usize| {
-        // The picture of the sky is only shown where no surface is.
+        // The sky's picture also covers pixels in front of which there is a surface; its ink is not shown there.
         let ink = texels.iter().zip(&surface.position);
         let ink = ink.map(|(texel, at)| if is_sky && at[3] > 0.0 { 0.0 } else { texel[channel] }).collect();
         surface.hazed(lines(&InkPicture { size_px, ink }), own.ink.fading)

@@ -17,7 +17,7 @@ const SIZE_PX: [u32; 2] = [96, 54];
 /// `style` will do; its drawing is discarded.
 ///
 /// # Errors
-/// As [`Renderer::render`].
+/// Those of [`Renderer::render`].
 pub fn nearest_m(
     gpu: &Gpu,
     renderer: &mut Renderer,

@@ -51,8 +51,8 @@ pub enum StrokesError {
 pub struct Drawn {
     /// Strokes of each eye; the left eye of a stereo pair comes first.
     pub strokes: Vec<Vec<Polyline>>,
-    /// Marks below the strokes, from the bottom to the top: one group for each ink, or for each of its families or sets.
-    /// Empty for a stereo pair.
+    /// Marks below the strokes, from the bottom to the top: one group for each ink, or for each of its families or
+    /// sets. Empty for a stereo pair.
     pub marks: Vec<Group>,
     /// Marks above the strokes.
     pub marks_above: Vec<Group>,
@@ -100,7 +100,7 @@ pub fn render_strokes(
 
     let renderer = Renderer::or_new(renderer, gpu)?;
     renderer.set_wants_motion(false);
-    renderer.set_wants_mark_layers(wants_marks);
+    renderer.set_wants_mark_sets(wants_marks);
     let view = View::whole(request.previous, request.pose, size_px).at(request.clock);
     let rig = pair.map_or_else(|| Rig::mono(view), |pair| pair.rig(&view));
     let prepared = renderer.render_eyes(gpu, world, &rig, style, &request.light)?;
@@ -110,7 +110,7 @@ pub fn render_strokes(
     // No-data areas have outlines in every style.
     let reads_marks = pair.is_none() && (wants_marks || renderer.target(&RIM).is_some());
     let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Marks::default() };
-    renderer.set_wants_mark_layers(false);
+    renderer.set_wants_mark_sets(false);
     gpu.check()?;
     let groups = marks.below.iter_mut().chain(&mut marks.above);
     let all = strokes.iter_mut().flatten().chain(groups.flat_map(|group| &mut group.lines));

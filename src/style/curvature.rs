@@ -28,7 +28,7 @@ parameters! {
         /// Stroke texture of the lines: a built-in name, or a recipe file (`.toml`) relative to the style; without it
         /// lines are solid.
         texture_name as "texture": Option<String>;
-    } beside {
+    } loaded {
         /// The loaded recipe of `texture_name`.
         texture: Option<texture::Recipe>;
     }

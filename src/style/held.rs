@@ -20,7 +20,7 @@ impl Style {
     pub fn recipe_files(&self) -> StyleFiles {
         let here = Path::new("");
         let sets = self.layers.iter().flat_map(|layer| match layer {
-            Layer::Hatching(hatching) => hatching.layers.as_slice(),
+            Layer::Hatching(hatching) => hatching.sets.as_slice(),
             _ => &[],
         });
         let sets = sets.filter(|set| marks::file(&set.marks, here).is_some());

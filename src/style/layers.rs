@@ -1,9 +1,9 @@
 //! The ink layers of a style: everything that is drawn over the tones, from the bottom to the top.
 //!
-//! A style file lists its layers as `[[layers]]`, each with a `kind`. What the rest of the program needs to know about a
-//! layer is a value: its inks ([`Ink`]), the pass that draws it ([`InkPass`]), and how far it reaches. The composite, SVG
-//! and GeoJSON files, AOV channels, lettering, margins of picture parts and scaling for paper iterate over these values,
-//! so they know no kinds.
+//! A style file lists its layers as `[[layers]]`, each with a `kind`. A layer describes itself to the rest of the
+//! program by values ([`InkKind`]): its inks ([`Ink`]), the pass that draws it ([`InkPass`]), and how far its ink
+//! depends on the picture around it ([`Reach`]). The composite, SVG and GeoJSON files, AOV channels, lettering, margins
+//! of picture parts and scaling for paper iterate over these values, so they need no list of the kinds.
 //!
 //! To add a kind, write `layers/KIND.rs` with its parameters and its [`InkKind`], write its shader
 //! `shaders/layers/KIND.wgsl`, and register it in this file: a `mod` line, and a line in `layer_kinds!`.
@@ -28,7 +28,7 @@ use glam::DVec3;
 use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
-pub use cuts::{CUT_INK, CutLayer, Cuts};
+pub use cuts::{CUT_INK, Cuts, PlaneFamily};
 pub(crate) use form::written_key;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 pub use hatching::Hatching;
@@ -50,24 +50,24 @@ use crate::gpu::target::TargetKind;
 /// pictures to a shader.
 pub const MOST_LAYERS: usize = 11;
 
-/// Ink of one colour, which a layer puts on the paper. A layer has one ink or several; all of them are channels of the
-/// picture that the layer's pass writes.
+/// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
+/// the layer's passes write.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ink {
-    /// Id for scripts: that of the layer in an SVG, and the `layer` of a GeoJSON.
+    /// Identifier for scripts: the id of the layer in an SVG file, and the property `layer` in a GeoJSON file.
     pub id: &'static str,
     /// Label for people.
     pub label: String,
-    /// Colour; `None` is the colour of lettering.
+    /// Colour; `None` means that of lettering ([`Style::lettering_ink`]).
     pub color: Option<Color>,
     /// Which channels of the layer's picture hold the ink.
     pub channels: Channels,
     /// How the ink fades with distance and away from the focus.
     pub fading: Fading,
-    /// Whether the ink reproduces the requested tone, so that it counts for the AOV channel `hatch`.
+    /// Whether the ink reproduces the requested tone. The AOV channel `hatch` contains the inks that do.
     pub makes_tone: bool,
-    /// Whether the drawing consists of it: lettering takes its colour, and it is enough for a file of lines. Shores and
-    /// outlines of no-data areas accompany a drawing.
+    /// Whether this is a main ink of the drawing: lettering may take its colour, and a vector file may consist of it
+    /// alone. Shorelines and outlines of no-data areas, which only accompany a drawing, are not.
     pub is_main: bool,
     /// How the ink becomes lines in a vector file.
     pub trace: Trace,
@@ -76,50 +76,51 @@ pub struct Ink {
 /// The channels of a picture that hold an ink, each 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// One channel.
+    /// The channel with this index.
     One(usize),
-    /// The first channels, one for each of several families of lines that cross each other; at most three.
+    /// The first channels, this many and at most three: one for each family of lines. The families cross each other.
     Crossed(usize),
 }
 
 /// How ink fades with distance and away from the focus.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Fading {
-    /// Ink fades as the surface that it lies on.
+    /// The ink fades with the surface below it.
     OnSurface {
         /// Fraction of the ink that remains in full haze.
         faintest: f32,
         /// How many times farther than tones the ink reaches into the haze.
         reach: f32,
-        /// Whether the amount of ink follows the tone, which has already lost its share of the focus.
+        /// Whether the amount of ink follows the tone. Tones already lose contrast away from the focus, so such ink
+        /// itself fades less there.
         follows_tone: bool,
     },
-    /// Detected lines cover both sides of an edge and fade as the nearer of the two.
+    /// The ink fades with the nearest surface around it: detected lines cover both sides of an edge.
     OnNearest {
         /// Fraction of the ink that remains in full haze.
         faintest: f32,
         /// How many times farther than tones the lines reach into the haze.
         reach: f32,
     },
-    /// The layer's own passes have faded the ink.
+    /// The layer's own passes have already faded the ink.
     Done,
 }
 
 /// How ink becomes lines in a vector file.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Trace {
-    /// Not at all; the text names what a vector file leaves out.
+    /// The ink is left out; the text names it in the report of what a vector file lacks.
     LeftOut(&'static str),
-    /// Lines are traced in the picture, each family of [`Channels::Crossed`] by itself.
+    /// Lines are traced in the picture of the ink, each family of [`Channels::Crossed`] separately.
     Picture,
-    /// Sets of hatching marks are drawn and traced one by one.
+    /// Sets of hatching marks are drawn and traced separately.
     Sets(Vec<Set>),
-    /// Marks of rows are known as lines.
+    /// The marks of rows are read back as lines, without tracing.
     Rows {
         /// Distance between neighbouring marks, in pixels.
         spacing_px: f32,
     },
-    /// Strokes are known as lines.
+    /// The strokes are read back as lines, without tracing.
     Strokes,
 }
 
@@ -128,17 +129,17 @@ pub enum Trace {
 pub struct Set {
     /// Label for people.
     pub label: String,
-    /// Whether the marks are dots, which are not traced along their length.
+    /// Whether the marks are dots; then each is traced as a dot, not along its length.
     pub is_of_dots: bool,
 }
 
-/// A pass over the pixels of an eye that draws the ink of a layer. The shader finds its uniform as `rules` and writes
-/// `ink`; it may also bind `view`, `surface_id`, `position`, `normal`, `tone` (the requested tone is its fourth channel),
-/// `water` (a single texel without water), and the terrain.
+/// A pass over the pixels of an eye that draws the ink of a layer. Its shader binds the uniform `rules` and the output
+/// `ink`; it may also bind `view`, `surface_id`, `position`, `normal`, `tone` (its fourth channel is the requested
+/// tone), `water` (a single texel in a style without water), and the terrain.
 pub struct InkPass {
     /// Name of the shader, which is also that of the pass.
     pub shader: &'static str,
-    /// Bytes of the uniform `rules`.
+    /// Bytes of the uniform `rules`, in the layout of the shader's struct.
     pub rules: Vec<u8>,
     /// The picture that the pass writes.
     pub ink: &'static TargetKind,
@@ -151,13 +152,14 @@ pub struct InkLayer {
     pub layer: Option<usize>,
     /// How many layers of the same kind are below this one.
     pub number: usize,
-    /// Linear RGB is [`Color::linear`].
+    /// Colour of the ink, or of lettering if the ink has none of its own.
     pub color: Color,
     pub ink: Ink,
 }
 
 impl InkLayer {
-    /// Returns an id for scripts that no other ink of the style has; `part` is that of a family or a set, from 1 on.
+    /// Returns an identifier for scripts that is unique within the style. `part` is the number of a family of lines or
+    /// of a set of marks, from 1.
     pub fn id(&self, part: Option<usize>) -> String {
         let part = part.map_or(String::new(), |part| format!("-{part}"));
         let number = if self.number > 0 { format!("-layer-{}", self.number + 1) } else { String::new() };
@@ -165,7 +167,7 @@ impl InkLayer {
     }
 }
 
-/// What the rest of the program needs to know about a kind of layer.
+/// The description of a layer, on which the rest of the program relies instead of on its kind.
 pub(crate) trait InkKind {
     /// Returns the inks of the layer, from the bottom to the top; none if it draws nothing.
     fn inks(&self) -> Vec<Ink>;
@@ -181,31 +183,33 @@ pub(crate) trait InkKind {
         Reach::default()
     }
 
-    /// Returns what the layer is in a summary of the style; `None` leaves it out.
+    /// Returns the name of the layer in a summary of the style; `None` omits it.
     fn summary(&self) -> Option<String> {
         None
     }
 
-    /// Returns what a vector file leaves out of the layer, besides [`Trace::LeftOut`].
+    /// Returns the name of what a vector file lacks of the layer, apart from inks that are [left out](Trace::LeftOut).
     fn missing_in_vectors(&self) -> Option<&'static str> {
         None
     }
 
-    /// Returns what of the layer cannot be scaled for paper.
+    /// Returns the name of what keeps its size in pixels when the style is scaled for paper, if anything does.
     fn unscaled(&self) -> Option<&'static str> {
         None
     }
 
-    /// Multiplies what lengths with the unit `px` do not cover by `factor`.
+    /// Scales by `factor` what depends on the size of the picture but is not a parameter with the unit `px`; those are
+    /// scaled by their definitions.
     fn scale_marks(&mut self, _factor: f32) {}
 
-    /// Changes what depends on the scale of a map whose pixels are `pixel_m` metres.
+    /// Adapts the layer to the scale of a map whose pixels are `pixel_m` metres wide.
     fn prepare_for_map(&mut self, _pixel_m: f64) {}
 
-    /// Loads recipes and images, and sorts what is sorted; returns the files that were read.
+    /// Completes a layer after parsing: loads its recipes and images, and sorts its lists. Returns the files that were
+    /// read.
     ///
     /// # Errors
-    /// The key within the layer, and what is wrong.
+    /// The key within the layer, and the error.
     fn complete(&mut self, _source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
         Ok(Vec::new())
     }
@@ -214,18 +218,18 @@ pub(crate) trait InkKind {
 /// How far a layer's ink depends on the picture around it, in pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Reach {
-    /// The margin that is enough for the layer by itself.
+    /// The margin that the layer needs; the largest of all layers counts.
     pub margin_px: u32,
-    /// What is added to the margin of every style.
+    /// A width that is added to the usual margin of a part, together with those of other layers.
     pub more_px: u32,
 }
 
-/// Where a style finds its recipes.
+/// The source of a style's recipes.
 #[derive(Clone, Copy)]
 pub(crate) enum RecipeSource<'a> {
     /// Built-in recipes, and files relative to a folder.
     Folder(&'a Path),
-    /// Built-in recipes, and texts that a picture has stored.
+    /// Built-in recipes, and texts that are stored in a picture.
     Held(&'a StyleFiles),
 }
 
@@ -339,8 +343,8 @@ macro_rules! layer_kinds {
                     })
                 }
 
-                /// Replaces all layers of this kind by one, or by none. A new one is put where a style with sections
-                /// has it.
+                /// Replaces all layers of this kind with one, or with none. If there was none, the new one is inserted
+                /// according to the order of kinds.
                 pub fn $set(&mut self, layer: Option<$kind>) {
                     self.layers.replace($name, layer.map(Layer::$kind));
                 }
@@ -349,7 +353,8 @@ macro_rules! layer_kinds {
     };
 }
 
-// From the bottom to the top: the order of styles with sections, and of layers that a file does not list.
+// The order of kinds, from the bottom to the top. It is that of styles with sections instead of a list of layers, and
+// of layers that are added to a style.
 layer_kinds! {
     /// Lines from shading, found in a shaded image of the scene.
     "tone_lines" ToneLines: tone_lines, tone_lines_mut, set_tone_lines, at most 1;
@@ -405,8 +410,8 @@ impl Layers {
         layers
     }
 
-    /// Replaces all layers of a kind by `new`, which takes the place of the lowest of them, or of layers of its kind in
-    /// the order of kinds.
+    /// Replaces all layers of a kind with `new`, which is inserted in place of the lowest of them, or, if there was
+    /// none, according to the order of kinds.
     fn replace(&mut self, name: &str, new: Option<Layer>) {
         let rank = |name: &str| KINDS.iter().position(|(known, _)| *known == name);
         let is_above = |layer: &Layer| rank(layer.name()) > rank(name);
@@ -419,7 +424,8 @@ impl Layers {
         self.0 = below;
     }
 
-    /// Returns the key of a layer: its kind, and from the second of the kind on the number, as in `cuts[1]`.
+    /// Returns the key of a layer: its kind, followed by a number from the second layer of the kind on, as in
+    /// `cuts[1]`.
     pub(super) fn key(&self, index: usize) -> String {
         keyed(self.0[index].name(), self.number(index))
     }
@@ -431,7 +437,7 @@ impl Layers {
     }
 }
 
-/// Returns the key of a layer of a kind.
+/// Returns the key of the layer of a kind that has this number among layers of its kind.
 fn keyed(name: &str, number: usize) -> String {
     if number > 0 { format!("{name}[{number}]") } else { name.to_owned() }
 }

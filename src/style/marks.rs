@@ -125,8 +125,8 @@ impl Recipe {
         let (shown, text) = RECIPES.text(name, folder)?;
         let mut recipe = Self::parse(&shown, &text)?;
         if let Some(path) = RECIPES.file(name, folder) {
-            let beside = path.parent().unwrap_or(Path::new(""));
-            recipe.images.iter_mut().for_each(|image| *image = beside.join(&*image));
+            let own_folder = path.parent().unwrap_or(Path::new(""));
+            recipe.images.iter_mut().for_each(|image| *image = own_folder.join(&*image));
         }
         Ok(recipe)
     }

@@ -26,8 +26,8 @@ pub use focus::Focus;
 pub use held::StyleFiles;
 use layers::RecipeSource;
 pub use layers::{
-    CutLayer, Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, Rims, Rows, Stereo, Strokes,
-    ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo,
+    Strokes, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
@@ -94,7 +94,7 @@ parameters! {
         haze: Haze;
         /// The region of strongest contrast; without this section contrast is the same everywhere.
         focus: Option<Focus>;
-    } beside {
+    } loaded {
         /// All files that the style was read from: its own, those of its recipes, and their images. A preset has none.
         files: Vec<PathBuf>;
     }
@@ -178,7 +178,7 @@ impl Style {
     }
 
     /// Returns whether tones use the own colours of trees and models.
-    pub fn asks_for_local_colors(&self) -> bool {
+    pub fn needs_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
     }
 
@@ -212,24 +212,24 @@ impl Style {
     }
 
     /// Returns whether tones show shadows of trees.
-    pub fn asks_for_tree_shadows(&self) -> bool {
+    pub fn needs_tree_shadows(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
     }
 
     /// Returns whether smoothed normals of the land are needed.
-    pub fn asks_for_form(&self) -> bool {
+    pub fn needs_form(&self) -> bool {
         let of_tones = matches!(self.tone, Tone::Toon(_)) && self.light.detail < 1.0;
         let of_lines = self.tone_lines().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
     /// Returns whether crests are drawn lighter than hollows.
-    pub fn asks_for_crests(&self) -> bool {
+    pub fn needs_crests(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && self.light.crests > 0.0
     }
 
     /// Returns whether tones need horizon maps, for cast shadows or ambient occlusion.
-    pub fn asks_for_horizons(&self) -> bool {
+    pub fn needs_horizons(&self) -> bool {
         matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
     }
 

@@ -16,7 +16,7 @@
 //! - The range is a [`Range`]; without one, every value of the type is allowed.
 //!
 //! After the name of a struct, `listed` names a check for lists of such sections, and `whole` a check that compares
-//! several parameters. Fields in `beside` are not parameters; the code that loads a style fills them in.
+//! several parameters. Fields in `loaded` are not parameters; the code that loads a style fills them in.
 
 mod definition;
 mod document;
@@ -47,10 +47,10 @@ macro_rules! parameters {
                 $field:ident $(as $key:literal)? $(in $unit:literal)? : $type:ty $(= $default:expr)? $(=> $range:expr)?;
             )+
         }
-        $(beside {
+        $(loaded {
             $(
-                $(#[doc = $beside_help:literal])+
-                $beside:ident: $beside_type:ty;
+                $(#[doc = $loaded_help:literal])+
+                $loaded:ident: $loaded_type:ty;
             )+
         })?
     ) => {
@@ -62,8 +62,8 @@ macro_rules! parameters {
                 pub $field: $type,
             )+
             $($(
-                $(#[doc = $beside_help])+
-                pub $beside: $beside_type,
+                $(#[doc = $loaded_help])+
+                pub $loaded: $loaded_type,
             )+)?
         }
 
@@ -89,7 +89,7 @@ macro_rules! parameters {
                             }
                         },
                     )+
-                    $($($beside: Default::default(),)+)?
+                    $($($loaded: Default::default(),)+)?
                 })
             }
         }
@@ -110,7 +110,7 @@ macro_rules! parameters {
             fn left_out() -> Option<Self> {
                 Some(Self {
                     $($field: $crate::style::parameters::absent::<$type, _>([$($default)?])?,)+
-                    $($($beside: Default::default(),)+)?
+                    $($($loaded: Default::default(),)+)?
                 })
             }
 

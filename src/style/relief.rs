@@ -68,7 +68,7 @@ parameters! {
         exaggeration: f32 = 2.0 => Range::Within(0.1, 50.0);
         /// Weight of each scale of exaggerated shading relative to the next finer one.
         coarser: f32 = 1.2 => Range::Within(0.1, 4.0);
-    } beside {
+    } loaded {
         /// The loaded image of `environment`.
         sky: Option<Arc<SkyPicture>>;
     }
@@ -84,7 +84,7 @@ impl Relief {
     }
 
     /// Returns whether light is warped or scaled by curvature.
-    pub fn asks_for_curvature(&self) -> bool {
+    pub fn needs_curvature(&self) -> bool {
         self.kind != ReliefKind::Exaggerated && self.alpha_px != 0.0
     }
 }

@@ -110,9 +110,9 @@ mod tests {
     }
 
     #[test]
-    fn what_stays_in_pixels_is_told() {
-        let told = |name: &str| Style::load(name).unwrap().unscaled();
-        assert!(told("ink").unwrap().starts_with("detected lines"), "{:?}", told("ink"));
+    fn what_stays_in_pixels_is_reported() {
+        let reported = |name: &str| Style::load(name).unwrap().unscaled();
+        assert!(reported("ink").unwrap().starts_with("detected lines"), "{:?}", reported("ink"));
         let mut bare = Style::load("strokes").unwrap();
         bare.paper.grain = 0.0;
         assert_eq!(bare.unscaled(), None);

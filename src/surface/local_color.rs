@@ -1,6 +1,6 @@
 //! The local colours of trees and models (a painter's term: their own colours), used by styles with colours.
 //!
-//! If a style needs them ([`Style::asks_for_local_colors`](crate::style::Style::asks_for_local_colors)), the passes
+//! If a style needs them ([`Style::needs_local_colors`](crate::style::Style::needs_local_colors)), the passes
 //! that draw trees and models write them to a target next to the normal; for other styles neither the target nor its
 //! inputs exist. The target holds hues only: lightness is stored with the normal, in all styles.
 //!

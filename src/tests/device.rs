@@ -46,7 +46,7 @@ fn renderers_share_pipelines() {
     assert!(first > 30, "{first} pipelines");
 }
 
-/// What an edit of a style cost a running renderer.
+/// The cost of an edited style in a running renderer.
 #[derive(Debug)]
 struct Cost {
     /// Pipelines that were compiled, and objects that were made on the GPU.

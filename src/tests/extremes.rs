@@ -123,7 +123,7 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
             let pose = world.pose(&view(east_m));
             shoot(&mut world, &mut renderer, pose, [192, 108])
         };
-        let (near, far, beside) = (at(0.0), at(1e7), at(1e7 + 300.0));
+        let (near, far, shifted) = (at(0.0), at(1e7), at(1e7 + 300.0));
         let apart_px = |a: &Shot, b: &Shot| {
             let px = |i: usize| (a.position_m[i] - b.position_m[i]).length() * a.focal_px() / b.position_m[i].length();
             let both = (0..a.depth_m.len()).filter(|&i| !a.is_sky(i) && !b.is_sky(i));
@@ -133,7 +133,7 @@ fn ten_thousand_kilometres_from_the_origin_nothing_moves() {
             common::quantile(&mut apart, 0.995)
         };
         worst_px = worst_px.max(apart_px(&near, &far));
-        planted_px = planted_px.max(apart_px(&near, &beside));
+        planted_px = planted_px.max(apart_px(&near, &shifted));
     }
     println!("1e7 m from the origin: {worst_px:.4} px apart; with a step of 300 m: {planted_px:.2} px");
     assert!(worst_px < 0.1, "the picture moves by {worst_px} px");

@@ -116,7 +116,7 @@ fn judged(without: &Drawn, with: &Drawn, place_m: DVec2) -> [f64; 2] {
 }
 
 #[test]
-fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_beside() {
+fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_elsewhere() {
     let Some(mut world) = world() else { return };
     let names = ["ink", "strokes", "crosshatch", "wash", "hachures", "stipple", "cartoon"];
     for name in names.into_iter().take(if common::full() { 7 } else { 4 }) {
@@ -133,8 +133,8 @@ fn lines_marks_and_washes_keep_their_contrast_in_the_focus_and_lose_it_beside() 
             "{name}: fraction of the focus that differs {differ}, ink that remains far away {left}"
         );
         // Planted errors: a focus elsewhere, and one that is too weak.
-        let beside = drawn(&mut world, &style, Some(about_place(PLACE_M + DVec2::new(-5000.0, -3000.0), STRENGTH)));
-        assert!(!is_held(judged(&without, &beside, PLACE_M)), "{name}: a focus elsewhere passes");
+        let elsewhere = drawn(&mut world, &style, Some(about_place(PLACE_M + DVec2::new(-5000.0, -3000.0), STRENGTH)));
+        assert!(!is_held(judged(&without, &elsewhere, PLACE_M)), "{name}: a focus elsewhere passes");
         let weak = drawn(&mut world, &style, Some(about_place(PLACE_M, 0.4)));
         assert!(!is_held(judged(&without, &weak, PLACE_M)), "{name}: a weak focus passes");
     }

@@ -282,7 +282,7 @@ fn a_scene_says_where_trees_stand() {
     assert_eq!(parse(text).unwrap().forest, Some(expected));
     let many = "[[forest.species]]\nform = \"birch\"\n".repeat(9);
     assert!(parse(&many).unwrap_err().contains("forest.species: at most 8 are allowed"));
-    for (wrong, told) in [
+    for (wrong, cause) in [
         ("form = \"oak\"", "oak"),
         ("form = \"birch\"\nshare = -1", "scene.toml:5:9: forest.species.share: it must be between 0 and 1000000"),
         ("form = \"birch\"\nlow_m = 3\nhigh_m = 2", "forest.species.low_m: it is greater than high_m"),
@@ -299,9 +299,9 @@ fn a_scene_says_where_trees_stand() {
         ("file = 3", "scene.toml:4:8: "),
     ] {
         let error = parse(&format!("[[forest.species]]\n{wrong}")).unwrap_err();
-        assert!(error.contains(told) && error.lines().count() == 1, "{error}");
+        assert!(error.contains(cause) && error.lines().count() == 1, "{error}");
     }
-    for (wrong, told) in [
+    for (wrong, cause) in [
         ("trees_per_ha = 626", "scene.toml:4:16: forest.trees_per_ha: it must be between 0 and 625"),
         ("trees_per_ha = -1", "it must be between 0 and 625"),
         ("height_m = 0", "forest.height_m: it must be between 0.01 and 1000"),
@@ -312,7 +312,7 @@ fn a_scene_says_where_trees_stand() {
         ("species = \"oak\"", "species"),
     ] {
         let error = parse(&format!("[forest]\n{wrong}")).unwrap_err();
-        assert!(error.starts_with("scene.toml:4:") && error.contains(told) && error.lines().count() == 1, "{error}");
+        assert!(error.starts_with("scene.toml:4:") && error.contains(cause) && error.lines().count() == 1, "{error}");
     }
 }
 

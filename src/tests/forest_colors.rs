@@ -278,12 +278,12 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
     let bare = mesh(&(boxed(1, boxes[0]) + &boxed(9, boxes[1])));
     let green = colors(&mut world, &forest, &[Arc::clone(&bare)]);
     let species = Species { color_srgb: Some([0.8, 0.3, 0.2]), ..forest.species[0].clone() };
-    let told = colors(&mut world, &Forest { species: vec![species], ..forest }, &[bare]);
+    let colored = colors(&mut world, &Forest { species: vec![species], ..forest }, &[bare]);
     for level in LEVELS {
-        let [green, told] = [&green, &told].map(|sums| sums[&level].parts());
+        let [green, colored] = [&green, &colored].map(|sums| sums[&level].parts());
         assert!(
-            green.y > green.x && green.y > 1.5 * green.z && is_red(told),
-            "level {level}: without materials {green}, with the scene's colour {told}"
+            green.y > green.x && green.y > 1.5 * green.z && is_red(colored),
+            "level {level}: without materials {green}, with the scene's colour {colored}"
         );
     }
 }
@@ -347,7 +347,7 @@ fn colours_change_no_tone_and_nothing_else() {
     for name in common::presets() {
         let says_so = style::preset_text(name).unwrap().contains("local_color");
         assert_eq!(
-            Style::load(name).unwrap().asks_for_local_colors(),
+            Style::load(name).unwrap().needs_local_colors(),
             says_so,
             "{name}: local colours should be {says_so}"
         );
@@ -383,7 +383,7 @@ fn colours_draw_within_the_default_limits() {
         &Style::load("crosshatch").unwrap().text().replace("local_color = 0.0", "local_color = 0.5"),
     )
     .unwrap();
-    assert!(all.asks_for_local_colors() && all.hatching().is_some() && all.asks_for_tree_shadows());
+    assert!(all.needs_local_colors() && all.hatching().is_some() && all.needs_tree_shadows());
     for style in [Style::load("wash").unwrap(), Style::load("plain").unwrap(), all] {
         let mut renderer = Renderer::new(&gpu).unwrap();
         for _ in 0..2 {

@@ -257,7 +257,7 @@ struct Likeness {
     near: f64,
     aside: f64,
     /// The overlap of the mesh with itself half a pixel to the right and down: an impostor must be better.
-    beside: f64,
+    shifted: f64,
 }
 
 /// Returns whether a tree touches neither another one nor the picture's border.
@@ -302,7 +302,7 @@ fn impostors_look_like_their_meshes() {
             let pose = world.pose(&camera);
             let mut seen =
                 |detail: f64, jitter_px| pictured(&mut world, &mut renderer, pose, detail, PICTURE_PX, jitter_px);
-            let (beside_ids, beside_normals, _) = seen(4.0, DVec2::splat(0.5));
+            let (shifted_ids, shifted_normals, _) = seen(4.0, DVec2::splat(0.5));
             let (mesh_ids, mesh_normals, _) = seen(4.0, DVec2::ZERO);
             let (ids, normals, trees) = seen(0.8, DVec2::ZERO);
             for tree in trees.iter().filter(|tree| tree.level == IMPOSTOR && tree.shown == [0.0, 1.0]) {
@@ -322,7 +322,7 @@ fn impostors_look_like_their_meshes() {
                     turned_deg: agreement(own, mesh, (&ids, &normals), 10.0_f64.to_radians()).of_means_deg,
                     near: within_a_pixel(own, &mesh_ids, &ids, PICTURE_PX, 0),
                     aside: within_a_pixel(own, &mesh_ids, &ids, PICTURE_PX, 4),
-                    beside: agreement(own, mesh, (&beside_ids, &beside_normals), 0.0).overlap,
+                    shifted: agreement(own, mesh, (&shifted_ids, &shifted_normals), 0.0).overlap,
                 });
             }
         }
@@ -330,7 +330,7 @@ fn impostors_look_like_their_meshes() {
         let overlap = mean(&|each| each.impostor.overlap);
         let of_means_deg = mean(&|each| each.impostor.of_means_deg);
         let turned_deg = mean(&|each| each.turned_deg);
-        let [near, aside, beside] = [mean(&|each| each.near), mean(&|each| each.aside), mean(&|each| each.beside)];
+        let [near, aside, shifted] = [mean(&|each| each.near), mean(&|each| each.aside), mean(&|each| each.shifted)];
         let mut overlaps: Vec<f64> = all.iter().map(|each| each.impostor.overlap).collect();
         println!(
             "{form:?}, {} views: overlap {overlap:.3}, 5th percentile {:.3}, mesh shifted by half a pixel {:.3}; \
@@ -338,11 +338,11 @@ fn impostors_look_like_their_meshes() {
              {turned_deg:.1}°; normals of pixels {:.1}° apart",
             all.len(),
             quantile(&mut overlaps, 0.05),
-            beside,
+            shifted,
             mean(&|each| each.impostor.of_pixels_deg),
         );
         assert!(all.len() >= VIEWS && overlap > least && of_means_deg < most_deg && near > 0.93);
-        assert!(overlap > beside);
+        assert!(overlap > shifted);
         // Planted errors: an impostor that is turned, and one that is shifted.
         assert!(turned_deg > of_means_deg + 1.0 && aside < near - 0.03);
     }

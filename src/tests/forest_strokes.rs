@@ -129,40 +129,40 @@ fn verdict(view: &View, clear_m: f64, places: &[DVec3], edge: &MeshEdge) -> Verd
     let Some(other) = edge.across_other else { return Verdict::Yes };
     let [Some(c), Some(d)] = [edge.across, other].map(on_picture) else { return Verdict::Unsure };
     // The distance from the line through the edge, in pixels.
-    let beside = |p: DVec2| (b - a).perp_dot(p - a) / (b - a).length().max(1e-9);
-    if beside(c).abs().min(beside(d).abs()) < 0.02 || (b - a).length() < 0.02 {
+    let off_px = |p: DVec2| (b - a).perp_dot(p - a) / (b - a).length().max(1e-9);
+    if off_px(c).abs().min(off_px(d).abs()) < 0.02 || (b - a).length() < 0.02 {
         return Verdict::Unsure;
     }
-    if (beside(c) > 0.0) == (beside(d) > 0.0) { Verdict::Yes } else { Verdict::No }
+    if (off_px(c) > 0.0) == (off_px(d) > 0.0) { Verdict::Yes } else { Verdict::No }
 }
 
 /// Compares the list of edges with those of the trees, in order; returns how many edges are right, and how many wrong.
 fn compare(bench: &Bench, found: &[Edge], trees: &[DrawnTree], spoil: bool) -> (usize, usize) {
-    let is_same = |edge: &Edge, places: &[DVec3], told: &MeshEdge| {
+    let is_same = |edge: &Edge, places: &[DVec3], mesh_edge: &MeshEdge| {
         let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
-        a.distance(places[told.ends[0]]) < EXACT_M && b.distance(places[told.ends[1]]) < EXACT_M
+        a.distance(places[mesh_edge.ends[0]]) < EXACT_M && b.distance(places[mesh_edge.ends[1]]) < EXACT_M
     };
     let (mut right, mut wrong, mut next) = (0, 0, 0);
     for tree in trees {
         let (places, edges) = standing(tree);
         let clear_m = clear_m(tree);
-        for told in &edges {
-            let mut verdict = verdict(&bench.view, clear_m, &places, told);
-            if spoil && told.across_other.is_some() {
+        for mesh_edge in &edges {
+            let mut verdict = verdict(&bench.view, clear_m, &places, mesh_edge);
+            if spoil && mesh_edge.across_other.is_some() {
                 verdict = match verdict {
                     Verdict::Yes => Verdict::No,
                     Verdict::No => Verdict::Yes,
                     Verdict::Unsure => Verdict::Unsure,
                 };
             }
-            let is_found = found.get(next).is_some_and(|edge| is_same(edge, &places, told));
+            let is_found = found.get(next).is_some_and(|edge| is_same(edge, &places, mesh_edge));
             next += usize::from(is_found);
             match verdict {
                 Verdict::Unsure => {
                     // An edge that is cut at the near limit has other ends.
                     let is_cut = |edge: &Edge| {
                         let [a, b] = [edge.a_m, edge.b_m].map(|at_m| Vec3::from(at_m).as_dvec3());
-                        let [p, q] = told.ends.map(|end| places[end]);
+                        let [p, q] = mesh_edge.ends.map(|end| places[end]);
                         let off_m = |at: DVec3| (at - p).cross(q - p).length() / p.distance(q).max(1e-9);
                         let cut_m = a.dot(bench.view.pose.forward).min(b.dot(bench.view.pose.forward));
                         (cut_m - clear_m).abs() < EXACT_M && off_m(a).max(off_m(b)) < EXACT_M
@@ -257,16 +257,16 @@ fn outlines_of_near_trees_are_strokes_and_nothing_else_of_them_is() {
         (all.iter().filter(|i| is_near(&ink, **i, dx)).count() as f64 / all.len() as f64, all.len())
     };
     let (found, all) = recall(0);
-    const BESIDE: usize = 9;
-    let (shifted, _) = recall(BESIDE);
+    const SHIFT_PX: usize = 9;
+    let (shifted, _) = recall(SHIFT_PX);
     let needless = |dx: usize| {
         let all = (0..within.len() - dx).filter(|i| within[*i]);
         let (all, inked) = all.fold((0, 0), |(all, inked), i| (all + 1, inked + usize::from(ink[i + dx])));
         f64::from(inked as u32) / f64::from(all)
     };
-    println!("{found:.3} of {all} pixels of outlines have a stroke; {shifted:.3} when shifted by {BESIDE} pixels");
-    println!("{:.4} of the pixels within crowns are ink; {:.4} when shifted", needless(0), needless(BESIDE));
+    println!("{found:.3} of {all} pixels of outlines have a stroke; {shifted:.3} when shifted by {SHIFT_PX} pixels");
+    println!("{:.4} of the pixels within crowns are ink; {:.4} when shifted", needless(0), needless(SHIFT_PX));
     assert!(all > 1000 && found > 0.95 && needless(0) < 0.01);
     // Planted error: strokes that are shifted.
-    assert!(shifted < 0.8 && needless(BESIDE) > 3.0 * needless(0) + 0.01);
+    assert!(shifted < 0.8 && needless(SHIFT_PX) > 3.0 * needless(0) + 0.01);
 }

@@ -172,7 +172,11 @@ fn level_land_is_paper() {
                 style.light.level_deg = 0.0;
                 // Nor may it be white because the light is strong.
                 style.light.exposure = 1.0;
-                style.cuts_mut().into_iter().flat_map(|cuts| &mut cuts.layers).for_each(|layer| layer.level_deg = 0.5);
+                style
+                    .cuts_mut()
+                    .into_iter()
+                    .flat_map(|cuts| &mut cuts.families)
+                    .for_each(|layer| layer.level_deg = 0.5);
                 style.rows_mut().into_iter().for_each(|rows| rows.level_deg = 0.5);
             }
             let pose = world.pose("0,0,+2500,0,-90,50");

@@ -219,10 +219,11 @@ fn the_table_is_that_of_the_frames() {
     // Every shader is a pass of some frame.
     let drawn: BTreeSet<&str> = traces.rows.iter().map(|row| row.name).collect();
     // Apart from the passes of the window and of the headset.
-    let beside = ["composite/present", "headset/show"];
-    let known: BTreeSet<&str> = SHADERS.iter().map(|(name, _)| *name).filter(|name| !beside.contains(name)).collect();
+    let outside_frames = ["composite/present", "headset/show"];
+    let known: BTreeSet<&str> =
+        SHADERS.iter().map(|(name, _)| *name).filter(|name| !outside_frames.contains(name)).collect();
     assert_eq!(drawn, known);
-    assert!(beside.iter().all(|name| LIST.contains(name)));
+    assert!(outside_frames.iter().all(|name| LIST.contains(name)));
     // Planted errors: a pass that reads another resource, and a pass that is not listed.
     let more = Traced { name: "nothing", texture: None, bytes: 0 };
     let planted = |name| PassTrace { name, submit: 0, reads: vec![more.clone()], writes: Vec::new() };

@@ -253,7 +253,7 @@ fn a_mask_adds_to_what_heights_show_or_stands_for_it() {
 }
 
 #[test]
-fn files_that_do_not_hold_are_told_in_a_line() {
+fn invalid_files_give_an_error_of_one_line() {
     let scratch = Scratch::new();
     let square = |low: f64, high: f64| vec![vec![vec![[low, low], [high, low], [high, high], [low, low]]]];
     for (name, text, expected) in [
@@ -281,7 +281,7 @@ fn files_that_do_not_hold_are_told_in_a_line() {
     let missing = load(WaterFiles::default().with(&scratch.0.path().join("none.geojson"))).unwrap_err();
     assert!(missing.contains("none.geojson"), "{missing}");
     // A polygon outside the world gives a warning, and no water.
-    assert_eq!(scratch.load("beside.geojson", &geojson("EPSG:32632", &square(0.0, 1000.0))), Ok(None));
+    assert_eq!(scratch.load("outside.geojson", &geojson("EPSG:32632", &square(0.0, 1000.0))), Ok(None));
     // Heights without a coordinate reference system.
     let files = WaterFiles::default().with(&scratch.write("there.geojson", geojson("", &square(8.0, 9.0))));
     let nowhere = Georeference { crs: Crs::Local, ..place() };

@@ -139,9 +139,9 @@ fn two_degrees_that_share_a_column_are_one() {
         let steps: Vec<f32> = rows.filter(|step| !step.is_nan()).collect();
         steps.iter().sum::<f32>() / steps.len() as f32
     };
-    let beside = (280..320).filter(|column| !(297..303).contains(column)).map(step).fold(0.0, f32::max);
+    let nearby = (280..320).filter(|column| !(297..303).contains(column)).map(step).fold(0.0, f32::max);
     for column in 297..303 {
-        assert!(step(column) < 1.3 * beside, "{column}: mean step {}, nearby {beside}", step(column));
+        assert!(step(column) < 1.3 * nearby, "{column}: mean step {}, nearby {nearby}", step(column));
     }
 }
 
@@ -159,9 +159,9 @@ fn four_tiles_of_a_city_are_one() {
         let (x, y) = (((place[0] - x0) / step).round() as usize, ((place[3] - y0) / down).round() as usize);
         // Where tiles overlap, the first one counts.
         assert!(unlike(&heights_m, width as usize, tile, x, y, 0.5) < 0.05, "{x} {y}");
-        let beside = if x > 0 { x - 1 } else { 1 };
+        let shifted_x = if x > 0 { x - 1 } else { 1 };
         assert!(
-            unlike(&heights_m, width as usize, tile, beside, y, 0.0) > 0.3,
+            unlike(&heights_m, width as usize, tile, shifted_x, y, 0.0) > 0.3,
             "a tile one sample off was not detected"
         );
     }

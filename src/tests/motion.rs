@@ -27,7 +27,7 @@ fn worst_px(shot: &Shot, pose: &Pose, previous: &Pose) -> ([f64; 2], [usize; 2])
         let [x, y] = shot.place(pixel).map(|at| at as f64 + 0.5);
         let sky = shot.is_sky(pixel);
         let way = if sky { shot.ray(pixel) } else { pose.position_m + shot.position_m[pixel] - previous.position_m };
-        // Content behind the previous eye, or beside it, has no previous position.
+        // Content behind the previous eye, or to its side, has no previous position.
         if way.dot(previous.forward) < 0.05 * way.length() {
             continue;
         }

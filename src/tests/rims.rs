@@ -293,18 +293,20 @@ fn a_ridge_before_a_hole_keeps_its_line() {
         let (kept, rim) = seen(&mut holed, &RIMLESS);
         let rim = rim.unwrap();
         let width = SIZE_PX[0] as usize;
-        let is_beside = |pixel: usize| {
+        let is_near_rim = |pixel: usize| {
             let around = (-2..=2_i64).flat_map(|y| (-2..=2_i64).map(move |x| y * width as i64 + x));
-            around.filter_map(|by| rim.get(usize::try_from(pixel as i64 + by).ok()?)).any(|[_, beside]| *beside > 0.0)
+            around
+                .filter_map(|by| rim.get(usize::try_from(pixel as i64 + by).ok()?))
+                .any(|[_, next_to_hole]| *next_to_hole > 0.0)
         };
         let lines: Vec<usize> = (0..crest.len()).filter(|pixel| crest[*pixel][0] > 0.5).collect();
         let is_kept = |pixel: usize| [pixel - width, pixel, pixel + width].iter().any(|near| kept[*near][0] > 0.5);
         let left = lines.iter().filter(|pixel| is_kept(**pixel)).count();
-        let beside = lines.iter().filter(|pixel| is_beside(**pixel)).count();
-        println!("{name}: {left} of {} pixels of the crest's line are left, {beside} are near a rim", lines.len());
+        let near_rim = lines.iter().filter(|pixel| is_near_rim(**pixel)).count();
+        println!("{name}: {left} of {} pixels of the crest's line are left, {near_rim} are near a rim", lines.len());
         assert!(left as f64 > 0.98 * lines.len() as f64);
         // Planted: the line without its pixels near land that borders on a hole.
-        assert!(lines.len() - beside < (0.98 * lines.len() as f64) as usize, "no part of the line is near a rim");
+        assert!(lines.len() - near_rim < (0.98 * lines.len() as f64) as usize, "no part of the line is near a rim");
     }
 }
 

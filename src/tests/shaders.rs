@@ -81,8 +81,8 @@ fn every_shader_is_spirv_that_its_validator_accepts() {
             // Devices with and without robust access get different code.
             for policy in [BoundsCheckPolicy::Unchecked, BoundsCheckPolicy::Restrict] {
                 let words = spirv(&module, &info, entry, policy).unwrap_or_else(|error| panic!("{name}: {error}"));
-                let told = spirv_val(&words);
-                assert_eq!(told, None, "{name} {definitions:?}, {}", entry.name);
+                let message = spirv_val(&words);
+                assert_eq!(message, None, "{name} {definitions:?}, {}", entry.name);
                 checked += 1;
                 last = words;
             }
@@ -132,6 +132,6 @@ fn spirv_val(words: &[u32]) -> Option<String> {
     let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
     child.stdin.take().unwrap().write_all(&bytes).unwrap();
     let output = child.wait_with_output().unwrap();
-    let told = [output.stdout, output.stderr].concat();
-    (!output.status.success()).then(|| String::from_utf8_lossy(&told).into_owned())
+    let message = [output.stdout, output.stderr].concat();
+    (!output.status.success()).then(|| String::from_utf8_lossy(&message).into_owned())
 }

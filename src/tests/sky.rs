@@ -289,9 +289,9 @@ fn a_map_has_no_sky() {
     let Some(mut world) = world() else { return };
     let pose = world.pose("0,0,6000,0,-90,45");
     let (sky, _) = sky_of(&mut world, pose, &rich(), &north_west());
-    let beside = sky[0];
-    assert_eq!(beside[3], 0.0);
-    assert!(sky.iter().all(|texel| *texel == beside));
+    let first = sky[0];
+    assert_eq!(first[3], 0.0);
+    assert!(sky.iter().all(|texel| *texel == first));
 }
 
 #[test]

@@ -43,7 +43,7 @@ fn smooth() -> Accident {
 
 /// Counts sky pixels whose four neighbours are surface.
 fn pinholes(shot: &Shot) -> usize {
-    let is_ground = |pixel: usize, step| shot.neighbour(pixel, step).is_some_and(|beside| !shot.is_sky(beside));
+    let is_ground = |pixel: usize, step| shot.neighbour(pixel, step).is_some_and(|neighbour| !shot.is_sky(neighbour));
     let sides = [[1, 0], [-1, 0], [0, 1], [0, -1]];
     (0..shot.depth_m.len()).filter(|&i| shot.is_sky(i) && sides.iter().all(|step| is_ground(i, *step))).count()
 }

@@ -110,13 +110,13 @@ fn a_scene_may_have_a_date() {
     let scene = parse("date = \"2003-10-17T12:30:30-07:00\"\nplace = \"39.742476,-105.1786\"").unwrap();
     assert!(is_near(scene.sun_time.unwrap().sun(None).unwrap(), 194.34024, 39.88838));
     assert_eq!(parse("azimuth_deg = 100").unwrap().sun_time, None);
-    for (sun, told) in [
+    for (sun, message) in [
         ("date = \"2003-10-17\"", "s.toml:4:8: sun.date: it must be a date and time with a time zone"),
         ("date = \"2003-10-17T12:30Z\"\nplace = \"Bern\"", "s.toml:5:9: sun.place: it must be a latitude"),
         ("place = \"46,7\"", "s.toml:4:9: sun.place: it is only used with sun.date"),
         ("date = \"2003-10-17T12:30Z\"\nazimuth_deg = 3", "s.toml:4:8: sun.date: it cannot be combined with"),
     ] {
         let error = parse(sun).unwrap_err();
-        assert!(error.starts_with(told), "{error}");
+        assert!(error.starts_with(message), "{error}");
     }
 }

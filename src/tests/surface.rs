@@ -177,7 +177,7 @@ fn pinholes(shot: &Shot) -> usize {
             shot.is_sky(pixel)
                 && [[1, 0], [-1, 0], [0, 1], [0, -1]]
                     .into_iter()
-                    .all(|step| shot.neighbour(pixel, step).is_some_and(|beside| !shot.is_sky(beside)))
+                    .all(|step| shot.neighbour(pixel, step).is_some_and(|neighbour| !shot.is_sky(neighbour)))
         })
         .count()
 }

@@ -283,7 +283,7 @@ fn only_file(folder: &Path) -> PathBuf {
 }
 
 #[test]
-fn a_damaged_cache_is_made_anew() {
+fn a_damaged_cache_is_rebuilt() {
     let folder = tempfile::tempdir().unwrap();
     let cache = folder.path().join("marks");
     let small = Recipe::parse("test", SMALL).unwrap();
@@ -319,7 +319,7 @@ fn a_damaged_cache_is_made_anew() {
 }
 
 #[test]
-fn mistakes_are_told_in_one_line() {
+fn mistakes_give_an_error_of_one_line() {
     let spoil = |from: &str, to: &str| {
         assert!(SMALL.contains(from), "{from}");
         SMALL.replacen(from, to, 1)

@@ -58,7 +58,7 @@ fn words(made: &Result<TonalArtMap, StyleError>) -> Result<(), String> {
 }
 
 #[test]
-fn broken_pictures_are_told_in_one_line() {
+fn broken_pictures_give_an_error_of_one_line() {
     let folder = tempfile::tempdir().unwrap();
     atomic::write(&folder.path().join("mine.toml"), STACK.as_bytes()).unwrap();
     let style =

@@ -222,7 +222,7 @@ fn what_is_large_or_open_stays_a_hole() {
         ("a band of the largest extent", within(50, 100, 256, 20), false),
         ("too long", within(50, 100, 257, 20), true),
         ("one sample on the border", within(0, 77, 1, 1), true),
-        ("one sample beside the border", within(1, 77, 1, 1), false),
+        ("one sample inside the border", within(1, 77, 1, 1), false),
         ("the last row", within(70, 419, 9, 1), true),
     ] {
         let holes = punched(&grid, square);
@@ -247,8 +247,8 @@ fn spikes_go_and_summits_stay() {
         cone.max(cliff)
     };
     let grid = grid_of(201, 201, SPACING_M, land);
-    let beside = |x: i64, y: i64| (53..56).contains(&x) && (99..102).contains(&y) || x == 148 && y % 9 == 3 && y < 190;
-    let holes = punched(&grid, |x, y| beside(x, y) && y > 0);
+    let is_hole = |x: i64, y: i64| (53..56).contains(&x) && (99..102).contains(&y) || x == 148 && y % 9 == 3 && y < 190;
+    let holes = punched(&grid, |x, y| is_hole(x, y) && y > 0);
     assert_eq!(fill(&holes).1.spikes, 0, "the summit and the cliff must not count as spikes");
     let mut spiked = holes.clone();
     let at = |x: usize, y: usize| y * 201 + x;
@@ -353,9 +353,9 @@ fn a_void_of_one_file_is_land_in_another() {
 
     // For drawing, holes of members side by side are filled, but not those of members that overlap.
     let path = |name: &str| folder.path().join(name);
-    let mut beside = land.clone();
-    beside.georeference.crs_from_grid[0] += 199.0 * SPACING_M;
-    for (name, grid) in [("a.tif", &holes), ("b.tif", &raised), ("c.tif", &beside)] {
+    let mut adjacent = land.clone();
+    adjacent.georeference.crs_from_grid[0] += 199.0 * SPACING_M;
+    for (name, grid) in [("a.tif", &holes), ("b.tif", &raised), ("c.tif", &adjacent)] {
         pyramid::bake(grid, &path(name), &BakeOptions::default(), &Silent).unwrap();
     }
     let options = OpenOptions { voids: VoidMode::Fill, ..OpenOptions::default() };

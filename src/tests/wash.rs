@@ -180,8 +180,8 @@ fn edges(drawn: &Drawn, reach_px: f64) -> [f64; 2] {
         if !disc.iter().any(|step| is_other(&step)) {
             far = far.max(darkened.abs());
         }
-        let beside = [[1, 0], [-1, 0], [0, 1], [0, -1]].map(|[dx, dy]| at([x + dx, y + dy]).unwrap_or(own));
-        if own < 0.5 && beside.iter().any(|tone| tone - own > 0.1) {
+        let neighbours = [[1, 0], [-1, 0], [0, 1], [0, -1]].map(|[dx, dy]| at([x + dx, y + dy]).unwrap_or(own));
+        if own < 0.5 && neighbours.iter().any(|tone| tone - own > 0.1) {
             near += darkened / own;
             count += 1.0;
         }

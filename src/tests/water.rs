@@ -128,8 +128,8 @@ fn tiles_agree() {
             let pair = [next, (i + shift) % pixels.len()].map(|i| pixels[i].as_ref());
             let [Some(a), Some(b)] = pair else { continue };
             // Near the borders of tiles, which are 256 samples wide.
-            let is_beside = a.place_m.x.abs().min(a.place_m.y.abs()) < 60.0;
-            if a.water_m > 0.0 && b.water_m > 0.0 && is_beside {
+            let is_near_border = a.place_m.x.abs().min(a.place_m.y.abs()) < 60.0;
+            if a.water_m > 0.0 && b.water_m > 0.0 && is_near_border {
                 steps.push((a.water_m - b.water_m).abs() / a.pixel_m);
             }
         }
@@ -186,17 +186,17 @@ fn differing<'a>(a: impl Iterator<Item = &'a Option<Pixel>>, b: impl Iterator<It
 }
 
 #[test]
-fn maps_that_are_kept_are_as_those_made_anew() {
+fn cached_maps_equal_rebuilt_maps() {
     let Some((kept, most)) = flown(false) else { return };
     assert!((1..=MAPS_AT_ONCE).contains(&most), "{most} maps in a frame");
     let Some(mut world) = World::new(grid_of(513, 513, 30.0, bowl_m), FINEST_PX) else { return };
-    let (anew, _) = water_of(&mut world, OBLIQUE);
-    let differ = differing(kept.iter(), anew.iter());
+    let (rebuilt, _) = water_of(&mut world, OBLIQUE);
+    let differ = differing(kept.iter(), rebuilt.iter());
     println!("{differ} pixels differ after a flight");
     assert!(differ < 20);
     // Planted: maps that count as built and are not.
     let Some((lost, _)) = flown(true) else { return };
-    assert!(differing(lost.iter(), anew.iter()) > 200);
+    assert!(differing(lost.iter(), rebuilt.iter()) > 200);
 }
 
 #[test]

@@ -114,11 +114,11 @@ pub struct Terrain {
     /// The horizon maps, in a style with shadows or occlusion.
     horizon_maps: Option<HorizonMaps>,
     /// Whether the next frame requests horizon maps, and the last frame that did.
-    asks_for_horizons: bool,
+    needs_horizons: bool,
     horizons_asked_in: u64,
     /// The water maps, in a style with water.
     water_maps: Option<WaterMaps>,
-    asks_for_water: bool,
+    needs_water: bool,
     water_asked_in: u64,
 }
 
@@ -150,10 +150,10 @@ impl Terrain {
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
             horizon_maps: None,
-            asks_for_horizons: false,
+            needs_horizons: false,
             horizons_asked_in: 0,
             water_maps: None,
-            asks_for_water: false,
+            needs_water: false,
             water_asked_in: 0,
         })
     }
@@ -255,7 +255,7 @@ impl Terrain {
     /// Requests horizon maps toward a sun in the direction `to_sun` for the next frame. With `None` they are not
     /// requested; existing ones are kept for a while, because they take long to compute.
     pub fn map_horizons(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
-        self.asks_for_horizons = to_sun.is_some();
+        self.needs_horizons = to_sun.is_some();
         match to_sun {
             Some(to_sun) => {
                 let maps = self.horizon_maps.get_or_insert_with(|| HorizonMaps::new(gpu, &self.residency.atlas));
@@ -270,7 +270,7 @@ impl Terrain {
     /// Requests water maps for the next frame, with the sea level in metres if there is a sea: `Some(None)` is water
     /// without a sea. With `None` they are not requested; existing ones are kept for a while.
     pub fn map_water(&mut self, gpu: &Gpu, sea_level_m: Option<Option<f64>>) {
-        self.asks_for_water = sea_level_m.is_some();
+        self.needs_water = sea_level_m.is_some();
         match sea_level_m {
             Some(sea_level_m) => {
                 let sea_m = sea_level_m.map_or(NO_SEA_M, |level_m| level_m as f32);

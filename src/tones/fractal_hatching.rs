@@ -17,16 +17,15 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let hatching = inputs.hatching;
     let ladder = (axes::FIRST_OCTAVE, axes::OCTAVES);
     let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, 1) };
-    let directions = axes::axes(&hatching.layers);
+    let directions = axes::axes(&hatching.sets);
     let mut resources = vec![
         ("hatch", recorder.uniform("hatch", &uniform)),
         ("axes", recorder.upload(&AXES, &axes::directions(&directions)).binding()),
         ("cells", recorder.upload(&CELLS, &axes::cells(&directions, inputs.origin_m)).binding()),
     ];
     resources.extend(inputs.resources());
-    let any = |is: fn(Kind) -> bool| {
-        hatching.layers.iter().any(|layer| layer.recipe.as_ref().is_none_or(|recipe| is(recipe.kind)))
-    };
+    let any =
+        |is: fn(Kind) -> bool| hatching.sets.iter().any(|set| set.recipe.as_ref().is_none_or(|recipe| is(recipe.kind)));
     let definitions: &[&str] = match [any(|kind| kind != Kind::Line), any(|kind| kind == Kind::Dots)] {
         [_, true] => &["ENDED", "DOTS"],
         [true, _] => &["ENDED"],

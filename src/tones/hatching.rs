@@ -37,16 +37,16 @@ pub(crate) struct Inputs<'a> {
     pub bend_axis: &'a Target,
     /// A target whose alpha is the requested tone.
     pub tone: &'a Target,
-    /// The only layer whose marks are drawn; `None` draws all layers.
-    pub layer: Option<usize>,
+    /// Index of the only set of marks that is drawn; `None` draws all sets.
+    pub set: Option<usize>,
     /// The output: ink of the marks and its derivative by darkness.
     pub cover: &'a Target,
 }
 
 impl Inputs<'_> {
-    /// Returns a bit mask of the layers that are drawn.
+    /// Returns a bit mask of the sets that are drawn.
     pub(super) fn drawn(&self) -> u32 {
-        self.layer.map_or(u32::MAX, |layer| 1 << layer)
+        self.set.map_or(u32::MAX, |set| 1 << set)
     }
 
     /// Returns the bindings that both kinds of hatching have.
@@ -72,7 +72,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let Some(maps) = made.maps() else { return };
     let ladder = (axes::FIRST_LEVEL, axes::LEVELS);
     let uniform = HatchUniform { drawn: inputs.drawn(), ..HatchUniform::new(hatching, ladder, maps.side_px) };
-    let directions = axes::axes(&hatching.layers);
+    let directions = axes::axes(&hatching.sets);
     let phases = axes::phases(&directions, inputs.origin_m, f64::from(maps.side_px));
     let mut resources = vec![
         ("maps", maps.binding()),
@@ -81,7 +81,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("phases", recorder.upload(&PHASES, &phases).binding()),
     ];
     resources.extend(inputs.resources());
-    let swells = hatching.layers.iter().filter_map(|layer| layer.recipe.as_ref()).any(uniform::swells);
+    let swells = hatching.sets.iter().filter_map(|set| set.recipe.as_ref()).any(uniform::swells);
     let definitions: &[&str] = if swells { &["SWELLING"] } else { &[] };
     recorder.pixels(Compute { name: "tones/hatching", definitions }, inputs.cover.size_px(), &resources);
 }

@@ -203,7 +203,7 @@ fn the_steadiness_of_strokes_is_measured() {
 }
 
 #[test]
-fn strokes_that_found_no_room_are_told() {
+fn strokes_that_found_no_room_are_reported() {
     if !has_gpu() {
         return;
     }
@@ -226,9 +226,9 @@ fn strokes_that_found_no_room_are_told() {
     assert!(left_out(1)["strokes"].as_u64().unwrap() > 0, "{}", left_out(1));
     assert_eq!((left_out(1)["edges"].as_u64(), left_out(1)["segments"].as_u64()), (Some(0), Some(0)));
     // One line, for the style whose budget is too small.
-    for told in [&text, &page] {
-        assert_eq!(told.matches("exceed the limits").count(), 1, "{told}");
-        assert!(told.contains(&format!("{} strokes exceed the limits", left_out(1)["strokes"])), "{told}");
+    for document in [&text, &page] {
+        assert_eq!(document.matches("exceed the limits").count(), 1, "{document}");
+        assert!(document.contains(&format!("{} strokes exceed the limits", left_out(1)["strokes"])), "{document}");
     }
 }
 
@@ -280,7 +280,7 @@ fn the_table_has_a_row_for_each_style() {
 }
 
 #[test]
-fn a_bench_of_two_eyes_tells_how_they_agree() {
+fn a_bench_of_two_eyes_reports_how_they_agree() {
     if !has_gpu() {
         return;
     }

@@ -65,7 +65,7 @@ fn check_heights(info: &Value, within_m: f64) {
 }
 
 #[test]
-fn info_tells_a_dem() {
+fn info_describes_a_dem() {
     let place = Place::empty();
     dem(&place);
     let info = place.json(&["info", "dem.tif", "--json"]);
@@ -76,7 +76,7 @@ fn info_tells_a_dem() {
 }
 
 #[test]
-fn what_is_baked_is_what_info_tells() {
+fn info_describes_what_is_baked() {
     let place = Place::empty();
     dem(&place);
     let mut before_bytes = u64::MAX;

@@ -28,9 +28,9 @@ fn text(output: &Output) -> String {
 }
 
 #[test]
-fn an_installed_program_tells_its_scenes_and_paths() {
+fn an_installed_program_lists_its_scenes_and_paths() {
     let place = Place::empty();
-    for (name, told) in [
+    for (name, expected) in [
         ("hut", "mesh      hut.obj: "),
         ("continent", "continent 1, 327680 × 327680 samples"),
         ("continent_small", "continent 1, 2048 × 2048 samples"),
@@ -40,7 +40,7 @@ fn an_installed_program_tells_its_scenes_and_paths() {
         ("valley", "a camera path"),
     ] {
         let output = installed(&place, &["info", name]);
-        assert!(output.status.success() && text(&output).contains(told), "{name}: {}", text(&output));
+        assert!(output.status.success() && text(&output).contains(expected), "{name}: {}", text(&output));
     }
     // An unknown name gives the list of built-in scenes; a name that looks like a file does not.
     let output = installed(&place, &["render", "hutch", "-o", place.path("a.png").to_str().unwrap()]);
@@ -68,8 +68,8 @@ fn a_scene_inside_draws_as_its_file_does() {
     }
     let place = Place::empty();
     let mut pictures = Vec::new();
-    let beside = checked_in("terrain/hut.toml");
-    for (world, name) in [("hut", "inside.png"), (beside.as_str(), "file.png"), ("", "without.png")] {
+    let scene_file = checked_in("terrain/hut.toml");
+    for (world, name) in [("hut", "inside.png"), (scene_file.as_str(), "file.png"), ("", "without.png")] {
         let path = place.path(name);
         let mut arguments = vec!["render", "--size", "96x54", "--style", "ink", "-o", path.to_str().unwrap()];
         arguments.extend(Some(world).filter(|world| !world.is_empty()));

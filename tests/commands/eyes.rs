@@ -79,8 +79,8 @@ fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
         "planted error, the left eye in green"
     );
     let ipd_m = |more: &[&str]| {
-        let told = place.json(&[&RENDER[..], &["-o", "out.png", "--json"], more].concat());
-        told["ipd_m"].as_f64()
+        let report = place.json(&[&RENDER[..], &["-o", "out.png", "--json"], more].concat());
+        report["ipd_m"].as_f64()
     };
     // 150 m above the ground, looking 12 degrees down with a field of view of 60 degrees, the nearest land is about 200
     // m away.
@@ -165,7 +165,7 @@ fn a_drawing_of_two_eyes_has_two_inks() {
 }
 
 #[test]
-fn what_has_no_room_for_two_eyes_is_told() {
+fn what_has_no_room_for_two_eyes_is_reported() {
     let place = Place::empty();
     dem(&place);
     for (more, words) in [

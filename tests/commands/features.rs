@@ -3,7 +3,7 @@
 use super::Place;
 
 #[test]
-fn what_is_left_out_is_told() {
+fn what_is_left_out_is_reported() {
     let place = Place::empty();
     let fly = place.hachure(&["fly", "nowhere.tif"]);
     let fly = String::from_utf8_lossy(&fly.stderr).into_owned();

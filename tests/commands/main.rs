@@ -215,7 +215,7 @@ fn styles_are_listed_shown_and_checked() {
 }
 
 #[test]
-fn info_tells_scenes_and_paths() {
+fn info_describes_scenes_and_paths() {
     let place = Place::empty();
     place.file("scene", "[world]\nprocedural = { seed = 4 }\n[sun]\nazimuth_deg = 100\n");
     let scene = place.json(&["info", "scene", "--json"]);

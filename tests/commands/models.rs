@@ -12,13 +12,13 @@ fn scene(place: &Place) {
 }
 
 #[test]
-fn materials_are_told_and_what_is_wrong_with_them_once() {
+fn materials_are_listed_and_their_faults_reported_once() {
     let place = Place::empty();
     scene(&place);
     place.file("tree.mtl", "newmtl bark\nKd 1 0 0\nnewmtl leaf\nKd 0 1 0\nmap_Kd leaf.png\n");
     let output = place.hachure(&["info", "a.toml"]);
-    let (told, warned) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
-    assert!(output.status.success() && told.matches(" m, 3 materials, at ").count() == 2, "{told}");
+    let (printed, warned) = (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(output.status.success() && printed.matches(" m, 3 materials, at ").count() == 2, "{printed}");
     for warning in [
         "its texture \"leaf.png\" is not in its folder",
         "these materials are not in its libraries and are drawn plain: \"root\"",
@@ -45,19 +45,19 @@ fn no_picture_replaces_a_texture() {
 }
 
 #[test]
-fn trees_of_a_forest_are_told_and_read() {
+fn trees_of_a_forest_are_listed_and_read() {
     let place = Place::empty();
     let scene = "[world]\nprocedural = { seed = 1 }\n[[forest.species]]\nform = \"birch\"\n[[forest.species]]\n\
                  file = \"tree.obj\"\nheight_m = 21.5\nshare = 3\n";
     place.file("a.toml", scene);
     place.file("tree.obj", MODEL);
-    let told = String::from_utf8(place.hachure(&["info", "a.toml"]).stdout).unwrap();
-    assert!(told.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{told}");
-    assert!(told.contains("species   birch, 18 m tall, share 1\n"), "{told}");
-    assert_eq!(told.matches("species").count(), 2, "{told}");
+    let printed = String::from_utf8(place.hachure(&["info", "a.toml"]).stdout).unwrap();
+    assert!(printed.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{printed}");
+    assert!(printed.contains("species   birch, 18 m tall, share 1\n"), "{printed}");
+    assert_eq!(printed.matches("species").count(), 2, "{printed}");
     assert!(
-        told.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
-        "{told}"
+        printed.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
+        "{printed}"
     );
     // Planted error: other rules, and wind, which must be printed.
     place.file(
@@ -75,7 +75,7 @@ fn trees_of_a_forest_are_told_and_read() {
         ),
         "{other}"
     );
-    assert!(other.contains("wind      8 m/s from 270°\n") && !told.contains("wind"), "{other}");
+    assert!(other.contains("wind      8 m/s from 270°\n") && !printed.contains("wind"), "{other}");
     let models = &place.json(&["info", "a.toml", "--json"])["tree_models"];
     assert!(models[0]["triangles"] == 4 && models[0]["up"] == "y" && models[1].is_null(), "{models}");
     // An output may not replace a file that the scene reads.

@@ -26,9 +26,9 @@ fn a_drawing_without_a_desktop_is_silent() {
     let mut program = Command::new(env!("CARGO_BIN_EXE_hachure"));
     program.args(arguments).current_dir(place.path("")).env("HACHURE_CACHE", place.path("cache"));
     let output = program.env("XDG_RUNTIME_DIR", "no/whole/path").env_remove("RUST_LOG").output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr).into_owned();
-    match told.contains("XDG_RUNTIME_DIR") {
-        true => println!("Mesa printed its warning: {told}"),
+    let printed = String::from_utf8_lossy(&output.stderr).into_owned();
+    match printed.contains("XDG_RUNTIME_DIR") {
+        true => println!("Mesa printed its warning: {printed}"),
         false => println!("this driver prints no warning about XDG_RUNTIME_DIR"),
     }
 }

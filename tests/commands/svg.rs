@@ -27,9 +27,13 @@ fn strokes_are_written_as_paths() {
     assert_eq!(number("contours") + number("borders") + number("creases"), count as f64);
     assert!(number("pen_up_px") < number("pen_up_unordered_px") && number("pen_down_px") > 500.0, "{svg}");
     let document = Document::parse(&text).unwrap();
-    let told = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).unwrap().text().unwrap();
-    assert_eq!(told("title"), "hachure: strokes");
-    assert!(told("desc").contains("style strokes") && told("desc").contains("within 0.25 px"), "{}", told("desc"));
+    let content = |name: &str| document.descendants().find(|node| node.has_tag_name(name)).unwrap().text().unwrap();
+    assert_eq!(content("title"), "hachure: strokes");
+    assert!(
+        content("desc").contains("style strokes") && content("desc").contains("within 0.25 px"),
+        "{}",
+        content("desc")
+    );
 
     // A larger tolerance gives fewer curves. The line on the terminal has the same numbers.
     let said = place.text(&render(&["-o", "b.svg", "--tolerance-px", "3", "--paper", "a5", "--margin", "5"]));
@@ -110,12 +114,12 @@ fn frames_of_a_path_are_files() {
     let place = Place::empty();
     place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-9600,3200,4,-9,42\n1,0,-9000,3200,4,-9,42\n");
     let arguments = ["render", "-o", "new/%02d.svg", "--style", "strokes", "--size", "160x90", "--path", "path.csv"];
-    let told = place.text(&[&arguments[..], &["--fps", "2"]].concat());
+    let printed = place.text(&[&arguments[..], &["--fps", "2"]].concat());
     let texts = ["00", "01", "02"].map(|name| fs::read_to_string(place.path(&format!("new/{name}.svg"))).unwrap());
     assert_eq!(fs::read_dir(place.path("new")).unwrap().count(), 3);
     assert!(texts[0] != texts[1] && texts[1] != texts[2]);
     let all: usize = texts.iter().map(|text| paths(text)).sum();
-    assert!(told.starts_with(&format!("{all} strokes")), "{told}");
+    assert!(printed.starts_with(&format!("{all} strokes")), "{printed}");
 }
 
 #[test]

@@ -181,10 +181,10 @@ fn masks_are_voids() {
     assert!(error.contains("internal.tif: is damaged"), "{error}");
 
     // A mask in a separate file, as GDAL writes it by default.
-    let path = folder.path().join("beside.tif");
+    let path = folder.path().join("masked.tif");
     write(&path, &[Picture::of_i16(&dem)]);
     let bare = source::open_reader(&path).unwrap().identity();
-    write(&folder.path().join("beside.tif.msk"), std::slice::from_ref(&mask));
+    write(&folder.path().join("masked.tif.msk"), std::slice::from_ref(&mask));
     check(&path, &expected, NOWHERE);
     assert_ne!(
         source::open_reader(&path).unwrap().identity(),
@@ -193,7 +193,7 @@ fn masks_are_voids() {
     );
     assert!(open_local_cog(&path).unwrap().is_none(), "a file with a separate mask must not be drawn as a COG");
     // A mask of another size is ignored.
-    write(&folder.path().join("beside.tif.msk"), &[masked(&Dem::new(20, 21, 0), is_shown).1]);
+    write(&folder.path().join("masked.tif.msk"), &[masked(&Dem::new(20, 21, 0), is_shown).1]);
     check(&path, &dem, NOWHERE);
 }
 
@@ -215,7 +215,7 @@ fn a_band_of_opacity_hides_heights() {
 }
 
 #[test]
-fn what_stands_beside_a_tiff_places_it() {
+fn sidecar_files_place_a_tiff() {
     let folder = scratch();
     let dem = Dem::new(30, 20, 0);
     let path = folder.path().join("scan.tif");
@@ -240,7 +240,7 @@ fn what_stands_beside_a_tiff_places_it() {
 }
 
 #[test]
-fn an_erdas_file_beside_an_envi_header_is_called_by_its_name() {
+fn an_erdas_file_next_to_an_envi_header_is_called_by_its_name() {
     let folder = scratch();
     let header = "ENVI\nsamples = 20\nlines = 20\nbands = 1\ndata type = 2\ninterleave = bsq\nbyte order = 0\n";
     std::fs::write(folder.path().join("dem.hdr"), header).unwrap();

@@ -106,7 +106,7 @@ fn a_picture_is_decoded_by_rows() {
 
 #[test]
 #[cfg(target_os = "linux")]
-fn memory_that_cannot_be_had_is_told_in_one_line() {
+fn missing_memory_gives_an_error_of_one_line() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("large.asc");
     let header = "ncols 16000\nnrows 16000\nxllcorner 0\nyllcorner 0\ncellsize 1\n".to_owned();

@@ -29,10 +29,10 @@ pub(crate) fn fault(kind: &Kind, seed: &Seed) -> Option<String> {
     // The last line is checked by another rule.
     let before = error.trim_end_matches('\n').strip_suffix(last).unwrap_or_default();
     let is_noisy = error.contains("panicked") || before.chars().any(is_foreign);
-    let told = String::from_utf8_lossy(&output.stdout);
+    let printed = String::from_utf8_lossy(&output.stdout);
     match (output.status.code(), last.strip_prefix("hachure: ")) {
         _ if is_noisy => Some(format!("hachure {arguments:?} prints {error:?}")),
-        (Some(0), _) if told.chars().any(is_foreign) => Some(format!("hachure {arguments:?} prints {told:?}")),
+        (Some(0), _) if printed.chars().any(is_foreign) => Some(format!("hachure {arguments:?} prints {printed:?}")),
         (Some(0), _) => None,
         (Some(1), Some(line)) => rule::fault(seed, line),
         (status, _) => Some(format!("hachure {arguments:?} ends with {status:?} and prints {error:?}")),

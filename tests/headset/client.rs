@@ -8,14 +8,14 @@ use hachure::headset::session::{SessionPhase, VIEWS};
 use hachure::headset::{Headset, Runtime};
 use openxr as xr;
 
-use crate::{Room, Told};
+use crate::{Room, Run};
 
 const MISTAKE: &str = "HACHURE_TEST_MISTAKE";
 
-fn made(room: &Room, mistake: &str) -> Told {
+fn made(room: &Room, mistake: &str) -> Run {
     let mut command = room.command(&std::env::current_exe().unwrap(), &[]);
     command.args(["client::client", "--exact", "--ignored", "--nocapture", "--test-threads=1"]).env(MISTAKE, mistake);
-    room.told(command)
+    room.run(command)
 }
 
 #[test]
@@ -38,8 +38,8 @@ fn mistakes_are_noticed() {
         ("session begun twice", "xrBeginSession: it runs already"),
         ("session ended early", "xrEndSession: it is not stopping"),
     ] {
-        let told = made(&room, mistake);
-        assert!(told.log.contains(words), "{mistake}: {}{}", told.log, told.stderr);
+        let run = made(&room, mistake);
+        assert!(run.log.contains(words), "{mistake}: {}{}", run.log, run.stderr);
     }
     match made(&room, "wrong layout").layer {
         Some(messages) => {

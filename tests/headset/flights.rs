@@ -11,10 +11,10 @@ fn flights_end_well_and_nobody_complains() {
     let Some(room) = Room::with_hill() else { return };
     // With a visibility mask, with one that changes, and without a mask.
     for (style, mask) in STYLES.into_iter().zip([&[][..], &[("MASK", "corners")], &[("MASK", "7")], &[]]) {
-        let told = room.fly(mask, &["--frames", "24", "--style", style]);
-        let report = told.well(style);
+        let run = room.fly(mask, &["--frames", "24", "--style", style]);
+        let report = run.well(style);
         assert!(report.starts_with(&format!("96x80 and 96x80 {style}: 24 frames")), "{report}");
-        assert!(told.log.contains("ended after 24 frames"), "{}", told.log);
+        assert!(run.log.contains("ended after 24 frames"), "{}", run.log);
     }
 }
 
@@ -61,9 +61,9 @@ fn the_session_goes_through_its_states() {
         // The user ends the program.
         (("STOP", "7"), 8),
     ] {
-        let told = room.fly(&[script], &["--frames", "20", "--style", "plain"]);
-        told.well(script.0);
-        assert!(told.log.contains(&format!("ended after {frames} frames")), "{script:?}: {}", told.log);
+        let run = room.fly(&[script], &["--frames", "20", "--style", "plain"]);
+        run.well(script.0);
+        assert!(run.log.contains(&format!("ended after {frames} frames")), "{script:?}: {}", run.log);
     }
 }
 
@@ -76,9 +76,9 @@ fn what_is_lost_is_one_line() {
         ("LOSE_INSTANCE", "the runtime"),
         ("BREAK_INSTANCE", "the runtime"),
     ] {
-        let told = room.fly(&[(name, "5")], &["--frames", "20", "--style", "plain"]);
-        assert!(told.line().starts_with(&format!("--vr: the connection to the headset was lost ({lost})")), "{name}");
-        assert!(told.stdout.is_empty(), "{name}: {}", told.stdout);
+        let run = room.fly(&[(name, "5")], &["--frames", "20", "--style", "plain"]);
+        assert!(run.line().starts_with(&format!("--vr: the connection to the headset was lost ({lost})")), "{name}");
+        assert!(run.stdout.is_empty(), "{name}: {}", run.stdout);
     }
 }
 
@@ -97,14 +97,14 @@ fn what_is_missing_is_one_line() {
         (&[("FORMATS", "1")], "lacks a supported colour format"),
         (&[("=VK_DRIVER_FILES", "/nonexistent"), ("=VK_ICD_FILENAMES", "/nonexistent")], "Vulkan cannot draw"),
     ] {
-        let told = room.fly(script, &["--frames", "2"]);
-        let line = told.line();
+        let run = room.fly(script, &["--frames", "2"]);
+        let line = run.line();
         assert!(line.starts_with("--vr: ") && line.contains(words), "{line}");
     }
     // An error in the world is reported before a missing headset.
     let mut command = room.command(env!("CARGO_BIN_EXE_hachure").as_ref(), &[("HEADSET", "none")]);
     command.args(["fly", "nowhere.tif", "--vr"]);
-    assert!(room.told(command).line().contains("nowhere.tif"));
+    assert!(room.run(command).line().contains("nowhere.tif"));
 }
 
 #[test]
@@ -118,14 +118,14 @@ fn buttons_are_heard() {
         &[("PUSHES", "4-7:/user/hand/right/input/b/click")][..],
         &[("PUSHES", "4-7:/user/hand/right/input/select/click"), ("PROFILE", simple)],
     ] {
-        let told = room.fly(script, &["--frames", "16", "--style", "plain"]);
-        let report = told.well("a button");
+        let run = room.fly(script, &["--frames", "16", "--style", "plain"]);
+        let report = run.well("a button");
         assert!(
             report.starts_with(&format!("96x80 and 96x80 {next}: ")),
             "holding a button once must be one step: {report}"
         );
     }
     // The other hand has no such button.
-    let told = room.fly(&[("PUSHES", "4-7:/user/hand/left/input/b/click")], &["--frames", "12", "--style", "plain"]);
-    assert!(told.well("no button").contains(" plain: "));
+    let run = room.fly(&[("PUSHES", "4-7:/user/hand/left/input/b/click")], &["--frames", "12", "--style", "plain"]);
+    assert!(run.well("no button").contains(" plain: "));
 }

@@ -25,7 +25,7 @@ const SYNCHRONISATION: &str = "VK_VALIDATION_FEATURE_ENABLE_SYNCHRONIZATION_VALI
 pub struct Room(tempfile::TempDir);
 
 /// Output of a run.
-pub struct Told {
+pub struct Run {
     /// Exit status of the process.
     pub status: Option<i32>,
     pub stdout: String,
@@ -109,14 +109,14 @@ impl Room {
     }
 
     /// Runs a command and collects its output and logs.
-    pub fn told(&self, mut command: Command) -> Told {
+    pub fn run(&self, mut command: Command) -> Run {
         for log in ["layer.log", "runtime.log"] {
             let _ = std::fs::remove_file(self.path(log));
         }
         let Output { status, stdout, stderr } = command.output().unwrap();
         let text = |bytes: Vec<u8>| String::from_utf8_lossy(&bytes).into_owned();
         let layer = std::fs::read_to_string(self.path("layer.log")).ok().map(|text| complaints(&text));
-        Told {
+        Run {
             status: status.code(),
             stdout: text(stdout),
             stderr: text(stderr),
@@ -126,14 +126,14 @@ impl Room {
     }
 
     /// Flies over the hill with a script and arguments.
-    pub fn fly(&self, script: &[(&str, &str)], arguments: &[&str]) -> Told {
+    pub fn fly(&self, script: &[(&str, &str)], arguments: &[&str]) -> Run {
         let mut command = self.command(Path::new(env!("CARGO_BIN_EXE_hachure")), script);
         command.args(["fly", "world.tif", "--vr", "--camera=900,-900,+20,315,3,60"]).args(arguments);
-        self.told(command)
+        self.run(command)
     }
 }
 
-impl Told {
+impl Run {
     /// Checks that a flight ended well and caused no complaints. Returns its output.
     pub fn well(&self, what: &str) -> &str {
         assert_eq!(self.status, Some(0), "{what}: {}", self.stderr);

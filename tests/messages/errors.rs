@@ -16,17 +16,17 @@ use hachure::world::TerrainError;
 use hachure::world::WorldError;
 
 /// Checks that a message contains the message of each cause once, and that the program adds nothing to it.
-fn tells_all(error: &(dyn Error + 'static)) -> Result<(), String> {
-    let told = error.to_string();
+fn has_each_cause_once(error: &(dyn Error + 'static)) -> Result<(), String> {
+    let message = error.to_string();
     let mut cause = error.source();
     while let Some(error) = cause {
         let words = error.to_string();
-        if told.matches(&words).count() != 1 {
-            return Err(format!("{told:?} does not say {words:?} once"));
+        if message.matches(&words).count() != 1 {
+            return Err(format!("{message:?} does not say {words:?} once"));
         }
         cause = error.source();
     }
-    if chain(error) == told { Ok(()) } else { Err(format!("{:?} is not {told:?}", chain(error))) }
+    if chain(error) == message { Ok(()) } else { Err(format!("{:?} is not {message:?}", chain(error))) }
 }
 
 #[derive(Debug, thiserror::Error)]
@@ -76,8 +76,8 @@ fn errors_tell_their_causes_once() {
         Box::new(WorldError::from(MeshError::Read { path: path(), cause: name() })),
     ];
     for error in errors {
-        tells_all(&*error).unwrap();
+        has_each_cause_once(&*error).unwrap();
     }
-    assert!(tells_all(&Planted { words: "the block is odd", source: full() }).is_err());
-    assert!(tells_all(&Planted { words: "the disk is full: the disk is full", source: full() }).is_err());
+    assert!(has_each_cause_once(&Planted { words: "the block is odd", source: full() }).is_err());
+    assert!(has_each_cause_once(&Planted { words: "the disk is full: the disk is full", source: full() }).is_err());
 }

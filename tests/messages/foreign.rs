@@ -18,9 +18,9 @@ fn foreign_texts_are_cut_and_escaped() {
     // An existing file, in what is printed and in warnings.
     place.file("red\u{1b}[31m.r16", [1; 128]);
     let output = place.hachure(&["info", "red\u{1b}[31m.r16"]);
-    let told = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
-    assert!(output.status.success() && told.contains("WARN"), "{told}");
-    assert!(!told.contains('\u{1b}') && told.contains("red\\u{1b}[31m.r16: a DEM"), "{told}");
+    let printed = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+    assert!(output.status.success() && printed.contains("WARN"), "{printed}");
+    assert!(!printed.contains('\u{1b}') && printed.contains("red\\u{1b}[31m.r16: a DEM"), "{printed}");
 
     let long = "x".repeat(5000);
     for (arguments, status) in [

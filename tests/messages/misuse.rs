@@ -5,7 +5,7 @@ use std::fs;
 use crate::Place;
 
 #[test]
-fn misuse_is_told_in_one_line() {
+fn misuse_gives_an_error_of_one_line() {
     let place = Place::new();
     place.file("x.tif", "junk");
     place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+9,0,0,50\n");

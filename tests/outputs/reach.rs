@@ -26,7 +26,7 @@ fn scene(place: &Place, dem: &str, mesh: &str) {
 }
 
 /// Runs all commands that open a scene, and returns their errors.
-fn told(place: &Place, more: &[&str]) -> Vec<String> {
+fn refusals(place: &Place, more: &[&str]) -> Vec<String> {
     place.file("flight.csv", crate::place::PATH);
     [
         &["info", "scenes/scene.toml"][..],
@@ -38,7 +38,7 @@ fn told(place: &Place, more: &[&str]) -> Vec<String> {
 }
 
 #[test]
-fn beside_and_below_is_inside() {
+fn next_to_and_below_is_inside() {
     let place = place();
     let absolute = format!("{:?}", place.path("scenes/sub/dem.tif").display().to_string());
     for dem in
@@ -82,8 +82,8 @@ fn what_leads_out_needs_trust() {
         link("../notes.txt", "scenes/link.tif");
         link("..", "scenes/up");
         link("../../notes.txt", "scenes/folder/a.tif");
-        place.geotiff("scenes/beside/dem.tif", 0);
-        link("../../notes.txt", "scenes/beside/dem.tif.tiles");
+        place.geotiff("scenes/tiled/dem.tif", 0);
+        link("../../notes.txt", "scenes/tiled/dem.tif.tiles");
         std::fs::create_dir_all(place.path("scenes/tiles/3/4")).unwrap();
         let tile = [131, 232, 0, 255].repeat(16 * 16);
         hachure::file::png::write_rgba8(&place.path("scenes/tiles/3/4/2.png"), 16, 16, &tile).unwrap();
@@ -92,14 +92,14 @@ fn what_leads_out_needs_trust() {
             ("\"link.tif\"", "sub/hut.obj", "link.tif"),
             ("\"up/notes.txt\"", "sub/hut.obj", "up/notes.txt"),
             ("\"folder\"", "sub/hut.obj", "folder/a.tif"),
-            ("\"beside/dem.tif\"", "sub/hut.obj", "dem.tif.tiles"),
+            ("\"tiled/dem.tif\"", "sub/hut.obj", "dem.tif.tiles"),
             ("\"tiles\"", "sub/hut.obj", "3.png"),
             ("\"sub/dem.tif\"", "up/notes.txt", "up/notes.txt"),
         ]);
     }
     for (dem, mesh, named) in cases {
         scene(&place, dem, mesh);
-        for line in told(&place, &[]) {
+        for line in refusals(&place, &[]) {
             let says = |what: &str| line.contains(what);
             assert!(line.starts_with("scenes/scene.toml: ") && says(named), "{dem}, {mesh}: {line}");
             assert!(says("is outside the scene's folder; --trust-scene"), "{dem}, {mesh}: {line}");
@@ -118,7 +118,7 @@ fn urls_need_trust_and_keep_their_secrets() {
     let server = Server::start(1);
     let url = server.url("nowhere.tif?key=secret").replace("http://", "http://me:pass@");
     scene(&place, &format!("{url:?}"), "sub/hut.obj");
-    for line in told(&place, &[]) {
+    for line in refusals(&place, &[]) {
         assert!(line.contains("/nowhere.tif is a URL; --trust-scene"), "{line}");
         assert!(!line.contains("secret") && !line.contains("pass"), "{line}");
     }

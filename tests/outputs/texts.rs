@@ -48,7 +48,7 @@ fn refused(place: &Place, arguments: &[String]) -> String {
 }
 
 #[test]
-fn what_is_no_file_is_told_by_its_name() {
+fn what_is_no_file_is_reported_by_its_name() {
     let place = Place::empty();
     let pipe = place.path("pipe.toml");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
@@ -77,7 +77,7 @@ fn what_is_no_file_is_told_by_its_name() {
 }
 
 #[test]
-fn what_is_too_long_is_told_with_its_size() {
+fn what_is_too_long_is_reported_with_its_size() {
     let place = Place::empty();
     // Sparse files, which take no room on the disk.
     let long = |name: &str, mebibytes: u64| {
@@ -102,7 +102,7 @@ fn what_is_too_long_is_told_with_its_size() {
 }
 
 #[test]
-fn what_is_no_text_is_told() {
+fn what_is_no_text_is_reported() {
     let place = Place::empty();
     place.file("latin.toml", b"name = \"x\"\n# \xe9t\xe9\n");
     for (kind, arguments) in uses(&place, "latin.toml") {

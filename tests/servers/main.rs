@@ -138,8 +138,8 @@ fn whatever_a_server_does() {
         let start = Instant::now();
         let outcome = picture_of(&gpu, remote(&server.url(), settings(second)));
         let seconds = start.elapsed().as_secs_f64();
-        let told = outcome.as_ref().err().map_or("the right picture", String::as_str);
-        println!("{seconds:5.1} s, {kind}: {told}");
+        let result = outcome.as_ref().err().map_or("the right picture", String::as_str);
+        println!("{seconds:5.1} s, {kind}: {result}");
         faults.lock().unwrap().extend(fault(expected, &outcome, &truth).map(|fault| format!("{kind}: {fault}")));
         if seconds > 30.0 {
             faults.lock().unwrap().push(format!("{kind}: {seconds} s"));

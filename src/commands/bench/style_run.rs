@@ -135,11 +135,11 @@ impl StyleRun {
         self.renderer.set_traces(true);
         // Strokes may be older than the tiles, and fade in and out over several frames.
         let mut updates = self.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
-        for renderer in 1.. {
+        for frame in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
             self.passes.take(self.renderer.trace());
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
-            if renderer >= WARM_UP_FRAMES && is_settled {
+            if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
                     break;
                 }

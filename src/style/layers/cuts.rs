@@ -15,8 +15,8 @@ use crate::style::{Color, StyleError};
 /// Ink of the families of planes, one family per channel, 0 to 1.
 pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
 
-/// Period to which heights above a plane are reduced, in metres: a multiple of every smaller power of two, so a plane
-/// of every spacing, and small enough for an f32 to keep millimetres.
+/// Period modulo which heights above a plane are computed, in metres. It is a multiple of every distance between
+/// planes, because these are smaller powers of two, and small enough for an f32 to resolve millimetres.
 const PERIOD_M: f64 = (1_u32 << 13) as f64;
 
 /// Largest number of families of planes.
@@ -35,14 +35,14 @@ parameters! {
         /// Fraction of the ink that remains in full haze; how much thinner the lines become is set by
         /// `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
-        /// One family of parallel planes each; the families are sorted by `from`.
-        layers as "families": Vec<CutLayer> => Range::Entries(1, MOST_CUTS);
+        /// Families of parallel planes; they are sorted by `from`.
+        families: Vec<PlaneFamily> => Range::Entries(1, MOST_CUTS);
     }
 }
 
 parameters! {
     /// A family of parallel planes.
-    pub struct CutLayer {
+    pub struct PlaneFamily {
         /// Mean distance between lines on the picture.
         spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
         /// Tilt of the planes from horizontal: 0 gives contour lines of height, 90 vertical planes.
@@ -62,7 +62,7 @@ impl InkKind for Cuts {
             id: "cuts",
             label: "Cut lines".to_owned(),
             color: Some(self.ink),
-            channels: Channels::Crossed(self.layers.len()),
+            channels: Channels::Crossed(self.families.len()),
             fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
             makes_tone: true,
             is_main: true,
@@ -74,20 +74,20 @@ impl InkKind for Cuts {
         let mut rules = CutRules {
             form_px: self.form_px,
             darkest: self.darkest,
-            count: self.layers.len() as u32,
+            count: self.families.len() as u32,
             ..CutRules::default()
         };
-        for (drawn, layer) in rules.families.iter_mut().zip(&self.layers) {
-            let (sin_tilt, cos_tilt) = f64::from(layer.tilt_deg).to_radians().sin_cos();
-            let (east, north) = f64::from(layer.azimuth_deg).to_radians().sin_cos();
+        for (drawn, family) in rules.families.iter_mut().zip(&self.families) {
+            let (sin_tilt, cos_tilt) = f64::from(family.tilt_deg).to_radians().sin_cos();
+            let (east, north) = f64::from(family.azimuth_deg).to_radians().sin_cos();
             // The planes rise toward the azimuth, so their normals point away from it.
             let normal = DVec3::new(-sin_tilt * east, -sin_tilt * north, cos_tilt);
             *drawn = CutFamily {
                 normal: normal.as_vec3().to_array(),
                 phase_m: normal.dot(origin_m).rem_euclid(PERIOD_M) as f32,
-                spacing_px: layer.spacing_px,
-                level: layer.level_deg.to_radians().sin(),
-                darkness_from: layer.from,
+                spacing_px: family.spacing_px,
+                level: family.level_deg.to_radians().sin(),
+                darkness_from: family.from,
                 ..CutFamily::default()
             };
         }
@@ -99,7 +99,7 @@ impl InkKind for Cuts {
     }
 
     fn complete(&mut self, _: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
-        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.families.sort_by(|a, b| a.from.total_cmp(&b.from));
         Ok(Vec::new())
     }
 }

@@ -1,4 +1,5 @@
-//! The two forms of a style file: an ordered list `[[layers]]`, and the older one, with a section for each kind of layer.
+//! The two forms of a style file: an ordered list `[[layers]]`, and the older one, with a section for each kind of
+//! layer.
 //!
 //! Sections are read as layers in the order of kinds; [`migrated`] rewrites them and keeps comments.
 
@@ -11,10 +12,10 @@ use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 use super::{is_kind, keyed};
 use crate::file::toml_text::Misplaced;
 
-/// Sections of the older form that are layers, from the bottom to the top. Kinds that came later have no section.
+/// Sections of the older form that are layers, from the bottom to the top. A kind that is added later has no section.
 const SECTIONS: [&str; 9] =
     ["tone_lines", "height_lines", "hatching", "cuts", "rows", "water", "rims", "lines", "strokes"];
-/// Lists in these sections with their older and present names.
+/// Lists whose names differ between the forms: the section, the name in the older form, and the present name.
 const RENAMED: [(&str, &str, &str); 2] = [("hatching", "layers", "sets"), ("cuts", "layers", "families")];
 
 /// Rewrites the table of a style file so that serde reads either form: `layers` is a list of tables with one key, the
@@ -90,7 +91,7 @@ fn first_span(list: &DeArray<'_>) -> std::ops::Range<usize> {
     list.iter().next().map_or(0..0, Spanned::span)
 }
 
-/// Gives the lists of a section their present names.
+/// Renames the lists of a section of the older form to their present names.
 fn rename(section: &mut DeTable<'_>, name: &str) {
     for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
         if let Some((key, list)) = section.remove_entry(*old) {
@@ -99,8 +100,9 @@ fn rename(section: &mut DeTable<'_>, name: &str) {
     }
 }
 
-/// Returns the key of a parameter as a text of either form has it: `cuts[1].form_px` is `layers[4].form_px` in a list of
-/// layers, and `cuts.families[0].from` is `cuts.layers[0].from` in a text with sections. Keys of other parameters stay.
+/// Returns the key of a parameter as it is written in a document of either form: `cuts[1].form_px` may be
+/// `layers[4].form_px` in a list of layers, and `cuts.families[0].from` is `cuts.layers[0].from` in a document with
+/// sections. Keys of parameters outside of layers are unchanged.
 pub(crate) fn written_key(document: &Item, key: &str) -> String {
     let (first, rest) = key.split_once('.').map_or((key, ""), |(first, rest)| (first, rest));
     let (name, number) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
@@ -122,7 +124,8 @@ pub(crate) fn written_key(document: &Item, key: &str) -> String {
     }
 }
 
-/// Returns the index in a list of layers of the layer of a kind with this number among those of its kind.
+/// Returns the index in the document's list of layers of the layer of a kind that has this number among layers of its
+/// kind. Returns `None` if the document lists no such layer.
 fn layer_index(document: &Item, name: &str, number: usize) -> Option<usize> {
     let layers = document.get("layers")?;
     let kinds = (0..).map_while(|index| layers.get(index));
@@ -130,7 +133,7 @@ fn layer_index(document: &Item, name: &str, number: usize) -> Option<usize> {
     own.map(|(index, _)| index).nth(number)
 }
 
-/// Adds a layer of a kind on top of the layers of a document that lists them and lacks the kind.
+/// Adds a layer on top of a document's list of layers if `key` is a parameter of a kind that the list lacks.
 pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str) {
     let name = key.split(['.', '[']).next().unwrap_or_default();
     if !is_kind(name) || layer_index(document.as_item(), name, 0).is_some() {
@@ -143,7 +146,7 @@ pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str)
     }
 }
 
-/// Returns the kinds of the layers of a style's document, each with its number among those of its kind.
+/// Returns the keys of the layers that a document lists, from the bottom to the top, as in `cuts` and `cuts[1]`.
 pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
     let layers = document.get("layers").into_iter().flat_map(|layers| (0..).map_while(|index| layers.get(index)));
     let names: Vec<&str> = layers.filter_map(|layer| layer.get("kind")?.as_str()).collect();
@@ -151,11 +154,11 @@ pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
     (0..names.len()).map(|index| keyed(names[index], number(index))).collect()
 }
 
-/// Returns the text of a style with its sections as `[[layers]]`; comments, order within sections and all other text
-/// stay. A text without such sections stays as it is.
+/// Returns the text of a style with its sections rewritten as `[[layers]]`. Comments, the order within sections and all
+/// other text are kept. A text without such sections is returned unchanged.
 ///
 /// # Errors
-/// The text is not TOML, in the words of the parser.
+/// The error of the parser, if the text is not valid TOML.
 pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlError> {
     let mut document: DocumentMut = text.parse()?;
     if document.contains_key("layers") || !SECTIONS.iter().any(|name| document.contains_key(name)) {
@@ -172,12 +175,12 @@ pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlEr
                 table.insert(new, list);
             }
         }
-        // A section whose header is only implied by those below it needs one as a layer.
+        // The header of a section may be implied by those of its lists; a layer needs a header of its own.
         table.set_implicit(false);
         table.set_dotted(false);
         layers.push(with_kind(table, name));
     }
-    // Layers are written where the first of their sections was.
+    // The layers are written in place of the first of their sections.
     let mut order: Vec<(usize, String)> =
         document.iter().filter_map(|(key, item)| Some((item_place(item)?, key.to_owned()))).collect();
     order.push((first, "layers".to_owned()));
@@ -205,7 +208,7 @@ fn with_kind(table: Table, name: &str) -> Table {
     with_kind
 }
 
-/// Returns where in the text the first of the headers at and below a table is.
+/// Returns the position in the document of the first header among those of a table and of the tables in it.
 fn place(table: &Table) -> usize {
     let below = table.iter().filter_map(|(_, item)| item_place(item)).min().unwrap_or(usize::MAX);
     table.position().map_or(usize::MAX, |at| at.max(0) as usize).min(below)
@@ -267,7 +270,7 @@ mod tests {
         assert!(place("kind = \"cuts\"") < place("kind = \"strokes\""));
         assert!(place("# Crossed") < place("kind = \"cuts\"") && place("# a pen") > place("tilt_deg"));
         assert!(new.contains("[[layers.families]]") && !new.contains("[cuts]"));
-        // A new form stays as it is, and the order of layers counts.
+        // A text in the present form is unchanged.
         assert_eq!(migrated(&new).unwrap(), new);
     }
 

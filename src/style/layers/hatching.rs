@@ -1,4 +1,5 @@
-//! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in `src/tones/hatching`.
+//! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in
+//! `src/tones/hatching`.
 
 use std::path::PathBuf;
 
@@ -9,8 +10,8 @@ use crate::style::marks::{self, Recipe};
 use crate::style::parameters::{Range, choices, parameters};
 use crate::style::{Color, StyleError};
 
-/// Largest number of layers.
-pub const MOST_LAYERS: usize = 4;
+/// Largest number of sets of marks.
+pub const MOST_SETS: usize = 4;
 
 parameters! {
     /// Tones drawn as hatching marks.
@@ -29,8 +30,8 @@ parameters! {
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
         balance: bool = true;
-        /// One kind of mark each; the layers are sorted by `from`.
-        layers as "sets": Vec<Layer> => Range::Entries(1, MOST_LAYERS);
+        /// Sets of marks, each of one kind; they are sorted by `from`.
+        sets: Vec<MarkSet> => Range::Entries(1, MOST_SETS);
     }
 }
 
@@ -45,8 +46,8 @@ choices! {
 }
 
 parameters! {
-    /// A layer of one kind of mark.
-    pub struct Layer {
+    /// A set of marks of one kind.
+    pub struct MarkSet {
         /// Recipe of the marks: a built-in name, or a file (`.toml`) relative to the style.
         marks: String;
         /// Direction of the marks.
@@ -55,13 +56,13 @@ parameters! {
         angle_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
         /// Azimuth of slope marks on flat land, clockwise from north.
         level_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
-        /// Darkness from which the layer is drawn.
+        /// Darkness from which the set is drawn.
         from: f32 = 0.0 => Range::Within(0.0, 0.99);
         /// Scale factor of the marks relative to their recipe.
         size: f32 = 1.0 => Range::Within(0.25, 8.0);
-        /// Range of slopes on which the layer is drawn.
+        /// Range of slopes on which the set is drawn.
         slope_deg: [f32; 2] = [0.0, 90.0] => Range::Span(0.0, 90.0);
-    } beside {
+    } loaded {
         /// The loaded recipe of `marks`.
         recipe: Option<Recipe>;
     }
@@ -83,18 +84,18 @@ choices! {
     }
 }
 
-/// Side of a cell in which ink is counted for marks of their recipes' size, in pixels; the bell's standard deviation is
-/// 1.6 cells, two spacings of marks.
+/// Side of a cell in which ink is counted, in pixels, for marks of a `size` of 1. The standard deviation of the bell
+/// over which ink is averaged is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
-/// How far away cells may influence a pixel, in cells: the bell's reach, the cell itself, and the distance between two
-/// cells.
+/// Largest distance at which a cell influences a pixel, in cells: the bell's reach, the cell itself, and the distance
+/// between two cells.
 const REACH_CELLS: u32 = 6;
 
 impl Hatching {
     /// Returns the side of the cells in which the ink of the marks is counted, in pixels; it grows with the largest
     /// marks.
     pub fn cell_px(&self) -> u32 {
-        let largest = self.layers.iter().map(|layer| layer.size).fold(1.0, f32::max);
+        let largest = self.sets.iter().map(|set| set.size).fold(1.0, f32::max);
         CELL_PX * (largest.ceil() as u32).next_power_of_two()
     }
 
@@ -104,24 +105,24 @@ impl Hatching {
         (2.0 * self.form_px / (BLOCK_PX as u32 * AXIS_REACH as u32) as f32).round().max(1.0) as i32
     }
 
-    /// Returns how far around a pixel its axis of curvature depends on the picture, in pixels; 0 if the marks do not
-    /// follow curvature.
+    /// Returns how far around a pixel its axis of curvature depends on the picture, in pixels; 0 if no marks follow
+    /// curvature.
     fn axis_reach_px(&self) -> u32 {
         // Plus one block, because a pixel interpolates between its own block and the neighbouring one.
         if self.follows_curvature() { (self.axis_step() * AXIS_REACH + 1) as u32 * BLOCK_PX as u32 } else { 0 }
     }
 
-    /// Returns whether the marks of any layer follow the curvature of the land.
+    /// Returns whether the marks of any set follow the curvature of the land.
     pub fn follows_curvature(&self) -> bool {
-        self.layers.iter().any(|layer| layer.direction == Direction::Curvature)
+        self.sets.iter().any(|set| set.direction == Direction::Curvature)
     }
 }
 
 impl InkKind for Hatching {
     fn inks(&self) -> Vec<Ink> {
-        let set = |(number, layer): (usize, &Layer)| Set {
-            label: format!("Hatching {number}, {}", layer.marks),
-            is_of_dots: layer.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
+        let set = |(number, set): (usize, &MarkSet)| Set {
+            label: format!("Hatching {number}, {}", set.marks),
+            is_of_dots: set.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
         };
         vec![Ink {
             id: "marks",
@@ -131,7 +132,7 @@ impl InkKind for Hatching {
             fading: Fading::OnSurface { faintest: self.faintest, reach: 1.0, follows_tone: true },
             makes_tone: true,
             is_main: true,
-            trace: Trace::Sets((1..).zip(&self.layers).map(set).collect()),
+            trace: Trace::Sets((1..).zip(&self.sets).map(set).collect()),
         }]
     }
 
@@ -148,23 +149,23 @@ impl InkKind for Hatching {
     }
 
     fn scale_marks(&mut self, factor: f32) {
-        for layer in &mut self.layers {
-            layer.size = (layer.size * factor).clamp(0.25, 8.0);
+        for set in &mut self.sets {
+            set.size = (set.size * factor).clamp(0.25, 8.0);
         }
     }
 
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<Vec<PathBuf>, (String, StyleError)> {
         let mut files = Vec::new();
-        for (number, layer) in self.layers.iter_mut().enumerate() {
-            layer.complete(source).map_err(|error| (format!("sets[{number}].marks"), error))?;
-            files.extend(layer.files(source));
+        for (number, set) in self.sets.iter_mut().enumerate() {
+            set.complete(source).map_err(|error| (format!("sets[{number}].marks"), error))?;
+            files.extend(set.files(source));
         }
-        self.layers.sort_by(|a, b| a.from.total_cmp(&b.from));
+        self.sets.sort_by(|a, b| a.from.total_cmp(&b.from));
         Ok(files)
     }
 }
 
-impl Layer {
+impl MarkSet {
     /// Loads the recipe of the marks and checks its images.
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), StyleError> {
         let recipe = source.marks(&self.marks)?;

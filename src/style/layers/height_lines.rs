@@ -46,7 +46,7 @@ fn least_m(pixel_m: f64) -> f64 {
 
 impl InkKind for HeightLines {
     fn inks(&self) -> Vec<Ink> {
-        // Without an interval, lines are only for maps.
+        // An interval of 0 has this ink too, but no pass: only maps choose an interval.
         let ink = Ink {
             id: "heights",
             label: "Contour lines of height".to_owned(),
@@ -72,7 +72,7 @@ impl InkKind for HeightLines {
             steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
         };
         let rules = bytemuck::bytes_of(&rules).to_vec();
-        // Without an interval there are no lines.
+        // Lines without an interval are not drawn.
         (self.interval_m > 0.0).then_some(InkPass { shader: "layers/height_lines", rules, ink: &HEIGHT_INK })
     }
 

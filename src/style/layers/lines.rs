@@ -45,7 +45,7 @@ parameters! {
 }
 
 impl Lines {
-    /// Returns the lines for contours of trees in a style that draws all other contours as strokes.
+    /// Returns the settings for contours of trees in a style that draws all other contours as strokes.
     pub fn of_trees(strokes: &Strokes) -> Self {
         Self {
             detector: Detector::Lsa,
@@ -72,8 +72,8 @@ impl Lines {
     }
 }
 
-/// How far away ink may influence a line's rank among crowded lines, in sides of the window: half a window, a cell, and
-/// the distance between two cells.
+/// Largest distance at which ink influences a line's rank among crowded lines, in sides of the window: half a window, a
+/// cell, and the distance between two cells.
 const CROWD_REACH: f32 = 1.25;
 
 impl InkKind for Lines {
@@ -125,7 +125,7 @@ choices! {
         Alone,
         /// Lines that the other eye should also see, but does not draw, are removed.
         Suppressed,
-        /// As `suppressed`; contours also fade out toward where the other eye sees them.
+        /// Like `suppressed`; contours also fade out toward their position in the other eye.
         Full,
     }
 }

@@ -7,7 +7,7 @@ use crate::style::parameters::{Range, parameters};
 parameters! {
     /// Dashed lines around no-data areas of the DEM that are not filled.
     pub struct Rims {
-        /// Colour of the lines; the default is the ink of the lettering, taken from strokes, marks or lines.
+        /// Colour of the lines; the default is the colour of lettering: that of the topmost ink of the drawing.
         ink: Option<Color>;
         /// Width of a line; 0 draws none.
         width_px: f32 = 0.8 => Range::Within(0.0, 8.0);

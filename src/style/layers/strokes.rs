@@ -6,7 +6,7 @@ use super::{Channels, Fading, Ink, InkKind, Reach, RecipeSource, Trace};
 use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError, texture};
 
-/// Least margin of a part of a large picture, in pixels, around which strokes are also found.
+/// Least margin of a part of a large picture, in pixels, within which strokes are also found.
 const MARGIN_PX: u32 = 256;
 
 parameters! {
@@ -85,7 +85,7 @@ parameters! {
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strokes fade in haze this many times farther away than tones.
         reach: f32 = 1.0 => Range::Within(1e-3, 1e6);
-    } beside {
+    } loaded {
         /// The loaded recipe of `texture_name`.
         texture: Option<texture::Recipe>;
     }
@@ -106,7 +106,7 @@ impl InkKind for Strokes {
     }
 
     fn reach_px(&self) -> Reach {
-        // In a print, strokes taper over more pixels.
+        // Strokes that are scaled for a print taper over more pixels.
         Reach { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Reach::default() }
     }
 
@@ -135,14 +135,15 @@ impl InkKind for Strokes {
 }
 
 impl Strokes {
-    /// Returns whether strokes of `before` may continue as these: the strokes of an edited style do, except that
-    /// another texture has other marks, and another resolution another image of edges.
+    /// Returns whether strokes drawn with `before` may continue as strokes with these settings. They may not if the
+    /// texture, the resolution of the image of edges, or `carry` differs.
     pub(crate) fn continues(&self, before: &Self) -> bool {
         let is_alike = self.texture == before.texture && self.resolution == before.resolution;
         is_alike && self.carry == before.carry
     }
 
-    /// Returns whether strokes of `before` are drawn as these without being rebuilt: ink is applied by the composite.
+    /// Returns whether strokes drawn with `before` need not be rebuilt for these settings: at most the colour differs,
+    /// which the composite applies.
     pub(crate) fn draws_as(&self, before: &Self) -> bool {
         *self == Self { ink: self.ink, ..before.clone() }
     }

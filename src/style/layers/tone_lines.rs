@@ -72,7 +72,7 @@ choices! {
         Sun,
         /// A light at the eye.
         Head,
-        /// A light beside the eye, at `side_deg` and `rise_deg`.
+        /// A light to the side of the eye, at `side_deg` and `rise_deg`.
         Side,
     }
 }
@@ -115,10 +115,10 @@ impl ToneLines {
         (self.width_px * (1.0 - (1.0 - LEAST_WIDTH) * self.depth_width)).max(1.0)
     }
 
-    /// Returns how far from a pixel its lines depend on the image, in pixels: the sum of the blur, the search, the
+    /// Returns how far around a pixel its lines depend on the picture, in pixels: the sum of the blur, the search, the
     /// samples of a fit, and the walk along the line.
     pub fn reach_px(&self) -> u32 {
-        // From the last position of the search to the corners of its samples.
+        // Distance from the last position of the search to the corners of the square of samples, in line widths.
         const FIT: f32 = std::f32::consts::FRAC_1_SQRT_2;
         let of_widths = self.widest_px() * (REACH * self.blur + 0.5 + FIT);
         (of_widths + self.shortest_px).ceil() as u32 + 8

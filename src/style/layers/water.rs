@@ -67,7 +67,7 @@ impl InkKind for Water {
 }
 
 impl Water {
-    /// Returns how far from the shore the lines reach, in pixels; the water map must reach at least as far.
+    /// Returns the largest distance of a line from the shore, in pixels. Distances to the shore are needed up to there.
     pub fn reach_px(&self) -> f32 {
         let lines = if self.rules { 0 } else { self.lines };
         let of_lines: f32 = (0..lines).map(|line| self.spacing_px * self.growth.powi(line as i32)).sum();

@@ -41,11 +41,11 @@ pub(crate) fn read(recipe: &Recipe) -> Result<Vec<Picture>, StyleError> {
 fn picture(path: &Path) -> Result<Picture, String> {
     let unread = |words: &str| format!("cannot read the picture: {}", one_line(words));
     // The caller already names the file, so of an error that names it again only the cause is used.
-    let told = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
+    let cause = |error: &dyn std::error::Error| error.source().map_or_else(|| error.to_string(), ToString::to_string);
     // The header is checked first: a damaged one may claim a size that does not fit into memory.
     let file = open_regular(path).map_err(|error| format!("cannot read the picture: {error}"))?;
     let mut decoder = png::Decoder::new(BufReader::new(file));
-    let header = decoder.read_header_info().map_err(|error| unread(&told(&error)))?;
+    let header = decoder.read_header_info().map_err(|error| unread(&cause(&error)))?;
     let [width, height] = [header.width, header.height];
     let [least, most] = SIDES_PX;
     if width != height || !width.is_power_of_two() || !(least..=most).contains(&width) {
@@ -54,7 +54,7 @@ fn picture(path: &Path) -> Result<Picture, String> {
              {least} to {most}"
         ));
     }
-    let picture = read_rgba8(path).map_err(|error| unread(&told(&error)))?;
+    let picture = read_rgba8(path).map_err(|error| unread(&cause(&error)))?;
     if picture.rgba.len() != 4 * width as usize * height as usize {
         return Err(unread("its pixel data does not match the size in its header"));
     }

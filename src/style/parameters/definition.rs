@@ -60,7 +60,7 @@ pub struct Choice {
 /// A parameter with its full key.
 #[derive(Clone, Debug)]
 pub struct Parameter {
-    /// Key with its sections, for example `hatching.layers[0].from`.
+    /// Key with its sections, for example `hatching.sets[0].from`.
     pub key: String,
     /// The definition of the parameter.
     pub definition: Definition,

@@ -29,7 +29,7 @@ pub trait Setting: Sized {
     /// Checks a list as a whole, in addition to [`Setting::check`] on each entry.
     ///
     /// # Errors
-    /// As [`Setting::check`].
+    /// Those of [`Setting::check`].
     fn check_list(_list: &[Self], _key: &str) -> Result<(), Wrong> {
         Ok(())
     }

@@ -42,7 +42,7 @@ pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
 pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
     // This reports invalid TOML with line and column, like all other readers.
     toml_text::keys(name, text)?;
-    let wrong = |told: String| Wrong::with_message(key, told).in_text(name, text);
+    let wrong = |message: String| Wrong::with_message(key, message).in_text(name, text);
     known::<T>(key).map_err(&wrong)?;
     let mut document: DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
@@ -158,7 +158,7 @@ mod tests {
         assert_eq!(Style::parse("x.toml", &wider).unwrap().strokes().unwrap().width_px, 2.5);
         let soft = set("hatching.softness", 0.25.into()).unwrap();
         let [soft, hard] = [&soft, text].map(|text| Style::parse("x.toml", text).unwrap().hatching().cloned().unwrap());
-        assert_eq!((soft.softness, hard.softness, soft.layers), (0.25, 0.0, hard.layers));
+        assert_eq!((soft.softness, hard.softness, soft.sets), (0.25, 0.0, hard.sets));
         for (key, words) in [
             ("strokes.width", "x.toml:5:1: there is no parameter strokes.width; did you mean \"strokes.width_px\"?"),
             ("strokes", "x.toml:5:1: there is no parameter strokes"),

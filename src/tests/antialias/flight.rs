@@ -19,10 +19,10 @@ const SETTLING: u32 = 12;
 const LOW: &str = "-300,-2500,+60,20,-4,60";
 
 /// Returns the pose of one frame of a slow path: a metre and an eighth of a degree per frame, as in `--lib tests::coherence`.
-fn slow(world: &World, renderer: u32) -> Pose {
+fn slow(world: &World, frame: u32) -> Pose {
     let mut pose = world.pose(VIEW);
-    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(renderer);
-    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * f64::from(frame);
+    let turn = DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }

@@ -52,8 +52,9 @@ fn strokes_are_not_moved() {
         // Planted error: strokes that shift with the picture, interpolated between its pixels.
         let width = SIZE_PX[0] as usize;
         let at = |pixel: usize, step: f64, stride: usize| {
-            let beside = if step > 0.0 { pixel.saturating_sub(stride) } else { (pixel + stride).min(still.len() - 1) };
-            still[pixel] + (still[beside] - still[pixel]) * step.abs()
+            let neighbour =
+                if step > 0.0 { pixel.saturating_sub(stride) } else { (pixel + stride).min(still.len() - 1) };
+            still[pixel] + (still[neighbour] - still[pixel]) * step.abs()
         };
         let planted: Vec<f64> = (0..still.len())
             .map(|pixel| at(pixel, jitter_px.x, 1) + at(pixel, jitter_px.y, width) - still[pixel])

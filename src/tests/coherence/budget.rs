@@ -31,9 +31,9 @@ fn the_budget_leaves_out_the_shortest() {
 }
 
 #[test]
-fn what_found_no_room_is_told_without_waiting() {
+fn what_is_left_out_is_reported_without_waiting() {
     let Some(mut world) = mountains() else { return };
-    let mut told = |budget_px: f32| {
+    let mut reported = |budget_px: f32| {
         let mut flight = Flight::new(&world, strokes(|own| own.budget_px = budget_px));
         let mut numbers = AsyncStrokeNumbers::default();
         assert_eq!(numbers.last(), None);
@@ -60,8 +60,8 @@ fn what_found_no_room_is_told_without_waiting() {
         assert_eq!(numbers.last(), None);
         last
     };
-    let little = told(100.0);
+    let little = reported(100.0);
     assert!(little.strokes > 0 && little.message().unwrap().contains(&format!("{} strokes", little.strokes)));
-    let usual = told(strokes(|_| {}).strokes().unwrap().budget_px);
+    let usual = reported(strokes(|_| {}).strokes().unwrap().budget_px);
     assert_eq!((usual, usual.message()), (LeftOut::default(), None));
 }

@@ -81,11 +81,11 @@ fn numbers_that_are_none_or_too_large_are_found() {
         (|own| own.half_width_px = -1.0, "half_width_px: -1.0"),
         (|own| own.stroke = 0, "stroke: 0"),
     ];
-    for (spoil, told) in spoils {
+    for (spoil, expected) in spoils {
         let mut spoiled = samples.clone();
         spoil(&mut spoiled[at]);
         let error = finite(&counts, &spoiled).unwrap_err();
-        assert!(error.starts_with(&format!("sample {at} ")) && error.contains(told), "{told}: {error}");
+        assert!(error.starts_with(&format!("sample {at} ")) && error.contains(expected), "{expected}: {error}");
     }
     for wrong in [
         SampleCounts { samples: MOST_SAMPLES + 1, ..counts },

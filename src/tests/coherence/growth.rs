@@ -40,7 +40,7 @@ fn new_lines_grow_and_old_ones_shrink() {
     let (_, _, samples) = flight.draw(&mut world, rest);
     assert!(frames > 10 && frames < 200, "{frames}");
     let hidden = samples.iter().filter(|own| own.shown_px <= 0.0 || own.flags & Sample::FADING != 0).count();
-    // A stroke that lies under another one cannot find itself again.
+    // A stroke that another one covers cannot find itself again.
     assert!(hidden <= samples.len() / 100, "{hidden} of {}", samples.len());
 }
 

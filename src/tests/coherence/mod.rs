@@ -39,10 +39,10 @@ fn strokes(change: impl FnOnce(&mut style::Strokes)) -> Style {
 }
 
 /// Returns the pose of one frame of the flight.
-fn pose(world: &World, renderer: u32) -> Pose {
+fn pose(world: &World, frame: u32) -> Pose {
     let mut pose = world.pose(START);
-    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(renderer));
-    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(renderer));
+    pose.position_m += DVec3::new(0.3, 1.0, 0.0).normalize() * (STEP_M * f64::from(frame));
+    let turn = glam::DQuat::from_rotation_z(-0.125_f64.to_radians() * f64::from(frame));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }
@@ -62,8 +62,8 @@ impl Flight {
     }
 
     /// Draws one frame of the slow flight.
-    fn fly(&mut self, world: &mut World, renderer: u32) -> (View, SampleCounts, Vec<Sample>) {
-        let pose = pose(world, renderer);
+    fn fly(&mut self, world: &mut World, frame: u32) -> (View, SampleCounts, Vec<Sample>) {
+        let pose = pose(world, frame);
         self.draw(world, pose)
     }
 

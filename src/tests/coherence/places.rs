@@ -66,9 +66,9 @@ fn samples_that_are_elsewhere_or_unevenly_apart_are_found() {
         let by = here + way.normalize() * apart_px - Vec2::from(samples[at + 1].px);
         spoiled(&|all| all[at + 1..].iter_mut().for_each(|own| own.px = (Vec2::from(own.px) + by).to_array()))
     });
-    for (wrong, told) in [(gap, "6.00 px"), (coinciding, "0.00 px")] {
+    for (wrong, expected) in [(gap, "6.00 px"), (coinciding, "0.00 px")] {
         let error = evenly_apart(&wrong).unwrap_err();
-        assert!(error.starts_with(&named) && error.contains(told), "{error}");
+        assert!(error.starts_with(&named) && error.contains(expected), "{error}");
     }
     // A stroke that does not end, and a count with more strokes than there are.
     let endless = spoiled(&|all| {

@@ -66,9 +66,9 @@ fn strokes_run_off_the_sheet() {
 }
 
 /// Returns the pose of one frame of a turn to the right by 30 degrees per second.
-pub fn turned(world: &World, renderer: u32) -> Pose {
+pub fn turned(world: &World, frame: u32) -> Pose {
     let mut pose = world.pose("-300,-2500,+350,-40,-6,60");
-    let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(renderer));
+    let turn = glam::DQuat::from_rotation_z(-1_f64.to_radians() * f64::from(frame));
     for axis in [&mut pose.forward, &mut pose.right, &mut pose.up] {
         *axis = turn * *axis;
     }
@@ -79,27 +79,27 @@ pub fn turned(world: &World, renderer: u32) -> Pose {
 /// sixth number is the last fifth with its outer eight columns left blank.
 fn turn(world: &mut World, style: &Style) -> [f64; 6] {
     let mut flight = Flight::new(world, style.clone());
-    let mut frame_anew = Renderer::new(&world.gpu).unwrap();
+    let mut rebuilding = Renderer::new(&world.gpu).unwrap();
     let width = SIZE_PX[0] as usize;
     let mut sums = [[0.0; 2]; 6];
-    for renderer in 0..32 {
-        let pose = turned(world, renderer);
+    for frame in 0..32 {
+        let pose = turned(world, frame);
         flight.draw(world, pose);
-        if renderer > 6 && renderer % 3 == 1 {
+        if frame > 6 && frame % 3 == 1 {
             let carried = ink(world, &flight.renderer);
             // A cut, so nothing is carried over.
             let view = View::whole(pose, pose, SIZE_PX);
-            draw(&world.gpu, &mut world.surfaces, &mut frame_anew, &view, style, &NOON);
-            let anew = ink(world, &frame_anew);
+            draw(&world.gpu, &mut world.surfaces, &mut rebuilding, &view, style, &NOON);
+            let rebuilt = ink(world, &rebuilding);
             for (fifth, sums) in sums.iter_mut().enumerate() {
-                for (sum_of, (ink, right)) in sums.iter_mut().zip([(&carried, width - 8), (&anew, width)]) {
+                for (sum_of, (ink, right)) in sums.iter_mut().zip([(&carried, width - 8), (&rebuilt, width)]) {
                     let right = if fifth == 5 { right } else { width };
                     *sum_of += sum(ink, width, |x, _| x * 5 / width == fifth.min(4) && x < right);
                 }
             }
         }
     }
-    sums.map(|[carried, anew]| carried / anew)
+    sums.map(|[carried, rebuilt]| carried / rebuilt)
 }
 
 #[test]

@@ -75,16 +75,16 @@ fn lines_that_take_over_are_four_times_as_still() {
             );
             metrics
         };
-        let anew = fly("rebuilt", |own| (own.update_every, own.carry) = (1, false));
+        let rebuilt = fly("rebuilt", |own| (own.update_every, own.carry) = (1, false));
         if full() {
             fly("thesis", |own| (own.update_every, own.carry) = (10, false));
         }
         let each = fly("each frame", |own| own.update_every = 1);
         let ours = fly("default", |_| {});
-        let ratio = |metrics: &Metrics, name: &str| metrics[name].unwrap() / anew[name].unwrap();
+        let ratio = |metrics: &Metrics, name: &str| metrics[name].unwrap() / rebuilt[name].unwrap();
         for flicker in ["flicker", "flicker_ink"] {
             // Over smooth land hardly any pixel flickers, and so few cannot be compared.
-            if anew[flicker].unwrap() > 1e-3 {
+            if rebuilt[flicker].unwrap() > 1e-3 {
                 assert!(ratio(&ours, flicker) <= 0.25, "{flicker}: {}", ratio(&ours, flicker));
                 assert!(ratio(&each, flicker) <= 0.5, "{flicker}: {}", ratio(&each, flicker));
             }
@@ -94,7 +94,7 @@ fn lines_that_take_over_are_four_times_as_still() {
             assert!(metrics["slip_px_p50"].unwrap() < 0.5 && metrics["identity_change"].unwrap() < 0.25);
         }
         // Planted error: strokes without carry-over are noticed. (Slip is measured against the same stroke alone.)
-        assert!(anew["identity_change"].unwrap() > 0.5);
+        assert!(rebuilt["identity_change"].unwrap() > 0.5);
     }
 }
 

@@ -133,7 +133,7 @@ impl Server {
     }
 
     /// Describes in one line how often each fault occurred.
-    pub(crate) fn told(&self) -> String {
+    pub(crate) fn summary(&self) -> String {
         let counts = self.counts();
         let answers = counts.answers.load(Ordering::Relaxed);
         let mut line = format!("{answers} answers");
@@ -296,17 +296,17 @@ fn answer(stream: &mut TcpStream, head: &str, shared: &Shared) -> io::Result<boo
     }
     let mut stays = true;
     let whole = body.len();
-    let mut told = whole;
+    let mut content_length = whole;
     if truncates {
         count(&shared.counts.truncated);
         body.truncate(next(&mut chance) as usize % whole);
         if next(&mut chance).is_multiple_of(2) {
-            told = body.len();
+            content_length = body.len();
         } else {
             stays = false;
         }
     }
-    write!(answer, "Content-Length: {told}\r\nETag: {etag}\r\nAccept-Ranges: bytes\r\n").unwrap();
+    write!(answer, "Content-Length: {content_length}\r\nETag: {etag}\r\nAccept-Ranges: bytes\r\n").unwrap();
     answer += "Last-Modified: Mon, 01 Jan 2024 00:00:00 GMT\r\nContent-Type: image/tiff\r\n\r\n";
     stream.write_all(answer.as_bytes())?;
     if method != "HEAD" {

@@ -112,8 +112,8 @@ pub(crate) fn between_runs(name: &str) -> PathBuf {
 
 /// Returns the path of a real data file (`dem/geotiff/…`), or prints the path and returns `None` if there is none.
 pub(crate) fn real_data(name: &str) -> Option<PathBuf> {
-    let beside = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
-    let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(beside, PathBuf::from).join(name);
+    let default_folder = || PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../shared/data");
+    let path = std::env::var_os("HACHURE_TEST_DATA").map_or_else(default_folder, PathBuf::from).join(name);
     if path.is_file() {
         return Some(path);
     }

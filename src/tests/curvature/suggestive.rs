@@ -112,7 +112,7 @@ struct Found {
 }
 
 /// The limits are sharp in the pass, so zeros within this factor of a limit count neither as missed nor as wrong.
-const BESIDE: f64 = 1.5;
+const MARGIN: f64 = 1.5;
 
 /// The shape to compare with: the land's derivatives, where they are known, with features of `feature_m`.
 struct Shape<'a> {
@@ -138,8 +138,8 @@ fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, ey
     let strokes = style.strokes().unwrap();
     let (rise, facing) = (f64::from(strokes.suggestive_rise), f64::from(strokes.suggestive_deg).to_radians().cos());
     let eye_m = pose.position_m + eye_off_m;
-    let sure = zeros(shape, &places_m, eye_m, rise * BESIDE, facing - 0.03, shape.least_px);
-    let all = zeros(shape, &places_m, eye_m, rise / BESIDE, facing + 0.03, 0.0);
+    let sure = zeros(shape, &places_m, eye_m, rise * MARGIN, facing - 0.03, shape.least_px);
+    let all = zeros(shape, &places_m, eye_m, rise / MARGIN, facing + 0.03, 0.0);
     let mut drawn = drawn(world, &renderer, &view, pose, KIND_SUGGESTIVE);
     let is_seen = |px: &DVec2| {
         let inside = px.cmpge(DVec2::ZERO).all() && px.x < f64::from(SIZE_PX[0]) && px.y < f64::from(SIZE_PX[1]);

@@ -93,7 +93,7 @@ fn holes_take_no_lines_of_pairs() {
 }
 
 #[test]
-fn what_lacks_a_partner_is_told() {
+fn what_lacks_a_partner_is_reported() {
     let Some((place, mut world, pose)) = places(0).into_iter().next() else { return };
     let eyes = draw(&world.gpu, &mut world.surfaces, &Style::load("ink").unwrap(), &rig(pose, IPD_M, SIZE_PX));
     // Planted error: the right eye's lines are erased in a rectangle.

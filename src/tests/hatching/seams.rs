@@ -15,14 +15,14 @@ const HILL_CAMERAS: [&str; 3] = ["200,-250,1300,0,-90,50", "-900,-1300,900,35,-3
 const DIRECTIONS: [&str; 3] = ["fixed", "slope", "contour"];
 
 /// Distance from a seam to the pixels that it is compared with.
-const BESIDE_PX: i64 = 4;
+const NEARBY_PX: i64 = 4;
 
 /// Changes of ink at seams between patches, and near seams.
 #[derive(Clone, Copy, Debug, Default)]
 struct Seams {
     /// Sum of the changes of ink from pixel to pixel across seams.
     across: f64,
-    beside: f64,
+    nearby: f64,
     count: usize,
 }
 
@@ -42,13 +42,13 @@ fn seen(seams: &mut Seams, shot: &Inked) {
                         ([shot.patch[i], shot.patch[j]], (shot.ink[i] - shot.ink[j]).abs())
                     })
                 };
-                let (Some(here), Some(before), Some(after)) = (pair(0), pair(-BESIDE_PX), pair(BESIDE_PX)) else {
+                let (Some(here), Some(before), Some(after)) = (pair(0), pair(-NEARBY_PX), pair(NEARBY_PX)) else {
                     continue;
                 };
                 let [first, next] = here.0;
                 if first != next && first != 0 && next != 0 && before.0 == [first; 2] && after.0 == [next; 2] {
                     seams.across += here.1;
-                    seams.beside += 0.5 * (before.1 + after.1);
+                    seams.nearby += 0.5 * (before.1 + after.1);
                     seams.count += 1;
                 }
             }
@@ -60,7 +60,7 @@ fn seen(seams: &mut Seams, shot: &Inked) {
 const ALLOWED: f64 = 1.15;
 
 fn is_seamless(seams: Seams) -> bool {
-    seams.across / seams.beside < ALLOWED
+    seams.across / seams.nearby < ALLOWED
 }
 
 /// Returns a picture with a planted error: in some patches marks are 3 pixels aside, or 3 pixels below.
@@ -95,7 +95,7 @@ fn nothing_shows_where_patches_meet() {
                     seen(&mut seams, &shot);
                     seen(&mut planted, &broken(&shot));
                 }
-                let part = |seams: Seams| seams.across / seams.beside;
+                let part = |seams: Seams| seams.across / seams.nearby;
                 println!(
                     "{name} {scale} {direction}: ink changes {:.3} times as much at {} seams, {:.3} when broken",
                     part(seams),

@@ -140,8 +140,8 @@ fn count(shot: &Shot, truth: &Silhouette, line: &[f64]) -> Counts {
         }
         if truth.is_contour[pixel] {
             counts.contour += 1;
-            counts.drawn += usize::from(near(pixel, 2, &|beside| line[beside] > 0.5));
-        } else if !shot.is_sky(pixel) && !near(pixel, 3, &|beside| truth.may_be_contour[beside]) {
+            counts.drawn += usize::from(near(pixel, 2, &|neighbour| line[neighbour] > 0.5));
+        } else if !shot.is_sky(pixel) && !near(pixel, 3, &|neighbour| truth.may_be_contour[neighbour]) {
             counts.interior += 1;
             counts.wrong += usize::from(line[pixel] > 0.5);
         }

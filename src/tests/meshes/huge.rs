@@ -25,36 +25,36 @@ fn sheet(side: u32) -> String {
 }
 
 #[derive(Default)]
-struct Told(Mutex<Vec<(String, f32)>>);
+struct Recorder(Mutex<Vec<(String, f32)>>);
 
-impl Progress for Told {
+impl Progress for Recorder {
     fn report(&self, what: &str, done: f32) {
         self.0.lock().unwrap().push((what.to_owned(), done));
     }
 }
 
 #[test]
-fn a_long_file_tells_its_progress_and_is_the_same_in_pieces() {
+fn a_long_file_reports_its_progress_and_is_the_same_in_pieces() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("sheet.obj");
     let text = sheet(420);
     assert!(text.len() > 16 << 20, "{}", text.len());
     std::fs::write(&path, &text).unwrap();
-    let told = Told::default();
-    let mesh = obj::read_with(&path, &told, &mut |_| ()).unwrap();
+    let recorded = Recorder::default();
+    let mesh = obj::read_with(&path, &recorded, &mut |_| ()).unwrap();
     // The file has more faces than are read in one piece, yet becomes one sheet with its materials.
     assert_eq!((mesh.vertices_m.len(), mesh.triangles.len()), (421 * 421, 2 * 420 * 420));
     assert_eq!((mesh.flaws.borders, mesh.flaws.crowded, mesh.flaws.dropped), (4 * 420, 0, 0));
     assert!((0..420).all(|row| mesh.triangles[2 * 420 * row + 7].material == (row % 3) as u16 + 1));
-    let told = told.0.into_inner().unwrap();
-    let of = |what: &str| told.iter().filter(|it| it.0.starts_with(what)).map(|it| it.1).collect::<Vec<_>>();
+    let recorded = recorded.0.into_inner().unwrap();
+    let of = |what: &str| recorded.iter().filter(|it| it.0.starts_with(what)).map(|it| it.1).collect::<Vec<_>>();
     for what in ["reading sheet.obj", "joining sheet.obj"] {
         let done = of(what);
         assert!(done.is_sorted() && done.len() >= 4 && done[0] < 0.1 && done[done.len() - 1] == 1.0, "{done:?}");
     }
     // A short file reports no progress.
     std::fs::write(&path, sheet(20)).unwrap();
-    let short = Told::default();
+    let short = Recorder::default();
     obj::read_with(&path, &short, &mut |_| ()).unwrap();
     assert!(short.0.into_inner().unwrap().is_empty());
     // An error at the end of a long file names its line.

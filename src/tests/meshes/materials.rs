@@ -7,12 +7,13 @@ use hachure::source::Silent;
 
 /// Reads a mesh; returns it with the warnings about its materials.
 fn read(path: &Path) -> Result<(Mesh, Vec<String>), String> {
-    let mut told = Vec::new();
-    let mesh = obj::read_with(path, &Silent, &mut |warning| told.push(warning)).map_err(|error| error.to_string())?;
-    for warning in &told {
+    let mut reported = Vec::new();
+    let mesh =
+        obj::read_with(path, &Silent, &mut |warning| reported.push(warning)).map_err(|error| error.to_string())?;
+    for warning in &reported {
         assert!(!warning.contains('\n') && warning.contains(&*path.parent().unwrap().to_string_lossy()), "{warning}");
     }
-    Ok((mesh, told))
+    Ok((mesh, reported))
 }
 
 const SQUARES: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\nf 1 2 3 4\n";
@@ -41,11 +42,11 @@ impl Folder {
 const BARK: &str = "newmtl bark\nKd 1 0 0\n";
 
 fn is_bark(found: &(Mesh, Vec<String>), color: [f32; 3]) -> bool {
-    let (mesh, told) = found;
+    let (mesh, reported) = found;
     let of: Vec<u16> = mesh.triangles.iter().map(|triangle| triangle.material).collect();
     assert_eq!(of, [0, 0, 1, 1]);
     assert_eq!(mesh.materials[0], Material::plain(String::new()));
-    told.is_empty() && mesh.materials[1..] == [Material { name: "bark".to_owned(), color }]
+    reported.is_empty() && mesh.materials[1..] == [Material { name: "bark".to_owned(), color }]
 }
 
 #[test]
@@ -66,8 +67,8 @@ fn libraries_are_found_however_they_are_named() {
         folder.file(file, BARK);
         assert!(is_bark(&folder.model(line), [1.0, 0.0, 0.0]), "{line}");
         // Planted: a library of another name is not found, and a warning says so.
-        let (mesh, told) = folder.model(line.replace("mtl", "mtx").replace("mtxlib", "mtllib"));
-        assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
+        let (mesh, reported) = folder.model(line.replace("mtl", "mtx").replace("mtxlib", "mtllib"));
+        assert!(mesh.materials[1].color == Material::PLAIN_COLOR && reported.len() == 2, "{reported:?}");
     }
     let folder = Folder::new();
     folder.file("rinde \u{e4}.mtl", BARK);
@@ -86,8 +87,8 @@ fn a_model_reads_nothing_outside_of_its_folder() {
     folder.file("bark.mtl", BARK);
     let inner = "mtllib ../bark.mtl\n".to_owned() + SQUARES + "usemtl bark\nf 5 6 7 8\n";
     let path = folder.file("inner/model.obj", inner);
-    let (mesh, told) = read(&path).unwrap();
-    assert!(mesh.materials[1].color == Material::PLAIN_COLOR && told.len() == 2, "{told:?}");
+    let (mesh, reported) = read(&path).unwrap();
+    assert!(mesh.materials[1].color == Material::PLAIN_COLOR && reported.len() == 2, "{reported:?}");
     assert!(obj::sidecar_files(&path).is_empty());
     #[cfg(unix)]
     {
@@ -102,8 +103,8 @@ fn a_model_reads_nothing_outside_of_its_folder() {
 }
 
 #[test]
-fn what_is_wrong_with_materials_is_told_and_plain() {
-    for (library, told, color) in [
+fn faulty_materials_give_a_warning_and_are_plain() {
+    for (library, message, color) in [
         ("newmtl bark\nKd a b c\n", "line 2 is ignored: Kd needs", Material::PLAIN_COLOR),
         (
             "newmtl bark\nKd 1 0 0\nd 0.5\n",
@@ -124,7 +125,7 @@ fn what_is_wrong_with_materials_is_told_and_plain() {
         folder.file("a.mtl", library);
         folder.file("broken.png", b"\x89PNG nothing");
         let (mesh, warnings) = folder.model("mtllib a.mtl\n");
-        assert!(warnings.len() == 1 && warnings[0].contains(told), "{library}: {warnings:?}");
+        assert!(warnings.len() == 1 && warnings[0].contains(message), "{library}: {warnings:?}");
         assert_eq!((mesh.triangles.len(), mesh.materials[1].color), (4, color), "{library}");
     }
     let folder = Folder::new();
@@ -230,8 +231,8 @@ fn odd_files_have_their_materials_or_a_warning() {
     let folder = index.parent().unwrap().join("obj_odd");
     for (name, expected) in ODD {
         match (read(&folder.join(name)), expected) {
-            (Ok((mesh, told)), Ok((materials, warnings))) => {
-                assert_eq!((mesh.materials.len() - 1, told.len()), (*materials, *warnings), "{name}: {told:?}");
+            (Ok((mesh, reported)), Ok((materials, warnings))) => {
+                assert_eq!((mesh.materials.len() - 1, reported.len()), (*materials, *warnings), "{name}: {reported:?}");
             }
             (Err(error), Err(cause)) => assert!(error.ends_with(cause) && !error.contains('\n'), "{name}: {error}"),
             (found, _) => panic!("{name}: {:?}", found.map(|(mesh, _)| mesh.materials)),
@@ -240,8 +241,8 @@ fn odd_files_have_their_materials_or_a_warning() {
     // Planted: a copy of a model without its library.
     let place = Folder::new();
     let cube = place.file("cube.obj", std::fs::read(folder.join("tinyobjloader/cube.obj")).unwrap());
-    let (mesh, told) = read(&cube).unwrap();
-    assert_eq!((mesh.materials.len() - 1, told.len()), (3, 2));
+    let (mesh, reported) = read(&cube).unwrap();
+    assert_eq!((mesh.materials.len() - 1, reported.len()), (3, 2));
     assert!(mesh.materials.iter().all(|material| material.color == Material::PLAIN_COLOR));
 }
 
@@ -250,8 +251,8 @@ fn trees_have_the_colours_of_their_libraries() {
     let Some(index) = crate::tests::common::real_data("OBJ_INDEX.txt") else { return };
     let folder = index.parent().unwrap().join("obj");
     let near = |a: [f32; 3], b: [f32; 3]| a.iter().zip(b).all(|(a, b)| (a - b).abs() < 2e-3);
-    let (oak, told) = read(&folder.join("trees_kenney/tree_oak.obj")).unwrap();
-    assert!(told.is_empty() && oak.materials.len() == 3);
+    let (oak, reported) = read(&folder.join("trees_kenney/tree_oak.obj")).unwrap();
+    assert!(reported.is_empty() && oak.materials.len() == 3);
     // The colour is 41, 201, 171 of 255 in sRGB.
     assert!(near(oak.materials[1].color, [0.0222, 0.5841, 0.4072]), "{:?}", oak.materials);
     // Colours in Blender's files are linear.
@@ -259,8 +260,8 @@ fn trees_have_the_colours_of_their_libraries() {
     let dark = birch.materials.iter().find(|material| material.name == "DarkGreen.001").unwrap();
     assert!(near(dark.color, [0.0425, 0.0727, 0.0296]), "{:?}", birch.materials);
     // The leaves are a PNG. The bark is a JPEG, which is not read.
-    let (tree, told) = read(&folder.join("trees_quaternius/Tree_3_textured.obj")).unwrap();
-    assert!(told.is_empty() && tree.materials.len() == 3);
+    let (tree, reported) = read(&folder.join("trees_quaternius/Tree_3_textured.obj")).unwrap();
+    assert!(reported.is_empty() && tree.materials.len() == 3);
     let [_, bark, leaves] = &tree.materials[..] else { panic!() };
     assert!(bark.color[0] == bark.color[2] && leaves.color[1] > leaves.color[0] && leaves.color[1] > leaves.color[2]);
 }

@@ -55,7 +55,7 @@ fn a_scene_says_where_many_of_a_mesh_stand() {
         up_m: 0.0,
     };
     assert_eq!(found.meshes[1].positions, MeshPositions::Scattered(usual));
-    let told = Scatter {
+    let given = Scatter {
         density: Density::Count(500),
         within_m: [0.0, 0.0, 900.0, 900.0],
         heights_m: [800.0, 2000.0],
@@ -65,7 +65,7 @@ fn a_scene_says_where_many_of_a_mesh_stand() {
         turn_deg: [-20.0, 20.0],
         up_m: -0.2,
     };
-    assert_eq!(found.meshes[2].positions, MeshPositions::Scattered(told));
+    assert_eq!(found.meshes[2].positions, MeshPositions::Scattered(given));
 }
 
 #[test]

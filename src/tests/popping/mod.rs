@@ -127,12 +127,12 @@ impl Flight {
 fn across_rough_land(terrain: &Terrain, frames: usize) -> Vec<Pose> {
     let step_m = SPEED_M_PER_S / FPS;
     let way = DVec2::new(0.6, 0.8);
-    let place = |renderer: i64| DVec2::new(-2000.0, -2600.0) + way * (step_m * renderer as f64);
-    let ground_m = |renderer: i64| terrain.height_m(place(renderer)).unwrap();
-    let highest_m = |renderer: i64| (-30..=30).map(|beside| ground_m(renderer + beside)).fold(f64::MIN, f64::max);
-    let smooth_m = |renderer: i64| (-20..=20).map(|beside| highest_m(renderer + beside)).sum::<f64>() / 41.0 + 60.0;
-    let camera = |renderer: i64| Camera {
-        position_m: place(renderer).extend(smooth_m(renderer)),
+    let place = |frame: i64| DVec2::new(-2000.0, -2600.0) + way * (step_m * frame as f64);
+    let ground_m = |frame: i64| terrain.height_m(place(frame)).unwrap();
+    let highest_m = |frame: i64| (-30..=30).map(|offset| ground_m(frame + offset)).fold(f64::MIN, f64::max);
+    let smooth_m = |frame: i64| (-20..=20).map(|offset| highest_m(frame + offset)).sum::<f64>() / 41.0 + 60.0;
+    let camera = |frame: i64| Camera {
+        position_m: place(frame).extend(smooth_m(frame)),
         height_above_ground: false,
         yaw_deg: way.x.atan2(way.y).to_degrees(),
         pitch_deg: -8.0,
@@ -166,7 +166,7 @@ fn continent() -> Arc<dyn TileStore> {
 fn along_the_valley() -> Vec<Pose> {
     let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
     (0..if common::full() { 91 } else { 61 })
-        .map(|renderer: u32| pose_of(&path.sample(30.0 + f64::from(renderer) / FPS)))
+        .map(|frame: u32| pose_of(&path.sample(30.0 + f64::from(frame) / FPS)))
         .collect()
 }
 

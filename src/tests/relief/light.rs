@@ -58,12 +58,12 @@ fn bulges_and_hollows_are_told_apart() {
         let Some(plain) = middle(1.0, &format!("alpha_px = 0.0\n{keys}")) else { return };
         let of =
             |alpha_px: f64| [1.0, -1.0].map(|sign| middle(sign, &format!("alpha_px = {alpha_px:.1}\n{keys}")).unwrap());
-        let tells = |[hill, hollow]: [f64; 2]| hill > 1.05 * plain && hollow < 0.95 * plain;
+        let is_emphasised = |[hill, hollow]: [f64; 2]| hill > 1.05 * plain && hollow < 0.95 * plain;
         let own = of(60.0);
         println!("{keys}: {plain:.3} becomes {:.3} on a hill and {:.3} in a hollow", own[0], own[1]);
-        assert!(tells(own), "{own:?}");
+        assert!(is_emphasised(own), "{own:?}");
         // Planted: curvature of the opposite sign.
-        assert!(!tells(of(-60.0)));
+        assert!(!is_emphasised(of(-60.0)));
     }
 }
 

@@ -124,8 +124,8 @@ fn the_warp_is_the_papers_and_its_inverse_takes_it_back() {
         let mut planted = [0.0_f64; 2];
         let turned = (bend.0, bend.1, bend.2 + PI / 2.0);
         for (light, answer) in directions.iter().zip(&answers) {
-            let told = answer.there.iter().chain(&answer.inverse).all(|value| value.is_finite());
-            assert!(told && answer.inverse[3] > 0.0, "{light} {bend:?}: {answer:?}");
+            let is_defined = answer.there.iter().chain(&answer.inverse).all(|value| value.is_finite());
+            assert!(is_defined && answer.inverse[3] > 0.0, "{light} {bend:?}: {answer:?}");
             most[0] = most[0].max(direction(answer.back).distance(*light));
             // W is undefined at the far pole.
             if light.z > -0.999 {
@@ -154,8 +154,8 @@ fn growth_is_what_solid_angles_do() {
         for light in &directions {
             let [a, b] = [light.any_orthonormal_vector(), light.cross(light.any_orthonormal_vector())];
             questions.push(question(*light, bend));
-            for beside in [a, -a, b, -b] {
-                questions.push(question((*light + step * beside).normalize(), bend));
+            for side in [a, -a, b, -b] {
+                questions.push(question((*light + step * side).normalize(), bend));
             }
         }
         let answers = ask(&gpu, &questions);

@@ -6,7 +6,7 @@ use hachure::scene::view::Rig;
 use hachure::style::{self, Style};
 
 use crate::tests::common::full;
-use crate::tests::rig::{START, beside, differing, draw_rig, hill, seen, view};
+use crate::tests::rig::{START, differing, draw_rig, hill, seen, shifted_right, view};
 
 /// Returns a short flight of two eyes, half a metre to either side of its path.
 fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
@@ -16,7 +16,7 @@ fn rigs(world: &crate::tests::rig::World) -> Vec<Rig> {
         let mut pose = start;
         pose.position_m += start.forward * (0.8 * f64::from(i)) + start.right * (0.1 * f64::from(i));
         let before = std::mem::replace(&mut previous, pose);
-        let eyes = [-0.5, 0.5].map(|side_m| view(beside(before, side_m), beside(pose, side_m)));
+        let eyes = [-0.5, 0.5].map(|side_m| view(shifted_right(before, side_m), shifted_right(pose, side_m)));
         Rig { origin_m: pose.position_m, eyes: eyes.to_vec() }
     };
     (0..if full() { 3 } else { 2 }).map(&mut step).collect()
@@ -97,7 +97,7 @@ fn one_submit_draws_what_many_draw() {
 }
 
 #[test]
-fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
+fn an_eye_away_from_the_origin_sees_what_one_at_the_origin_sees() {
     let Some(mut world) = hill() else { return };
     let pose = world.pose(START);
     for name in ["plain", "ink", "pen", "hachures", "wash"] {
@@ -112,9 +112,9 @@ fn an_eye_beside_the_origin_sees_what_one_at_the_origin_sees() {
         };
         let here = pose.position_m;
         let away = here - pose.right * 3.0 + pose.up * 2.0;
-        let (at, beside) = (drawn(here, here), drawn(away, here));
+        let (at, displaced) = (drawn(here, here), drawn(away, here));
         // Positions are relative to another origin, so level of detail and rounding differ.
-        let differs = crate::tests::rig::differs(&at, &beside);
+        let differs = crate::tests::rig::differs(&at, &displaced);
         // Planted: an eye at the other origin.
         let elsewhere = crate::tests::rig::differs(&at, &drawn(away, away));
         println!("{name}: {differs:.4} of the pixels differ, {elsewhere:.4} from elsewhere");

@@ -57,8 +57,8 @@ fn a_lens_that_is_not_symmetric_sees_its_part_of_a_wider_picture() {
     let step = 20.0 / focal_px;
     let turned = Lens { left: left + step, right: left - step, ..same };
     let view = View { lens: Some(turned), previous_lens: Some(turned), ..symmetric };
-    let (beside, motion) = places(&mut world, view);
-    let differs = apart(&seen, &beside, 20, focal_px);
+    let (shifted, motion) = places(&mut world, view);
+    let differs = apart(&seen, &shifted, 20, focal_px);
     assert!(differs < 0.01, "{differs}");
     assert!(motion.iter().all(|[x, y]| x.hypot(*y) < 0.01), "an eye at rest must have no motion");
     // Planted: the symmetric lens.

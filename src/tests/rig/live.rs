@@ -95,7 +95,7 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         // A binding that the pass does not provide.
         (
             changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));")
-                .replace("// Ink of hatching.", "@group(0) @binding(20) var<uniform> paper_px: f32;"),
+                .replace("// The pictures that hold", "@group(0) @binding(30) var<uniform> paper_px: f32;\n// These hold"),
             "nothing is bound to paper_px",
         ),
         // A binding of another type than the pass provides.
@@ -108,18 +108,18 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         // A workgroup larger than any GPU supports.
         (changed("@workgroup_size(8, 8)", "@workgroup_size(2048, 2048)"), "composite/composite.wgsl: "),
     ];
-    for (text, told) in wrong {
-        assert_eq!(live.write("composite/composite", &text), 1, "{told}");
-        assert!(live.picture() == inverted, "{told}: the old pipeline must stay in use");
+    for (text, cause) in wrong {
+        assert_eq!(live.write("composite/composite", &text), 1, "{cause}");
+        assert!(live.picture() == inverted, "{cause}: the old pipeline must stay in use");
         let troubles = live.troubles();
-        assert_eq!(troubles.len(), 1, "{told}: {troubles:?}");
+        assert_eq!(troubles.len(), 1, "{cause}: {troubles:?}");
         println!("{}", troubles[0]);
-        assert!(troubles[0].starts_with("composite/composite.wgsl") && troubles[0].contains(told), "{troubles:?}");
+        assert!(troubles[0].starts_with("composite/composite.wgsl") && troubles[0].contains(cause), "{troubles:?}");
         assert!(!troubles[0].contains('\n'), "{troubles:?}");
     }
 
-    // A repaired shader is used again: first with another layout, which omits one of the pictures, then the original.
-    let without_ink = changed("textureLoad(ink, pixel, 0).r", "0.0");
+    // A repaired shader is used again: first with another layout, which omits one of the pictures (that of water, of which there is none), then the original.
+    let without_ink = changed("textureLoad(ink_0, pixel, 0)", "vec4<f32>(0.0)");
     assert_eq!(live.write("composite/composite", &without_ink), 1);
     assert!(live.picture() == first && live.troubles().is_empty(), "{:?}", live.troubles());
     live.write("composite/composite", COMPOSITE);
@@ -159,7 +159,7 @@ fn a_frame_that_has_no_old_pipeline_says_what_is_wrong() {
 }
 
 #[test]
-fn beside_the_frame_the_old_picture_stays_until_the_new_one_is_there() {
+fn in_the_background_the_old_picture_stays_until_the_new_one_is_there() {
     let Some(mut live) = Live::new("ink") else { return };
     let first = live.picture();
     live.renderer.set_builds(Builds::InBackground);

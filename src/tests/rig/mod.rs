@@ -1,7 +1,7 @@
 //! Tests of frames with one eye and with two: passes hold no state of a frame, however the passes are submitted.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
-mod beside;
+mod background;
 mod eyes;
 mod lens;
 mod live;
@@ -43,7 +43,7 @@ fn view(previous: Pose, pose: Pose) -> View {
 }
 
 /// Returns a pose to the right of another one.
-fn beside(pose: Pose, right_m: f64) -> Pose {
+fn shifted_right(pose: Pose, right_m: f64) -> Pose {
     Pose { position_m: pose.position_m + pose.right * right_m, ..pose }
 }
 

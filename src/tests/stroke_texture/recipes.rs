@@ -6,7 +6,7 @@ use hachure::style::{Style, StyleError, preset_text};
 use crate::tests::stroke_texture::{RECIPE, recipe};
 
 #[test]
-fn mistakes_are_told_in_one_line() {
+fn mistakes_give_an_error_of_one_line() {
     let spoil = |from: &str, to: &str| {
         assert!(RECIPE.contains(from), "{from}");
         RECIPE.replacen(from, to, 1)
@@ -33,7 +33,7 @@ fn mistakes_are_told_in_one_line() {
 }
 
 #[test]
-fn a_style_names_a_texture_or_a_file_beside_it() {
+fn a_style_names_a_texture_or_a_file_next_to_it() {
     let folder = tempfile::tempdir().unwrap();
     let style = |texture: &str| {
         let text = preset_text("charcoal").unwrap().replace("\"charcoal\"\nwidth", &format!("\"{texture}\"\nwidth"));
@@ -50,8 +50,8 @@ fn a_style_names_a_texture_or_a_file_beside_it() {
     assert!(
         matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))
     );
-    let told = format!("{}:32:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
-    assert!(error.to_string().starts_with(&told), "{error}");
+    let expected = format!("{}:32:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
+    assert!(error.to_string().starts_with(&expected), "{error}");
     assert!(style("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml: cannot read the stroke texture: "));
     hachure::file::atomic::write(&folder.path().join("broken.toml"), b"tile = 3").unwrap();
     let error = style("broken.toml").unwrap_err().to_string();

@@ -49,7 +49,7 @@ fn json(item: &Item) -> Value {
     serde_json::to_value(Tree(Some(item))).unwrap()
 }
 
-/// Returns the JSON value at a key such as `hatching.layers[0].from`.
+/// Returns the JSON value at a key such as `hatching.sets[0].from`.
 fn at<'a>(whole: &'a Value, key: &str) -> &'a Value {
     let steps = key.split(['.', '[']).map(|step| step.trim_end_matches(']'));
     steps.fold(whole, |value, step| step.parse::<usize>().map_or_else(|_| &value[step], |number| &value[number]))
@@ -101,18 +101,21 @@ fn reads_back<T: Kind>() {
 
         // The given values are those that were read, and serde has them under the same keys.
         let document: DocumentMut = given.parse().unwrap();
-        let (given, told) = (json(document.as_item()), serde_json::to_value(&read).unwrap());
+        let (given, stored) = (json(document.as_item()), serde_json::to_value(&read).unwrap());
         let whole = read.item().unwrap();
         for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
             let value = at(&given, &written_key(document.as_item(), &key));
-            let told = at(&told, &written_key(&whole, &key));
+            let stored = at(&stored, &written_key(&whole, &key));
             if !value.is_null() {
-                assert!(same(value, told), "seed {seed}: {key} is {told}, expected {value}");
+                assert!(same(value, stored), "seed {seed}: {key} is {stored}, expected {value}");
             }
             let default = definition.default.as_ref().map(json).unwrap_or_default();
             if value.is_null() {
                 // A section that is missing has no values.
-                assert!(told.is_null() || same(told, &default), "seed {seed}: {key} is {told}, expected its default");
+                assert!(
+                    stored.is_null() || same(stored, &default),
+                    "seed {seed}: {key} is {stored}, expected its default"
+                );
             } else if !same(value, &default) {
                 seen.insert(random::bare(&key));
             }
@@ -212,8 +215,9 @@ fn ranges_are_checked<T: Kind>() {
         for value in &outside {
             let error = with(value).err().unwrap_or_else(|| panic!("{key} = {value} was accepted"));
             // For a stop far outside, the first error may be that stops must increase.
-            let told = error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must increase");
-            assert!(told, "{key} = {value}: {error}");
+            let is_named =
+                error.contains(&format!(": {}", random::bare(&key))) || error.contains("stops must increase");
+            assert!(is_named, "{key} = {value}: {error}");
             assert!(error.starts_with("x.toml:") && error.lines().count() == 1, "{error}");
         }
         for value in &inside {

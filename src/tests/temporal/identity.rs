@@ -47,25 +47,25 @@ fn strokes_side_by_side_are_told_apart() {
     for (step_m, turned_px) in STEPS {
         for apart_px in [2.4, 7.0] {
             let line = Line::on_the_ground();
-            let beside = Line { id: 3, along: [90.0, 1.0], off_px: DVec2::new(0.0, apart_px), ..line };
+            let other = Line { id: 3, along: [90.0, 1.0], off_px: DVec2::new(0.0, apart_px), ..line };
             let of = |now: [Line; 2]| {
-                let pair = pair(step_m.into(), turned_px, &[line, beside], &now);
+                let pair = pair(step_m.into(), turned_px, &[line, other], &now);
                 let strokes = pair.strokes.as_ref().unwrap();
                 // If no stroke keeps its identity, there is no slip.
                 let slip = if strokes.slips_px.is_empty() { [f32::NAN; 2] } else { slip_px(&pair) };
                 (slip, value(strokes.identity_change.unwrap()))
             };
             // Where the lines touch, one covers the fringe of the other.
-            let (slip, changed) = of([line, beside]);
+            let (slip, changed) = of([line, other]);
             println!("{step_m:?}, {apart_px} px apart: slip {slip:?}, {changed:.4} changed");
             assert!(slip[0] < 0.1 && slip[1] < 1.0 && changed < 0.05, "{slip:?} {changed}");
             // Planted: the parameter moves.
-            let slipped = [line, beside].map(|of| Line { along: [of.along[0] + 5.0, 1.0], ..of });
+            let slipped = [line, other].map(|of| Line { along: [of.along[0] + 5.0, 1.0], ..of });
             let (slip, changed) = of(slipped);
             assert!((slip[0] - 5.0).abs() < 0.2 && slip[1] > 4.0 && changed < 0.05, "{slip:?} {changed}");
             // Planted: the lines swap identities, and nothing else changes. Within reach of both lines it shows as
             // slip.
-            let (slip, changed) = of([Line { id: beside.id, ..line }, Line { id: line.id, ..beside }]);
+            let (slip, changed) = of([Line { id: other.id, ..line }, Line { id: line.id, ..other }]);
             assert!(changed > if apart_px > 5.0 { 0.99 } else { 0.3 }, "{changed}");
             assert!(apart_px > 5.0 || slip[0] > 50.0, "{slip:?}");
         }
@@ -89,7 +89,7 @@ fn turns_of_one_stroke_are_told_apart() {
 }
 
 #[test]
-fn updates_are_told_from_what_lies_between() {
+fn updates_are_distinguished_from_frames_between_them() {
     let (line, other) = (Line::on_the_ground(), Line { id: 9, ..Line::on_the_ground() });
     let frame = |lines: &[Line], rebuilt: bool| {
         let mut frame = shoot(eye(EYE_M, 0.0), SCENE, lines);

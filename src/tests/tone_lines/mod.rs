@@ -255,7 +255,7 @@ fn lines_follow_curves_and_cross() {
         }
     }
     let style = bare(3.0);
-    // Two crossing lines: the first has ink at the crossing, and both are found beside it.
+    // Two crossing lines: the first has ink at the crossing, and both are found next to it.
     for turn_deg in [90.0_f64, 60.0] {
         let across = [DVec2::Y, DVec2::from_angle(turn_deg.to_radians()).perp()];
         let away = |line: usize, at: DVec2| (at - middle()).dot(across[line]);

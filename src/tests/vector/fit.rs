@@ -147,8 +147,8 @@ fn a_curve_that_is_off_is_noticed() {
     for (_, points, is_closed) in &all {
         let path = fit(points, *is_closed, tolerance);
         // Planted: the whole path moved, then its last segment missing.
-        let beside = kurbo::Affine::translate((0.0, 1.2 * tolerance)) * path.clone();
-        shifted += usize::from(error(&beside, points, *is_closed, tolerance) > tolerance);
+        let moved = kurbo::Affine::translate((0.0, 1.2 * tolerance)) * path.clone();
+        shifted += usize::from(error(&moved, points, *is_closed, tolerance) > tolerance);
         let mut short = path.clone();
         short.truncate(path.elements().len() - 1);
         cut += usize::from(error(&short, points, *is_closed, tolerance) > tolerance);

@@ -59,9 +59,8 @@ fn lines_that_cross_go_on() {
     let lengths: Vec<f32> = lines(&crossed).iter().map(length).collect();
     assert_eq!(lengths.iter().filter(|length| **length > 190.0).count(), 2, "{lengths:?}");
     // Planted: lines that end where they meet.
-    let beside =
-        picture([200, 200], |x, y| straight(x, y, 20.0).max(if x < 100.0 { -1.0 } else { straight(x, y, 80.0) }));
-    assert_eq!(lines(&beside).iter().filter(|line| length(line) > 190.0).count(), 1);
+    let cut = picture([200, 200], |x, y| straight(x, y, 20.0).max(if x < 100.0 { -1.0 } else { straight(x, y, 80.0) }));
+    assert_eq!(lines(&cut).iter().filter(|line| length(line) > 190.0).count(), 1);
 }
 
 #[test]

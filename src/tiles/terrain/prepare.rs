@@ -103,15 +103,15 @@ impl Terrain {
     /// only if the options say so.
     pub fn prepare(&mut self, gpu: &Gpu, view: &TerrainView) -> Prepared {
         let begun = Instant::now();
-        let fitted = self.fit(gpu, view, self.asks_for_horizons || self.asks_for_water);
+        let fitted = self.fit(gpu, view, self.needs_horizons || self.needs_water);
         let Fitted { rule, selection, mut tiles, jumped, detail, fade_step_s } = fitted;
         let streams = self.options.loading == Loading::Stream;
         let most = if streams { MAPS_AT_ONCE } else { usize::MAX };
         let step = MapStep { frame: self.frame, most, fade_step_s };
-        if let Some(horizons) = self.horizon_maps.as_mut().filter(|_| self.asks_for_horizons) {
+        if let Some(horizons) = self.horizon_maps.as_mut().filter(|_| self.needs_horizons) {
             tiles.late |= horizons.maps.plan(&self.residency, self.store.levels(), step);
         }
-        if let Some(maps) = self.water_maps.as_mut().filter(|_| self.asks_for_water) {
+        if let Some(maps) = self.water_maps.as_mut().filter(|_| self.needs_water) {
             tiles.late |= maps.plan(&self.residency, self.store.levels(), step);
         }
         self.write_buffers(gpu, &rule);

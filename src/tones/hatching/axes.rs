@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 pub(crate) use crate::gpu::wgsl::shared::hatched_surface::Axis;
 pub(crate) use crate::gpu::wgsl::tones::fractal_hatching::Cell;
-use crate::style::hatching::{Direction, Layer, MOST_LAYERS};
+use crate::style::hatching::{Direction, MOST_SETS, MarkSet};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.
 const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
@@ -26,26 +26,26 @@ pub(crate) fn to_azimuth(rad: f64) -> DVec2 {
     DVec2::new(rad.sin(), rad.cos())
 }
 
-/// Returns the azimuth of a layer's fixed direction: its own, or the one that it uses on level land.
-pub(crate) fn fixed_rad(layer: &Layer) -> f64 {
-    f64::from(if layer.direction == Direction::Fixed { layer.angle_deg } else { layer.level_deg }).to_radians()
+/// Returns the azimuth of a set's fixed direction: its own, or the one that it uses on level land.
+pub(crate) fn fixed_rad(set: &MarkSet) -> f64 {
+    f64::from(if set.direction == Direction::Fixed { set.angle_deg } else { set.level_deg }).to_radians()
 }
 
 /// Length of the slow axes; the others are unit vectors.
 const SLOW: f64 = 0.125;
 
 /// Returns all axes in world space, as unit vectors apart from the slow ones, which come last.
-pub(crate) fn axes(layers: &[Layer]) -> Vec<DVec3> {
+pub(crate) fn axes(sets: &[MarkSet]) -> Vec<DVec3> {
     let step_rad = std::f64::consts::TAU / AZIMUTHS as f64;
     let compass = || (0..AZIMUTHS).map(move |step| to_azimuth(step as f64 * step_rad));
     let level = compass().map(|to| to.extend(0.0));
     let falling = compass().map(|to| to.extend(-1.0).normalize());
-    let along = |i: usize| layers.get(i).map_or(DVec2::Y, |layer| to_azimuth(fixed_rad(layer)));
-    let fixed = (0..MOST_LAYERS).flat_map(|i| {
+    let along = |i: usize| sets.get(i).map_or(DVec2::Y, |set| to_azimuth(fixed_rad(set)));
+    let fixed = (0..MOST_SETS).flat_map(|i| {
         let along = along(i);
         [DVec2::new(along.y, -along.x).extend(0.0), along.extend(0.0)]
     });
-    let slow = (0..MOST_LAYERS).map(|i| SLOW * along(i).extend(0.0));
+    let slow = (0..MOST_SETS).map(|i| SLOW * along(i).extend(0.0));
     level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
 }
 

@@ -31,7 +31,7 @@ const STEPS: usize = 2048;
 /// Rounds of calibration, after which the distribution is uniform within half a hundredth.
 const ROUNDS: usize = 8;
 
-/// Thresholds of every layer's marks.
+/// Thresholds of the marks of every set.
 pub(crate) struct Maps {
     quads: GrowingBuffer,
     /// Side of a tile, in texels.
@@ -63,9 +63,9 @@ impl MadeMaps {
     }
 }
 
-/// Returns the recipes of the layers, in order.
+/// Returns the recipes of the sets, in order.
 fn recipes(hatching: &Hatching) -> Vec<Recipe> {
-    hatching.layers.iter().filter_map(|layer| layer.recipe.clone()).collect()
+    hatching.sets.iter().filter_map(|set| set.recipe.clone()).collect()
 }
 
 /// Checks that the marks of a style can be made, so that errors in a user's pictures are reported before they are

@@ -39,7 +39,7 @@ fn widest_px(relief: &Relief) -> f32 {
 
 /// Returns how far around a pixel its curvature depends on the picture, in pixels.
 pub(crate) fn reach_px(relief: &Relief) -> u32 {
-    if !relief.asks_for_curvature() {
+    if !relief.needs_curvature() {
         return 0;
     }
     let blur_px: i32 = steps(widest_px(relief)).iter().map(|step| step.stride_px).sum();

@@ -115,7 +115,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
         exaggerate::run(recorder, inputs, shared, &relief_light);
         return relief_light;
     }
-    let bends = inputs.relief.asks_for_curvature();
+    let bends = inputs.relief.needs_curvature();
     let slopes = bends.then(|| {
         let pictures =
             [&gradient::DEPTH_GRADIENT, &gradient::BLURRED_GRADIENT].map(|kind| targets.whole(recorder.gpu(), kind));

@@ -5,7 +5,7 @@ use xr::Handle as _;
 
 use super::head::views_at;
 use super::layers::check_layers;
-use super::state::{Event, Renderer, SESSION, SYSTEM, Session, State, array, hold, time_of, told};
+use super::state::{Event, Frame, SESSION, SYSTEM, Session, State, array, hold, status_of, time_of};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 
@@ -16,7 +16,7 @@ pub(crate) unsafe extern "system" fn create_session(
 ) -> xr::Result {
     const CALL: &str = "xrCreateSession";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.instance(CALL, instance)?;
         state.check(CALL, (info.ty, std::ptr::null()), xr::SessionCreateInfo::TYPE)?;
         if info.system_id.into_raw() != SYSTEM || state.session.is_some() {
@@ -64,7 +64,7 @@ pub(crate) unsafe extern "system" fn destroy_session(session: xr::Session) -> xr
 
 pub(crate) unsafe extern "system" fn poll_event(instance: xr::Instance, out: *mut xr::EventDataBuffer) -> xr::Result {
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         state.instance("xrPollEvent", instance)?;
         state.check("xrPollEvent", (out.ty, out.next), xr::EventDataBuffer::TYPE)?;
         let Some(event) = state.events.pop_front() else { return Ok(xr::Result::EVENT_UNAVAILABLE) };
@@ -104,7 +104,7 @@ pub(crate) unsafe extern "system" fn begin_session(
 ) -> xr::Result {
     const CALL: &str = "xrBeginSession";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::SessionBeginInfo::TYPE)?;
         let session = state.session(CALL, session)?;
         if session.is_running {
@@ -124,7 +124,7 @@ pub(crate) unsafe extern "system" fn begin_session(
 pub(crate) unsafe extern "system" fn end_session(session: xr::Session) -> xr::Result {
     const CALL: &str = "xrEndSession";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         let session = state.session(CALL, session)?;
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
@@ -160,7 +160,7 @@ fn go_down(state: &mut State) {
 pub(crate) unsafe extern "system" fn request_exit(session: xr::Session) -> xr::Result {
     const CALL: &str = "xrRequestExitSession";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         let session = state.session(CALL, session)?;
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
@@ -178,7 +178,7 @@ pub(crate) unsafe extern "system" fn reference_spaces(
     out: *mut xr::ReferenceSpaceType,
 ) -> xr::Result {
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         state.session("xrEnumerateReferenceSpaces", session)?;
         let all = [xr::ReferenceSpaceType::VIEW, xr::ReferenceSpaceType::LOCAL, xr::ReferenceSpaceType::STAGE];
         let offered = if state.script.has_stage { &all[..] } else { &all[..2] };
@@ -193,7 +193,7 @@ pub(crate) unsafe extern "system" fn create_reference_space(
 ) -> xr::Result {
     const CALL: &str = "xrCreateReferenceSpace";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::ReferenceSpaceCreateInfo::TYPE)?;
         let (kind, handle) = (info.reference_space_type, state.handle());
         if kind == xr::ReferenceSpaceType::STAGE && !state.script.has_stage {
@@ -243,7 +243,7 @@ pub(crate) unsafe extern "system" fn wait_frame(
 ) -> xr::Result {
     const CALL: &str = "xrWaitFrame";
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         if let Some(info) = unsafe { info.as_ref() } {
             state.check(CALL, (info.ty, info.next), xr::FrameWaitInfo::TYPE)?;
         }
@@ -260,10 +260,10 @@ pub(crate) unsafe extern "system" fn wait_frame(
         // Waits like a display, so that a program that draws nothing yet does not loop a thousand times.
         std::thread::sleep(std::time::Duration::from_millis(1));
         let should_render = [xr::SessionState::VISIBLE, xr::SessionState::FOCUSED].contains(&session.state);
-        let renderer = Renderer { number: session.next_frame, should_render };
+        let frame = Frame { number: session.next_frame, should_render };
         session.next_frame += 1;
-        session.waited = Some(renderer);
-        out.predicted_display_time = xr::Time::from_nanos(time_of(renderer.number));
+        session.waited = Some(frame);
+        out.predicted_display_time = xr::Time::from_nanos(time_of(frame.number));
         out.predicted_display_period = xr::Duration::from_nanos(11_111_111);
         out.should_render = should_render.into();
         Ok(xr::Result::SUCCESS)
@@ -273,7 +273,7 @@ pub(crate) unsafe extern "system" fn wait_frame(
 pub(crate) unsafe extern "system" fn begin_frame(session: xr::Session, info: *const xr::FrameBeginInfo) -> xr::Result {
     const CALL: &str = "xrBeginFrame";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         if let Some(info) = unsafe { info.as_ref() } {
             state.check(CALL, (info.ty, info.next), xr::FrameBeginInfo::TYPE)?;
         }
@@ -281,10 +281,10 @@ pub(crate) unsafe extern "system" fn begin_frame(session: xr::Session, info: *co
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
         }
-        let Some(renderer) = session.waited.take() else {
+        let Some(frame) = session.waited.take() else {
             return Err(state.violation(CALL, "no frame was waited for", xr::Result::ERROR_CALL_ORDER_INVALID));
         };
-        if session.begun.replace(renderer).is_some() {
+        if session.begun.replace(frame).is_some() {
             return Ok(state.violation(CALL, "the frame before was not ended", xr::Result::FRAME_DISCARDED));
         }
         Ok(xr::Result::SUCCESS)
@@ -301,7 +301,7 @@ pub(crate) unsafe extern "system" fn locate_views(
 ) -> xr::Result {
     const CALL: &str = "xrLocateViews";
     let (mut state, info, view_state) = (hold(), unsafe { &*info }, unsafe { &mut *view_state });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::ViewLocateInfo::TYPE)?;
         state.check(CALL, (view_state.ty, view_state.next), xr::ViewState::TYPE)?;
         let has_space = state.session(CALL, session)?.spaces.contains_key(&info.space.into_raw());
@@ -312,7 +312,7 @@ pub(crate) unsafe extern "system" fn locate_views(
             return Err(state.violation(CALL, "no such views, or no such time", xr::Result::ERROR_TIME_INVALID));
         }
         unsafe { *count = 2 };
-        let renderer = ((info.display_time.as_nanos() - time_of(0)) / 11_111_111).max(0) as u64;
+        let frame = ((info.display_time.as_nanos() - time_of(0)) / 11_111_111).max(0) as u64;
         let is_known = !state.script.untracked.is_some_and(|[from, to]| (from..to).contains(&state.frames));
         let all = xr::ViewStateFlags::ORIENTATION_VALID
             | xr::ViewStateFlags::POSITION_VALID
@@ -326,7 +326,7 @@ pub(crate) unsafe extern "system" fn locate_views(
             return Err(xr::Result::ERROR_SIZE_INSUFFICIENT);
         }
         let kind = state.session(CALL, session)?.spaces[&info.space.into_raw()];
-        let views = views_at(&state, renderer, kind);
+        let views = views_at(&state, frame, kind);
         for (i, view) in views.iter().enumerate() {
             let out = unsafe { &mut *out.add(i) };
             state.check(CALL, (out.ty, out.next), xr::View::TYPE)?;
@@ -346,17 +346,17 @@ pub(crate) unsafe extern "system" fn locate_views(
 pub(crate) unsafe extern "system" fn end_frame(session: xr::Session, info: *const xr::FrameEndInfo) -> xr::Result {
     const CALL: &str = "xrEndFrame";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::FrameEndInfo::TYPE)?;
         let session = state.session(CALL, session)?;
         if !session.is_running {
             return Err(state.violation(CALL, "it does not run", xr::Result::ERROR_SESSION_NOT_RUNNING));
         }
-        let Some(renderer) = session.begun.take() else {
+        let Some(frame) = session.begun.take() else {
             return Err(state.violation(CALL, "no frame was begun", xr::Result::ERROR_CALL_ORDER_INVALID));
         };
         let is_held = session.chains.values().any(super::swapchains::Chain::is_held);
-        let checked = check_layers(&mut state, renderer, is_held, info);
+        let checked = check_layers(&mut state, frame, is_held, info);
         // The script counts frames from the first one that shows something, however long that takes.
         if state.frames > 0 || info.layer_count > 0 {
             state.frames += 1;
@@ -374,7 +374,7 @@ fn events_of(state: &mut State) {
     };
     use xr::SessionState as S;
     let now = state.session.as_ref().map_or(S::IDLE, |session| session.state);
-    let at = |renderer: Option<u64>| renderer == Some(ended);
+    let at = |frame: Option<u64>| frame == Some(ended);
     if now == S::READY && state.events.is_empty() {
         to(state, &[S::SYNCHRONIZED, S::VISIBLE, S::FOCUSED]);
     }

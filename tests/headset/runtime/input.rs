@@ -6,7 +6,7 @@ use std::ffi::{CStr, c_char};
 use openxr_sys as xr;
 use xr::Handle as _;
 
-use super::state::{State, array, hold, time_of, told};
+use super::state::{State, array, hold, status_of, time_of};
 
 #[derive(Default)]
 pub(crate) struct Input {
@@ -81,7 +81,7 @@ pub(crate) unsafe extern "system" fn create_action_set(
 ) -> xr::Result {
     const CALL: &str = "xrCreateActionSet";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.instance(CALL, instance)?;
         state.check(CALL, (info.ty, info.next), xr::ActionSetCreateInfo::TYPE)?;
         let name = name_of(&info.action_set_name);
@@ -113,7 +113,7 @@ pub(crate) unsafe extern "system" fn create_action(
 ) -> xr::Result {
     const CALL: &str = "xrCreateAction";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::ActionCreateInfo::TYPE)?;
         let (set, name) = (set.into_raw(), name_of(&info.action_name));
         if !state.input.sets.contains_key(&set) {
@@ -150,7 +150,7 @@ pub(crate) unsafe extern "system" fn suggest(
 ) -> xr::Result {
     const CALL: &str = "xrSuggestInteractionProfileBindings";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.instance(CALL, instance)?;
         state.check(CALL, (info.ty, info.next), xr::InteractionProfileSuggestedBinding::TYPE)?;
         if state.input.is_attached {
@@ -184,7 +184,7 @@ pub(crate) unsafe extern "system" fn attach(
 ) -> xr::Result {
     const CALL: &str = "xrAttachSessionActionSets";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.session(CALL, session)?;
         state.check(CALL, (info.ty, info.next), xr::SessionActionSetsAttachInfo::TYPE)?;
         if state.input.is_attached {
@@ -206,7 +206,7 @@ pub(crate) unsafe extern "system" fn current_profile(
 ) -> xr::Result {
     const CALL: &str = "xrGetCurrentInteractionProfile";
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         state.session(CALL, session)?;
         state.check(CALL, (out.ty, out.next), xr::InteractionProfileState::TYPE)?;
         let profile = state.script.profile.clone();
@@ -218,7 +218,7 @@ pub(crate) unsafe extern "system" fn current_profile(
 pub(crate) unsafe extern "system" fn sync(session: xr::Session, info: *const xr::ActionsSyncInfo) -> xr::Result {
     const CALL: &str = "xrSyncActions";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::ActionsSyncInfo::TYPE)?;
         let is_focused = state.session(CALL, session)?.state == xr::SessionState::FOCUSED;
         let sets =

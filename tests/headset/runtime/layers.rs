@@ -3,18 +3,18 @@
 use openxr_sys as xr;
 use xr::Handle as _;
 
-use super::state::{Renderer, State, time_of};
+use super::state::{Frame, State, time_of};
 
 /// Returns whether a frame may end with these layers.
 pub(crate) fn check_layers(
     state: &mut State,
-    renderer: Renderer,
+    frame: Frame,
     is_held: bool,
     info: &xr::FrameEndInfo,
 ) -> Result<(), xr::Result> {
     const CALL: &str = "xrEndFrame";
     let mut wrong = |what: &str, error| Err(state.violation(CALL, what, error));
-    if info.display_time.as_nanos() != time_of(renderer.number) {
+    if info.display_time.as_nanos() != time_of(frame.number) {
         return wrong("another display time than that of the frame", xr::Result::ERROR_TIME_INVALID);
     }
     if info.environment_blend_mode != xr::EnvironmentBlendMode::OPAQUE {
@@ -23,27 +23,23 @@ pub(crate) fn check_layers(
     if is_held {
         return wrong("an image is still acquired", xr::Result::ERROR_CALL_ORDER_INVALID);
     }
-    if info.layer_count > 0 && !renderer.should_render {
+    if info.layer_count > 0 && !frame.should_render {
         return wrong("layers, though nothing is to be rendered", xr::Result::ERROR_LAYER_INVALID);
     }
     for i in 0..info.layer_count as usize {
         let base = unsafe { *info.layers.add(i) };
         let layer = unsafe { &*base.cast::<xr::CompositionLayerProjection>() };
         state.check(CALL, (layer.ty, layer.next), xr::CompositionLayerProjection::TYPE)?;
-        check_projection(state, renderer, layer)?;
+        check_projection(state, frame, layer)?;
     }
     Ok(())
 }
 
-fn check_projection(
-    state: &mut State,
-    renderer: Renderer,
-    layer: &xr::CompositionLayerProjection,
-) -> Result<(), xr::Result> {
+fn check_projection(state: &mut State, frame: Frame, layer: &xr::CompositionLayerProjection) -> Result<(), xr::Result> {
     const CALL: &str = "xrEndFrame";
     let located = state.session.as_ref().and_then(|session| session.located);
     let Some((_, _, views)) =
-        located.filter(|(time, space, _)| *time == time_of(renderer.number) && *space == layer.space.into_raw())
+        located.filter(|(time, space, _)| *time == time_of(frame.number) && *space == layer.space.into_raw())
     else {
         let error = xr::Result::ERROR_LAYER_INVALID;
         return Err(state.violation(CALL, "the views were not located for this time and space", error));

@@ -3,7 +3,7 @@
 use openxr_sys as xr;
 
 use super::head::lens;
-use super::state::{array, hold, told};
+use super::state::{array, hold, status_of};
 
 /// The part of each side that a corner takes, before and after the mask changes.
 const PARTS: [f32; 2] = [0.25, 0.4];
@@ -17,7 +17,7 @@ pub(crate) unsafe extern "system" fn visibility_mask(
 ) -> xr::Result {
     const CALL: &str = "xrGetVisibilityMaskKHR";
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         state.session(CALL, session)?;
         state.check(CALL, (out.ty, out.next), xr::VisibilityMaskKHR::TYPE)?;
         if !state.enabled_masks {

@@ -54,9 +54,9 @@ pub(crate) struct Session {
     pub spaces: BTreeMap<u64, xr::ReferenceSpaceType>,
     pub chains: BTreeMap<u64, Chain>,
     /// The frame that was waited for and not begun.
-    pub waited: Option<Renderer>,
+    pub waited: Option<Frame>,
     /// The frame that was begun and not ended.
-    pub begun: Option<Renderer>,
+    pub begun: Option<Frame>,
     /// Number of the next frame that `xrWaitFrame` announces.
     pub next_frame: u64,
     /// The views that were located last: display time, space, and views.
@@ -66,14 +66,14 @@ pub(crate) struct Session {
 }
 
 #[derive(Clone, Copy)]
-pub(crate) struct Renderer {
+pub(crate) struct Frame {
     pub number: u64,
     pub should_render: bool,
 }
 
 /// Returns the display time of a frame, in nanoseconds.
-pub(crate) fn time_of(renderer: u64) -> i64 {
-    1_000_000_000 + 11_111_111 * renderer as i64
+pub(crate) fn time_of(frame: u64) -> i64 {
+    1_000_000_000 + 11_111_111 * frame as i64
 }
 
 static STATE: Mutex<Option<State>> = Mutex::new(None);
@@ -164,7 +164,7 @@ impl State {
             return Err(self.violation(call, "no such instance", xr::Result::ERROR_HANDLE_INVALID));
         }
         match self.script.break_instance {
-            Some(renderer) if self.frames > renderer => Err(xr::Result::ERROR_INSTANCE_LOST),
+            Some(frame) if self.frames > frame => Err(xr::Result::ERROR_INSTANCE_LOST),
             _ => Ok(()),
         }
     }
@@ -175,10 +175,10 @@ impl State {
         if self.session.is_none() || session.into_raw() != SESSION {
             return Err(self.violation(call, "no such session", xr::Result::ERROR_HANDLE_INVALID));
         }
-        if self.script.break_instance.is_some_and(|renderer| self.frames > renderer) {
+        if self.script.break_instance.is_some_and(|frame| self.frames > frame) {
             return Err(xr::Result::ERROR_INSTANCE_LOST);
         }
-        if self.script.break_session.is_some_and(|renderer| self.frames > renderer) {
+        if self.script.break_session.is_some_and(|frame| self.frames > frame) {
             return Err(xr::Result::ERROR_SESSION_LOST);
         }
         self.session.as_mut().ok_or(xr::Result::ERROR_HANDLE_INVALID)
@@ -207,6 +207,6 @@ pub(crate) fn text(value: &str, out: &mut [std::ffi::c_char]) {
 }
 
 /// Returns the error or the success of a function that may return early.
-pub(crate) fn told(result: Result<xr::Result, xr::Result>) -> xr::Result {
+pub(crate) fn status_of(result: Result<xr::Result, xr::Result>) -> xr::Result {
     result.unwrap_or_else(|error| error)
 }

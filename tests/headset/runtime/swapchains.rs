@@ -6,7 +6,7 @@ use ash::vk::{self, Handle as _};
 use openxr_sys as xr;
 use xr::Handle as _;
 
-use super::state::{State, array, hold, told};
+use super::state::{State, array, hold, status_of};
 use super::vulkan::Image;
 
 const IMAGES: usize = 3;
@@ -46,7 +46,7 @@ pub(crate) unsafe extern "system" fn formats(
     out: *mut i64,
 ) -> xr::Result {
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         state.session("xrEnumerateSwapchainFormats", session)?;
         Ok(array(&state.script.formats, capacity, count, out))
     })())
@@ -59,7 +59,7 @@ pub(crate) unsafe extern "system" fn create(
 ) -> xr::Result {
     const CALL: &str = "xrCreateSwapchain";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.session(CALL, session)?;
         state.check(CALL, (info.ty, info.next), xr::SwapchainCreateInfo::TYPE)?;
         if !state.script.formats.contains(&info.format) {
@@ -130,7 +130,7 @@ pub(crate) unsafe extern "system" fn images(
 ) -> xr::Result {
     const CALL: &str = "xrEnumerateSwapchainImages";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         let handles: Vec<u64> =
             chain(&mut state, CALL, swapchain)?.images.iter().map(|image| image.image.as_raw()).collect();
         unsafe { *count = handles.len() as u32 };
@@ -156,7 +156,7 @@ pub(crate) unsafe extern "system" fn acquire(
 ) -> xr::Result {
     const CALL: &str = "xrAcquireSwapchainImage";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         if let Some(info) = unsafe { info.as_ref() } {
             state.check(CALL, (info.ty, info.next), xr::SwapchainImageAcquireInfo::TYPE)?;
         }
@@ -177,7 +177,7 @@ pub(crate) unsafe extern "system" fn wait(
 ) -> xr::Result {
     const CALL: &str = "xrWaitSwapchainImage";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.check(CALL, (info.ty, info.next), xr::SwapchainImageWaitInfo::TYPE)?;
         let chain = chain(&mut state, CALL, swapchain)?;
         match (chain.waited, chain.acquired.pop_front()) {
@@ -194,7 +194,7 @@ pub(crate) unsafe extern "system" fn release(
 ) -> xr::Result {
     const CALL: &str = "xrReleaseSwapchainImage";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         if let Some(info) = unsafe { info.as_ref() } {
             state.check(CALL, (info.ty, info.next), xr::SwapchainImageReleaseInfo::TYPE)?;
         }

@@ -5,7 +5,7 @@ use std::ffi::{CStr, c_char};
 use openxr_sys as xr;
 use xr::Handle as _;
 
-use super::state::{INSTANCE, SYSTEM, State, array, hold, text, told};
+use super::state::{INSTANCE, SYSTEM, State, array, hold, status_of, text};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 /// Larger than any size that is requested.
@@ -93,7 +93,7 @@ pub(crate) unsafe extern "system" fn instance_properties(
     out: *mut xr::InstanceProperties,
 ) -> xr::Result {
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         state.instance("xrGetInstanceProperties", instance)?;
         state.check("xrGetInstanceProperties", (out.ty, out.next), xr::InstanceProperties::TYPE)?;
         out.runtime_version = xr::Version::new(1, 0, 0);
@@ -126,7 +126,7 @@ pub(crate) unsafe extern "system" fn get_system(
     system: *mut xr::SystemId,
 ) -> xr::Result {
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         state.instance("xrGetSystem", instance)?;
         state.check("xrGetSystem", (info.ty, info.next), xr::SystemGetInfo::TYPE)?;
         if info.form_factor != xr::FormFactor::HEAD_MOUNTED_DISPLAY {
@@ -164,7 +164,7 @@ pub(crate) unsafe extern "system" fn system_properties(
     out: *mut xr::SystemProperties,
 ) -> xr::Result {
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, "xrGetSystemProperties", instance, system, VIEWS)?;
         state.check("xrGetSystemProperties", (out.ty, out.next), xr::SystemProperties::TYPE)?;
         out.system_id = system;
@@ -200,7 +200,7 @@ pub(crate) unsafe extern "system" fn view_configuration(
     out: *mut xr::ViewConfigurationProperties,
 ) -> xr::Result {
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, "xrGetViewConfigurationProperties", instance, system, views)?;
         state.check("xrGetViewConfigurationProperties", (out.ty, out.next), xr::ViewConfigurationProperties::TYPE)?;
         out.view_configuration_type = VIEWS;
@@ -219,7 +219,7 @@ pub(crate) unsafe extern "system" fn configuration_views(
 ) -> xr::Result {
     const CALL: &str = "xrEnumerateViewConfigurationViews";
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         check_system(&mut state, CALL, instance, system, views)?;
         unsafe { *count = 2 };
         if capacity == 0 {
@@ -264,7 +264,7 @@ pub(crate) unsafe extern "system" fn string_to_path(
     path: *mut xr::Path,
 ) -> xr::Result {
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         state.instance("xrStringToPath", instance)?;
         let string = unsafe { CStr::from_ptr(string) }.to_str().unwrap().to_owned();
         let is_clean = |part: &str| {
@@ -305,7 +305,7 @@ pub(crate) unsafe extern "system" fn path_to_string(
     out: *mut c_char,
 ) -> xr::Result {
     let mut state = hold();
-    told((|| {
+    status_of((|| {
         state.instance("xrPathToString", instance)?;
         let Some(text) = state.path_text(path) else {
             return Err(state.violation("xrPathToString", "no such path", xr::Result::ERROR_PATH_INVALID));

@@ -6,7 +6,7 @@ use std::ffi::c_char;
 use ash::vk::{self, Handle as _};
 use openxr_sys as xr;
 
-use super::state::{hold, told};
+use super::state::{hold, status_of};
 use super::system::check_system;
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
@@ -39,7 +39,7 @@ pub(crate) unsafe extern "system" fn requirements(
 ) -> xr::Result {
     const CALL: &str = "xrGetVulkanGraphicsRequirements2KHR";
     let (mut state, out) = (hold(), unsafe { &mut *out });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, CALL, instance, system, VIEWS)?;
         state.check(CALL, (out.ty, out.next), xr::GraphicsRequirementsVulkanKHR::TYPE)?;
         out.min_api_version_supported = xr::Version::new(1, 0, 0);
@@ -65,7 +65,7 @@ pub(crate) unsafe extern "system" fn create_instance(
 ) -> xr::Result {
     const CALL: &str = "xrCreateVulkanInstanceKHR";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, CALL, instance, info.system_id, VIEWS)?;
         state.check(CALL, (info.ty, info.next), xr::VulkanInstanceCreateInfoKHR::TYPE)?;
         if !state.asked_requirements {
@@ -94,7 +94,7 @@ pub(crate) unsafe extern "system" fn graphics_device(
 ) -> xr::Result {
     const CALL: &str = "xrGetVulkanGraphicsDevice2KHR";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, CALL, instance, info.system_id, VIEWS)?;
         state.check(CALL, (info.ty, info.next), xr::VulkanGraphicsDeviceGetInfoKHR::TYPE)?;
         let wrong = xr::Result::ERROR_VALIDATION_FAILURE;
@@ -119,7 +119,7 @@ pub(crate) unsafe extern "system" fn create_device(
 ) -> xr::Result {
     const CALL: &str = "xrCreateVulkanDeviceKHR";
     let (mut state, info) = (hold(), unsafe { &*info });
-    told((|| {
+    status_of((|| {
         check_system(&mut state, CALL, instance, info.system_id, VIEWS)?;
         state.check(CALL, (info.ty, info.next), xr::VulkanDeviceCreateInfoKHR::TYPE)?;
         let given = state.vulkan.as_ref().and_then(|vulkan| vulkan.physical_device);

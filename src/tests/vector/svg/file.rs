@@ -23,8 +23,9 @@ fn layers_are_kinds() {
         let paths = read(&text);
         let of = |layer: &str| paths.iter().filter(|read| read.layer == layer).count();
         let ours = LAYERS.map(of);
-        let told = [report.contours, report.borders, report.creases, report.suggestive, report.ridges, report.valleys];
-        assert_eq!(ours.map(|count| count as u64), told);
+        let reported =
+            [report.contours, report.borders, report.creases, report.suggestive, report.ridges, report.valleys];
+        assert_eq!(ours.map(|count| count as u64), reported);
         let kinds = EdgeKind::ALL.map(|kind| drawn.polylines.iter().filter(|line| line.kind == kind).count());
         assert_eq!(ours, kinds);
         let order: Vec<&str> = paths.iter().map(|read| read.layer.as_str()).collect();

@@ -16,7 +16,7 @@ const PATIENCE: Duration = Duration::from_secs(180);
 
 /// A renderer that builds pipelines in the background, and one that draws the same frames and waits for its pipelines.
 struct Twins {
-    beside: Renderer,
+    background: Renderer,
     waiting: Renderer,
     /// The world of the waiting renderer, on its own device, so that it shares no pipelines.
     apart: World,
@@ -31,13 +31,13 @@ struct Twins {
 
 impl Twins {
     fn new(world: &World) -> Option<Self> {
-        let mut beside = Renderer::new(&world.gpu).unwrap();
-        beside.set_builds(Builds::InBackground);
+        let mut background = Renderer::new(&world.gpu).unwrap();
+        background.set_builds(Builds::InBackground);
         let apart = hill_apart()?;
         let waiting = Renderer::new(&apart.gpu).unwrap();
         let (record_ms, begins_ms, waits_ms) = Default::default();
         let pose = world.pose(START);
-        Some(Self { beside, waiting, apart, pose, of_before: 0, record_ms, begins_ms, waits_ms })
+        Some(Self { background, waiting, apart, pose, of_before: 0, record_ms, begins_ms, waits_ms })
     }
 
     /// Requests a frame of `asked`, and checks that the picture is bit-identical to a frame of it, or of the style
@@ -45,18 +45,18 @@ impl Twins {
     fn step(&mut self, world: &mut World, asked: &Style, before: Option<&Style>, pose: Pose) {
         let view = view(self.pose, pose);
         self.pose = pose;
-        self.beside.render(&world.gpu, &mut world.surfaces, &view, asked, &light()).unwrap();
+        self.background.render(&world.gpu, &mut world.surfaces, &view, asked, &light()).unwrap();
         world.gpu.wait();
-        let Some(shown) = [Some(asked), before].into_iter().flatten().find(|style| self.beside.shows(style)) else {
-            assert!(self.beside.target(&PICTURE).is_none() && before.is_none(), "{}", asked.name);
+        let Some(shown) = [Some(asked), before].into_iter().flatten().find(|style| self.background.shows(style)) else {
+            assert!(self.background.target(&PICTURE).is_none() && before.is_none(), "{}", asked.name);
             return;
         };
-        self.record_ms.push(self.beside.record_ms());
+        self.record_ms.push(self.background.record_ms());
         self.of_before += usize::from(shown != asked);
         draw_rig(&mut self.apart, &mut self.waiting, shown, &Rig::mono(view));
-        let beside = bytes(world, &self.beside, 0, &PICTURE);
+        let background = bytes(world, &self.background, 0, &PICTURE);
         let waiting = bytes(&self.apart, &self.waiting, 0, &PICTURE);
-        let differing = beside.iter().zip(&waiting).filter(|(a, b)| a != b).count();
+        let differing = background.iter().zip(&waiting).filter(|(a, b)| a != b).count();
         assert_eq!(differing, 0, "the picture while {} was requested is not one of {}", asked.name, shown.name);
     }
 
@@ -64,7 +64,7 @@ impl Twins {
     fn switch(&mut self, world: &mut World, asked: &Style, before: Option<&Style>) {
         let begun = Instant::now();
         let steps = self.record_ms.len();
-        while !self.beside.shows(asked) {
+        while !self.background.shows(asked) {
             self.step(world, asked, before, self.pose);
             if before.is_some() && self.record_ms.len() == steps + 1 {
                 self.begins_ms.push(self.record_ms[steps]);
@@ -103,11 +103,11 @@ fn a_switch_waits_for_no_pipeline_and_shows_no_mixture() {
         let turned = Pose { forward: turn * moved.forward, right: turn * moved.right, up: turn * moved.up, ..moved };
         for pose in [pose, moved, turned, turned, pose] {
             twins.step(&mut world, style, before, pose);
-            assert!(twins.beside.shows(style) && !twins.beside.is_building(&world.gpu), "{}", style.name);
+            assert!(twins.background.shows(style) && !twins.background.is_building(&world.gpu), "{}", style.name);
         }
         before = Some(style);
     }
-    assert_eq!(twins.beside.built_at_once(), 0);
+    assert_eq!(twins.background.built_at_once(), 0);
     assert!(twins.of_before > 10, "only {} frames in the previous style", twins.of_before);
     let at_once = twins.waiting.built_at_once();
     // Control: without background builds, frames wait for their pipelines.
@@ -135,12 +135,12 @@ fn what_is_under_way_is_waited_for_where_frames_wait() {
     let Some(mut twins) = Twins::new(&world) else { return };
     let pose = twins.pose;
     twins.step(&mut world, &style, None, pose);
-    assert!(twins.beside.is_building(&world.gpu) && !twins.beside.shows(&style));
+    assert!(twins.background.is_building(&world.gpu) && !twins.background.shows(&style));
     // Screenshots wait for pipelines, too.
-    twins.beside.set_builds(Builds::AtOnce);
+    twins.background.set_builds(Builds::AtOnce);
     let rig = Rig::mono(view(pose, pose));
-    draw_rig(&mut world, &mut twins.beside, &style, &rig);
+    draw_rig(&mut world, &mut twins.background, &style, &rig);
     draw_rig(&mut twins.apart, &mut twins.waiting, &style, &rig);
-    let (a, b) = (bytes(&world, &twins.beside, 0, &PICTURE), bytes(&twins.apart, &twins.waiting, 0, &PICTURE));
-    assert!(a == b && twins.beside.built_at_once() > 0);
+    let (a, b) = (bytes(&world, &twins.background, 0, &PICTURE), bytes(&twins.apart, &twins.waiting, 0, &PICTURE));
+    assert!(a == b && twins.background.built_at_once() > 0);
 }
