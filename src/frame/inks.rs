@@ -44,7 +44,7 @@ pub(super) fn draw(
     let ink = targets.numbered(recorder.gpu(), pass.ink, number);
     let mut resources: Vec<Named> = vec![
         ("view", at_eye.view.clone()),
-        ("rules", recorder.uniform_bytes(pass.shader, &pass.rules)),
+        ("rules", recorder.uniform_bytes("ink rules", &pass.rules)),
         ("surface_id", at_eye.surface_id.into()),
         ("position", at_eye.position.into()),
         ("normal", at_eye.normal.into()),

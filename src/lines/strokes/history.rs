@@ -132,6 +132,12 @@ impl History {
         self.restless > 0.0 || self.is_stale
     }
 
+    /// Returns whether the last frame's strokes continued those of the frame before it.
+    #[cfg(test)]
+    pub(crate) fn continued(&self) -> bool {
+        self.frames > 0
+    }
+
     /// Makes the next frame an update that continues the strokes of the last one.
     pub(crate) fn rebuild_next(&mut self) {
         self.is_edited = true;

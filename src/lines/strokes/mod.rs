@@ -201,6 +201,12 @@ impl<'a> DrawnStrokes<'a> {
         self.memory.samples()
     }
 
+    /// Returns whether the last frame's strokes continued those of the frame before it.
+    #[cfg(test)]
+    pub(crate) fn continued(&self) -> bool {
+        self.memory.history.continued()
+    }
+
     /// Returns whether the last frame rebuilt its strokes; otherwise it moved those of the previous frame.
     pub fn rebuilt(&self) -> bool {
         self.memory.rebuilt

@@ -94,8 +94,10 @@ fn a_changed_shader_is_drawn_with_and_a_wrong_one_is_not() {
         ("@compute @workgroup_size(8, 8)\nfn other() {}\n".to_owned(), "no entry point main"),
         // A binding that the pass does not provide.
         (
-            changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));")
-                .replace("// The pictures that hold", "@group(0) @binding(30) var<uniform> paper_px: f32;\n// These hold"),
+            changed(LAST, "textureStore(picture, pixel, vec4<f32>(color, paper_px));").replace(
+                "// The pictures that hold",
+                "@group(0) @binding(30) var<uniform> paper_px: f32;\n// These hold",
+            ),
             "nothing is bound to paper_px",
         ),
         // A binding of another type than the pass provides.
