@@ -9,6 +9,10 @@
 //! `ARCHITECTURE.md` follows one frame and one tile through the modules. `docs/decisions` has one page for each design
 //! decision, with its reasons.
 
+#![cfg_attr(
+    not(all(feature = "window", feature = "network")),
+    allow(dead_code, unused_imports, reason = "a program without window or network uses fewer of the internals")
+)]
 #![warn(clippy::print_stdout, clippy::print_stderr, reason = "these macros panic on a closed pipe: use file::standard")]
 
 pub mod file;

@@ -69,7 +69,7 @@ mod in_window {
     ///
     /// # Errors
     /// Always fails: this build has no window.
-    pub fn run(_args: &super::FlyArgs, _adapter: &super::AdapterWish) -> anyhow::Result<()> {
+    pub(super) fn run(_args: &super::FlyArgs, _adapter: &super::AdapterWish) -> anyhow::Result<()> {
         anyhow::bail!(
             "this build of hachure has no window (feature `window`); use `hachure render` to draw into a file"
         )
@@ -83,7 +83,7 @@ mod in_headset {
     ///
     /// # Errors
     /// Always fails: this build has no headset.
-    pub fn run(_args: &super::FlyArgs) -> anyhow::Result<()> {
+    pub(super) fn run(_args: &super::FlyArgs) -> anyhow::Result<()> {
         anyhow::bail!(
             "--vr: this build of hachure has no headset (feature `headset`, Linux and Windows only); use `hachure \
              render --eyes side-by-side` to draw both eyes into a file"

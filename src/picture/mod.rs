@@ -73,8 +73,6 @@ impl PartRule {
     }
 }
 
-/// Least margin for strokes: a stroke depends on its ends, where it tapers, and farther ends do not show.
-
 /// Largest margin for the search of matching lines in the other eye. It grows with the parallax of the nearest land.
 const PARALLAX_MARGIN_PX: f64 = 256.0;
 

@@ -7,15 +7,20 @@ use super::url::RemoteUrl;
 use super::{Cancelled, RemoteError, Settings};
 
 /// A server, which cannot exist in this build.
-pub enum Server {}
+pub(super) enum Server {}
 
 impl Server {
-    pub fn open(url: &RemoteUrl, _settings: &Settings) -> Result<Self, RemoteError> {
+    pub(super) fn open(url: &RemoteUrl, _settings: &Settings) -> Result<Self, RemoteError> {
         let cause = "this build of hachure has no network access (it lacks the feature `network`)".to_owned();
         Err(RemoteError::Unusable { name: url.name.clone(), cause })
     }
 
-    pub fn get(&self, _range: Range<u64>, _url: &RemoteUrl, _cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
+    pub(super) fn get(
+        &self,
+        _range: Range<u64>,
+        _url: &RemoteUrl,
+        _cancelled: Cancelled<'_>,
+    ) -> Result<Answer, NoAnswer> {
         match *self {}
     }
 }

@@ -230,8 +230,18 @@ pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, 
     Ok(read)
 }
 
+/// Returns a key without the indices of list entries, as messages have it.
+fn without_indices(key: &str) -> String {
+    key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest)).collect()
+}
+
 /// Returns a mistake with its position in a style's text, which may have either form.
 pub(super) fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
-    let key = text.parse().map(|document: toml_edit::DocumentMut| layers::written_key(document.as_item(), &wrong.key));
-    Wrong { key: key.unwrap_or(wrong.key), ..wrong }.in_text(name, text)
+    let Ok(document) = text.parse::<toml_edit::DocumentMut>() else { return wrong.in_text(name, text) };
+    let key = layers::written_key(document.as_item(), &wrong.key);
+    // A layer is called by its kind, and a list in a section by the name that the text has.
+    let renamed =
+        if key.starts_with("layers[") { None } else { wrong.message.strip_prefix(&without_indices(&wrong.key)) };
+    let message = renamed.map(|words| format!("{}{words}", without_indices(&key)));
+    Wrong { message: message.unwrap_or(wrong.message), key }.in_text(name, text)
 }

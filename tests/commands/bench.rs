@@ -213,7 +213,7 @@ fn strokes_that_found_no_room_are_reported() {
     let budget = plenty.lines().find(is_budget);
     let little = match budget {
         Some(line) => plenty.replace(line, "budget_px = 100"),
-        None => plenty.replace("[strokes]", "[strokes]\nbudget_px = 100"),
+        None => plenty.replace("kind = \"strokes\"", "kind = \"strokes\"\nbudget_px = 100"),
     };
     assert_ne!(little, plenty);
     place.file("little.toml", &little);

@@ -24,7 +24,8 @@ fn every_parameter_is_shown_with_its_value() {
     assert!(line("  wobble_px").starts_with("wobble_px 0.0 px 0 to 16 0.0 How far"));
     assert!(line("  suggestive_px").starts_with("suggestive_px – px 1 to 256 – Draws suggestive"));
     assert!(line("  detector").starts_with("detector – lsa, sobel, roystan, curvature required Method that detects"));
-    assert!(line("[hatching], not in this style").ends_with("none are drawn."));
+    assert!(line("layer hatching, not in this style").ends_with("as hatching marks."));
+    assert!(line("layer strokes:").ends_with("along contours."));
     assert!(line("[paper]").starts_with("[paper]: The paper on which the picture is drawn."));
     // Columns are aligned.
     let at = |begins: &str, word: &str| {
@@ -49,7 +50,12 @@ fn every_parameter_is_shown_with_its_value() {
     for row in rows["parameters"].as_array().unwrap() {
         let key = row["key"].as_str().unwrap();
         let (section, name) = key.rsplit_once('.').unwrap_or(("", key));
-        let table = if section.is_empty() { Some(&preset) } else { preset.get(section).and_then(|it| it.as_table()) };
+        let layers = preset["layers"].as_array().unwrap().iter().filter_map(toml::Value::as_table);
+        let mut layers = layers.filter(|layer| layer["kind"].as_str() == Some(section));
+        let table = match section {
+            "" => Some(&preset),
+            _ => layers.next().or_else(|| preset.get(section).and_then(|it| it.as_table())),
+        };
         let is_there = table.is_some_and(|table| table.contains_key(name));
         assert_eq!(row["is_set"], is_there, "{key}");
     }
@@ -64,11 +70,11 @@ fn a_file_is_shown_as_it_is_read() {
     place.file("own.toml", own);
     let rows = place.json(&["styles", "show", "own.toml", "--all", "--json"]);
     for (key, value, is_set) in [
-        ("hatching.layers[0].marks", Value::from("dash"), true),
-        ("hatching.layers[0].size", 1.0.into(), false),
-        ("hatching.layers[0].from", 0.0.into(), false),
-        ("hatching.layers[1].size", 2.0.into(), true),
-        ("hatching.layers[1].from", 0.5.into(), true),
+        ("hatching.sets[0].marks", Value::from("dash"), true),
+        ("hatching.sets[0].size", 1.0.into(), false),
+        ("hatching.sets[0].from", 0.0.into(), false),
+        ("hatching.sets[1].size", 2.0.into(), true),
+        ("hatching.sets[1].from", 0.5.into(), true),
         ("paper.grain", 0.5.into(), true),
         ("paper.color", "#ffffff".into(), false),
         ("tone.steps", Value::Null, false),
@@ -80,4 +86,28 @@ fn a_file_is_shown_as_it_is_read() {
     let error = place.error(&["styles", "show", "bad.toml", "--all"]);
     assert!(error.starts_with("bad.toml:11:9: dish: no such marks; did you mean \"dash\"?"), "{error}");
     assert!(place.misuse(&["styles", "show", "oil", "--all"]).contains("no such style"));
+}
+
+#[test]
+fn a_file_with_sections_is_shown_and_written_as_layers() {
+    let place = Place::empty();
+    let old =
+        "name = \"own\"\ndescription = \"\"\n# a nib\n[strokes]\nwidth_px = 2.5 # thin\n[tone]\nkind = \"plain\"\n";
+    place.file("own.toml", old);
+    let shown = place.text(&["styles", "show", "own.toml"]);
+    assert_eq!(shown, place.text(&["styles", "migrate", "own.toml"]));
+    assert!(shown.contains("# a nib\n[[layers]]\nkind = \"strokes\"\nwidth_px = 2.5 # thin\n"), "{shown}");
+    assert_eq!(std::fs::read_to_string(place.path("own.toml")).unwrap(), old, "the file itself must not change");
+    place.text(&["styles", "migrate", "own.toml", "-o", "new.toml"]);
+    assert_eq!(std::fs::read_to_string(place.path("new.toml")).unwrap().trim_end(), shown.trim_end());
+    assert!(place.text(&["styles", "check", "new.toml"]).contains("valid"));
+    // A file that exists is not overwritten, not even by itself.
+    for taken in ["new.toml", "own.toml"] {
+        let error = place.error(&["styles", "migrate", "own.toml", "-o", taken]);
+        assert!(error.starts_with(&format!("{taken}: the file exists")), "{error}");
+    }
+    assert_eq!(std::fs::read_to_string(place.path("own.toml")).unwrap(), old);
+    // A text that is not a style is not migrated.
+    place.file("bad.toml", "name = 3\n[strokes]\n");
+    assert!(place.error(&["styles", "migrate", "bad.toml"]).starts_with("bad.toml:1:8: name must be text"));
 }

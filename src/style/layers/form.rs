@@ -257,7 +257,6 @@ mod tests {
     #[test]
     fn migration_keeps_comments_and_the_style() {
         let new = migrated(OLD).unwrap();
-        println!("{new}");
         let [old_style, new_style] = [OLD, new.as_str()].map(|text| Style::parse("x.toml", text).unwrap());
         assert_eq!(old_style, new_style);
         for comment in

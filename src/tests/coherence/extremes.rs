@@ -40,7 +40,7 @@ fn extremes_are_finite() {
         ("a quarter", |own| (own.resolution, own.fade_s, own.hold) = (0.25, 0.0, 1.0)),
         ("a shaky hand", |own| (own.wobble_px, own.curve_width) = (16.0, -1.0)),
         ("a texture", |own| {
-            own.texture = Some(Style::load("charcoal").unwrap().strokes().unwrap().texture.clone().unwrap())
+            own.texture = Some(Style::load("charcoal").unwrap().strokes().unwrap().texture.clone().unwrap());
         }),
     ];
     for (name, change) in changes {
