@@ -218,7 +218,9 @@ pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     };
     let (style, as_written) = (style.scaled(args.px_per_style_px()), style);
     let titled = title::with_foot(style.clone(), args, &kind)?;
-    let svg = SvgOptions::new(args, &kind, &style)?;
+    // On a map, contour lines of height have an interval, whatever its scale.
+    let of_map = args.map.is_some().then(|| style.clone().for_map(1.0));
+    let svg = SvgOptions::new(args, &kind, of_map.as_ref().unwrap_or(&style))?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
     let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };

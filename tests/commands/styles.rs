@@ -53,10 +53,14 @@ fn every_parameter_is_shown_with_its_value() {
         let layers = preset["layers"].as_array().unwrap().iter().filter_map(toml::Value::as_table);
         let mut layers = layers.filter(|layer| layer["kind"].as_str() == Some(section));
         let table = match section {
-            "" => Some(&preset),
+            // A layer has a row of its own.
+            "" => Some(&preset).filter(|preset| preset.contains_key(key)).or_else(|| {
+                let layers = preset["layers"].as_array().unwrap().iter().filter_map(toml::Value::as_table);
+                layers.filter(|layer| layer["kind"].as_str() == Some(key)).last()
+            }),
             _ => layers.next().or_else(|| preset.get(section).and_then(|it| it.as_table())),
         };
-        let is_there = table.is_some_and(|table| table.contains_key(name));
+        let is_there = table.is_some_and(|table| table.contains_key(name) || table.get("kind") == Some(&key.into()));
         assert_eq!(row["is_set"], is_there, "{key}");
     }
 }

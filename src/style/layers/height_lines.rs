@@ -46,7 +46,7 @@ fn least_m(pixel_m: f64) -> f64 {
 
 impl InkKind for HeightLines {
     fn inks(&self) -> Vec<Ink> {
-        // An interval of 0 has this ink too, but no pass: only maps choose an interval.
+        // Without an interval, there are no lines: only maps choose one.
         let ink = Ink {
             id: "heights",
             label: "Contour lines of height".to_owned(),
@@ -57,7 +57,7 @@ impl InkKind for HeightLines {
             is_main: true,
             trace: Trace::Picture,
         };
-        vec![ink]
+        if self.interval_m > 0.0 { vec![ink] } else { Vec::new() }
     }
 
     fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
