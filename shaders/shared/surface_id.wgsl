@@ -6,15 +6,13 @@ const SKY: u32 = 0u;
 const LAND: u32 = 1u;
 const MESH: u32 = 2u;
 const TREE: u32 = 3u;
-const WATER: u32 = 4u;
 
 const FIRST_MESH: u32 = 0x80000000u;
 const FIRST_TREE: u32 = 0xc0000000u;
-const FIRST_WATER: u32 = 0xe0000000u;
 
 fn kind_of(id: u32) -> u32 {
     if id < FIRST_MESH {
         return select(LAND, SKY, id == 0u);
     }
-    return select(select(WATER, TREE, id < FIRST_WATER), MESH, id < FIRST_TREE);
+    return select(TREE, MESH, id < FIRST_TREE);
 }

@@ -14,7 +14,7 @@ use crate::gpu::wgsl::composite::composite::{
 use crate::scene::Light;
 use crate::scene::focus::FocusUniform;
 use crate::style::color::linear_from_srgb;
-use crate::style::layers::{Channels, Fading};
+use crate::style::layers::{Channels, Fading, MOST_INKS};
 use crate::style::{Color, Style};
 
 /// The picture: linear colour, opaque.
@@ -22,13 +22,11 @@ pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureForm
 /// A target of one pixel, for pictures that a style lacks: reading outside of it gives 0.
 pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
 
-/// Largest number of inks.
-pub(crate) const MOST_INKS: usize = NAMES.len();
 /// The shader's variables for the pictures of inks, from the bottom to the top.
-const NAMES: [&str; 12] =
+const NAMES: [&str; MOST_INKS] =
     ["ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11"];
 /// The shader's definitions: a drawn sky, and as many of the others as there are inks.
-const DEFINITIONS: [&str; 13] = [
+const DEFINITIONS: [&str; MOST_INKS + 1] = [
     "SKY", "INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11",
 ];
 

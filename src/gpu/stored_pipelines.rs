@@ -1,7 +1,7 @@
 //! Pipelines as the driver compiled them, stored between runs where the driver supports it.
 //!
-//! A file holds the data of one [`wgpu::PipelineCache`]: its name is that of the driver and its version, and its content
-//! begins with a checksum. A file that is damaged, or that another driver wrote, is ignored and replaced.
+//! A file holds the data of one [`wgpu::PipelineCache`]; its name is that of the device, and it begins with a checksum.
+//! A file that is damaged, or that another version of the driver wrote, is ignored and replaced.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -37,8 +37,8 @@ impl StoredPipelines {
         let data = read(&path);
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: Some("stored pipelines"), data: data.as_deref(), fallback: true };
-        // SAFETY: the data was returned by `get_data` for the same driver, whose name and version are in the file's
-        // name; a checksum protects it from damage. With `fallback`, data that the driver rejects is ignored.
+        // SAFETY: the data was returned by `get_data`, and a checksum protects it from damage. wgpu compares its header,
+        // which names the device and the version of its driver, and with `fallback` ignores data of another one.
         #[expect(unsafe_code, reason = "wgpu cannot check the data of a driver")]
         let raw = unsafe { device.create_pipeline_cache(&descriptor) };
         let held = data.as_deref().map_or(0, checksum);
@@ -55,7 +55,7 @@ impl StoredPipelines {
     pub(crate) fn store(&self) -> bool {
         let Some(data) = self.raw.get_data().filter(|data| !data.is_empty()) else { return false };
         let sum = checksum(&data);
-        if self.held.swap(sum, Ordering::Relaxed) == sum {
+        if self.held.load(Ordering::Relaxed) == sum {
             return false;
         }
         let content = [MAGIC.as_slice(), &sum.to_le_bytes(), &data].concat();
@@ -63,8 +63,10 @@ impl StoredPipelines {
         let written = std::fs::create_dir_all(folder).and_then(|()| atomic::write(&self.path, &content));
         if let Err(error) = &written {
             tracing::debug!("{}: cannot store compiled pipelines: {error}", self.path.display());
+            return false;
         }
-        written.is_ok()
+        self.held.store(sum, Ordering::Relaxed);
+        true
     }
 
     /// Returns whether the file had usable data when it was opened, or has been written since.

@@ -15,8 +15,8 @@ const PUSHED: f64 = 0.7;
 const REST: f64 = 0.15;
 /// Lowest full speed, in metres of the room per second: a brisk walk.
 const SLOWEST_M_S: f64 = 2.0;
-/// Full speed as a fraction of the height above the ground per second: the ground below then never passes at more than
-/// 29° per second.
+/// Full speed as a fraction of the height above the ground per second: without the fast button, the ground below
+/// then passes at 29° per second at most.
 const HEIGHT_PER_S: f64 = 0.5;
 /// Highest speed, in m/s of the world.
 const FASTEST_M_S: f64 = 5000.0;

@@ -262,7 +262,7 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
     if !(radians_per_unit.is_finite() && radians_per_unit > 0.0) {
         return Err(GeoreferenceError::Impossible { what: "angular unit in radians", value: radians_per_unit });
     }
-    // The catalogue rounds π/180 to fifteen digits, which at 180° would be an error of a quarter of a millimetre.
+    // Catalogues and files round π/180 to various numbers of digits. With the exact value, equal systems are equal.
     let degree = 1f64.to_radians();
     let radians_per_unit = if (radians_per_unit / degree - 1.0).abs() < 1e-9 { degree } else { radians_per_unit };
     let [semi_major_axis_m, inverse_flattening] = ellipsoid;

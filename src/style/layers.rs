@@ -46,9 +46,20 @@ use super::{Color, Style, StyleError, marks, texture};
 use crate::file::toml_text::Wrong;
 use crate::gpu::target::TargetKind;
 
-/// Largest number of layers of a style: the composite binds the ink of each, and a device need not offer more than 16
-/// pictures to a shader.
-pub const MOST_LAYERS: usize = 11;
+/// Largest number of inks of a frame. The composite binds a picture for each, besides position, tone and sky, and a
+/// device need not offer more than 16 pictures to a shader.
+pub const MOST_INKS: usize = 12;
+
+// Every kind of layer has one ink, except lines from shading, which have two. Trees have the ink of detected lines in a
+// style without them.
+const _: () = {
+    let (mut inks, mut kind) = (1, 0);
+    while kind < KINDS.len() {
+        inks += KINDS[kind].1;
+        kind += 1;
+    }
+    assert!(inks <= MOST_INKS, "a style could have more inks than the composite draws");
+};
 
 /// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
 /// the layer's passes write.
@@ -359,11 +370,11 @@ layer_kinds! {
     /// Lines from shading, found in a shaded image of the scene.
     "tone_lines" ToneLines: tone_lines, tone_lines_mut, set_tone_lines, at most 1;
     /// Contour lines of height.
-    "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 4;
+    "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 2;
     /// Tones drawn as hatching marks.
     "hatching" Hatching: hatching, hatching_mut, set_hatching, at most 1;
     /// Lines where parallel planes cut the land; hatching of the same style then applies only to models and trees.
-    "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 4;
+    "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 2;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows: rows, rows_mut, set_rows, at most 1;
     /// Lakes and the sea; without this layer they are drawn as land.
@@ -467,11 +478,7 @@ impl Setting for Layers {
         Some(Self::default())
     }
 
-    fn check(&self, key: &str, _: &Range) -> Result<(), Wrong> {
-        let count = self.len();
-        if count > MOST_LAYERS {
-            return Err(Wrong::new(key, format!(" has {count} entries, not at most {MOST_LAYERS}")));
-        }
+    fn check(&self, _: &str, _: &Range) -> Result<(), Wrong> {
         for (index, layer) in self.iter().enumerate() {
             let key = self.key(index);
             let most = KINDS.iter().find(|(name, _)| *name == layer.name()).map_or(0, |(_, most)| *most);

@@ -208,29 +208,29 @@ impl Style {
 
     /// Returns the light that emphasises relief, if the kind of tone supports it.
     pub fn drawn_relief(&self) -> Option<&Relief> {
-        self.relief.as_ref().filter(|_| matches!(self.tone, Tone::Toon(_)))
+        self.relief.as_ref().filter(|_| self.tone.uses_light())
     }
 
     /// Returns whether tones show shadows of trees.
     pub fn needs_tree_shadows(&self) -> bool {
-        matches!(self.tone, Tone::Toon(_)) && self.light.shadow > 0.0
+        self.tone.uses_light() && self.light.shadow > 0.0
     }
 
     /// Returns whether smoothed normals of the land are needed.
     pub fn needs_form(&self) -> bool {
-        let of_tones = matches!(self.tone, Tone::Toon(_)) && self.light.detail < 1.0;
+        let of_tones = self.tone.uses_light() && self.light.detail < 1.0;
         let of_lines = self.tone_lines().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
     /// Returns whether crests are drawn lighter than hollows.
     pub fn needs_crests(&self) -> bool {
-        matches!(self.tone, Tone::Toon(_)) && self.light.crests > 0.0
+        self.tone.uses_light() && self.light.crests > 0.0
     }
 
     /// Returns whether tones need horizon maps, for cast shadows or ambient occlusion.
     pub fn needs_horizons(&self) -> bool {
-        matches!(self.tone, Tone::Toon(_)) && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
+        self.tone.uses_light() && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
     }
 
     /// Loads a preset by its name, or a style file (`.toml`) by its path.

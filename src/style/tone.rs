@@ -147,6 +147,14 @@ fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
 }
 
 impl Tone {
+    /// Returns whether the tones follow `[light]`, with its shadows, form, crests and occlusion, and `[relief]`.
+    pub fn uses_light(&self) -> bool {
+        match self {
+            Self::Plain(_) => false,
+            Self::Toon(_) => true,
+        }
+    }
+
     /// Returns how much trees and models show their own colours, 0 to 1.
     pub fn local_color(&self) -> f32 {
         match self {

@@ -55,8 +55,8 @@ fn every_parameter_is_shown_with_its_value() {
         let table = match section {
             // A layer has a row of its own.
             "" => Some(&preset).filter(|preset| preset.contains_key(key)).or_else(|| {
-                let layers = preset["layers"].as_array().unwrap().iter().filter_map(toml::Value::as_table);
-                layers.filter(|layer| layer["kind"].as_str() == Some(key)).last()
+                let mut layers = preset["layers"].as_array().unwrap().iter().filter_map(toml::Value::as_table);
+                layers.rfind(|layer| layer["kind"].as_str() == Some(key))
             }),
             _ => layers.next().or_else(|| preset.get(section).and_then(|it| it.as_table())),
         };

@@ -41,7 +41,7 @@ pub(in crate::style) fn with_layers(table: &mut DeTable<'_>) -> Result<(), Mispl
             for name in SECTIONS {
                 let Some((kind, mut section)) = table.remove_entry(name) else { continue };
                 if let DeValue::Table(section) = section.get_mut() {
-                    rename(section, name);
+                    rename(section, name)?;
                 }
                 list.push(single(kind, section));
             }
@@ -74,7 +74,7 @@ fn by_kind<'a>(layer: &Spanned<DeValue<'a>>) -> Result<Spanned<DeValue<'a>>, Mis
     };
     let at = kind.span();
     let DeValue::String(name) = kind.into_inner() else {
-        return Err(wrong(at, "layers.kind must be text"));
+        return Err(wrong(at, "layers.kind must be text, for example \"cuts\""));
     };
     Ok(single(Spanned::new(at, name), Spanned::new(layer.span(), DeValue::Table(table))))
 }
@@ -92,12 +92,17 @@ fn first_span(list: &DeArray<'_>) -> std::ops::Range<usize> {
 }
 
 /// Renames the lists of a section of the older form to their present names.
-fn rename(section: &mut DeTable<'_>, name: &str) {
+fn rename(section: &mut DeTable<'_>, name: &str) -> Result<(), Misplaced> {
     for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
+        if let Some((key, _)) = section.get_key_value(*new) {
+            let words = format!("unknown key \"{name}.{new}\"; in a section [{name}] the list is called \"{old}\"");
+            return Err(Misplaced { at: key.span(), words });
+        }
         if let Some((key, list)) = section.remove_entry(*old) {
             section.insert(Spanned::new(key.span(), Cow::Borrowed(*new)), list);
         }
     }
+    Ok(())
 }
 
 /// Returns the key of a parameter as it is written in a document of either form: `cuts[1].form_px` may be
@@ -154,8 +159,8 @@ pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
     (0..names.len()).map(|index| keyed(names[index], number(index))).collect()
 }
 
-/// Returns the text of a style with its sections rewritten as `[[layers]]`. Comments, the order within sections and all
-/// other text are kept. A text without such sections is returned unchanged.
+/// Returns the text of a style with its sections rewritten as `[[layers]]`. All values, comments and the order within
+/// sections are kept; a comment stays above what follows it. A text without such sections is returned unchanged.
 ///
 /// # Errors
 /// The error of the parser, if the text is not valid TOML.
@@ -168,7 +173,13 @@ pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlEr
     let mut first = usize::MAX;
     for name in SECTIONS {
         let Some(section) = document.remove(name) else { continue };
+        // A comment behind an inline table belongs to its line, which becomes several lines.
+        let comment = section.as_value().and_then(|value| value.decor().suffix()?.as_str().map(str::to_owned));
+        let comment = comment.filter(|comment| comment.contains('#'));
         let Ok(mut table) = section.into_table() else { continue };
+        if let Some(comment) = comment {
+            table.decor_mut().set_prefix(format!("\n{}\n", comment.trim()));
+        }
         first = first.min(place(&table));
         for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
             if let Some(list) = table.remove(old) {
@@ -192,7 +203,8 @@ pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlEr
             number(item, &mut next);
         }
     }
-    Ok(document.to_string())
+    let migrated = document.to_string();
+    Ok(if text.contains("\r\n") { migrated.replace("\r\n", "\n").replace('\n', "\r\n") } else { migrated })
 }
 
 /// Returns a table whose first key is the kind.
@@ -269,6 +281,13 @@ mod tests {
         assert!(place("kind = \"cuts\"") < place("kind = \"strokes\""));
         assert!(place("# Crossed") < place("kind = \"cuts\"") && place("# a pen") > place("tilt_deg"));
         assert!(new.contains("[[layers.families]]") && !new.contains("[cuts]"));
+        // A comment behind an inline table, and line ends of Windows.
+        let inline =
+            "name = \"x\"\r\ndescription = \"\"\r\nrims = { width_px = 2.0 } # thick\r\n[tone]\r\nkind = \"plain\"\r\n";
+        let inline = migrated(inline).unwrap();
+        assert!(inline.contains("# thick\r\n[[layers]]\r\nkind = \"rims\"\r\n"), "{inline:?}");
+        assert!(!inline.replace("\r\n", "").contains('\n'), "{inline:?}");
+        assert_eq!(Style::parse("x.toml", &inline).unwrap().rims().unwrap().width_px, 2.0);
         // A text in the present form is unchanged.
         assert_eq!(migrated(&new).unwrap(), new);
     }
@@ -309,10 +328,15 @@ mod tests {
                 "x.toml:7:1: rims: a style has at most one layer of this kind",
             ),
             ("[cuts]\nform_px = 1\n[[layers]]\nkind = \"rims\"\n", "x.toml:5:2: [cuts] cannot be used with [[layers]]"),
-            ("layers = 3\n", "x.toml:5:1: unknown key \"tone.layers\""),
+            (
+                "[cuts]\n[[cuts.layers]]\n[[cuts.families]]\n",
+                "x.toml:7:8: unknown key \"cuts.families\"; in a section [cuts] the list is called \"layers\"",
+            ),
         ] {
             let error = Style::parse("x.toml", &format!("{head}{layers}")).unwrap_err().to_string();
             assert!(error.starts_with(words), "{error}\n{words}");
         }
+        let error = Style::parse("x.toml", &format!("layers = 3\n{head}")).unwrap_err().to_string();
+        assert!(error.starts_with("x.toml:1:10: layers must be a list, but 3 is a number"), "{error}");
     }
 }
