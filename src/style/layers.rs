@@ -50,17 +50,6 @@ use crate::gpu::target::TargetKind;
 /// device need not offer more than 16 pictures to a shader.
 pub const MOST_INKS: usize = 12;
 
-// Every kind of layer has one ink, except lines from shading, which have two. Trees have the ink of detected lines in a
-// style without them.
-const _: () = {
-    let (mut inks, mut kind) = (1, 0);
-    while kind < KINDS.len() {
-        inks += KINDS[kind].1;
-        kind += 1;
-    }
-    assert!(inks <= MOST_INKS, "a style could have more inks than the composite draws");
-};
-
 /// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
 /// the layer's passes write.
 #[derive(Clone, Debug, PartialEq)]
@@ -370,11 +359,11 @@ layer_kinds! {
     /// Lines from shading, found in a shaded image of the scene.
     "tone_lines" ToneLines: tone_lines, tone_lines_mut, set_tone_lines, at most 1;
     /// Contour lines of height.
-    "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 2;
+    "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 4;
     /// Tones drawn as hatching marks.
     "hatching" Hatching: hatching, hatching_mut, set_hatching, at most 1;
     /// Lines where parallel planes cut the land; hatching of the same style then applies only to models and trees.
-    "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 2;
+    "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 4;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows: rows, rows_mut, set_rows, at most 1;
     /// Lakes and the sea; without this layer they are drawn as land.
@@ -478,7 +467,18 @@ impl Setting for Layers {
         Some(Self::default())
     }
 
-    fn check(&self, _: &str, _: &Range) -> Result<(), Wrong> {
+    fn check(&self, key: &str, _: &Range) -> Result<(), Wrong> {
+        // Lines from shading have two inks, and trees have detected lines in a style that draws only strokes.
+        let has = |name: &str| self.iter().any(|layer| layer.name() == name);
+        let more = usize::from(has("tone_lines")) + usize::from(has("strokes") && !has("lines"));
+        let inks = self.len() + more;
+        if inks > MOST_INKS {
+            let words = format!(
+                " have {inks} inks, but a style can have {MOST_INKS}; outlines of no-data areas and the lines of trees \
+                 count, and tone_lines has two"
+            );
+            return Err(Wrong::new(key, words));
+        }
         for (index, layer) in self.iter().enumerate() {
             let key = self.key(index);
             let most = KINDS.iter().find(|(name, _)| *name == layer.name()).map_or(0, |(_, most)| *most);

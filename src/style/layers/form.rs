@@ -336,6 +336,14 @@ mod tests {
             let error = Style::parse("x.toml", &format!("{head}{layers}")).unwrap_err().to_string();
             assert!(error.starts_with(words), "{error}\n{words}");
         }
+        // Two kinds may be there four times, and then there is no room for all others.
+        let four = |kind: &str, rest: &str| format!("[[layers]]\nkind = \"{kind}\"\n{rest}").repeat(4);
+        let cuts = four("cuts", "[[layers.families]]\n");
+        let many = format!("{head}{cuts}{}[[layers]]\nkind = \"strokes\"\nwidth_px = 2\n", four("height_lines", ""));
+        Style::parse("x.toml", &many).unwrap();
+        let more = format!("{many}[[layers]]\nkind = \"tone_lines\"\n");
+        let error = Style::parse("x.toml", &more).unwrap_err().to_string();
+        assert!(error.contains("layers have 13 inks, but a style can have 12"), "{error}");
         let error = Style::parse("x.toml", &format!("layers = 3\n{head}")).unwrap_err().to_string();
         assert!(error.starts_with("x.toml:1:10: layers must be a list, but 3 is a number"), "{error}");
     }
