@@ -7,7 +7,7 @@
 //! ```
 //!
 //! What is public is the API: open a world ([`world`], [`source`], [`pyramid`], [`remote`]), describe a view and a style
-//! ([`scene`], [`style`]), draw ([`gpu`], [`frame`], [`picture`]), read and write files ([`file`]), and measure
+//! ([`scene`], [`style`]), draw ([`gpu`], [`frame`], [`picture`]), read and write files ([`mod@file`]), and measure
 //! ([`measure`]). All other modules are internal. `examples/heights_in_memory.rs` draws a picture in fifty lines.
 //!
 //! `ARCHITECTURE.md` follows one frame and one tile through the modules. `docs/decisions` has one page for each design
