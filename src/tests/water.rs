@@ -342,8 +342,7 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     let text = hachure::style::preset_text("pencil").unwrap();
     let text = text.replace("level_deg = 2", "level_deg = 0").replace("exposure = 1.3", "exposure = 0.5");
     let wet = Style::parse("wet", &text).unwrap();
-    let (before, section) = text.split_once("[water]").unwrap();
-    let dry = format!("{before}{}", &section[section.find("[paper]").unwrap()..]);
+    let dry = wet.clone().without(&["water"]);
     let marked = |world: &mut World, style: &Style| {
         let view = still(world.pose(MAPS[1]), SIZE_PX);
         let mut renderer = Renderer::new(&world.gpu).unwrap();
@@ -356,7 +355,6 @@ fn water_has_a_tint_and_lines_and_no_marks() {
     };
     assert_eq!(marked(&mut world, &wet), 0.0);
     // Control: without water there are marks, because level land is not left white.
-    let dry = Style::parse("dry", &dry).unwrap();
     assert!(dry.water().is_none() && marked(&mut world, &dry) > 0.5);
 }
 
