@@ -228,7 +228,7 @@ fn draws(style: &Style) -> Vec<String> {
     let shadows = style.needs_horizons().then(|| "cast shadows and sky visibility".to_owned());
     let watercolor = style.watercolor.as_ref().map(|_| "watercolour".to_owned());
     let tones = [shadows, Some(format!("{} shading", style.tone.name())), watercolor];
-    let layers = style.layers.iter().map(|layer| layer.kind().summary());
+    let layers = style.layers.iter().map(|layer| layer.behaviour().summary());
     tones.into_iter().chain(layers).flatten().collect()
 }
 

@@ -1,7 +1,7 @@
 //! The memory of an eye from frame to frame: its pictures and its strokes.
 
 use crate::gpu::pools::KEEP_FRAMES;
-use crate::gpu::target::Targets;
+use crate::gpu::target::{Target, Targets};
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::StrokeMemory;
 use crate::scene::view::View;
@@ -14,6 +14,8 @@ pub struct EyeMemory {
     pub targets: Targets,
     /// The strokes; `None` if no recent style has any.
     pub strokes: Option<StrokeMemory>,
+    /// The picture of each layer's ink in the last frame, by the index of the layer in the style.
+    pub(super) layer_inks: Vec<Option<Target>>,
     /// The name of the style of the last frame and its strokes, if it had any.
     drawn: Option<(String, Strokes)>,
     /// Number of successive frames, up to the last, whose style has no strokes.
@@ -26,6 +28,7 @@ impl EyeMemory {
     /// # Errors
     /// [`GpuError::Limit`] if the pictures are larger than the device allows.
     pub(super) fn begin_frame(&mut self, gpu: &Gpu, view: &View, style: &Style) -> Result<bool, GpuError> {
+        self.layer_inks.clear();
         let stays = self.targets.begin_frame(gpu, view.part.size_px)?;
         match (style.strokes(), &mut self.strokes) {
             (Some(_), None) => self.strokes = Some(StrokeMemory::new(gpu)?),

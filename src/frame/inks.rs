@@ -8,15 +8,9 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
-use crate::lines::strokes::stroke::INK;
-use crate::lines::tone::ink::TONE_INK;
 use crate::lines::{curvature, rims, smooth, threshold};
 use crate::style::layers::{Channels, Fading};
 use crate::style::{Layer, Lines, Style};
-use crate::surface::rims::RIM;
-use crate::surface::rows::ribbons::ROW_INK;
-use crate::tones::balance::MARKS;
-use crate::tones::water::WATER_INK;
 
 /// The resources that the pass of a layer may bind.
 pub(super) struct AtEye<'a> {
@@ -40,7 +34,7 @@ pub(super) fn draw(
     at_eye: &AtEye<'_>,
     targets: &mut Targets,
 ) -> Option<Target> {
-    let pass = layer.kind().pass(inputs.rig.origin_m)?;
+    let pass = layer.behaviour().pass(inputs.rig.origin_m)?;
     let ink = targets.numbered(recorder.gpu(), pass.ink, number);
     let mut resources: Vec<Named> = vec![
         ("view", at_eye.view.clone()),
@@ -57,59 +51,33 @@ pub(super) fn draw(
     Some(ink)
 }
 
+/// The pictures of a frame's inks, for the composite.
+pub(super) struct Pictures<'a> {
+    /// The picture of each layer, by its index in the style; `None` where a layer draws nothing.
+    pub(super) of_layers: &'a [Option<Target>],
+    /// The detected lines: those of the style, or those of trees in a style with strokes instead.
+    pub(super) line: Option<&'a Target>,
+    /// A single texel that is 0, which stands for pictures that are not there.
+    pub(super) nothing: &'a Target,
+}
+
 /// Returns the inks of a frame from the bottom to the top. Their number depends only on the style and the world, and
 /// so does the variant of the composite: a layer that draws nothing in this frame, such as outlines where the land in
 /// view has no holes, has an empty picture.
-pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures) -> Vec<DrawnInk> {
+pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures<'_>) -> Vec<DrawnInk> {
     let mut drawn = Vec::new();
     for own in style.ink_layers() {
         let Some(index) = own.layer else { continue };
-        if let (Layer::Strokes(_), None, Some(lines), Some(line)) =
-            (&style.layers[index], style.lines(), lines, &pictures.line)
-        {
-            // In a style with strokes instead of detected lines, trees have detected lines, below the strokes.
+        let of_trees = lines.zip(pictures.line).filter(|_| style.lines().is_none());
+        if let (Layer::Strokes(_), Some((lines, line))) = (&style.layers[index], of_trees) {
+            // The lines of trees are below the strokes.
             let fading = Fading::OnNearest { faintest: lines.faintest, reach: lines.reach };
             drawn.push(DrawnInk { color: lines.ink, fading, channels: Channels::One(0), picture: line.clone() });
         }
-        let picture = match &style.layers[index] {
-            Layer::Lines(_) => pictures.line.clone(),
-            Layer::Strokes(_) => pictures.strokes.clone(),
-            Layer::Rims(_) => pictures.rim.clone(),
-            Layer::Hatching(_) => pictures.marks.clone(),
-            _ => pictures.of_layers.get(index).cloned().flatten(),
-        };
-        let picture = picture.unwrap_or_else(|| pictures.nothing.clone());
+        let picture = pictures.of_layers.get(index).and_then(Option::as_ref).unwrap_or(pictures.nothing).clone();
         drawn.push(DrawnInk { color: own.color, fading: own.ink.fading, channels: own.ink.channels, picture });
     }
     drawn
-}
-
-/// The pictures of the layers' inks in this frame; `None` where a layer draws nothing.
-pub(super) struct Pictures {
-    /// A single texel that is 0, which stands for pictures that are not there.
-    pub(super) nothing: Target,
-    /// The detected lines; those of trees only in a style with strokes instead.
-    pub(super) line: Option<Target>,
-    pub(super) strokes: Option<Target>,
-    pub(super) rim: Option<Target>,
-    pub(super) marks: Option<Target>,
-    /// The pictures of all other layers, by the index of the layer in the style.
-    pub(super) of_layers: Vec<Option<Target>>,
-}
-
-/// Returns the picture of a layer's ink in the last frame; `index` is that of the layer in the style.
-pub(super) fn last<'a>(targets: &'a Targets, style: &Style, index: usize) -> Option<&'a Target> {
-    let number = style.layers.number(index);
-    match &style.layers[index] {
-        Layer::Lines(_) => last_line(targets),
-        Layer::Strokes(_) => targets.get(&INK),
-        Layer::Rims(_) => targets.get(&RIM),
-        Layer::Hatching(_) => targets.get(&MARKS),
-        Layer::Rows(_) => targets.get(&ROW_INK),
-        Layer::Water(_) => targets.get(&WATER_INK),
-        Layer::ToneLines(_) => targets.get(&TONE_INK),
-        layer => targets.get_numbered(layer.kind().pass(glam::DVec3::ZERO)?.ink, number),
-    }
 }
 
 /// Returns the picture of detected lines that the last composite read: the output of the last of the passes that refine

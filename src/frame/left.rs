@@ -175,7 +175,7 @@ impl Renderer {
     }
 
     /// Returns the picture of a layer's ink in an eye's last frame; `index` is that of the layer in the style.
-    pub fn ink_target(&self, eye: usize, style: &Style, index: usize) -> Option<&Target> {
-        inks::last(&self.eyes.get(eye)?.targets, style, index)
+    pub fn ink_target(&self, eye: usize, index: usize) -> Option<&Target> {
+        self.eyes.get(eye)?.layer_inks.get(index)?.as_ref()
     }
 }

@@ -309,7 +309,7 @@ fn finish(
     let &FrameInputs { rig, style, light, .. } = inputs;
     let gpu = recorder.gpu();
     let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
-    let targets = &mut memory.targets;
+    let EyeMemory { targets, layer_inks, .. } = memory;
     let marks = shaded[eye].balance.as_ref().map(|balance| {
         // The correction of the ink is the mean of both eyes of a stereo pair.
         let partner = if rig.is_pair() { seen.get(1 - eye).zip(shaded.get(1 - eye)) } else { None };
@@ -327,15 +327,16 @@ fn finish(
         sky
     });
     let (tone, sky, is_sample) = (&shaded[eye].colors, sky.as_ref(), false);
-    let pictures = Pictures {
-        nothing: targets.sized(gpu, &composite::NOTHING, [1, 1]),
-        line: line.clone(),
-        strokes: stroke_ink.cloned(),
-        rim: rim.clone(),
-        marks: marks.cloned(),
-        of_layers: shaded[eye].inks.clone(),
+    let picture_of = |(index, layer): (usize, &Layer)| match layer {
+        Layer::Lines(_) => line.clone(),
+        Layer::Strokes(_) => stroke_ink.cloned(),
+        Layer::Rims(_) => rim.clone(),
+        Layer::Hatching(_) => marks.cloned(),
+        _ => shaded[eye].inks[index].clone(),
     };
-    let inks = &inks::drawn(style, inputs.lines, &pictures);
+    *layer_inks = style.layers.iter().enumerate().map(picture_of).collect();
+    let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
+    let inks = &inks::drawn(style, inputs.lines, &Pictures { of_layers: layer_inks, line: line.as_ref(), nothing });
     let drawn = composite::Inputs { view, style, light, position, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(recorder, &drawn);

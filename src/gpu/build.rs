@@ -45,7 +45,7 @@ pub(crate) struct Pipeline {
     pub variables: Vec<Variable>,
 }
 
-/// What pipelines are built on.
+/// The device and the shader texts with which pipelines are built.
 pub(super) struct On<'a> {
     pub device: &'a wgpu::Device,
     pub texts: &'a Texts,

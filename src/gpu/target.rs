@@ -132,16 +132,10 @@ impl Targets {
         target.clone()
     }
 
-    /// Returns the picture of a kind, if the latest frame requested it.
+    /// Returns the picture of a kind, if the latest frame requested it; of several pictures that with number 0.
     pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
-        self.get_numbered(kind, 0)
-    }
-
-    /// Returns one of several pictures of a kind, if the latest frame requested it.
-    pub fn get_numbered(&self, kind: &TargetKind, number: usize) -> Option<&Target> {
-        let is_it = |(name, own, _): &(&str, usize, [u32; 2])| *name == kind.name && *own == number;
         let mut used = self.targets.iter().filter(|(_, (_, used_in))| *used_in == self.frame);
-        used.find(|(key, _)| is_it(key)).map(|(_, (target, _))| target)
+        used.find(|((name, number, _), _)| *name == kind.name && *number == 0).map(|(_, (target, _))| target)
     }
 
     /// Returns width and height of a whole picture, in pixels.

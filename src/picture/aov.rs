@@ -259,7 +259,7 @@ fn read_marks(
 ) -> Result<(), GpuError> {
     let mut darkest = vec![0.0_f32; values.len()];
     for own in style.ink_layers().iter().filter(|own| own.ink.makes_tone) {
-        let Some(target) = own.layer.and_then(|index| renderer.ink_target(window.eye, style, index)) else { continue };
+        let Some(target) = own.layer.and_then(|index| renderer.ink_target(window.eye, index)) else { continue };
         let texels = super::ink::channels(gpu, target, window.inset, window.size_px)?;
         window.place(&texels, |i, texel| {
             let ink = match own.ink.channels {

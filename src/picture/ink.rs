@@ -15,46 +15,19 @@ pub(super) fn channels(
     size_px: [u32; 2],
 ) -> Result<Vec<[f32; 4]>, GpuError> {
     use wgpu::TextureFormat::{R16Float, R32Float, Rg32Float, Rgba16Float, Rgba32Float};
+    let half = |bits: u16| half::f16::from_bits(bits).to_f32();
     match target.texture.format() {
-        R16Float => halves::<1>(gpu, target, origin_px, size_px),
-        Rgba16Float => halves::<4>(gpu, target, origin_px, size_px),
-        R32Float => floats::<1>(gpu, target, origin_px, size_px),
-        Rg32Float => floats::<2>(gpu, target, origin_px, size_px),
-        Rgba32Float => floats::<4>(gpu, target, origin_px, size_px),
+        R16Float => Ok(padded(&read_as::<[u16; 1]>(gpu, target, origin_px, size_px)?, half)),
+        Rgba16Float => Ok(padded(&read_as::<[u16; 4]>(gpu, target, origin_px, size_px)?, half)),
+        R32Float => Ok(padded(&read_as::<[f32; 1]>(gpu, target, origin_px, size_px)?, |value| value)),
+        Rg32Float => Ok(padded(&read_as::<[f32; 2]>(gpu, target, origin_px, size_px)?, |value| value)),
+        Rgba32Float => Ok(padded(&read_as::<[f32; 4]>(gpu, target, origin_px, size_px)?, |value| value)),
         format => Err(GpuError::Readback(format!("{}: no ink has the format {format:?}", target.name))),
     }
 }
 
-fn floats<const N: usize>(
-    gpu: &Gpu,
-    target: &Target,
-    origin_px: [u32; 2],
-    size_px: [u32; 2],
-) -> Result<Vec<[f32; 4]>, GpuError>
-where
-    [f32; N]: bytemuck::Pod,
-{
-    let texels: Vec<[f32; N]> = read_as(gpu, target, origin_px, size_px)?;
-    Ok(texels.iter().map(|texel| padded(texel.iter().copied())).collect())
-}
-
-fn halves<const N: usize>(
-    gpu: &Gpu,
-    target: &Target,
-    origin_px: [u32; 2],
-    size_px: [u32; 2],
-) -> Result<Vec<[f32; 4]>, GpuError>
-where
-    [u16; N]: bytemuck::Pod,
-{
-    let texels: Vec<[u16; N]> = read_as(gpu, target, origin_px, size_px)?;
-    Ok(texels.iter().map(|texel| padded(texel.iter().map(|bits| half::f16::from_bits(*bits).to_f32()))).collect())
-}
-
-fn padded(channels: impl Iterator<Item = f32>) -> [f32; 4] {
-    let mut texel = [0.0; 4];
-    for (padded, channel) in texel.iter_mut().zip(channels) {
-        *padded = channel;
-    }
-    texel
+/// Converts texels to four channels; absent channels are 0.
+fn padded<T: Copy, const N: usize>(texels: &[[T; N]], value: impl Fn(T) -> f32) -> Vec<[f32; 4]> {
+    let channel = |texel: &[T; N], i: usize| texel.get(i).map_or(0.0, |channel| value(*channel));
+    texels.iter().map(|texel| std::array::from_fn(|i| channel(texel, i))).collect()
 }

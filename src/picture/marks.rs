@@ -19,7 +19,7 @@ use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
 use crate::style::layers::{Channels, Fading, Trace};
-use crate::style::{InkLayer, Style};
+use crate::style::{Style, StyleInk};
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
@@ -107,7 +107,7 @@ pub(super) fn read(
             }
             Trace::Picture => {
                 let target = match own.layer {
-                    Some(index) => renderer.ink_target(0, style, index),
+                    Some(index) => renderer.ink_target(0, index),
                     None => renderer.target(&SKY),
                 };
                 target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &own, &surface))?
@@ -135,7 +135,7 @@ pub(super) fn read(
 }
 
 /// Traces an ink that exists only as a picture. Returns one group, or one for each family of lines.
-fn traced(gpu: &Gpu, target: &Target, own: &InkLayer, surface: &Surface) -> Result<Vec<Group>, GpuError> {
+fn traced(gpu: &Gpu, target: &Target, own: &StyleInk, surface: &Surface) -> Result<Vec<Group>, GpuError> {
     let size_px = surface.size_px.map(|side| side as u32);
     let texels = channels(gpu, target, [0, 0], size_px)?;
     let is_sky = own.layer.is_none();
@@ -179,7 +179,7 @@ fn rows(
     Ok(drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect())
 }
 
-fn group(own: &InkLayer, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
+fn group(own: &StyleInk, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
     let label = if own.number > 0 { format!("{label} (layer {})", own.number + 1) } else { label };
     Group { id: own.id(part), label, ink: own.color, kind: GroupKind::Marks, lines }
 }

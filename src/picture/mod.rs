@@ -210,7 +210,7 @@ fn render_eyes<E>(
     let is_flight = single && request.samples <= 1;
     let antialias = if is_flight { request.antialias } else { Antialias::None };
     let relief_px = request.style.drawn_relief().map_or(0, relief::diffuse::reach_px);
-    let reaches = || request.style.layers.iter().map(|layer| layer.kind().reach_px());
+    let reaches = || request.style.layers.iter().map(|layer| layer.behaviour().reach_px());
     let more_px: u32 = reaches().map(|reach| reach.more_px).sum();
     let margin_px = reaches().map(|reach| reach.margin_px).fold(relief_px, u32::max);
     let margin_px = margin_px.max(parts.margin_px + parallax_px + more_px);

@@ -13,7 +13,7 @@ use crate::lines::strokes::polylines::Polyline;
 use crate::scene::stereo::Pair;
 use crate::scene::view::{Rig, View};
 use crate::style::layers::Trace;
-use crate::style::{InkLayer, Layer, Style};
+use crate::style::{Layer, Style, StyleInk};
 use crate::surface::rims::RIM;
 use crate::vector::Group;
 use crate::world::Surfaces;
@@ -63,7 +63,7 @@ pub struct Drawn {
 /// Returns whether a style has marks that can become vector lines. Outlines of no-data areas do not count: every style
 /// has them.
 pub fn has_marks(style: &Style) -> bool {
-    let is_mark = |own: &InkLayer| match own.ink.trace {
+    let is_mark = |own: &StyleInk| match own.ink.trace {
         Trace::LeftOut(_) | Trace::Strokes => false,
         Trace::Picture | Trace::Sets(_) | Trace::Rows { .. } => {
             !own.layer.is_some_and(|index| matches!(style.layers[index], Layer::Rims(_)))

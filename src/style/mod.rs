@@ -26,8 +26,8 @@ pub use focus::Focus;
 pub use held::StyleFiles;
 use layers::RecipeSource;
 pub use layers::{
-    Cuts, Detector, Epsilon, HeightLines, Ink, InkLayer, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo,
-    Strokes, ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Epsilon, HeightLines, Ink, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes,
+    StyleInk, ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
@@ -173,7 +173,7 @@ impl Style {
     /// Returns whether two styles have the same name and the same kinds of layers in the same order, so that one is the
     /// other with changed values.
     pub fn is_edit_of(&self, other: &Self) -> bool {
-        let kinds = |style: &Self| style.layers.iter().map(Layer::name).collect::<Vec<_>>();
+        let kinds = |style: &Self| style.layers.iter().map(Layer::kind).collect::<Vec<_>>();
         self.name == other.name && kinds(self) == kinds(other)
     }
 
@@ -188,7 +188,7 @@ impl Style {
     #[must_use]
     pub fn for_map(self, pixel_m: f64) -> Self {
         let mut style = self;
-        style.layers.iter_mut().for_each(|layer| layer.kind_mut().prepare_for_map(pixel_m));
+        style.layers.iter_mut().for_each(|layer| layer.behaviour_mut().prepare_for_map(pixel_m));
         let focus = style.focus.take().filter(|focus| focus.distance_m.is_none());
         Self { panorama: Panorama { horizon_deg: 0.0 }, focus, ..style }
     }
@@ -288,7 +288,7 @@ impl Style {
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), (String, StyleError)> {
         for index in 0..self.layers.len() {
             let key = self.layers.key(index);
-            let layer = self.layers[index].kind_mut();
+            let layer = self.layers[index].behaviour_mut();
             let files = layer.complete(source).map_err(|(within, error)| (format!("{key}.{within}"), error))?;
             self.files.extend(files);
         }

@@ -27,7 +27,7 @@ impl Style {
 
     /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
     pub fn unscaled(&self) -> Option<String> {
-        let of_layers = self.layers.iter().filter_map(|layer| Some((layer.kind().unscaled()?, true)));
+        let of_layers = self.layers.iter().filter_map(|layer| Some((layer.behaviour().unscaled()?, true)));
         let of_style = [
             ("the grain of the paper", self.paper.grain > 0.0),
             ("the grain of watercolour", self.watercolor.as_ref().is_some_and(|water| water.granulation > 0.0)),

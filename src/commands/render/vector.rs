@@ -15,7 +15,7 @@ use crate::picture::{PictureReport, PictureRequest};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
 use crate::style::layers::Trace;
-use crate::style::{InkLayer, Style};
+use crate::style::{Style, StyleInk};
 use crate::vector::pens::Pens;
 use crate::vector::sheet::Sheet;
 use crate::vector::{self, DrawingReport, Settings, TOLERANCE_PX};
@@ -58,7 +58,7 @@ impl SvgOptions {
         }
         // Shores and water lines alone are not a drawing.
         let mut inks = style.ink_layers().into_iter().rev();
-        let is_drawing = |own: &InkLayer| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
+        let is_drawing = |own: &StyleInk| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
         let Some(ink) = inks.find(is_drawing).map(|own| own.color) else {
             let style = shown(&style.name);
             let ending = if is_svg { "an .svg" } else { "a .geojson" };
@@ -148,7 +148,7 @@ pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
         Trace::LeftOut(part) => Some(part),
         _ => None,
     });
-    let of_kinds = style.layers.iter().filter_map(|layer| layer.kind().missing_in_vectors());
+    let of_kinds = style.layers.iter().filter_map(|layer| layer.behaviour().missing_in_vectors());
     let of_style = [
         ("tones", style.tone.is_seen()),
         ("watercolour", style.watercolor.is_some()),

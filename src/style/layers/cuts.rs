@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::{Channels, Fading, Ink, InkKind, InkPass, RecipeSource, Trace};
+use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, RecipeSource, Trace};
 use crate::gpu::target::TargetKind;
 use crate::gpu::wgsl::layers::cuts::{CutFamily, CutRules};
 use crate::style::parameters::{Range, parameters};
@@ -56,7 +56,7 @@ parameters! {
     }
 }
 
-impl InkKind for Cuts {
+impl LayerBehaviour for Cuts {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "cuts",

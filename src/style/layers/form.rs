@@ -9,7 +9,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
-use super::{is_kind, keyed};
+use super::{is_kind, keyed, rank};
 use crate::file::toml_text::Misplaced;
 
 /// Sections of the older form that are layers, from the bottom to the top. A kind that is added later has no section.
@@ -138,17 +138,22 @@ fn layer_index(document: &Item, name: &str, number: usize) -> Option<usize> {
     own.map(|(index, _)| index).nth(number)
 }
 
-/// Adds a layer on top of a document's list of layers if `key` is a parameter of a kind that the list lacks.
+/// Adds a layer of a kind to a document that lists layers and lacks the kind, in its place in the order of kinds. A list
+/// that is written in one line, `layers = [...]`, is not changed.
 pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str) {
-    let name = key.split(['.', '[']).next().unwrap_or_default();
-    if !is_kind(name) || layer_index(document.as_item(), name, 0).is_some() {
+    let kind = key.split(['.', '[']).next().unwrap_or_default();
+    let Some(rank) = rank(kind) else { return };
+    if layer_index(document.as_item(), kind, 0).is_some() {
         return;
     }
-    if let Some(layers) = document.get_mut("layers").and_then(Item::as_array_of_tables_mut) {
-        let mut table = Table::new();
-        table.insert("kind", value(name));
-        layers.push(table);
-    }
+    let Some(layers) = document.get_mut("layers").and_then(Item::as_array_of_tables_mut) else { return };
+    let is_above = |layer: &Table| layer.get("kind").and_then(Item::as_str).and_then(super::rank) > Some(rank);
+    let mut tables: Vec<Table> = layers.iter().cloned().collect();
+    let place = tables.iter().position(is_above).unwrap_or(tables.len());
+    let mut added = Table::new();
+    added.insert("kind", value(kind));
+    tables.insert(place, added);
+    *layers = tables.into_iter().collect();
 }
 
 /// Returns the keys of the layers that a document lists, from the bottom to the top, as in `cuts` and `cuts[1]`.

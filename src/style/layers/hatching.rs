@@ -3,7 +3,7 @@
 
 use std::path::PathBuf;
 
-use super::{Channels, Fading, Ink, InkKind, Reach, RecipeSource, Set, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Reach, RecipeSource, Set, Trace};
 use crate::gpu::wgsl::shared::mark_normal::BLOCK_PX;
 use crate::gpu::wgsl::surface::bend_axis::REACH as AXIS_REACH;
 use crate::style::marks::{self, Recipe};
@@ -118,7 +118,7 @@ impl Hatching {
     }
 }
 
-impl InkKind for Hatching {
+impl LayerBehaviour for Hatching {
     fn inks(&self) -> Vec<Ink> {
         let set = |(number, set): (usize, &MarkSet)| Set {
             label: format!("Hatching {number}, {}", set.marks),

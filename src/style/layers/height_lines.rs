@@ -4,7 +4,7 @@
 
 use glam::DVec3;
 
-use super::{Channels, Fading, Ink, InkKind, InkPass, Trace};
+use super::{Channels, Fading, Ink, InkPass, LayerBehaviour, Trace};
 use crate::gpu::target::TargetKind;
 use crate::gpu::wgsl::layers::height_lines::HeightLineRules;
 use crate::style::Color;
@@ -44,7 +44,7 @@ fn least_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }
 
-impl InkKind for HeightLines {
+impl LayerBehaviour for HeightLines {
     fn inks(&self) -> Vec<Ink> {
         // Without an interval, there are no lines: only maps choose one.
         let ink = Ink {

@@ -1,6 +1,6 @@
 //! Lines that are detected in images of the surface. Their passes are in `src/lines`.
 
-use super::{Channels, Fading, Ink, InkKind, Reach, Strokes, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Strokes, Trace};
 use crate::style::Color;
 use crate::style::parameters::{Range, choices, parameters};
 
@@ -76,7 +76,7 @@ impl Lines {
 /// cell, and the distance between two cells.
 const CROWD_REACH: f32 = 1.25;
 
-impl InkKind for Lines {
+impl LayerBehaviour for Lines {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "lines",

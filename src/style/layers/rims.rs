@@ -1,6 +1,6 @@
 //! Dashed lines around no-data areas. Their pass is `src/surface/rims.rs`.
 
-use super::{Channels, Fading, Ink, InkKind, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Trace};
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
 
@@ -20,7 +20,7 @@ parameters! {
     }
 }
 
-impl InkKind for Rims {
+impl LayerBehaviour for Rims {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "rims",

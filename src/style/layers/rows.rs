@@ -1,6 +1,6 @@
 //! Rows of hachures. Their passes are in `src/surface/rows`.
 
-use super::{Channels, Fading, Ink, InkKind, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Trace};
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
 
@@ -25,7 +25,7 @@ parameters! {
     }
 }
 
-impl InkKind for Rows {
+impl LayerBehaviour for Rows {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "hachures",

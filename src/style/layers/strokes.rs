@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Channels, Fading, Ink, InkKind, Reach, RecipeSource, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Reach, RecipeSource, Trace};
 use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError, texture};
 
@@ -91,7 +91,7 @@ parameters! {
     }
 }
 
-impl InkKind for Strokes {
+impl LayerBehaviour for Strokes {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "strokes",

@@ -1,6 +1,6 @@
 //! Lines from shading (abstracted shading). Their passes are in `src/lines/tone`.
 
-use super::{Channels, Fading, Ink, InkKind, Reach, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Trace};
 use crate::gpu::wgsl::lines::tone::blur::REACH;
 use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
 use crate::style::Color;
@@ -77,7 +77,7 @@ choices! {
     }
 }
 
-impl InkKind for ToneLines {
+impl LayerBehaviour for ToneLines {
     fn inks(&self) -> Vec<Ink> {
         let ink = |id, label: &str, color, channel, is_main| Ink {
             id,

@@ -1,6 +1,6 @@
 //! Lakes and the sea. Their passes are `src/surface/water.rs` and `src/tones/water.rs`.
 
-use super::{Channels, Fading, Ink, InkKind, Reach, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Trace};
 use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
@@ -38,7 +38,7 @@ const FARTHEST_PX: f32 = 96.0;
 /// Number of gaps from the shore over which ruled lines become lighter.
 const RULES_FADE: f32 = 6.0;
 
-impl InkKind for Water {
+impl LayerBehaviour for Water {
     fn inks(&self) -> Vec<Ink> {
         vec![Ink {
             id: "water",

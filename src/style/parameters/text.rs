@@ -154,6 +154,10 @@ mod tests {
         let new = crate::style::layers::migrated(text).unwrap();
         let lined = crate::style::parameters::set::<Style>("x.toml", &new, "height_lines.line_px", 1.5).unwrap();
         assert_eq!(Style::parse("x.toml", &lined).unwrap().height_lines().unwrap().line_px, 1.5);
+        // The new layer has its place in the order of kinds, not on top.
+        let kinds = Style::parse("x.toml", &lined).unwrap();
+        let kinds: Vec<&str> = kinds.layers.iter().map(crate::style::Layer::kind).collect();
+        assert_eq!(kinds, ["height_lines", "hatching", "rims", "strokes"]);
         let wider = crate::style::parameters::set::<Style>("x.toml", &new, "strokes.width_px", 2.5).unwrap();
         assert_eq!(Style::parse("x.toml", &wider).unwrap().strokes().unwrap().width_px, 2.5);
         let soft = set("hatching.softness", 0.25.into()).unwrap();

@@ -9,7 +9,7 @@ use hachure::picture::PictureRequest;
 use hachure::picture::strokes::render_strokes;
 use hachure::style::color::{linear_from_srgb, srgb_from_linear};
 use hachure::style::layers::Trace;
-use hachure::style::{Color, InkLayer, Layer, Style, Tone};
+use hachure::style::{Color, Layer, Style, StyleInk, Tone};
 use hachure::vector::sheet::Sheet;
 use hachure::vector::{Group, Settings, groups, layers};
 
@@ -130,7 +130,7 @@ fn files_of_every_preset_have_the_colors_of_the_picture() {
         let inverted = worst(&drawn_back(&wrong), &shown);
         let ids: Vec<&str> = groups.iter().map(|group| group.id.as_str()).collect();
         println!("{name}: {difference:.3}; without lines {inked:.3}, inverted {inverted:.3}; {}", ids.join(" "));
-        let is_drawing = |own: &InkLayer| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
+        let is_drawing = |own: &StyleInk| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
         let is_empty = groups.iter().all(|group| group.id == "rims");
         assert!(!is_empty || style.strokes().is_none() && style.hatching().is_none(), "{name} must have lines");
         if is_empty || !style.ink_layers().iter().any(is_drawing) {
@@ -189,7 +189,7 @@ fn layers_repeat_and_have_the_order_of_the_file() {
     // Contour lines above hatching and below it, in the picture and in the file.
     let [above, below] = [["hatching", "heights"], ["heights", "hatching"]].map(|order| {
         let text = layered([order[0], order[1], "#0040ff", "#00a000"]).without(&["cuts"]);
-        assert_eq!(text.layers[0].name(), if order[0] == "hatching" { "hatching" } else { "height_lines" });
+        assert_eq!(text.layers[0].kind(), if order[0] == "hatching" { "hatching" } else { "height_lines" });
         (picture(&mut world, &text), drawn_back(&vector_groups(&mut world, &text)))
     });
     println!("orders differ by {:.3}, files by {:.3}", worst(&above.0, &below.0), worst(&above.1, &below.1));
