@@ -20,7 +20,7 @@
 // "some warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
-#import hachure::surface_id::{kind_of, TREE}
+#import hachure::surface_id::{has_trait, SMOOTH}
 #ifdef TEXTURED
 #import hachure::brush::{Brush, brush_uv, brush_ink}
 #endif
@@ -200,7 +200,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     var ink = textureLoad(tree_line, min(pixel, vec2<i32>(textureDimensions(tree_line)) - 1), 0).r;
-    if at.w > 0.0 && kind_of(textureLoad(surface_id, pixel, 0).r) != TREE {
+    if at.w > 0.0 && has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
         let n = textureLoad(normal, pixel, 0).xyz;
         let seen = between(pixel, at, n);
         if seen.is_there {

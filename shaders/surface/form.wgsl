@@ -14,7 +14,7 @@
 #import hachure::earth::unbend
 #import hachure::form::{form_of_level, form_seen, MOST_BEYOND}
 #import hachure::mark_normal::pixel_of_block
-#import hachure::surface_id::{kind_of, LAND}
+#import hachure::surface_id::{has_trait, ON_GRID}
 
 struct FormRules {
     // Horizontal unit vector toward the sun.
@@ -59,7 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = pixel_of_block(view, block);
     let at = textureLoad(position, pixel, 0);
-    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(form_normal, block, vec4<f32>(0.0));
         return;
     }

@@ -5,7 +5,7 @@
 // 0.01, half floats round it by 0.05 %, and the visible part of the flutter is taken from this frame's distance.
 #import hachure::view::{View, motion_of, ray_of_pixel}
 #ifdef WIND
-#import hachure::surface_id::{kind_of, TREE}
+#import hachure::surface_id::{has_trait, MOVING}
 #endif
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // The sky is a direction.
     var point = select(vec4<f32>(ray_of_pixel(view, pixel), 0.0), vec4<f32>(at.xyz, 1.0), at.w > 0.0);
 #ifdef WIND
-    if kind_of(textureLoad(surface_id, pixel, 0).r) == TREE {
+    if has_trait(textureLoad(surface_id, pixel, 0).r, MOVING) {
         point += vec4<f32>(textureLoad(tree_step, pixel, 0).xyz, 0.0);
     }
 #endif

@@ -2,7 +2,7 @@
 #import hachure::view::{View, distance_from_eye}
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
-#import hachure::surface_id::{kind_of, LAND}
+#import hachure::surface_id::{has_trait, ON_GRID}
 #import hachure::water_maps::shore_m
 
 struct WaterRules {
@@ -27,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
-    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) != LAND {
+    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(water, pixel, vec4<f32>(0.0));
         return;
     }

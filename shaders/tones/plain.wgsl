@@ -3,7 +3,7 @@
 #import hachure::earth::unbend
 #ifdef LOCAL_COLOR
 #import hachure::local_color::{hue_of, glaze}
-#import hachure::surface_id::{kind_of, MESH, TREE}
+#import hachure::surface_id::{has_trait, LOCALLY_COLORED}
 #endif
 
 struct Plain {
@@ -70,8 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
 #ifdef LOCAL_COLOR
     var body = surface.w * tint(height_m, n.z);
-    let kind = kind_of(textureLoad(surface_id, pixel, 0).r);
-    if kind == MESH || kind == TREE {
+    if has_trait(textureLoad(surface_id, pixel, 0).r, LOCALLY_COLORED) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);
         body = mix(body, glaze(hue.rgb, LIGHTEST * pow(surface.w, BY_LIGHTNESS)), plain.local * hue.a);
     }

@@ -12,7 +12,7 @@
 #ifdef LOCAL_COLOR
 #import hachure::color::luminance
 #import hachure::local_color::{hue_of, glaze}
-#import hachure::surface_id::{kind_of, MESH, TREE}
+#import hachure::surface_id::{has_trait, LOCALLY_COLORED}
 #endif
 
 const HEIGHT: u32 = 0u;
@@ -131,8 +131,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let asked = 1.0 - (1.0 - marked) * haze_clear(light, distance_from_eye(view, at.xyz)) * half_of_focus(surface.clear);
     var color = ramp_color(value, attribute_at(at.xyz, n.xyz)) * mix(vec3<f32>(1.0), relief.rgb, toon.light_color);
 #ifdef LOCAL_COLOR
-    let kind = kind_of(textureLoad(surface_id, pixel, 0).r);
-    if kind == MESH || kind == TREE {
+    if has_trait(textureLoad(surface_id, pixel, 0).r, LOCALLY_COLORED) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);
         color = mix(color, glaze(hue.rgb, luminance(color)), toon.local * hue.a);
     }

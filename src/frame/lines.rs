@@ -6,6 +6,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, Targets};
 use crate::lines::{self, apparent, curvature, detector, lsa, radial, ridges, rims, suggestive, threshold};
+use crate::style::layers::Measure;
 use crate::style::{Detector, Lines, Strokes};
 use crate::surface::curvature::Shapes;
 use crate::surface::edges::EdgeList;
@@ -47,7 +48,7 @@ pub(super) fn find(
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) -> Target {
-    let line = if lines.detector == Detector::Curvature {
+    let line = if lines.detector.measure() == Measure::Ink {
         by_curvature(recorder, inputs, lines, on, targets)
     } else {
         detect(recorder, inputs, lines, inputs.style.lines().is_none(), on, targets)

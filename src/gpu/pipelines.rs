@@ -33,6 +33,21 @@ impl From<&'static str> for Compute {
     }
 }
 
+/// Returns the symbols that a variant defines, of those that its shader tests, as [`Compute`] and [`Draw`] hold them.
+///
+/// Each combination is stored once for the life of the program; a shader has few of them.
+pub(crate) fn defined<const SYMBOLS: usize>(symbols: [(&'static str, bool); SYMBOLS]) -> &'static [&'static str] {
+    static STORED: Mutex<Vec<&'static [&'static str]>> = Mutex::new(Vec::new());
+    let symbols: Vec<&'static str> = symbols.into_iter().filter_map(|(name, is)| is.then_some(name)).collect();
+    let mut stored = STORED.lock().unwrap_or_else(PoisonError::into_inner);
+    if let Some(known) = stored.iter().find(|known| **known == symbols) {
+        return known;
+    }
+    let new: &'static [&'static str] = Vec::leak(symbols);
+    stored.push(new);
+    new
+}
+
 /// A render pipeline. Its vertex entry point is `vertex`; vertices come from buffers that the shader reads itself.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Draw {

@@ -3,7 +3,7 @@
 //! Why: `docs/decisions/lsa-contours.md`.
 
 use super::detector::Inputs;
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::TargetKind;
 pub(crate) use crate::gpu::wgsl::lines::lsa::Lsa as LsaUniform;
@@ -32,11 +32,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_
     let mut resources = inputs.resources().to_vec();
     resources.push(("lsa", recorder.uniform("lsa", &uniform)));
     resources.extend(inputs.directions.map(|directions| ("directions", directions.into())));
-    let definitions: &[&str] = match (lines.geometric_antialias, inputs.directions.is_some()) {
-        (false, false) => &[],
-        (true, false) => &["ANTIALIASED"],
-        (false, true) => &["EIGHT"],
-        (true, true) => &["ANTIALIASED", "EIGHT"],
-    };
+    let definitions = defined([("ANTIALIASED", lines.geometric_antialias), ("EIGHT", inputs.directions.is_some())]);
     recorder.pixels(Compute { name: "lines/lsa", definitions }, inputs.errors.size_px(), &resources);
 }

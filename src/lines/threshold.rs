@@ -5,7 +5,8 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 pub(crate) use crate::gpu::wgsl::lines::threshold::Threshold as ThresholdUniform;
-use crate::style::{Detector, Lines};
+use crate::style::Lines;
+use crate::style::layers::Measure;
 
 /// Line strength: 0 no line, 1 full.
 pub(crate) const LINE: TargetKind = TargetKind::storage("line", wgpu::TextureFormat::R32Float);
@@ -22,7 +23,7 @@ pub(crate) struct Inputs<'a> {
 
 /// Turns errors into lines.
 pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, inputs: &Inputs<'_>) {
-    let scalar = u32::from(lines.detector != Detector::Lsa);
+    let scalar = u32::from(lines.detector.measure() != Measure::AxisErrors);
     let uniform = ThresholdUniform { ramp: lines.ramp, density: lines.density, scalar };
     let mut resources = vec![
         ("view", inputs.view.clone()),

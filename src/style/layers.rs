@@ -35,6 +35,7 @@ pub use hatching::Hatching;
 pub use height_lines::{HEIGHT_INK, HeightLines};
 pub(crate) use ink::LayerBehaviour;
 pub use ink::{Channels, Fading, Ink, InkPass, MOST_INKS, Reach, Set, StyleInk, Trace};
+pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 pub use rims::Rims;
 pub use rows::Rows;

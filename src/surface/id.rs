@@ -1,9 +1,12 @@
 //! Surface ids: the highest bits hold the kind of surface that is seen at a pixel, the others a number within that
 //! kind.
 //!
-//! The codes of the kinds are a prefix code: the more surfaces a kind may have, the shorter its code. No code begins
-//! with 111, so the code never runs out: the next kind is 1110, with 2^28 numbers, and the one after it 11110. The ids
-//! are defined in `shaders/shared/surface_id.wgsl`.
+//! The codes of the kinds are a prefix code: the more surfaces a kind may have, the shorter its code. A kind is the
+//! number of leading ones, so the code never runs out: the next kind is 1110, with 2^28 numbers, and the one after it
+//! 11110.
+//!
+//! `shaders/shared/surface_id.wgsl` defines the kinds and what each of them has (its traits). Passes that draw more than
+//! one kind ask for a trait, so a new kind is one line there, one here, and the passes that draw it.
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -19,18 +22,44 @@ pub(crate) enum Kind {
 }
 
 /// The lowest id of a mesh triangle.
+#[cfg(test)]
 pub(crate) const FIRST_MESH: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_MESH;
 /// The lowest id of a tree.
+#[cfg(test)]
 pub(crate) const FIRST_TREE: u32 = crate::gpu::wgsl::shared::surface_id::FIRST_TREE;
 
 impl Kind {
     /// Returns the kind of surface of a pixel of the surface id picture.
     pub(crate) fn of(id: u32) -> Self {
-        match id {
-            0 => Self::Sky,
-            1..FIRST_MESH => Self::Land,
-            FIRST_MESH..FIRST_TREE => Self::Mesh,
-            FIRST_TREE.. => Self::Tree,
+        match id.leading_ones() {
+            _ if id == 0 => Self::Sky,
+            0 => Self::Land,
+            1 => Self::Mesh,
+            // No id has more leading ones today.
+            _ => Self::Tree,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::wgsl::shared::surface_id::{LAND, MESH, SKY, TREE};
+
+    #[test]
+    fn the_leading_ones_of_an_id_are_its_kind() {
+        let kinds = [
+            (Kind::Sky, SKY, [0, 0]),
+            (Kind::Land, LAND, [1, FIRST_MESH - 1]),
+            (Kind::Mesh, MESH, [FIRST_MESH, FIRST_TREE - 1]),
+            (Kind::Tree, TREE, [FIRST_TREE, FIRST_TREE | 0x1fff_ffff]),
+        ];
+        for (kind, number, ids) in kinds {
+            for id in ids {
+                // `kind_of` of the shader counts in the same way.
+                let in_shader = if id == 0 { SKY } else { id.leading_ones() + 1 };
+                assert_eq!((Kind::of(id), in_shader), (kind, number), "{id:#x}");
+            }
         }
     }
 }

@@ -8,31 +8,11 @@ use self::ramp::RampTable;
 use super::light::LightUniform;
 use super::{Inputs, Local};
 use crate::gpu::bind::Resource;
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::tones::toon::Toon as ToonUniform;
 use crate::scene::focus::FocusUniform;
 use crate::style::Toon;
-
-/// The shader's definitions, indexed by four binary digits that say which inputs exist; the last digit counts 1.
-const DEFINITIONS: [&[&str]; 16] = [
-    &[],
-    &["TREE_SHADOWS"],
-    &["MARKED_TREES"],
-    &["MARKED_TREES", "TREE_SHADOWS"],
-    &["LOCAL_COLOR"],
-    &["LOCAL_COLOR", "TREE_SHADOWS"],
-    &["LOCAL_COLOR", "MARKED_TREES"],
-    &["LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"],
-    &["HORIZON_MAPS"],
-    &["HORIZON_MAPS", "TREE_SHADOWS"],
-    &["HORIZON_MAPS", "MARKED_TREES"],
-    &["HORIZON_MAPS", "MARKED_TREES", "TREE_SHADOWS"],
-    &["HORIZON_MAPS", "LOCAL_COLOR"],
-    &["HORIZON_MAPS", "LOCAL_COLOR", "TREE_SHADOWS"],
-    &["HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES"],
-    &["HORIZON_MAPS", "LOCAL_COLOR", "MARKED_TREES", "TREE_SHADOWS"],
-];
 
 /// Shades the visible surface.
 pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>) {
@@ -75,13 +55,12 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("relief_light", inputs.relief_light.unwrap_or(inputs.nothing).into()),
         ("tone", inputs.tone.into()),
     ];
-    let has = [
-        inputs.horizon_maps.is_some(),
-        inputs.local.is_some(),
-        inputs.mark_surface.is_some(),
-        inputs.tree_shadow.is_some(),
-    ];
-    let definitions = DEFINITIONS[has.iter().fold(0, |number, has| 2 * number + usize::from(*has))];
+    let definitions = defined([
+        ("HORIZON_MAPS", inputs.horizon_maps.is_some()),
+        ("LOCAL_COLOR", inputs.local.is_some()),
+        ("MARKED_TREES", inputs.mark_surface.is_some()),
+        ("TREE_SHADOWS", inputs.tree_shadow.is_some()),
+    ]);
     resources.extend(inputs.mark_surface.map(|mark_surface| ("mark_surface", mark_surface.into())));
     resources.extend(inputs.tree_shadow.map(|tree_shadow| ("tree_shadow", tree_shadow.into())));
     resources.extend(inputs.local.into_iter().flat_map(Local::resources));

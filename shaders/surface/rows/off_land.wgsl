@@ -1,7 +1,7 @@
 // Removes the land from the positions that hatching reads, in a style whose land has rows of hachures: only models and
 // trees are hatched.
 #import hachure::view::View
-#import hachure::surface_id::{kind_of, LAND}
+#import hachure::surface_id::{has_trait, ON_GRID}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
@@ -15,6 +15,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let is_land = kind_of(textureLoad(surface_id, pixel, 0).r) == LAND;
+    let is_land = has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID);
     textureStore(place_off_land, pixel, select(textureLoad(position, pixel, 0), vec4<f32>(0.0), is_land));
 }

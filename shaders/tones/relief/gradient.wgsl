@@ -17,7 +17,7 @@
 #import hachure::light::{Light, haze_clear}
 #import hachure::lit_normal::lit_normal
 #import hachure::relief::{ReliefRules, DepthGradient, packed, on_plane}
-#import hachure::surface_id::{kind_of, TREE}
+#import hachure::surface_id::{has_trait, SMOOTH}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let at = textureLoad(position, pixel, 0);
     // Each leaf of a tree has its own normal.
-    if at.w <= 0.0 || kind_of(textureLoad(surface_id, pixel, 0).r) == TREE {
+    if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
         textureStore(depth_gradient, pixel, vec4<f32>(0.0));
         return;
     }

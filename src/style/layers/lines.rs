@@ -68,7 +68,7 @@ impl Lines {
 
     /// Returns whether the density filter treats each of the eight directions separately.
     pub fn has_eight_directions(&self) -> bool {
-        self.detector == Detector::Lsa && !self.halved && self.density > 0.0
+        self.detector.measure() == Measure::AxisErrors && !self.halved && self.density > 0.0
     }
 }
 
@@ -115,6 +115,28 @@ choices! {
         Roystan,
         /// Contours and suggestive contours by the curvature of the land, with the settings of `[curvature]`.
         Curvature,
+    }
+}
+
+/// What a detector computes at a pixel. It decides how its result becomes lines.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// An error along each of four axes.
+    AxisErrors,
+    /// One error.
+    Error,
+    /// The ink of lines. It needs surfaces with curvature, so trees are drawn by LSA contours.
+    Ink,
+}
+
+impl Detector {
+    /// Returns what the detector computes at a pixel.
+    pub(crate) fn measure(self) -> Measure {
+        match self {
+            Self::Lsa => Measure::AxisErrors,
+            Self::Sobel | Self::Roystan => Measure::Error,
+            Self::Curvature => Measure::Ink,
+        }
     }
 }
 

@@ -79,9 +79,10 @@ impl Relief {
     }
 }
 
-/// Returns an index for the shadows that exist: those of trees count 1, those of land 2.
-fn shadows(inputs: &Inputs<'_>) -> usize {
-    usize::from(inputs.tree_shadow.is_some()) + 2 * usize::from(inputs.horizon_maps.is_some())
+/// Returns the definitions of the two passes that have shadows, and whether the shadows exist: those of land and those
+/// of trees.
+fn shadows(inputs: &Inputs<'_>) -> [(&'static str, bool); 2] {
+    [("HORIZON_MAPS", inputs.horizon_maps.is_some()), ("TREE_SHADOWS", inputs.tree_shadow.is_some())]
 }
 
 /// Returns the bindings of `shaders/shared/lit_surface.wgsl`, for the two passes that have shadows.

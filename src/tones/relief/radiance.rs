@@ -3,7 +3,7 @@
 use super::surroundings::SkyParts;
 use super::{Inputs, Shared, lit_surface, shadows};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
@@ -11,18 +11,6 @@ use crate::gpu::wgsl::tones::relief::radiance::{SkyLight, Surroundings};
 const SURROUNDINGS: BufferKind = BufferKind::storage("surroundings");
 /// The parts of the sky around the scene that shed light: `SkyLight`s.
 const SKY_LIGHTS: BufferKind = BufferKind::storage("sky lights");
-
-/// The shader's definitions, indexed by [`shadows`], plus 4 for warped light.
-const DEFINITIONS: [&[&str]; 8] = [
-    &[],
-    &["TREE_SHADOWS"],
-    &["HORIZON_MAPS"],
-    &["HORIZON_MAPS", "TREE_SHADOWS"],
-    &["WARPED"],
-    &["TREE_SHADOWS", "WARPED"],
-    &["HORIZON_MAPS", "WARPED"],
-    &["HORIZON_MAPS", "TREE_SHADOWS", "WARPED"],
-];
 
 /// Lights the visible surface. `slopes` is the blurred gradient of depth; without it light is not warped.
 pub(super) fn run(
@@ -71,6 +59,7 @@ pub(super) fn run(
         resources.push(("relief_rules", shared.rules.clone()));
         resources.push(("depth_gradient", slopes.into()));
     }
-    let definitions = DEFINITIONS[shadows(inputs) + 4 * usize::from(slopes.is_some())];
+    let [land, trees] = shadows(inputs);
+    let definitions = defined([land, trees, ("WARPED", slopes.is_some())]);
     recorder.pixels(Compute { name: "tones/relief/radiance", definitions }, relief_light.size_px(), &resources);
 }

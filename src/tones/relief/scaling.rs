@@ -2,15 +2,12 @@
 
 use super::{Inputs, Shared, lit_surface, shadows};
 use crate::gpu::buffer::BufferKind;
-use crate::gpu::pipelines::Compute;
+use crate::gpu::pipelines::{Compute, defined};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::scaling::ScalingRules;
 
 const RULES: BufferKind = BufferKind::storage("scaling rules");
-
-/// The shader's definitions, indexed by [`shadows`].
-const DEFINITIONS: [&[&str]; 4] = [&[], &["TREE_SHADOWS"], &["HORIZON_MAPS"], &["HORIZON_MAPS", "TREE_SHADOWS"]];
 
 /// Lights the visible surface. `slopes` is the blurred gradient of depth; without it curvature is zero.
 pub(super) fn run(
@@ -28,6 +25,6 @@ pub(super) fn run(
         ("depth_gradient", slopes.unwrap_or(inputs.form_normal).into()),
         ("relief_light", relief_light.into()),
     ]);
-    let definitions = DEFINITIONS[shadows(inputs)];
+    let definitions = defined(shadows(inputs));
     recorder.pixels(Compute { name: "tones/relief/scaling", definitions }, relief_light.size_px(), &resources);
 }
