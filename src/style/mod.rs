@@ -269,9 +269,15 @@ impl Style {
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| StyleError::Named {
-            place: parameters::in_text(Wrong::with_message(key, source.to_string()), name, text),
-            source: Box::new(source),
+        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| {
+            // Other errors begin with the name of a file.
+            let wrong = match source {
+                StyleError::UnknownMarks { .. } | StyleError::UnknownTexture { .. } => {
+                    Wrong::new(key, format!(": {source}"))
+                }
+                _ => Wrong::with_message(key, source.to_string()),
+            };
+            StyleError::Named { place: parameters::in_text(wrong, name, text), source: Box::new(source) }
         })?;
         Ok(style)
     }

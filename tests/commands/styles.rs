@@ -88,7 +88,10 @@ fn a_file_is_shown_as_it_is_read() {
     }
     place.file("bad.toml", &own.replace("dash", "dish"));
     let error = place.error(&["styles", "show", "bad.toml", "--all"]);
-    assert!(error.starts_with("bad.toml:11:9: dish: no such marks; did you mean \"dash\"?"), "{error}");
+    assert!(
+        error.starts_with("bad.toml:11:9: hatching.layers.marks: dish: no such marks; did you mean \"dash\"?"),
+        "{error}"
+    );
     assert!(place.misuse(&["styles", "show", "oil", "--all"]).contains("no such style"));
 }
 

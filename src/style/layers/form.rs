@@ -9,8 +9,9 @@ use toml::Spanned;
 use toml::de::{DeArray, DeTable, DeValue};
 use toml_edit::{ArrayOfTables, DocumentMut, Item, Table, value};
 
-use super::{is_kind, keyed, rank};
-use crate::file::toml_text::Misplaced;
+use super::{is_kind, keyed, layer_names, rank};
+use crate::file::message::{nearest, quoted};
+use crate::file::toml_text::{Misplaced, described};
 
 /// Sections of the older form that are layers, from the bottom to the top. A kind that is added later has no section.
 const SECTIONS: [&str; 9] =
@@ -18,19 +19,21 @@ const SECTIONS: [&str; 9] =
 /// Lists whose names differ between the forms: the section, the name in the older form, and the present name.
 const RENAMED: [(&str, &str, &str); 2] = [("hatching", "layers", "sets"), ("cuts", "layers", "families")];
 
-/// Rewrites the table of a style file so that serde reads either form: `layers` is a list of tables with one key, the
-/// kind. Values keep their positions in the text.
+/// Rewrites the table of a style file so that serde reads either form: each layer becomes `{ KIND = { ... } }`. Values
+/// keep their positions in the text. `known` are the top-level keys of the file, which may also be a recipe.
 ///
 /// # Errors
-/// A layer without a kind; a section next to a list of layers.
-pub(in crate::style) fn with_layers(table: &mut DeTable<'_>) -> Result<(), Misplaced> {
+/// A layer without a kind; a section next to a list of layers; an unknown section whose name resembles a kind.
+pub(in crate::style) fn with_layers(table: &mut DeTable<'_>, known: &[&'static str]) -> Result<(), Misplaced> {
+    if known.contains(&"layers") {
+        check_sections(table, known)?;
+    }
     let section = SECTIONS.iter().find_map(|name| table.get_key_value(*name));
     let section = section.map(|(key, _)| (key.span(), key.get_ref().to_string()));
     let list = match (table.remove_entry("layers"), section) {
         (Some(_), Some((at, name))) => {
             let words = format!(
-                "[{name}] cannot be used with [[layers]]: write it as a layer with kind = \"{name}\", as `hachure styles \
-                 migrate` does with all sections of a file that has no [[layers]]"
+                "[{name}] cannot be used with [[layers]]; write it as one of the [[layers]], with kind = \"{name}\""
             );
             return Err(Misplaced { at, words });
         }
@@ -43,14 +46,14 @@ pub(in crate::style) fn with_layers(table: &mut DeTable<'_>) -> Result<(), Mispl
                 if let DeValue::Table(section) = section.get_mut() {
                     rename(section, name)?;
                 }
-                list.push(single(kind, section));
+                list.push(table_with_one_entry(kind, section));
             }
             (key, Spanned::new(first_span(&list), DeValue::Array(list)))
         }
         (Some((key, given)), None) => {
             let DeValue::Array(tables) = given.get_ref() else {
-                table.insert(key, given);
-                return Ok(());
+                let words = format!("layers must be a list, but {}; write [[layers]]", described(given.get_ref()));
+                return Err(Misplaced { at: given.span(), words });
             };
             let mut list = DeArray::new();
             for layer in tables.iter() {
@@ -65,22 +68,43 @@ pub(in crate::style) fn with_layers(table: &mut DeTable<'_>) -> Result<(), Mispl
 
 /// Returns a layer with its `kind` as the only key.
 fn by_kind<'a>(layer: &Spanned<DeValue<'a>>) -> Result<Spanned<DeValue<'a>>, Misplaced> {
-    let wrong = |at, words: &str| Misplaced { at, words: words.to_owned() };
+    let kinds = layer_names().collect::<Vec<_>>().join(", ");
     let DeValue::Table(mut table) = layer.get_ref().clone() else {
-        return Err(wrong(layer.span(), "a layer must be a table with a kind, for example [[layers]] kind = \"cuts\""));
+        let words = format!("a layer must be a table, but {}; write [[layers]]", described(layer.get_ref()));
+        return Err(Misplaced { at: layer.span(), words });
     };
     let Some(kind) = table.remove("kind") else {
-        return Err(wrong(layer.span(), "the key \"layers.kind\" is missing"));
+        let words = format!("the key \"layers.kind\" is missing; available: {kinds}");
+        return Err(Misplaced { at: layer.span(), words });
     };
     let at = kind.span();
-    let DeValue::String(name) = kind.into_inner() else {
-        return Err(wrong(at, "layers.kind must be text, for example \"cuts\""));
-    };
-    Ok(single(Spanned::new(at, name), Spanned::new(layer.span(), DeValue::Table(table))))
+    match kind.into_inner() {
+        DeValue::String(name) => {
+            let values = Spanned::new(layer.span(), DeValue::Table(table));
+            Ok(table_with_one_entry(Spanned::new(at, name), values))
+        }
+        other => {
+            let words = format!("layers.kind must be text, but {}; available: {kinds}", described(&other));
+            Err(Misplaced { at, words })
+        }
+    }
 }
 
-/// Returns a table with one entry.
-fn single<'a>(key: Spanned<Cow<'a, str>>, value: Spanned<DeValue<'a>>) -> Spanned<DeValue<'a>> {
+/// Refuses a section that is neither known nor a kind of layer, if its name resembles a kind.
+fn check_sections(table: &DeTable<'_>, known: &[&'static str]) -> Result<(), Misplaced> {
+    let is_unknown = |name: &str| !known.contains(&name) && !SECTIONS.contains(&name);
+    let unknown = table.keys().filter(|key| is_unknown(key.get_ref()));
+    for key in unknown {
+        let all = known.iter().copied().chain(layer_names());
+        if let Some(kind) = nearest(key.get_ref(), all).filter(|name| !known.contains(name)) {
+            let words = format!("unknown key {}; did you mean a layer with kind = \"{kind}\"?", quoted(key.get_ref()));
+            return Err(Misplaced { at: key.span(), words });
+        }
+    }
+    Ok(())
+}
+
+fn table_with_one_entry<'a>(key: Spanned<Cow<'a, str>>, value: Spanned<DeValue<'a>>) -> Spanned<DeValue<'a>> {
     let span = value.span();
     let mut table = DeTable::new();
     table.insert(key, value);
@@ -313,9 +337,16 @@ mod tests {
     fn mistakes_name_the_layer_and_its_place() {
         let head = "name = \"x\"\ndescription = \"y\"\n[tone]\nkind = \"plain\"\n";
         for (layers, words) in [
-            ("[[layers]]\n", "x.toml:5:1: the key \"layers.kind\" is missing"),
+            ("[[layers]]\n", "x.toml:5:1: the key \"layers.kind\" is missing; available: tone_lines, height_lines, "),
             ("[[layers]]\nkind = \"cut\"\n", "x.toml:6:8: layers.kind cannot be \"cut\"; did you mean \"cuts\"?"),
-            ("[[layers]]\nkind = 3\n", "x.toml:6:8: layers.kind must be text"),
+            (
+                "[[layers]]\nkind = \"contours\"\n",
+                "x.toml:6:8: layers.kind cannot be \"contours\"; available: tone_lines, height_lines, ",
+            ),
+            (
+                "[[layers]]\nkind = 3\n",
+                "x.toml:6:8: layers.kind must be text, but 3 is a number; available: tone_lines",
+            ),
             (
                 "[[layers]]\nkind = \"cuts\"\nform = 3\n",
                 "x.toml:7:1: unknown key \"cuts.form\"; did you mean \"form_px\"?",
@@ -326,17 +357,29 @@ mod tests {
             ),
             (
                 "[[layers]]\nkind = \"height_lines\"\n[[layers]]\nkind = \"height_lines\"\nline_px = 99\n",
-                "x.toml:9:11: height_lines.line_px is 99, not between 0.1 and 8",
+                "x.toml:9:11: height_lines[1].line_px is 99, not between 0.1 and 8",
+            ),
+            (
+                "[[layers]]\nkind = \"cuts\"\nfamilies = [{}]\n[[layers]]\nkind = \"rims\"\n\
+                 [[layers]]\nkind = \"cuts\"\n[[layers.families]]\ntilt = 3\n",
+                "x.toml:13:1: unknown key \"cuts[1].families.tilt\"; did you mean \"tilt_deg\"?",
+            ),
+            (
+                "[[layers]]\nkind = \"cuts\"\nfamilies = [{}]\n[[layers]]\nkind = \"cuts\"\nfamilies = [{ tilt_deg = 99 }]\n",
+                "x.toml:10:26: cuts[1].families.tilt_deg is 99, not between 0 and 90",
             ),
             (
                 "[[layers]]\nkind = \"rims\"\n[[layers]]\nkind = \"rims\"\n",
-                "x.toml:7:1: rims: a style has at most one layer of this kind",
+                "x.toml:7:1: rims[1]: a style has at most one layer of this kind",
             ),
             ("[cuts]\nform_px = 1\n[[layers]]\nkind = \"rims\"\n", "x.toml:5:2: [cuts] cannot be used with [[layers]]"),
             (
                 "[cuts]\n[[cuts.layers]]\n[[cuts.families]]\n",
                 "x.toml:7:8: unknown key \"cuts.families\"; in a section [cuts] the list is called \"layers\"",
             ),
+            ("[stroke]\n", "x.toml:5:2: unknown key \"stroke\"; did you mean a layer with kind = \"strokes\"?"),
+            ("[papper]\n", "x.toml:5:2: unknown key \"papper\"; did you mean \"paper\"?"),
+            ("[layers]\nkind = \"cuts\"\n", "x.toml:5:1: layers must be a list, but it is a table; write [[layers]]"),
         ] {
             let error = Style::parse("x.toml", &format!("{head}{layers}")).unwrap_err().to_string();
             assert!(error.starts_with(words), "{error}\n{words}");
@@ -349,6 +392,10 @@ mod tests {
         let more = format!("{many}[[layers]]\nkind = \"tone_lines\"\n");
         let error = Style::parse("x.toml", &more).unwrap_err().to_string();
         assert!(error.contains("layers have 13 inks, but a style can have 12"), "{error}");
+        let error = Style::parse("x.toml", "").unwrap_err().to_string();
+        assert_eq!(error, "x.toml:1:1: the keys \"name\", \"description\", \"tone\" are missing");
+        let error = Style::parse("x.toml", &format!("{head}[lines]\n")).unwrap_err().to_string();
+        assert_eq!(error, "x.toml:5:1: lines: the keys \"detector\", \"ramp\" are missing");
         let error = Style::parse("x.toml", &format!("layers = 3\n{head}")).unwrap_err().to_string();
         assert!(error.starts_with("x.toml:1:10: layers must be a list, but 3 is a number"), "{error}");
     }

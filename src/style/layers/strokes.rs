@@ -80,7 +80,7 @@ parameters! {
         /// How strongly a rebuilt stroke is held at its previous position; 0 moves it at once.
         hold: f32 = 0.7 => Range::Within(0.0, 1.0);
         /// Largest total length of all strokes; the shortest are left out first.
-        budget_px in "px in all": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
+        budget_px in "px in total": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
         /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strokes fade in haze this many times farther away than tones.
