@@ -195,7 +195,7 @@ impl Style {
 
     /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.
     pub fn has_land_lines(&self) -> bool {
-        self.rows().is_some() || self.cuts().is_some()
+        self.rows().is_some() || self.lowest_cuts().is_some()
     }
 
     /// Returns the linear colour that tones fade to far from the focus, before it is multiplied by the paper.
@@ -292,15 +292,14 @@ impl Style {
     /// # Errors
     /// The key, and what is wrong.
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), (String, StyleError)> {
-        for index in 0..self.layers.len() {
-            let key = self.layers.key(index);
-            let layer = self.layers[index].behaviour_mut();
-            let files = layer.complete(source).map_err(|(within, error)| (format!("{key}.{within}"), error))?;
-            self.files.extend(files);
+        let keys: Vec<String> = (0..self.layers.len()).map(|index| self.layers.key(index)).collect();
+        for (layer, key) in self.layers.iter_mut().zip(keys) {
+            let files = layer.behaviour_mut().complete(source);
+            self.files.extend(files.map_err(|(within, error)| (format!("{key}.{within}"), error))?);
         }
         let folder = match source {
             RecipeSource::Folder(folder) => folder,
-            RecipeSource::Held(_) => Path::new(""),
+            RecipeSource::Embedded(_) => Path::new(""),
         };
         if let Some(relief) = &mut self.relief {
             relief.complete(folder).map_err(|error| ("relief.environment".to_owned(), error))?;

@@ -115,7 +115,7 @@ macro_rules! parameters {
                 ),+])
             }
 
-            fn left_out() -> Option<Self> {
+            fn default_value() -> Option<Self> {
                 Some(Self {
                     $($field: $crate::style::parameters::absent::<$type, _>([$($default)?])?,)+
                     $($($loaded: Default::default(),)+)?
@@ -256,7 +256,7 @@ fn without_indices(key: &str) -> String {
 /// Returns a mistake with its position in a style's text, which may have either form.
 pub(super) fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
     let Ok(document) = text.parse::<toml_edit::DocumentMut>() else { return wrong.in_text(name, text) };
-    let key = layers::written_key(document.as_item(), &wrong.key);
+    let key = layers::key_in_document(document.as_item(), &wrong.key);
     // A layer is called by its kind, with its number from the second of the kind on; a list in a section is called by
     // the name that the text has.
     let (layer, within) = wrong.key.split_at(wrong.key.find('.').unwrap_or(wrong.key.len()));

@@ -1,5 +1,5 @@
-//! The two forms of a style file: an ordered list `[[layers]]`, and the older one, with a section for each kind of
-//! layer.
+//! The two forms of a style file: an ordered list `[[layers]]`, and the form of version 0.1.0, with a section for each
+//! kind of layer.
 //!
 //! Sections are read as layers in the order of kinds; [`migrated`] rewrites them and keeps comments.
 
@@ -13,7 +13,7 @@ use super::{is_kind, keyed, layer_names, rank};
 use crate::file::message::{nearest, quoted};
 use crate::file::toml_text::{Misplaced, described};
 
-/// Sections of the older form that are layers, from the bottom to the top. A kind that is added later has no section.
+/// Sections of the older form that are layers, from the bottom to the top. Later kinds exist only as `[[layers]]`.
 const SECTIONS: [&str; 9] =
     ["tone_lines", "height_lines", "hatching", "cuts", "rows", "water", "rims", "lines", "strokes"];
 /// Lists whose names differ between the forms: the section, the name in the older form, and the present name.
@@ -129,10 +129,10 @@ fn rename(section: &mut DeTable<'_>, name: &str) -> Result<(), Misplaced> {
     Ok(())
 }
 
-/// Returns the key of a parameter as it is written in a document of either form: `cuts[1].form_px` may be
+/// Returns the key of a parameter in a document of either form: `cuts[1].form_px` may be
 /// `layers[4].form_px` in a list of layers, and `cuts.families[0].from` is `cuts.layers[0].from` in a document with
 /// sections. Keys of parameters outside of layers are unchanged.
-pub(crate) fn written_key(document: &Item, key: &str) -> String {
+pub(crate) fn key_in_document(document: &Item, key: &str) -> String {
     let (first, rest) = key.split_once('.').map_or((key, ""), |(first, rest)| (first, rest));
     let (name, number) = match first.strip_suffix(']').and_then(|first| first.split_once('[')) {
         Some((name, number)) => (name, number.parse().unwrap_or(0)),
@@ -141,14 +141,14 @@ pub(crate) fn written_key(document: &Item, key: &str) -> String {
     if !is_kind(name) {
         return key.to_owned();
     }
-    let rest = if rest.is_empty() { String::new() } else { format!(".{rest}") };
     if let Some(index) = layer_index(document, name, number) {
-        return format!("layers[{index}]{rest}");
+        return if rest.is_empty() { format!("layers[{index}]") } else { format!("layers[{index}].{rest}") };
     }
-    let renamed =
-        RENAMED.iter().find(|(section, _, new)| *section == name && rest[1.min(rest.len())..].starts_with(new));
+    // The list of a section, without the index of its entry.
+    let list = rest.split(['.', '[']).next().unwrap_or_default();
+    let renamed = RENAMED.iter().find(|(section, _, new)| *section == name && *new == list);
     match (document.get(name), renamed) {
-        (Some(_), Some((_, old, new))) => format!("{name}.{old}{}", &rest[1 + new.len()..]),
+        (Some(_), Some((_, old, new))) => format!("{name}.{old}{}", &rest[new.len()..]),
         _ => key.to_owned(),
     }
 }
@@ -158,12 +158,12 @@ pub(crate) fn written_key(document: &Item, key: &str) -> String {
 fn layer_index(document: &Item, name: &str, number: usize) -> Option<usize> {
     let layers = document.get("layers")?;
     let kinds = (0..).map_while(|index| layers.get(index));
-    let own = kinds.enumerate().filter(|(_, layer)| layer.get("kind").and_then(Item::as_str) == Some(name));
-    own.map(|(index, _)| index).nth(number)
+    let of_kind = kinds.enumerate().filter(|(_, layer)| layer.get("kind").and_then(Item::as_str) == Some(name));
+    of_kind.map(|(index, _)| index).nth(number)
 }
 
-/// Adds a layer of a kind to a document that lists layers and lacks the kind, in its place in the order of kinds. A list
-/// that is written in one line, `layers = [...]`, is not changed.
+/// Adds a layer of the kind that `key` begins with to a document that lists layers and lacks the kind. The layer is
+/// inserted according to the order of kinds. A list that is written in one line, `layers = [...]`, is not changed.
 pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str) {
     let kind = key.split(['.', '[']).next().unwrap_or_default();
     let Some(rank) = rank(kind) else { return };
@@ -173,10 +173,10 @@ pub(in crate::style) fn add_missing_layer(document: &mut DocumentMut, key: &str)
     let Some(layers) = document.get_mut("layers").and_then(Item::as_array_of_tables_mut) else { return };
     let is_above = |layer: &Table| layer.get("kind").and_then(Item::as_str).and_then(super::rank) > Some(rank);
     let mut tables: Vec<Table> = layers.iter().cloned().collect();
-    let place = tables.iter().position(is_above).unwrap_or(tables.len());
+    let index = tables.iter().position(is_above).unwrap_or(tables.len());
     let mut added = Table::new();
     added.insert("kind", value(kind));
-    tables.insert(place, added);
+    tables.insert(index, added);
     *layers = tables.into_iter().collect();
 }
 
@@ -189,7 +189,9 @@ pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
 }
 
 /// Returns the text of a style with its sections rewritten as `[[layers]]`. All values, comments and the order within
-/// sections are kept; a comment stays above what follows it. A text without such sections is returned unchanged.
+/// sections are kept, except that a renamed list moves to the end of its layer; a comment stays above what follows it. A
+/// text without such sections, or with `[[layers]]`, is returned unchanged. The text must be a valid style: a section
+/// that is not a table would be lost.
 ///
 /// # Errors
 /// The error of the parser, if the text is not valid TOML.
@@ -209,7 +211,7 @@ pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlEr
         if let Some(comment) = comment {
             table.decor_mut().set_prefix(format!("\n{}\n", comment.trim()));
         }
-        first = first.min(place(&table));
+        first = first.min(first_header(&table));
         for (_, old, new) in RENAMED.iter().filter(|(section, ..)| *section == name) {
             if let Some(list) = table.remove(old) {
                 table.insert(new, list);
@@ -218,62 +220,63 @@ pub(in crate::style) fn migrated(text: &str) -> Result<String, toml_edit::TomlEr
         // The header of a section may be implied by those of its lists; a layer needs a header of its own.
         table.set_implicit(false);
         table.set_dotted(false);
-        layers.push(with_kind(table, name));
+        layers.push(layer_of_kind(table, name));
     }
-    // The layers are written in place of the first of their sections.
+    // The layers are written where the first of their sections was.
     let mut order: Vec<(usize, String)> =
-        document.iter().filter_map(|(key, item)| Some((item_place(item)?, key.to_owned()))).collect();
+        document.iter().filter_map(|(key, item)| Some((first_header_of(item)?, key.to_owned()))).collect();
     order.push((first, "layers".to_owned()));
     order.sort();
     document.insert("layers", Item::ArrayOfTables(layers));
     let mut next = 0;
     for (_, key) in order {
         if let Some(item) = document.get_mut(&key) {
-            number(item, &mut next);
+            renumber(item, &mut next);
         }
     }
     let migrated = document.to_string();
     Ok(if text.contains("\r\n") { migrated.replace("\r\n", "\n").replace('\n', "\r\n") } else { migrated })
 }
 
-/// Returns a table whose first key is the kind.
-fn with_kind(table: Table, name: &str) -> Table {
-    let mut with_kind = Table::new();
-    *with_kind.decor_mut() = table.decor().clone();
-    with_kind.insert("kind", value(name));
+/// Returns the table of a section as that of a layer, whose first key is `kind`.
+fn layer_of_kind(table: Table, name: &str) -> Table {
+    let mut layer = Table::new();
+    *layer.decor_mut() = table.decor().clone();
+    layer.insert("kind", value(name));
     for key in table.iter().map(|(key, _)| key.to_owned()).collect::<Vec<_>>() {
         if let Some((key, item)) = table.get_key_value(&key) {
-            with_kind.insert_formatted(key, item.clone());
+            layer.insert_formatted(key, item.clone());
         }
     }
-    with_kind
+    layer
 }
 
-/// Returns the position in the document of the first header among those of a table and of the tables in it.
-fn place(table: &Table) -> usize {
-    let below = table.iter().filter_map(|(_, item)| item_place(item)).min().unwrap_or(usize::MAX);
+/// Returns the number, in the order of the document, of the first header among those of a table and of the tables in it.
+fn first_header(table: &Table) -> usize {
+    let below = table.iter().filter_map(|(_, item)| first_header_of(item)).min().unwrap_or(usize::MAX);
     table.position().map_or(usize::MAX, |at| at.max(0) as usize).min(below)
 }
 
-fn item_place(item: &Item) -> Option<usize> {
+/// Returns the same for an item; `None` if it has no headers.
+fn first_header_of(item: &Item) -> Option<usize> {
     match item {
-        Item::Table(table) => Some(place(table)),
-        Item::ArrayOfTables(tables) => tables.iter().map(place).min(),
+        Item::Table(table) => Some(first_header(table)),
+        Item::ArrayOfTables(tables) => tables.iter().map(first_header).min(),
         _ => None,
     }
 }
 
-/// Numbers the headers of an item in the order in which they are to be written.
-fn number(item: &mut Item, next: &mut isize) {
+/// Numbers the headers of an item from `next` on, in the order in which they are to be written.
+fn renumber(item: &mut Item, next: &mut isize) {
     let mut of_table = |table: &mut Table| {
         table.set_position(Some(*next));
         *next += 1;
         let mut below: Vec<(usize, String)> =
-            table.iter().filter_map(|(key, item)| Some((item_place(item)?, key.to_owned()))).collect();
+            table.iter().filter_map(|(key, item)| Some((first_header_of(item)?, key.to_owned()))).collect();
         below.sort();
         for (_, key) in below {
             if let Some(item) = table.get_mut(&key) {
-                number(item, next);
+                renumber(item, next);
             }
         }
     };
@@ -326,8 +329,8 @@ mod tests {
         let new = migrated(OLD).unwrap();
         for (text, written) in [(OLD, "cuts.layers[1].from"), (new.as_str(), "layers[0].families[1].from")] {
             let document: DocumentMut = text.parse().unwrap();
-            assert_eq!(written_key(document.as_item(), "cuts.families[1].from"), written);
-            assert_eq!(written_key(document.as_item(), "paper.grain"), "paper.grain");
+            assert_eq!(key_in_document(document.as_item(), "cuts.families[1].from"), written);
+            assert_eq!(key_in_document(document.as_item(), "paper.grain"), "paper.grain");
         }
         let document: DocumentMut = new.parse().unwrap();
         assert_eq!(keys_of_layers(document.as_item()), ["cuts", "strokes"]);
@@ -391,7 +394,7 @@ mod tests {
         Style::parse("x.toml", &many).unwrap();
         let more = format!("{many}[[layers]]\nkind = \"tone_lines\"\n");
         let error = Style::parse("x.toml", &more).unwrap_err().to_string();
-        assert!(error.contains("layers have 13 inks, but a style can have 12"), "{error}");
+        assert!(error.contains("layers have 13 inks; at most 12 are allowed"), "{error}");
         let error = Style::parse("x.toml", "").unwrap_err().to_string();
         assert_eq!(error, "x.toml:1:1: the keys \"name\", \"description\", \"tone\" are missing");
         let error = Style::parse("x.toml", &format!("{head}[lines]\n")).unwrap_err().to_string();

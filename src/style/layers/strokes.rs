@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, RecipeSource, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, RecipeSource, Trace};
 use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError, texture};
 
@@ -98,16 +98,16 @@ impl LayerBehaviour for Strokes {
             label: "Strokes".to_owned(),
             color: Some(self.ink),
             channels: Channels::One(0),
-            fading: Fading::Done,
+            fading: Fading::AlreadyFaded,
             makes_tone: false,
             is_main: true,
             trace: Trace::Strokes,
         }]
     }
 
-    fn reach_px(&self) -> Reach {
+    fn margins(&self) -> Margins {
         // Strokes that are scaled for a print taper over more pixels.
-        Reach { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Reach::default() }
+        Margins { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {
@@ -128,7 +128,7 @@ impl LayerBehaviour for Strokes {
         self.texture = source.texture(self.texture_name.as_deref()).map_err(|error| ("texture".to_owned(), error))?;
         let file = match source {
             RecipeSource::Folder(folder) => self.file(folder),
-            RecipeSource::Held(_) => None,
+            RecipeSource::Embedded(_) => None,
         };
         Ok(file.into_iter().collect())
     }
