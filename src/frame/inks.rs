@@ -13,7 +13,7 @@ use crate::style::layers::{Channels, Fading};
 use crate::style::{Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
-pub(super) struct AtEye<'a> {
+pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
     pub(super) surface_id: &'a Target,
     pub(super) position: &'a Target,
@@ -31,7 +31,7 @@ pub(super) fn draw(
     inputs: &FrameInputs<'_>,
     layer: &Layer,
     number: usize,
-    at_eye: &AtEye<'_>,
+    at_eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Option<Target> {
     let pass = layer.behaviour().pass(inputs.rig.origin_m)?;

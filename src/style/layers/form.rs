@@ -331,6 +331,9 @@ mod tests {
             let document: DocumentMut = text.parse().unwrap();
             assert_eq!(key_in_document(document.as_item(), "cuts.families[1].from"), written);
             assert_eq!(key_in_document(document.as_item(), "paper.grain"), "paper.grain");
+            // Another key that begins with the name of a list is no list.
+            let other = key_in_document(document.as_item(), "cuts.families_px");
+            assert!(["cuts.families_px", "layers[0].families_px"].contains(&other.as_str()), "{other}");
         }
         let document: DocumentMut = new.parse().unwrap();
         assert_eq!(keys_of_layers(document.as_item()), ["cuts", "strokes"]);
