@@ -106,7 +106,8 @@ struct Composite {
 @group(0) @binding(18) var ink_11: texture_2d<f32>;
 #endif
 
-// Returns the fraction of the contrast that haze leaves at a distance, for ink or tones that reach `reach` times as far.
+// Returns the fraction of the contrast that haze leaves at a distance; `reach` is how many times farther than tones the
+// ink reaches.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
     let t = distance_m / (composite.haze_m * reach);
     return exp(-t * t);

@@ -1,5 +1,5 @@
-//! `hachure styles`: lists the presets, prints the text (a starting point for new styles) and the parameters of a style,
-//! checks style files, and migrates older ones.
+//! `hachure styles`: lists the presets, prints the text (a starting point for new styles) and the parameters of a
+//! style, checks style files, and migrates older ones.
 
 mod all;
 

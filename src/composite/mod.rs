@@ -19,7 +19,7 @@ use crate::style::{Color, Style};
 
 /// The picture: linear colour, opaque.
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
-/// A placeholder of one pixel for pictures that a style lacks. Its pixel is 0, and so is what a read outside of it gives.
+/// A placeholder for pictures that a style lacks: one pixel that is 0, as is the value read outside of it.
 pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
 
 /// The shader's variables for the pictures of inks, from the bottom to the top.
@@ -48,8 +48,8 @@ pub(crate) struct Inputs<'a> {
     pub sky: Option<&'a Target>,
     /// The inks that are drawn over the tones, from the bottom to the top; at most [`MAX_INKS`].
     pub inks: &'a [DrawnInk],
-    /// Whether the picture is a sample of the temporal mean ([`temporal_aa`]), drawn with a jittered lens. Then it has no
-    /// grain and no border, and its fourth channel is the ink of detected lines.
+    /// Whether the picture is a sample of the temporal mean ([`temporal_aa`]), drawn with a jittered lens. Then it has
+    /// no grain and no border, and its fourth channel is the ink of detected lines.
     pub is_sample: bool,
     pub picture: &'a Target,
 }

@@ -61,10 +61,10 @@ pub(super) struct Pictures<'a> {
     pub(super) nothing: &'a Target,
 }
 
-/// Returns the inks of a frame from the bottom to the top, without that of the sky. `drawn_lines` are the settings of the
-/// detected lines in `pictures`. The number of inks depends only on the style and the world, and so does the variant of
-/// the composite: a layer that draws nothing in this frame, such as rims where the land in view has no holes, has an
-/// empty picture.
+/// Returns the inks of a frame from the bottom to the top, without that of the sky. `drawn_lines` are the settings of
+/// the detected lines in `pictures`. The number of inks depends only on the style and the world, and so does the
+/// variant of the composite: a layer that draws nothing in this frame, such as rims where the land in view has no
+/// holes, has an empty picture.
 pub(super) fn drawn(style: &Style, drawn_lines: Option<&Lines>, pictures: &Pictures<'_>) -> Vec<DrawnInk> {
     // The detected lines are those of trees if the style has none itself.
     let tree_lines = drawn_lines.zip(pictures.line).filter(|_| style.lines().is_none()).map(|(lines, picture)| {

@@ -1,8 +1,8 @@
 //! Pipelines as the driver compiled them, stored between runs where the driver supports it.
 //!
 //! A file holds the data of one [`wgpu::PipelineCache`]; its name has the vendor and the device, and it begins with a
-//! checksum. [`read`] ignores a damaged file, and wgpu ignores the data of another version of the driver; either is then
-//! replaced.
+//! checksum. [`read`] ignores a damaged file, and wgpu ignores the data of another version of the driver; either is
+//! then replaced.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -39,8 +39,9 @@ impl StoredPipelines {
         let data = read(&path);
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: Some("stored pipelines"), data: data.as_deref(), fallback: true };
-        // SAFETY: the data was returned by `get_data`, and a checksum protects it from damage. wgpu compares its header,
-        // which names the device and the version of its driver, and with `fallback` ignores data of another one.
+        // SAFETY: the data was returned by `get_data`, and a checksum protects it from damage. wgpu compares its
+        // header, which names the device and the version of its driver, and with `fallback` ignores data of another
+        // one.
         #[expect(unsafe_code, reason = "wgpu cannot check the data of a driver")]
         let cache = unsafe { device.create_pipeline_cache(&descriptor) };
         let checksum_of_file = AtomicU64::new(data.as_deref().map_or(0, checksum));

@@ -1,7 +1,7 @@
 //! The inks of a picture as vector lines. Strokes are not among them; [`super::strokes`] reads them back.
 //!
-//! The marks of rows of hachures are read back as they were placed: a mark is given by its samples, and its visibility is
-//! tested against the surface between them, as in `shaders/surface/rows/ribbons.wgsl`. All other inks exist only as
+//! The marks of rows of hachures are read back as they were placed: a mark is given by its samples, and its visibility
+//! is tested against the surface between them, as in `shaders/surface/rows/ribbons.wgsl`. All other inks exist only as
 //! pictures and are traced ([`crate::vector::trace`]). Each set of hatching marks is traced separately, so that its
 //! lines do not end at those of another set.
 
@@ -50,8 +50,8 @@ impl Surface {
         is_inside.then(|| y as usize * width + x as usize)
     }
 
-    /// Returns the fraction of ink that haze and focus leave at a position, as in `shaders/composite/composite.wgsl`. It
-    /// is 1 for detected lines, which are left out of vector files, and for ink that has already faded.
+    /// Returns the fraction of ink that haze and focus leave at a position, as in `shaders/composite/composite.wgsl`.
+    /// It is 1 for detected lines, which are left out of vector files, and for ink that has already faded.
     fn ink_left(&self, px: [f32; 2], fading: Fading) -> f32 {
         let Fading::OnSurface { faintest, reach, follows_tone } = fading else { return 1.0 };
         let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };

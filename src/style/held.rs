@@ -37,8 +37,8 @@ impl Style {
         StyleFiles { marks: marks.collect(), textures: textures.collect() }
     }
 
-    /// Parses a style like [`Style::parse`], but takes recipes from `recipes` instead of files. Only images of marks and
-    /// environment maps are read from files.
+    /// Parses a style like [`Style::parse`], but takes recipes from `recipes` instead of files. Only images of marks
+    /// and environment maps are read from files.
     ///
     /// # Errors
     /// As [`Style::parse`]; a recipe that is neither in `recipes` nor built in is unknown.

@@ -8,8 +8,8 @@
 //! draw.
 //!
 //! To add a kind, write `layers/KIND.rs` with its parameters and its [`LayerBehaviour`], write its shader
-//! `shaders/layers/KIND.wgsl`, register it in this file (a `mod` line, and a line in `layer_kinds!`, at its place in the
-//! order), name it in `finish` of `frame/passes.rs`, and add a row to the table in `docs/styles.md`.
+//! `shaders/layers/KIND.wgsl`, register it in this file (a `mod` line, and a line in `layer_kinds!`, at its place in
+//! the order), name it in `finish` of `frame/passes.rs`, and add a row to the table in `docs/styles.md`.
 //!
 //! Why: `docs/decisions/ink-layers.md`.
 

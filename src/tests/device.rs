@@ -1,5 +1,5 @@
-//! Tests that pipelines and cached values belong to the device, which makes each of them once, whichever renderer draws,
-//! and that an edit of a style makes and restarts only what depends on it.
+//! Tests that pipelines and cached values belong to the device, which makes each of them once, whichever renderer
+//! draws, and that an edit of a style makes and restarts only what depends on it.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::collections::BTreeSet;

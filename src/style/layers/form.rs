@@ -189,8 +189,8 @@ pub(in crate::style) fn keys_of_layers(document: &Item) -> Vec<String> {
 }
 
 /// Returns the text of a style with its sections rewritten as `[[layers]]`. All values, comments and the order within
-/// sections are kept, except that a renamed list moves to the end of its layer; a comment stays above what follows it. A
-/// text without such sections, or with `[[layers]]`, is returned unchanged. The text must be a valid style: a section
+/// sections are kept, except that a renamed list moves to the end of its layer; a comment stays above what follows it.
+/// A text without such sections, or with `[[layers]]`, is returned unchanged. The text must be a valid style: a section
 /// that is not a table would be lost.
 ///
 /// # Errors
@@ -251,7 +251,7 @@ fn layer_of_kind(table: Table, name: &str) -> Table {
     layer
 }
 
-/// Returns the number, in the order of the document, of the first header among those of a table and of the tables in it.
+/// Returns the position, among all headers of the document, of the first header of a table and of the tables in it.
 fn first_header(table: &Table) -> usize {
     let below = table.iter().filter_map(|(_, item)| first_header_of(item)).min().unwrap_or(usize::MAX);
     table.position().map_or(usize::MAX, |at| at.max(0) as usize).min(below)

@@ -24,7 +24,8 @@ parameters! {
         softness: f32 = 0.0 => Range::Within(0.0, 0.5);
         /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.
         form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
-        /// On gentler slopes the direction of marks follows land that is smoothed up to four times more; 0 turns this off.
+        /// On gentler slopes the direction of marks follows land that is smoothed up to four times more; 0 turns this
+        /// off.
         calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
         /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
@@ -87,8 +88,8 @@ choices! {
 /// Side of a cell in which ink is averaged, in pixels, for marks of a `size` of 1. The cells are then averaged with a
 /// Gaussian whose standard deviation is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
-/// Largest distance at which a cell influences a pixel, in cells: the Gaussian's reach, the cell itself, and the distance
-/// between two cells.
+/// Largest distance at which a cell influences a pixel, in cells: the Gaussian's reach, the cell itself, and the
+/// distance between two cells.
 const REACH_CELLS: u32 = 6;
 
 impl Hatching {

@@ -38,8 +38,8 @@ parameters! {
 }
 
 /// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres, before it is rounded. At
-/// large scales, lines on a slope of 45° are about three pixels apart or more. Small scales have gentler slopes and use the intervals of
-/// topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
+/// large scales, lines on a slope of 45° are about three pixels apart or more. Small scales have gentler slopes and use
+/// the intervals of topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
 fn least_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }

@@ -152,7 +152,8 @@ pub(crate) trait LayerBehaviour {
         None
     }
 
-    /// Returns the name of what a vector file cannot show of the layer, apart from inks that are [left out](Trace::LeftOut).
+    /// Returns the name of what a vector file cannot show of the layer, apart from inks that are [left
+    /// out](Trace::LeftOut).
     fn missing_in_vectors(&self) -> Option<&'static str> {
         None
     }
