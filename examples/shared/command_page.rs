@@ -65,9 +65,11 @@ fn title(built: &Command) -> &str {
     built.get_bin_name().unwrap_or(built.get_name())
 }
 
+/// Returns the description of a command, without the last full stop.
 fn about(command: &Command) -> String {
     let about = command.get_long_about().or(command.get_about()).map(ToString::to_string).unwrap_or_default();
-    prose(about.trim_end_matches('.'))
+    let paragraphs = about.split("\n\n").map(|paragraph| paragraph.trim().trim_end_matches('.'));
+    prose(&paragraphs.collect::<Vec<_>>().join(". "))
 }
 
 fn usage(text: &mut String, built: &Command) {

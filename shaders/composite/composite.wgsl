@@ -1,4 +1,4 @@
-// Combines paper, tones, haze, focus and lines into a picture.
+// Combines paper, sky, tones, haze, focus and inks into the picture.
 #import hachure::focus::{Focus, in_focus, half_of_focus, focus_width}
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
 #import hachure::paper::{bordered, paper_grain}
@@ -9,37 +9,38 @@ struct Ink {
     color: vec3<f32>,
     // Fraction of the ink that remains in full haze.
     faintest: f32,
-    // 1 for the channel of the picture that holds the ink, 0 for the others.
-    channel: vec4<f32>,
+    // Channel mask: 1 for the channel of the picture that holds the ink, 0 for the others.
+    channel_mask: vec4<f32>,
     // How many times farther than tones the ink reaches into the haze.
     reach: f32,
-    // DONE, ON_SURFACE, WITH_TONE or ON_NEAREST.
+    // ALREADY_FADED, ON_SURFACE, ON_SURFACE_WITH_TONE or ON_NEAREST.
     fading: u32,
     // 1: the first three channels are families of lines that cross each other.
     is_crossed: u32,
 }
 
-// The ink has faded already.
-const DONE: u32 = 0u;
+// The layer's own passes have already faded the ink.
+const ALREADY_FADED: u32 = 0u;
 // The ink fades with the surface below it.
 const ON_SURFACE: u32 = 1u;
-// So does ink whose amount follows the tone, which has already lost its share of the focus.
-const WITH_TONE: u32 = 2u;
-// Detected lines fade as the nearest surface around them.
+// The ink fades with the surface below it, but away from the focus only by the square root of the focus, because its
+// amount follows the tone, which has faded already.
+const ON_SURFACE_WITH_TONE: u32 = 2u;
+// The ink fades with the nearest surface around it (detected lines, which cover both sides of an edge).
 const ON_NEAREST: u32 = 3u;
 
 struct Composite {
     paper: vec3<f32>,
-    // Distance at which haze has taken 63 %.
+    // Distance at which haze has taken 63 % of the contrast.
     haze_m: f32,
     sky_zenith: vec3<f32>,
     // Strength of the paper's grain.
     grain: f32,
     sky_horizon: vec3<f32>,
-    // Part of a tone that is left in full haze, 0 to 1.
+    // Fraction of a tone that remains in full haze, 0 to 1.
     faintest_tone: f32,
     haze: vec3<f32>,
-    // 1: the picture is one sample of a mean, and its fourth channel is the ink of detected lines.
+    // 1: the picture is one sample of the temporal mean, and its fourth channel is the ink of detected lines.
     is_sample: u32,
     // Linear colour of ruled lines and outlines in the sky.
     sky_ink: vec3<f32>,
@@ -49,7 +50,7 @@ struct Composite {
     // Height of the bare paper below the picture.
     foot_px: f32,
     border_px: vec2<f32>,
-    // Cosine and sine of the horizon's depression below level.
+    // Cosine and sine of the dip of the horizon, its angle below horizontal.
     horizon: vec2<f32>,
     // Linear colour that tones far from the focus approach.
     unfocused: vec3<f32>,
@@ -67,7 +68,7 @@ struct Composite {
 #endif
 // Linear colour; alpha is 1, or in a sample the ink of detected lines.
 @group(0) @binding(6) var picture: texture_storage_2d<rgba16float, write>;
-// The pictures that hold the inks, from the bottom to the top. A style has as many as it has inks.
+// The pictures that hold the inks, from the bottom to the top; as many are bound as the frame has inks.
 #ifdef INK_0
 @group(0) @binding(7) var ink_0: texture_2d<f32>;
 #endif
@@ -105,15 +106,16 @@ struct Composite {
 @group(0) @binding(18) var ink_11: texture_2d<f32>;
 #endif
 
-// Returns the part of the contrast that haze leaves at a distance.
+// Returns the fraction of the contrast that haze leaves at a distance; `reach` is how many times farther than tones the
+// ink reaches.
 fn clearness(distance_m: f32, reach: f32) -> f32 {
     let t = distance_m / (composite.haze_m * reach);
     return exp(-t * t);
 }
 
-// Returns the nearest surface point around a pixel, to which a line there belongs (a silhouette belongs to the
-// occluding surface), and its distance.
-fn nearest_m(pixel: vec2<i32>) -> vec4<f32> {
+// Returns the nearest surface point among a pixel and its eight neighbours, and its distance in the fourth component. A
+// line at the pixel belongs to that surface: a silhouette belongs to the occluding one.
+fn nearest_surface(pixel: vec2<i32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
     var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);
     for (var y = -1; y <= 1; y++) {
@@ -136,39 +138,41 @@ struct Place {
     is_sky: bool,
     // Distance from the eye.
     distance_m: f32,
-    // Part of the contrast that haze leaves of tones.
+    // Fraction of the contrast of tones that haze leaves.
     clear: f32,
-    // Part of the contrast that the focus leaves.
-    seen: f32,
+    // Fraction of the contrast that the focus leaves.
+    focused: f32,
 }
 
 // Returns what is left of the ink of a detected line. A line covers both sides of its edge; in the distance the farther
-// side fades, so that lines are thin. Away from the focus lines lose their pale sides.
+// side fades, so that lines are thin. Away from the focus the palest ink, that at the sides of a line, is cut off, so
+// that lines are thinner there.
 fn line_left(ink: Ink, drawn: f32, place: Place) -> f32 {
     if drawn <= 0.0 {
         return 0.0;
     }
-    let nearest = nearest_m(place.pixel);
+    let nearest = nearest_surface(place.pixel);
     let clear = clearness(nearest.w, ink.reach);
-    let seen = in_focus(focus, view, nearest.xyz, place.sheet_px);
+    let focused = in_focus(focus, view, nearest.xyz, place.sheet_px);
     let is_behind = place.is_sky || place.distance_m > 1.01 * nearest.w;
     let side = select(1.0, clear, is_behind);
-    let lost = 1.0 - focus_width(seen);
+    let lost = 1.0 - focus_width(focused);
     let kept = max(drawn - lost, 0.0) / (1.0 - lost);
-    return kept * side * mix(ink.faintest, 1.0, clear) * half_of_focus(seen);
+    return kept * side * mix(ink.faintest, 1.0, clear) * half_of_focus(focused);
 }
 
-// Returns a colour under an ink; `texel` is that of the ink's picture.
+// Returns a colour with ink `i` drawn over it; `texel` is that of the ink's picture.
 fn inked(color: vec3<f32>, i: u32, texel: vec4<f32>, place: Place) -> vec3<f32> {
     let ink = composite.inks[i];
     let bare = 1.0 - texel.rgb;
-    var amount = select(dot(texel, ink.channel), 1.0 - bare.r * bare.g * bare.b, ink.is_crossed == 1u);
+    var amount = select(dot(texel, ink.channel_mask), 1.0 - bare.r * bare.g * bare.b, ink.is_crossed == 1u);
     if ink.fading == ON_NEAREST {
         amount = line_left(ink, amount, place);
-    } else if ink.fading != DONE && !place.is_sky {
+    } else if ink.fading != ALREADY_FADED && !place.is_sky {
+        // Most inks reach as far as tones, whose clearness is known.
         let clear = select(clearness(place.distance_m, ink.reach), place.clear, ink.reach == 1.0);
-        let seen = select(place.seen, half_of_focus(place.seen), ink.fading == WITH_TONE);
-        amount *= mix(ink.faintest, 1.0, clear) * seen;
+        let focused = select(place.focused, half_of_focus(place.focused), ink.fading == ON_SURFACE_WITH_TONE);
+        amount *= mix(ink.faintest, 1.0, clear) * focused;
     }
     return mix(color, ink.color, amount);
 }
@@ -194,9 +198,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     } else {
         place.distance_m = distance_from_eye(view, at.xyz);
         place.clear = clearness(place.distance_m, 1.0);
-        place.seen = in_focus(focus, view, at.xyz, place.sheet_px);
+        place.focused = in_focus(focus, view, at.xyz, place.sheet_px);
         color = mix(composite.haze, shaded.rgb, mix(composite.faintest_tone, 1.0, place.clear));
-        color = select(mix(composite.unfocused, color, place.seen), color, place.seen == 1.0);
+        color = select(mix(composite.unfocused, color, place.focused), color, place.focused == 1.0);
     }
     color *= composite.paper;
     if composite.grain > 0.0 {
@@ -247,7 +251,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let bare = composite.paper * (1.0 + composite.grain * paper_grain(sheet));
         color = bordered(color, bare, composite.border, composite.border_px, composite.foot_px, sheet + 0.5, view.picture_px);
     }
-    // In a sample the ink of detected lines before haze, because distant lines are lines as well.
+    // The alpha of a sample is the ink of detected lines before haze, because distant lines are lines as well. They are
+    // the only inks that fade ON_NEAREST, and are always in the first channel.
     var alpha = 1.0;
     if composite.is_sample == 1u {
         alpha = 0.0;

@@ -13,7 +13,7 @@ pub struct Cli {
     pub command: Option<Command>,
     #[command(flatten)]
     pub fly: fly::FlyArgs,
-    /// GPU to use: best, software, or part of a GPU's name
+    /// GPU for drawing: best, software, or part of a GPU's name
     #[arg(long, global = true, default_value = "best")]
     pub adapter: AdapterWish,
     /// Print more; -vv prints everything

@@ -1,5 +1,5 @@
-//! `hachure styles`: lists the presets, prints their text (a starting point for new styles) and parameters, and checks
-//! style files.
+//! `hachure styles`: lists the presets, prints the text (a starting point for new styles) and the parameters of a
+//! style, checks style files, and migrates older ones.
 
 mod all;
 
@@ -30,7 +30,7 @@ pub struct StylesArgs {
 enum Action {
     /// List the presets, with a line about each (the default)
     List,
-    /// Print the text of a style, or every parameter of it
+    /// Print a style as TOML with its layers as [[layers]], or every parameter of it
     Show {
         /// Preset or style file
         name: String,
@@ -45,8 +45,9 @@ enum Action {
     },
     /// Print a style file with its ink layers as [[layers]]; comments are kept, and the file itself is not changed
     ///
-    /// Style files used to have a section for each kind of layer ([strokes], [cuts]). Such files are still read. As
-    /// [[layers]] they can be reordered and repeated.
+    /// Older style files have a section for each kind of layer ([strokes], [cuts]). They are still read, but only
+    /// [[layers]] can be reordered and, for some kinds, repeated. [[hatching.layers]] become [[layers.sets]], and
+    /// [[cuts.layers]] become [[layers.families]]. A file that `hachure styles check` refuses is not migrated.
     Migrate {
         /// Style file
         file: PathBuf,
@@ -129,7 +130,7 @@ fn migrate(file: &Path, output: Option<&Path>, json: bool) -> anyhow::Result<()>
         };
     };
     if output.symlink_metadata().is_ok() {
-        bail!("{}: the file exists; choose another name, since it would be overwritten", named(output));
+        bail!("{}: the file exists; choose another name", named(output));
     }
     atomic::write(output, migrated.as_bytes()).with_context(|| format!("cannot write {}", named(output)))?;
     let changed = if migrated == text { "nothing had to change" } else { "written" };

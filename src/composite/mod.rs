@@ -1,4 +1,4 @@
-//! Tones, lines, paper and haze → the picture. See `shaders/composite/composite.wgsl`.
+//! Combines paper, sky, tones, haze, focus and inks into the picture. See `shaders/composite/composite.wgsl`.
 
 pub(crate) mod present;
 pub(crate) mod sky;
@@ -9,26 +9,29 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::composite::composite::{
-    Composite as CompositeUniform, DONE, Ink as InkUniform, ON_NEAREST, ON_SURFACE, WITH_TONE,
+    ALREADY_FADED, Composite as CompositeUniform, Ink as InkUniform, ON_NEAREST, ON_SURFACE, ON_SURFACE_WITH_TONE,
 };
 use crate::scene::Light;
 use crate::scene::focus::FocusUniform;
 use crate::style::color::linear_from_srgb;
-use crate::style::layers::{Channels, Fading, MOST_INKS};
+use crate::style::layers::{Channels, Fading, MAX_INKS};
 use crate::style::{Color, Style};
 
 /// The picture: linear colour, opaque.
 pub const PICTURE: TargetKind = TargetKind::storage("picture", wgpu::TextureFormat::Rgba16Float);
-/// A target of one pixel, for pictures that a style lacks: reading outside of it gives 0.
+/// A placeholder for pictures that a style lacks: one pixel that is 0, as is the value read outside of it.
 pub(crate) const NOTHING: TargetKind = TargetKind::storage("no line", wgpu::TextureFormat::R32Float);
 
 /// The shader's variables for the pictures of inks, from the bottom to the top.
-const NAMES: [&str; MOST_INKS] =
+const NAMES: [&str; MAX_INKS] =
     ["ink_0", "ink_1", "ink_2", "ink_3", "ink_4", "ink_5", "ink_6", "ink_7", "ink_8", "ink_9", "ink_10", "ink_11"];
-/// The shader's definitions: a drawn sky, and as many of the others as there are inks.
-const DEFINITIONS: [&str; MOST_INKS + 1] = [
+/// The shader's definitions: `SKY` for a drawn sky, then one for each ink.
+const DEFINITIONS: [&str; MAX_INKS + 1] = [
     "SKY", "INK_0", "INK_1", "INK_2", "INK_3", "INK_4", "INK_5", "INK_6", "INK_7", "INK_8", "INK_9", "INK_10", "INK_11",
 ];
+
+// The shader's array of inks has as many entries.
+const _: fn(CompositeUniform) -> [InkUniform; MAX_INKS] = |uniform| uniform.inks;
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {
@@ -39,14 +42,14 @@ pub(crate) struct Inputs<'a> {
     pub light: &'a Light,
     /// Position of the surface, for haze and focus.
     pub position: &'a Target,
-    /// Colour and tone.
+    /// Colour of the tones, and requested tone.
     pub tone: &'a Target,
     /// [`sky::SKY`], of a style whose sky is more than a gradient.
     pub sky: Option<&'a Target>,
-    /// The inks that are drawn over the tones, from the bottom to the top; at most [`MOST_INKS`].
+    /// The inks that are drawn over the tones, from the bottom to the top; at most [`MAX_INKS`].
     pub inks: &'a [DrawnInk],
-    /// Whether the picture is a sample of a mean ([`temporal_aa`]): then it has no grain, and its fourth channel is the
-    /// ink of detected lines.
+    /// Whether the picture is a sample of the temporal mean ([`temporal_aa`]), drawn with a jittered lens. Then it has
+    /// no grain and no border, and its fourth channel is the ink of detected lines.
     pub is_sample: bool,
     pub picture: &'a Target,
 }
@@ -64,20 +67,20 @@ pub(crate) struct DrawnInk {
 impl DrawnInk {
     fn uniform(&self) -> InkUniform {
         let (fading, faintest, reach) = match self.fading {
-            Fading::Done => (DONE, 1.0, 1.0),
+            Fading::AlreadyFaded => (ALREADY_FADED, 1.0, 1.0),
             Fading::OnNearest { faintest, reach } => (ON_NEAREST, faintest, reach),
             Fading::OnSurface { faintest, reach, follows_tone } => {
-                (if follows_tone { WITH_TONE } else { ON_SURFACE }, faintest, reach)
+                (if follows_tone { ON_SURFACE_WITH_TONE } else { ON_SURFACE }, faintest, reach)
             }
         };
-        let channel = match self.channels {
-            Channels::One(own) => std::array::from_fn(|channel| if channel == own { 1.0 } else { 0.0 }),
+        let channel_mask = match self.channels {
+            Channels::One(index) => std::array::from_fn(|channel| if channel == index { 1.0 } else { 0.0 }),
             Channels::Crossed(_) => [0.0; 4],
         };
         InkUniform {
             color: self.color.linear(),
             faintest,
-            channel,
+            channel_mask,
             reach,
             fading,
             is_crossed: u32::from(matches!(self.channels, Channels::Crossed(_))),
@@ -86,10 +89,11 @@ impl DrawnInk {
     }
 }
 
-/// Composites the layers into the picture.
+/// Draws the picture.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let &Inputs { style, light, .. } = inputs;
-    let inks = &inputs.inks[..inputs.inks.len().min(MOST_INKS)];
+    debug_assert!(inputs.inks.len() <= MAX_INKS, "a style with more inks is refused");
+    let inks = &inputs.inks[..inputs.inks.len().min(MAX_INKS)];
     let mut uniform = CompositeUniform {
         paper: style.paper.color.linear(),
         haze_m: light.haze_m as f32,
@@ -121,6 +125,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     ];
     resources.extend(NAMES.iter().zip(inks).map(|(name, ink)| (*name, (&ink.picture).into())));
     resources.extend(inputs.sky.map(|sky| ("sky", sky.into())));
+    // `SKY` is at index 0, and the definition of ink `i` is at `i + 1`.
     let first = usize::from(inputs.sky.is_none());
     let definitions = &DEFINITIONS[first..=inks.len()];
     recorder.pixels(Compute { name: "composite/composite", definitions }, inputs.picture.size_px(), &resources);

@@ -15,6 +15,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use self::mistake::Mistake;
+pub(crate) use self::mistake::described;
 use super::message::{named, printable};
 
 /// The reason why a text is not TOML, or not of the expected form. One line.
@@ -37,15 +38,16 @@ pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError>
     T::deserialize(values::Root(&table)).map_err(|mistake| toml_error(name, text, &mistake))
 }
 
-/// A mistake in a text that a rewriting of its table finds.
+/// A mistake that is found while the table of a text is rewritten.
 pub struct Misplaced {
-    /// Byte range of the value.
+    /// Byte range of the key or value.
     pub at: Range<usize>,
+    /// The message, without the file's name and the position.
     pub words: String,
 }
 
 /// Does the same as [`read`] with a table that `rewrite` has changed. Layers of a style are called by their kinds in
-/// errors: `cuts.form_px`, not `layers.cuts.form_px`.
+/// errors: `cuts.form_px`, and `cuts[1].form_px` in the second layer of cuts.
 ///
 /// # Errors
 /// As [`read`], and those of `rewrite`.
@@ -59,13 +61,27 @@ pub fn read_rewritten<T: DeserializeOwned>(
         return Err(TomlError { name: name.to_owned(), at: Some(position(text, at.start)), cause: words });
     }
     T::deserialize(values::Root(&table)).map_err(|mut mistake| {
-        if mistake.path.first().is_some_and(|first| first == "layers")
-            && mistake.path.get(1).is_some_and(|kind| kind != "kind")
+        if let [first, index, kind, ..] = mistake.path.as_slice()
+            && first == "layers"
+            && kind != "kind"
         {
-            mistake.path.remove(0);
+            let index = index.trim_matches(['[', ']']).parse().unwrap_or(0);
+            let key = match layers_below(table.get_ref(), kind, index) {
+                0 => kind.clone(),
+                below => format!("{kind}[{below}]"),
+            };
+            mistake.path.splice(..3, [key]);
         }
         toml_error(name, text, &mistake)
     })
+}
+
+/// Returns how many of the first `index` layers are of a kind.
+fn layers_below(table: &DeTable<'_>, kind: &str, index: usize) -> usize {
+    let layers = table.get("layers").and_then(|layers| layers.get_ref().as_array());
+    let is_kind =
+        |layer: &&Spanned<DeValue<'_>>| layer.get_ref().as_table().is_some_and(|layer| layer.contains_key(kind));
+    layers.map_or(0, |layers| layers.iter().take(index).filter(is_kind).count())
 }
 
 /// Returns the top-level keys of a TOML text.

@@ -20,7 +20,7 @@ pub(super) struct Bends {
 }
 
 /// The surface that an eye sees.
-pub(super) struct AtEye<'a> {
+pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
     /// The models in view, in a scene with models.
     pub(super) meshes: Option<&'a DrawnMeshes>,
@@ -35,9 +35,14 @@ pub(super) struct AtEye<'a> {
 
 /// Computes the curvature of the surface, smoothed to features of `feature_px` pixels. The next call overwrites the
 /// targets that it returns.
-pub(super) fn shapes(recorder: &mut Recorder<'_>, feature_px: f32, eye: &AtEye<'_>, targets: &mut Targets) -> Shapes {
+pub(super) fn shapes(
+    recorder: &mut Recorder<'_>,
+    feature_px: f32,
+    eye: &EyeInputs<'_>,
+    targets: &mut Targets,
+) -> Shapes {
     let gpu = recorder.gpu();
-    let &AtEye { view, meshes, heights: terrain, surface_id, position, normal, water } = eye;
+    let &EyeInputs { view, meshes, heights: terrain, surface_id, position, normal, water } = eye;
     let shapes = Shapes::of(gpu, targets);
     let nothing = &targets.sized(gpu, &NOTHING, [1, 1]);
     let water = water.unwrap_or(nothing);
@@ -55,7 +60,7 @@ pub(super) fn shapes(recorder: &mut Recorder<'_>, feature_px: f32, eye: &AtEye<'
 pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
-    eye: &AtEye<'_>,
+    eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Bends {
     let (gpu, style) = (recorder.gpu(), inputs.style);

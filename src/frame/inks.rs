@@ -1,4 +1,4 @@
-//! The inks of a frame: runs the passes of layers that an [`InkPass`](crate::style::layers::InkPass) describes, and
+//! The inks of a frame: runs the passes that layers describe by an [`InkPass`](crate::style::layers::InkPass), and
 //! collects the pictures of all layers for the composite.
 
 use super::FrameInputs;
@@ -10,28 +10,28 @@ use crate::lines::crowd::thin;
 use crate::lines::stereo::{agree, fade_out};
 use crate::lines::{curvature, rims, smooth, threshold};
 use crate::style::layers::{Channels, Fading};
-use crate::style::{Layer, Lines, Style};
+use crate::style::{Layer, Lines, Style, StyleInk};
 
 /// The resources that the pass of a layer may bind.
-pub(super) struct AtEye<'a> {
+pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
     pub(super) surface_id: &'a Target,
     pub(super) position: &'a Target,
     pub(super) normal: &'a Target,
-    /// Colour and requested tone, with those of water.
+    /// Colour and requested tone, water included.
     pub(super) tone: &'a Target,
     /// [`WATER`](crate::surface::water::WATER), or a single texel in a style without water.
     pub(super) water: &'a Target,
 }
 
-/// Draws the ink of a layer and returns its picture. `number` is how many layers of the same kind are below it. Returns
-/// `None`, and draws nothing, for kinds of layers that have passes of their own.
+/// Draws the ink of a layer and returns its picture. `number` is that of the layer among those of its kind, from 0.
+/// Returns `None`, and draws nothing, for a layer without an ink, and for kinds that have passes of their own.
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     layer: &Layer,
     number: usize,
-    at_eye: &AtEye<'_>,
+    at_eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Option<Target> {
     let pass = layer.behaviour().pass(inputs.rig.origin_m)?;
@@ -53,37 +53,41 @@ pub(super) fn draw(
 
 /// The pictures of a frame's inks, for the composite.
 pub(super) struct Pictures<'a> {
-    /// The picture of each layer, by its index in the style; `None` where a layer draws nothing.
+    /// The picture of each layer, by the index of the layer in the style; `None` where a layer draws nothing.
     pub(super) of_layers: &'a [Option<Target>],
     /// The detected lines: those of the style, or those of trees in a style with strokes instead.
     pub(super) line: Option<&'a Target>,
-    /// A single texel that is 0, which stands for pictures that are not there.
+    /// A placeholder for missing pictures: a single texel that is 0.
     pub(super) nothing: &'a Target,
 }
 
-/// Returns the inks of a frame from the bottom to the top. Their number depends only on the style and the world, and
-/// so does the variant of the composite: a layer that draws nothing in this frame, such as outlines where the land in
-/// view has no holes, has an empty picture.
-pub(super) fn drawn(style: &Style, lines: Option<&Lines>, pictures: &Pictures<'_>) -> Vec<DrawnInk> {
+/// Returns the inks of a frame from the bottom to the top, without that of the sky. `drawn_lines` are the settings of
+/// the detected lines in `pictures`. The number of inks depends only on the style and the world, and so does the
+/// variant of the composite: a layer that draws nothing in this frame, such as rims where the land in view has no
+/// holes, has an empty picture.
+pub(super) fn drawn(style: &Style, drawn_lines: Option<&Lines>, pictures: &Pictures<'_>) -> Vec<DrawnInk> {
+    // The detected lines are those of trees if the style has none itself.
+    let tree_lines = drawn_lines.zip(pictures.line).filter(|_| style.lines().is_none()).map(|(lines, picture)| {
+        let fading = Fading::OnNearest { faintest: lines.faintest, reach: lines.reach };
+        DrawnInk { color: lines.ink, fading, channels: Channels::One(0), picture: picture.clone() }
+    });
     let mut drawn = Vec::new();
-    for own in style.ink_layers() {
-        let Some(index) = own.layer else { continue };
-        let of_trees = lines.zip(pictures.line).filter(|_| style.lines().is_none());
-        if let (Layer::Strokes(_), Some((lines, line))) = (&style.layers[index], of_trees) {
+    for StyleInk { layer, color, ink, .. } in style.inks() {
+        let Some(index) = layer else { continue };
+        if matches!(style.layers[index], Layer::Strokes(_)) {
             // The lines of trees are below the strokes.
-            let fading = Fading::OnNearest { faintest: lines.faintest, reach: lines.reach };
-            drawn.push(DrawnInk { color: lines.ink, fading, channels: Channels::One(0), picture: line.clone() });
+            drawn.extend(tree_lines.clone());
         }
         let picture = pictures.of_layers.get(index).and_then(Option::as_ref).unwrap_or(pictures.nothing).clone();
-        drawn.push(DrawnInk { color: own.color, fading: own.ink.fading, channels: own.ink.channels, picture });
+        drawn.push(DrawnInk { color, fading: ink.fading, channels: ink.channels, picture });
     }
     drawn
 }
 
-/// Returns the picture of detected lines that the last composite read: the output of the last of the passes that refine
-/// them.
-pub(super) fn last_line(targets: &Targets) -> Option<&Target> {
-    let last = [
+/// Returns the picture of detected lines that the last composite read: the output of the final one among the passes
+/// that refine them.
+pub(super) fn final_line(targets: &Targets) -> Option<&Target> {
+    let from_final_to_first = [
         &agree::AGREED,
         &thin::UNCROWDED,
         &smooth::SMOOTHED,
@@ -92,5 +96,5 @@ pub(super) fn last_line(targets: &Targets) -> Option<&Target> {
         &curvature::CURVATURE_LINE,
         &threshold::LINE,
     ];
-    last.into_iter().find_map(|kind| targets.get(kind))
+    from_final_to_first.into_iter().find_map(|kind| targets.get(kind))
 }

@@ -171,7 +171,7 @@ impl Renderer {
     /// Returns the picture of detected lines that the composite of an eye read, if the style has detected lines.
     pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
         style.lines()?;
-        inks::last_line(&self.eyes.get(eye)?.targets)
+        inks::final_line(&self.eyes.get(eye)?.targets)
     }
 
     /// Returns the picture of a layer's ink in an eye's last frame; `index` is that of the layer in the style.

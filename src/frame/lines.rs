@@ -34,9 +34,9 @@ pub(super) struct OnSurface<'a> {
 
 impl<'a> OnSurface<'a> {
     /// Returns the inputs of the passes that compute the curvature.
-    pub(super) fn bend_inputs(&self) -> bend::AtEye<'a> {
+    pub(super) fn bend_inputs(&self) -> bend::EyeInputs<'a> {
         let &Self { view, meshes, heights, surface_id, position, normal, water, .. } = self;
-        bend::AtEye { view, meshes, heights, surface_id, position, normal, water }
+        bend::EyeInputs { view, meshes, heights, surface_id, position, normal, water }
     }
 }
 

@@ -2,13 +2,13 @@
 
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{TargetKind, Targets};
-use crate::style::hatching::{MOST_SETS, Scale};
+use crate::style::hatching::{MAX_SETS, Zoom};
 use crate::tones::{balance, fractal_hatching, hatching};
 
 /// The cover of one set of marks, as `cover` of all sets in [`balance`].
 const SET_COVER: TargetKind = TargetKind::storage("cover of a layer", wgpu::TextureFormat::Rgba16Float);
 /// The ink of each set of marks, 0 to 1.
-pub(super) const SET_INKS: [TargetKind; MOST_SETS] = [
+pub(super) const SET_INKS: [TargetKind; MAX_SETS] = [
     TargetKind::storage("marks of layer 1", wgpu::TextureFormat::R32Float),
     TargetKind::storage("marks of layer 2", wgpu::TextureFormat::R32Float),
     TargetKind::storage("marks of layer 3", wgpu::TextureFormat::R32Float),
@@ -17,9 +17,9 @@ pub(super) const SET_INKS: [TargetKind; MOST_SETS] = [
 
 /// Draws the marks with the pass for the style's [`Scale`].
 pub(super) fn hatch(recorder: &mut Recorder<'_>, marks: &hatching::Inputs<'_>) {
-    match marks.hatching.scale {
-        Scale::Blend => hatching::run(recorder, marks),
-        Scale::Add => fractal_hatching::run(recorder, marks),
+    match marks.hatching.zoom {
+        Zoom::Blend => hatching::run(recorder, marks),
+        Zoom::Add => fractal_hatching::run(recorder, marks),
     }
 }
 

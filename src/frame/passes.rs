@@ -151,7 +151,7 @@ fn see(
     let local_color = world.has_local_colors() && style.needs_local_colors();
     let local_color = local_color.then(|| targets.whole(gpu, &surface::local_color::LOCAL_COLOR));
     let local_color = local_color.as_ref();
-    let at_eye = frame_trees::AtEye { view: &view, view_of_eye, depth, surface_id, local_color };
+    let at_eye = frame_trees::EyeInputs { view: &view, view_of_eye, depth, surface_id, local_color };
     let trees = frame_trees::see(recorder, inputs, &at_eye, edges, targets);
     let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
     let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
@@ -332,7 +332,9 @@ fn finish(
         Layer::Strokes(_) => stroke_ink.cloned(),
         Layer::Rims(_) => rim.clone(),
         Layer::Hatching(_) => marks.cloned(),
-        _ => shaded[eye].inks[index].clone(),
+        Layer::ToneLines(_) | Layer::HeightLines(_) | Layer::Cuts(_) | Layer::Rows(_) | Layer::Water(_) => {
+            shaded[eye].inks[index].clone()
+        }
     };
     *layer_inks = style.layers.iter().enumerate().map(picture_of).collect();
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);

@@ -124,7 +124,7 @@ pub(super) fn shade(
         tone::trace(recorder, &tone::Inputs { view, style: lines, position, tone_image }, targets)
     });
     // Water sets the requested tone to 1, so no marks are drawn on it.
-    let of_water = frame_water::AtEye { view, position, water, tone: &tone };
+    let of_water = frame_water::EyeInputs { view, position, water, tone: &tone };
     let watered = frame_water::draw(recorder, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |watered| (watered.tone, Some(watered.ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
@@ -148,7 +148,7 @@ pub(super) fn shade(
         balance
     });
     let rows = rows::draw(recorder, inputs, view, [surface_id, position, &tone], targets);
-    let at_eye = inks::AtEye { view, surface_id, position, normal, tone: &tone, water: water.unwrap_or(nothing) };
+    let at_eye = inks::EyeInputs { view, surface_id, position, normal, tone: &tone, water: water.unwrap_or(nothing) };
     let inks = style.layers.iter().enumerate().map(|(index, layer)| match layer {
         Layer::ToneLines(_) => tone_ink.clone(),
         Layer::Rows(_) => rows.clone(),

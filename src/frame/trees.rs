@@ -12,7 +12,7 @@ use crate::surface::trees::sway::Swaying;
 use crate::surface::trees::{DrawnTrees, edges, impostor, marks, place, raster, shadow, sway};
 
 /// The view of an eye, and the targets over which trees are drawn.
-pub(super) struct AtEye<'a> {
+pub(super) struct EyeInputs<'a> {
     /// The uniform of `view_of_eye`.
     pub view: &'a Resource,
     pub view_of_eye: &'a View,
@@ -49,12 +49,12 @@ impl SeenTrees {
 pub(super) fn see(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
-    at: &AtEye<'_>,
+    at: &EyeInputs<'_>,
     edge_list: Option<&EdgeList>,
     targets: &mut Targets,
 ) -> Option<SeenTrees> {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
-    let &AtEye { view, view_of_eye, depth, surface_id, local_color } = at;
+    let &EyeInputs { view, view_of_eye, depth, surface_id, local_color } = at;
     let (gpu, terrain, forest) = (recorder.gpu(), &world.terrain, world.forest()?);
     let trees = DrawnTrees::of(recorder, forest, world.tree_models())?;
     let (wind, detail, origin_m) = (world.wind(), world.tree_detail(), rig.origin_m);
@@ -104,7 +104,7 @@ pub(super) fn see(
 pub(super) fn shadow(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
-    at: &AtEye<'_>,
+    at: &EyeInputs<'_>,
     seen: &SeenTrees,
     position: &Target,
     targets: &mut Targets,
@@ -112,7 +112,7 @@ pub(super) fn shadow(
     if !inputs.style.needs_tree_shadows() {
         return None;
     }
-    let &AtEye { view, depth, surface_id, .. } = at;
+    let &EyeInputs { view, depth, surface_id, .. } = at;
     let tree_shadow = targets.whole(recorder.gpu(), &shadow::TREE_SHADOW);
     let thrown = shadow::Inputs {
         view,

@@ -8,7 +8,7 @@ use crate::surface::water::{self, WATER};
 use crate::tones::water::{self as look, WATER_INK, WATERED};
 
 /// The pictures of an eye that water is drawn from.
-pub(super) struct AtEye<'a> {
+pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
     pub(super) position: &'a Target,
     /// [`WATER`], in a style with water.
@@ -44,11 +44,11 @@ pub(super) fn find(
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
-    eye: &AtEye<'_>,
+    eye: &EyeInputs<'_>,
     targets: &mut Targets,
 ) -> Option<Watered> {
     let style = inputs.style.water()?;
-    let &AtEye { view, position, water, tone } = eye;
+    let &EyeInputs { view, position, water, tone } = eye;
     let water = water?;
     let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(recorder.gpu(), kind));
     let drawn = look::Inputs {

@@ -201,7 +201,7 @@ impl Gpu {
 
     /// Returns the cache for the descriptor of a pipeline.
     pub(super) fn stored_pipelines(&self) -> Option<&wgpu::PipelineCache> {
-        self.stored.get().map(StoredPipelines::raw)
+        self.stored.get().map(StoredPipelines::cache)
     }
 
     /// Returns the values that renderers of the device share.

@@ -1,7 +1,8 @@
 //! Pipelines as the driver compiled them, stored between runs where the driver supports it.
 //!
-//! A file holds the data of one [`wgpu::PipelineCache`]; its name is that of the device, and it begins with a checksum.
-//! A file that is damaged, or that another version of the driver wrote, is ignored and replaced.
+//! A file holds the data of one [`wgpu::PipelineCache`]; its name has the vendor and the device, and it begins with a
+//! checksum. [`read`] ignores a damaged file, and wgpu ignores the data of another version of the driver; either is
+//! then replaced.
 //!
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
@@ -17,12 +18,13 @@ const LARGEST_BYTES: u64 = 256 << 20;
 /// Folder below the cache folder.
 const FOLDER: &str = "pipelines";
 
-/// The stored pipelines of a device. They are written when this is dropped, if pipelines were compiled.
+/// The stored pipelines of a device. They are written when this is dropped, if they changed.
 pub(crate) struct StoredPipelines {
-    raw: wgpu::PipelineCache,
+    cache: wgpu::PipelineCache,
+    /// The file; it may not exist.
     pub(crate) path: PathBuf,
-    /// Checksum of the data that the file holds; 0 if it holds none.
-    held: AtomicU64,
+    /// Checksum of the data in the file; 0 if it has no usable data.
+    checksum_of_file: AtomicU64,
 }
 
 impl StoredPipelines {
@@ -37,25 +39,26 @@ impl StoredPipelines {
         let data = read(&path);
         let descriptor =
             wgpu::PipelineCacheDescriptor { label: Some("stored pipelines"), data: data.as_deref(), fallback: true };
-        // SAFETY: the data was returned by `get_data`, and a checksum protects it from damage. wgpu compares its header,
-        // which names the device and the version of its driver, and with `fallback` ignores data of another one.
+        // SAFETY: the data was returned by `get_data`, and a checksum protects it from damage. wgpu compares its
+        // header, which names the device and the version of its driver, and with `fallback` ignores data of another
+        // one.
         #[expect(unsafe_code, reason = "wgpu cannot check the data of a driver")]
-        let raw = unsafe { device.create_pipeline_cache(&descriptor) };
-        let held = data.as_deref().map_or(0, checksum);
-        Some(Self { raw, path, held: AtomicU64::new(held) })
+        let cache = unsafe { device.create_pipeline_cache(&descriptor) };
+        let checksum_of_file = AtomicU64::new(data.as_deref().map_or(0, checksum));
+        Some(Self { cache, path, checksum_of_file })
     }
 
     /// Returns the cache for the descriptor of a pipeline.
-    pub(crate) fn raw(&self) -> &wgpu::PipelineCache {
-        &self.raw
+    pub(crate) fn cache(&self) -> &wgpu::PipelineCache {
+        &self.cache
     }
 
     /// Writes the file, if its content would change. Returns whether it was written; a folder that cannot be written
     /// only costs time in the next run.
     pub(crate) fn store(&self) -> bool {
-        let Some(data) = self.raw.get_data().filter(|data| !data.is_empty()) else { return false };
+        let Some(data) = self.cache.get_data().filter(|data| !data.is_empty()) else { return false };
         let sum = checksum(&data);
-        if self.held.load(Ordering::Relaxed) == sum {
+        if self.checksum_of_file.load(Ordering::Relaxed) == sum {
             return false;
         }
         let content = [MAGIC.as_slice(), &sum.to_le_bytes(), &data].concat();
@@ -65,14 +68,14 @@ impl StoredPipelines {
             tracing::debug!("{}: cannot store compiled pipelines: {error}", self.path.display());
             return false;
         }
-        self.held.store(sum, Ordering::Relaxed);
+        self.checksum_of_file.store(sum, Ordering::Relaxed);
         true
     }
 
     /// Returns whether the file had usable data when it was opened, or has been written since.
     #[cfg(test)]
     pub(crate) fn has_data(&self) -> bool {
-        self.held.load(Ordering::Relaxed) != 0
+        self.checksum_of_file.load(Ordering::Relaxed) != 0
     }
 }
 
@@ -82,16 +85,17 @@ impl Drop for StoredPipelines {
     }
 }
 
-/// Returns the data of a file, if it is whole.
+/// Returns the data of a file; `None` if it does not exist, is too large, or is damaged.
 fn read(path: &Path) -> Option<Vec<u8>> {
-    let is_small = std::fs::metadata(path).is_ok_and(|metadata| metadata.len() <= LARGEST_BYTES);
-    let content = is_small.then(|| std::fs::read(path).ok()).flatten()?;
+    let fits = std::fs::metadata(path).is_ok_and(|metadata| metadata.len() <= LARGEST_BYTES);
+    let content = fits.then(|| std::fs::read(path).ok()).flatten()?;
     let data = content.strip_prefix(MAGIC)?;
     let (sum, data) = data.split_first_chunk::<8>()?;
     (u64::from_le_bytes(*sum) == checksum(data)).then(|| data.to_vec())
 }
 
-/// Returns a checksum, which is never 0.
+/// Returns a checksum, which is never 0. Its lower half is the length of the data, so that data that is cut off never
+/// matches.
 fn checksum(data: &[u8]) -> u64 {
-    (u64::from(crc32fast::hash(data)) << 32 | (data.len() as u64 & 0xffff_ffff)).max(1)
+    ((u64::from(crc32fast::hash(data)) << 32) | (data.len() as u64 & 0xffff_ffff)).max(1)
 }

@@ -152,7 +152,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
             "strokes" => add("strokes.id", PlaneSource::Strokes),
             "tone" => add("tone.V", PlaneSource::Tone),
             // Without marks that make tone, the tone does not change.
-            "hatch" if style.ink_layers().iter().any(|own| own.ink.makes_tone) => add("hatch.V", PlaneSource::Hatch),
+            "hatch" if style.inks().iter().any(|own| own.ink.makes_tone) => add("hatch.V", PlaneSource::Hatch),
             "hatch" => add("hatch.V", PlaneSource::Tone),
             _ => return Err(AovError::Unknown { name: name.to_owned() }),
         }
@@ -258,7 +258,7 @@ fn read_marks(
     values: &mut [f32],
 ) -> Result<(), GpuError> {
     let mut darkest = vec![0.0_f32; values.len()];
-    for own in style.ink_layers().iter().filter(|own| own.ink.makes_tone) {
+    for own in style.inks().iter().filter(|own| own.ink.makes_tone) {
         let Some(target) = own.layer.and_then(|index| renderer.ink_target(window.eye, index)) else { continue };
         let texels = super::ink::channels(gpu, target, window.inset, window.size_px)?;
         window.place(&texels, |i, texel| {

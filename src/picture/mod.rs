@@ -11,7 +11,7 @@ pub mod aov;
 pub mod eyes;
 pub mod imprint;
 mod ink;
-mod marks;
+mod ink_lines;
 pub mod nearest;
 mod report;
 pub mod sheets;
@@ -210,10 +210,10 @@ fn render_eyes<E>(
     let is_flight = single && request.samples <= 1;
     let antialias = if is_flight { request.antialias } else { Antialias::None };
     let relief_px = request.style.drawn_relief().map_or(0, relief::diffuse::reach_px);
-    let reaches = || request.style.layers.iter().map(|layer| layer.behaviour().reach_px());
-    let more_px: u32 = reaches().map(|reach| reach.more_px).sum();
-    let margin_px = reaches().map(|reach| reach.margin_px).fold(relief_px, u32::max);
-    let margin_px = margin_px.max(parts.margin_px + parallax_px + more_px);
+    let margins = || request.style.layers.iter().map(|layer| layer.behaviour().margins());
+    let added_px: u32 = margins().map(|margins| margins.added_px).sum();
+    let margin_px = margins().map(|margins| margins.margin_px).fold(relief_px, u32::max);
+    let margin_px = margin_px.max(parts.margin_px + parallax_px + added_px);
 
     world.terrain.hold_error_px(0.0);
     if !single {

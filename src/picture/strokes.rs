@@ -18,8 +18,8 @@ use crate::surface::rims::RIM;
 use crate::vector::Group;
 use crate::world::Surfaces;
 
-use super::marks::Marks;
-use super::{PictureReport, PictureRequest, marks};
+use super::ink_lines::InkLines;
+use super::{PictureReport, PictureRequest, ink_lines};
 
 /// Largest number of pixels of a picture: about 2.5 GiB on the GPU.
 pub const MOST_PX: u64 = 32 << 20;
@@ -60,16 +60,16 @@ pub struct Drawn {
     pub report: PictureReport,
 }
 
-/// Returns whether a style has marks that can become vector lines. Outlines of no-data areas do not count: every style
+/// Returns whether a style has marks that can become vector lines. Rims do not count: every style
 /// has them.
 pub fn has_marks(style: &Style) -> bool {
-    let is_mark = |own: &StyleInk| match own.ink.trace {
+    let is_mark = |ink: &StyleInk| match ink.ink.trace {
         Trace::LeftOut(_) | Trace::Strokes => false,
         Trace::Picture | Trace::Sets(_) | Trace::Rows { .. } => {
-            !own.layer.is_some_and(|index| matches!(style.layers[index], Layer::Rims(_)))
+            !ink.layer.is_some_and(|index| matches!(style.layers[index], Layer::Rims(_)))
         }
     };
-    style.ink_layers().iter().any(is_mark)
+    style.inks().iter().any(is_mark)
 }
 
 /// Renders a picture and reads back its marks and the strokes of each eye; the pixels stay on the GPU. `request.planes`
@@ -109,7 +109,8 @@ pub fn render_strokes(
     let light = seen_light(world, &rig, style, &request.light);
     // No-data areas have outlines in every style.
     let reads_marks = pair.is_none() && (wants_marks || renderer.target(&RIM).is_some());
-    let mut marks = if reads_marks { marks::read(gpu, renderer, style, &view, &light)? } else { Marks::default() };
+    let mut marks =
+        if reads_marks { ink_lines::read(gpu, renderer, style, &view, &light)? } else { InkLines::default() };
     renderer.set_wants_mark_sets(false);
     gpu.check()?;
     let groups = marks.below.iter_mut().chain(&mut marks.above);

@@ -85,7 +85,7 @@ fn cut(name: &str) -> String {
 /// Returns the end of the message: the most similar known name or, without one, the available names.
 fn hint(name: &str, known: &[&str], where_told: &str) -> String {
     let meant = did_you_mean(name, known.iter().copied());
-    if meant.is_empty() { format!("; {where_told}, and the name of a file ends with .toml") } else { meant }
+    if meant.is_empty() { format!("; {where_told}; a file name must end with .toml") } else { meant }
 }
 
 fn there_is(names: &[&str]) -> String {

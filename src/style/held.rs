@@ -37,14 +37,14 @@ impl Style {
         StyleFiles { marks: marks.collect(), textures: textures.collect() }
     }
 
-    /// Parses a style like [`Style::parse`], but takes recipes from `held` instead of files. Only images of marks and
-    /// environment maps are read from files.
+    /// Parses a style like [`Style::parse`], but takes recipes from `recipes` instead of files. Only images of marks
+    /// and environment maps are read from files.
     ///
     /// # Errors
-    /// As [`Style::parse`]; a recipe that is neither in `held` nor built in is unknown.
-    pub fn parse_with(name: &str, text: &str, held: &StyleFiles) -> Result<Self, StyleError> {
+    /// As [`Style::parse`]; a recipe that is neither in `recipes` nor built in is unknown.
+    pub fn parse_with(name: &str, text: &str, recipes: &StyleFiles) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
-        style.complete(RecipeSource::Held(held)).map_err(|(_, error)| error)?;
+        style.complete(RecipeSource::Embedded(recipes)).map_err(|(_, error)| error)?;
         Ok(style)
     }
 }

@@ -1,12 +1,15 @@
 //! The ink layers of a style: everything that is drawn over the tones, from the bottom to the top.
 //!
 //! A style file lists its layers as `[[layers]]`, each with a `kind`. A layer describes itself to the rest of the
-//! program by values ([`LayerBehaviour`]): its inks ([`Ink`]), the pass that draws it ([`InkPass`]), and how far its ink
-//! depends on the picture around it ([`Reach`]). The composite, SVG and GeoJSON files, AOV channels, lettering, margins
-//! of picture parts and scaling for paper iterate over these values, so they need no list of the kinds.
+//! program by the values that the methods of [`LayerBehaviour`] return: its inks ([`Ink`]), the pass that draws it
+//! ([`InkPass`]), and how far around a pixel its ink depends on other pixels ([`Margins`]). The composite, SVG and
+//! GeoJSON files, AOV channels, lettering, margins of picture parts and scaling for paper iterate over these values, so
+//! they need no list of the kinds. Only `frame/passes.rs` has one, of the pictures that kinds with passes of their own
+//! draw.
 //!
 //! To add a kind, write `layers/KIND.rs` with its parameters and its [`LayerBehaviour`], write its shader
-//! `shaders/layers/KIND.wgsl`, and register it in this file: a `mod` line, and a line in `layer_kinds!`.
+//! `shaders/layers/KIND.wgsl`, register it in this file (a `mod` line, and a line in `layer_kinds!`, at its place in
+//! the order), name it in `finish` of `frame/passes.rs`, and add a row to the table in `docs/styles.md`.
 //!
 //! Why: `docs/decisions/ink-layers.md`.
 
@@ -23,18 +26,18 @@ mod strokes;
 mod tone_lines;
 mod water;
 
-use std::ops::{Deref, DerefMut};
+use std::ops::Deref;
 
 use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
 pub use cuts::{CUT_INK, Cuts, PlaneFamily};
-pub(crate) use form::written_key;
+pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
 pub use hatching::Hatching;
 pub use height_lines::{HEIGHT_INK, HeightLines};
 pub(crate) use ink::LayerBehaviour;
-pub use ink::{Channels, Fading, Ink, InkPass, MOST_INKS, Reach, Set, StyleInk, Trace};
+pub use ink::{Channels, Fading, Ink, InkPass, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 pub use rims::Rims;
@@ -52,7 +55,7 @@ use crate::file::toml_text::Wrong;
 macro_rules! layer_kinds {
     ($(
         $(#[doc = $help:literal])+
-        $name:literal $kind:ident: $get:ident, $get_mut:ident, $set:ident, at most $most:literal;
+        $name:literal $kind:ident: $get:ident, $get_mut:ident, $set:ident, at most $max:literal;
     )+) => {
         /// An ink layer of a style.
         #[derive(Clone, Debug, PartialEq, Deserialize)]
@@ -65,7 +68,7 @@ macro_rules! layer_kinds {
         }
 
         /// The name of each kind, and how many layers of it a style may have.
-        const KINDS: &[(&str, usize)] = &[$(($name, $most)),+];
+        const KINDS: &[(&str, usize)] = &[$(($name, $max)),+];
 
         impl Layer {
             /// Returns the kind, as written in a style file.
@@ -75,6 +78,7 @@ macro_rules! layer_kinds {
                 }
             }
 
+            /// Returns the layer as what it is to the rest of the program, whatever its kind.
             pub(crate) fn behaviour(&self) -> &dyn LayerBehaviour {
                 match self {
                     $(Self::$kind(layer) => layer,)+
@@ -138,22 +142,22 @@ macro_rules! layer_kinds {
     };
 }
 
-// The order of kinds, from the bottom to the top. It is that of styles with sections instead of a list of layers, and
-// of layers that are added to a style.
+// The order of kinds, from the bottom to the top. Styles with sections instead of a list of layers are drawn in this
+// order, and a layer of a kind that a style lacks is inserted according to it.
 layer_kinds! {
     /// Lines from shading, found in a shaded image of the scene.
     "tone_lines" ToneLines: tone_lines, tone_lines_mut, set_tone_lines, at most 1;
     /// Contour lines of height.
-    "height_lines" HeightLines: height_lines, height_lines_mut, set_height_lines, at most 4;
+    "height_lines" HeightLines: lowest_height_lines, lowest_height_lines_mut, set_height_lines, at most 4;
     /// Tones drawn as hatching marks.
     "hatching" Hatching: hatching, hatching_mut, set_hatching, at most 1;
     /// Lines where parallel planes cut the land; hatching of the same style then applies only to models and trees.
-    "cuts" Cuts: cuts, cuts_mut, set_cuts, at most 4;
+    "cuts" Cuts: lowest_cuts, lowest_cuts_mut, set_cuts, at most 4;
     /// Rows of hachures on the land; hatching of the same style then applies only to models and trees.
     "rows" Rows: rows, rows_mut, set_rows, at most 1;
     /// Lakes and the sea; without this layer they are drawn as land.
     "water" Water: water, water_mut, set_water, at most 1;
-    /// Dashed lines around no-data areas; a style that does not list this layer has it with its default values.
+    /// Dashed outlines of no-data areas; a style that does not list this layer has it with its default values.
     "rims" Rims: rims, rims_mut, set_rims, at most 1;
     /// Lines that are detected in images of the surface.
     "lines" Lines: lines, lines_mut, set_lines, at most 1;
@@ -172,25 +176,19 @@ impl Default for Layers {
 }
 
 impl Deref for Layers {
-    type Target = Vec<Layer>;
+    type Target = [Layer];
 
-    fn deref(&self) -> &Vec<Layer> {
+    fn deref(&self) -> &[Layer] {
         &self.0
     }
 }
 
-impl DerefMut for Layers {
-    fn deref_mut(&mut self) -> &mut Vec<Layer> {
-        &mut self.0
-    }
-}
-
 impl Layers {
-    /// Adds the outlines of no-data areas to layers that lack them.
+    /// Returns the layers, with rims added if they have none.
     fn with_rims(layers: Vec<Layer>) -> Self {
         let mut layers = Self(layers);
         if !layers.iter().any(|layer| matches!(layer, Layer::Rims(_))) {
-            layers.replace("rims", Rims::left_out().map(Layer::Rims));
+            layers.replace("rims", Rims::default_value().map(Layer::Rims));
         }
         layers
     }
@@ -199,9 +197,9 @@ impl Layers {
     /// none, according to the order of kinds.
     fn replace(&mut self, name: &str, new: Option<Layer>) {
         let is_above = |layer: &Layer| rank(layer.kind()) > rank(name);
-        let held = self.0.iter().position(|layer| layer.kind() == name);
-        let place = held.or_else(|| self.0.iter().position(is_above)).unwrap_or(self.0.len());
-        let (mut below, mut above) = (self.0[..place].to_vec(), self.0[place..].to_vec());
+        let lowest = self.0.iter().position(|layer| layer.kind() == name);
+        let index = lowest.or_else(|| self.0.iter().position(is_above)).unwrap_or(self.0.len());
+        let (mut below, mut above) = (self.0[..index].to_vec(), self.0[index..].to_vec());
         above.retain(|layer| layer.kind() != name);
         below.extend(new);
         below.append(&mut above);
@@ -214,14 +212,19 @@ impl Layers {
         keyed(self.0[index].kind(), self.number(index))
     }
 
-    /// Returns how many layers of the same kind are below a layer.
+    /// Returns the layers, whose values may be changed.
+    pub fn iter_mut(&mut self) -> std::slice::IterMut<'_, Layer> {
+        self.0.iter_mut()
+    }
+
+    /// Returns the number of a layer among those of its kind: 0 for the lowest.
     pub fn number(&self, index: usize) -> usize {
         let name = self.0[index].kind();
         self.0[..index].iter().filter(|layer| layer.kind() == name).count()
     }
 }
 
-/// Returns the key of the layer of a kind that has this number among layers of its kind.
+/// Returns the key of a layer by its kind and its number among layers of the kind, from 0: `cuts`, then `cuts[1]`.
 fn keyed(name: &str, number: usize) -> String {
     if number > 0 { format!("{name}[{number}]") } else { name.to_owned() }
 }
@@ -231,7 +234,7 @@ pub fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
     KINDS.iter().map(|(name, _)| *name)
 }
 
-/// Returns the place of a kind in the order of kinds, from the bottom to the top.
+/// Returns the position of a kind in the order of kinds, from the bottom to the top.
 fn rank(kind: &str) -> Option<usize> {
     KINDS.iter().position(|(known, _)| *known == kind)
 }
@@ -252,28 +255,29 @@ impl Setting for Layers {
         ValueKind::Layers(definitions())
     }
 
-    fn left_out() -> Option<Self> {
+    fn default_value() -> Option<Self> {
         Some(Self::default())
     }
 
     fn check(&self, key: &str, _: &Range) -> Result<(), Wrong> {
-        // A layer without an ink now may have one on a map; trees have detected lines in a style that draws only strokes.
+        // A layer without an ink may have one on a map. In a style with strokes but without detected lines, trees may
+        // need an ink for their lines.
         let inks: usize = self.iter().map(|layer| layer.behaviour().inks().len().max(1)).sum();
         let has = |kind: &str| self.iter().any(|layer| layer.kind() == kind);
         let inks = inks + usize::from(has("strokes") && !has("lines"));
-        if inks > MOST_INKS {
+        if inks > MAX_INKS {
             let words = format!(
-                " have {inks} inks, but a style can have {MOST_INKS}; outlines of no-data areas and the lines of trees \
-                 count, and tone_lines has two"
+                " have {inks} inks; at most {MAX_INKS} are allowed (tone_lines has two; rims and the lines of trees \
+                 count even if they are not listed)"
             );
             return Err(Wrong::new(key, words));
         }
         for (index, layer) in self.iter().enumerate() {
             let key = self.key(index);
-            let most = KINDS.iter().find(|(name, _)| *name == layer.kind()).map_or(0, |(_, most)| *most);
-            if self.number(index) >= most {
-                let most = if most == 1 { "one layer".to_owned() } else { format!("{most} layers") };
-                return Err(Wrong::new(key, format!(": a style has at most {most} of this kind")));
+            let max = KINDS.iter().find(|(name, _)| *name == layer.kind()).map_or(0, |(_, max)| *max);
+            if self.number(index) >= max {
+                let allowed = if max == 1 { "one layer".to_owned() } else { format!("{max} layers") };
+                return Err(Wrong::new(key, format!(": a style has at most {allowed} of this kind")));
             }
             layer.check(&key)?;
         }
@@ -304,20 +308,20 @@ impl Style {
     /// Returns the style without layers of these kinds, which are named as in a style file.
     #[must_use]
     pub fn without(mut self, kinds: &[&str]) -> Self {
-        self.layers.retain(|layer| !kinds.contains(&layer.kind()));
+        self.layers.0.retain(|layer| !kinds.contains(&layer.kind()));
         self
     }
 
     /// Returns the inks of the style, from the bottom to the top.
-    pub fn ink_layers(&self) -> Vec<StyleInk> {
+    pub fn inks(&self) -> Vec<StyleInk> {
         let lettering = self.lettering_ink();
-        self.inks()
+        self.numbered_inks()
             .map(|(layer, number, ink)| StyleInk { layer, number, color: ink.color.unwrap_or(lettering), ink })
             .collect()
     }
 
     /// Returns each ink with the index of its layer and the layer's number among those of its kind.
-    fn inks(&self) -> impl DoubleEndedIterator<Item = (Option<usize>, usize, Ink)> {
+    fn numbered_inks(&self) -> impl DoubleEndedIterator<Item = (Option<usize>, usize, Ink)> {
         let of_sky = self.sky.lines().into_iter().map(|ink| (None, 0, ink));
         let of_layers = self.layers.iter().enumerate().flat_map(|(index, layer)| {
             let number = self.layers.number(index);
@@ -326,25 +330,25 @@ impl Style {
         of_sky.chain(of_layers)
     }
 
-    /// Returns the colour of lettering on bare paper: the topmost ink of the drawing that has enough contrast to the
-    /// paper.
+    /// Returns the colour of lettering (the title, the scale bar and the text next to it) on bare paper: that of the
+    /// topmost main ink, or of the border, that has enough contrast to the paper; otherwise black or white.
     pub fn lettering_ink(&self) -> Color {
         let paper = self.paper.color;
-        let own = self.inks().rev().filter(|(_, _, ink)| ink.is_main).filter_map(|(_, _, ink)| ink.color);
+        let inks = self.numbered_inks().rev().filter(|(_, _, ink)| ink.is_main).filter_map(|(_, _, ink)| ink.color);
         let border = (self.paper.border_px > 0.0).then_some(self.paper.border);
-        let seen = own.chain(border).find(|ink| has_contrast(*ink, paper));
-        seen.unwrap_or(if lightness(paper) > 0.5 { Color::default() } else { Color::WHITE })
+        let visible = inks.chain(border).find(|ink| has_contrast(*ink, paper));
+        visible.unwrap_or(if brightness(paper) > 0.5 { Color::default() } else { Color::WHITE })
     }
 }
 
-/// Least difference in lightness between lettering and paper, as a fraction of that between black and white.
+/// Least difference in brightness between lettering and paper, as a fraction of that between black and white.
 const LEAST_CONTRAST: f32 = 0.4;
 
 fn has_contrast(ink: Color, paper: Color) -> bool {
-    (lightness(ink) - lightness(paper)).abs() > LEAST_CONTRAST
+    (brightness(ink) - brightness(paper)).abs() > LEAST_CONTRAST
 }
 
 /// Returns the mean of the sRGB channels of a colour, 0 to 1.
-fn lightness(color: Color) -> f32 {
+fn brightness(color: Color) -> f32 {
     color.srgb().iter().sum::<f32>() / 3.0
 }

@@ -195,7 +195,7 @@ impl Style {
 
     /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.
     pub fn has_land_lines(&self) -> bool {
-        self.rows().is_some() || self.cuts().is_some()
+        self.rows().is_some() || self.lowest_cuts().is_some()
     }
 
     /// Returns the linear colour that tones fade to far from the focus, before it is multiplied by the paper.
@@ -269,9 +269,15 @@ impl Style {
     pub fn parse(name: &str, text: &str) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| StyleError::Named {
-            place: parameters::in_text(Wrong::with_message(key, source.to_string()), name, text),
-            source: Box::new(source),
+        style.complete(RecipeSource::Folder(folder)).map_err(|(key, source)| {
+            // Other errors begin with the name of a file.
+            let wrong = match source {
+                StyleError::UnknownMarks { .. } | StyleError::UnknownTexture { .. } => {
+                    Wrong::new(key, format!(": {source}"))
+                }
+                _ => Wrong::with_message(key, source.to_string()),
+            };
+            StyleError::Named { place: parameters::in_text(wrong, name, text), source: Box::new(source) }
         })?;
         Ok(style)
     }
@@ -286,15 +292,14 @@ impl Style {
     /// # Errors
     /// The key, and what is wrong.
     fn complete(&mut self, source: RecipeSource<'_>) -> Result<(), (String, StyleError)> {
-        for index in 0..self.layers.len() {
-            let key = self.layers.key(index);
-            let layer = self.layers[index].behaviour_mut();
-            let files = layer.complete(source).map_err(|(within, error)| (format!("{key}.{within}"), error))?;
-            self.files.extend(files);
+        let keys: Vec<String> = (0..self.layers.len()).map(|index| self.layers.key(index)).collect();
+        for (layer, key) in self.layers.iter_mut().zip(keys) {
+            let files = layer.behaviour_mut().complete(source);
+            self.files.extend(files.map_err(|(within, error)| (format!("{key}.{within}"), error))?);
         }
         let folder = match source {
             RecipeSource::Folder(folder) => folder,
-            RecipeSource::Held(_) => Path::new(""),
+            RecipeSource::Embedded(_) => Path::new(""),
         };
         if let Some(relief) = &mut self.relief {
             relief.complete(folder).map_err(|error| ("relief.environment".to_owned(), error))?;

@@ -79,6 +79,14 @@ macro_rules! parameters {
                     )+
                 }
                 let given = Given::deserialize(deserializer)?;
+                let missing = [$(
+                    (given.$field.is_none() && $crate::style::parameters::absent::<$type, _>([$($default)?]).is_none())
+                        .then_some($crate::style::parameters::first(&[$($key,)? stringify!($field)]))
+                ),+];
+                let missing: Vec<&str> = missing.into_iter().flatten().collect();
+                if missing.len() > 1 {
+                    return Err(serde::de::Error::custom($crate::style::parameters::keys_are_missing(&missing)));
+                }
                 Ok(Self {
                     $(
                         $field: match given.$field.or_else(|| $crate::style::parameters::absent::<$type, _>([$($default)?])) {
@@ -107,7 +115,7 @@ macro_rules! parameters {
                 ),+])
             }
 
-            fn left_out() -> Option<Self> {
+            fn default_value() -> Option<Self> {
                 Some(Self {
                     $($field: $crate::style::parameters::absent::<$type, _>([$($default)?])?,)+
                     $($($loaded: Default::default(),)+)?
@@ -225,9 +233,19 @@ pub(crate) use choices;
 /// # Errors
 /// Invalid TOML; an unknown or missing key; a value of the wrong type or out of its range.
 pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
-    let read: T = toml_text::read_rewritten(name, text, layers::with_layers)?;
+    let known: Vec<&'static str> = match T::kind() {
+        ValueKind::Section(definitions) => definitions.iter().map(|definition| definition.key).collect(),
+        _ => Vec::new(),
+    };
+    let read: T = toml_text::read_rewritten(name, text, |table| layers::with_layers(table, &known))?;
     read.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
     Ok(read)
+}
+
+/// Returns the message about several required keys that a section lacks.
+pub fn keys_are_missing(keys: &[&str]) -> String {
+    let keys: Vec<String> = keys.iter().map(|key| format!("\"{key}\"")).collect();
+    format!("the keys {} are missing", keys.join(", "))
 }
 
 /// Returns a key without the indices of list entries, as messages have it.
@@ -238,10 +256,15 @@ fn without_indices(key: &str) -> String {
 /// Returns a mistake with its position in a style's text, which may have either form.
 pub(super) fn in_text(wrong: Wrong, name: &str, text: &str) -> TomlError {
     let Ok(document) = text.parse::<toml_edit::DocumentMut>() else { return wrong.in_text(name, text) };
-    let key = layers::written_key(document.as_item(), &wrong.key);
-    // A layer is called by its kind, and a list in a section by the name that the text has.
-    let renamed =
-        if key.starts_with("layers[") { None } else { wrong.message.strip_prefix(&without_indices(&wrong.key)) };
-    let message = renamed.map(|words| format!("{}{words}", without_indices(&key)));
-    Wrong { message: message.unwrap_or(wrong.message), key }.in_text(name, text)
+    let key = layers::key_in_document(document.as_item(), &wrong.key);
+    // A layer is called by its kind, with its number from the second of the kind on; a list in a section is called by
+    // the name that the text has.
+    let (layer, within) = wrong.key.split_at(wrong.key.find('.').unwrap_or(wrong.key.len()));
+    let shown = match key.starts_with("layers[") {
+        true => format!("{layer}{}", without_indices(within)),
+        false => without_indices(&key),
+    };
+    let words = wrong.message.strip_prefix(&without_indices(&wrong.key));
+    let message = words.map_or_else(|| wrong.message.clone(), |words| format!("{shown}{words}"));
+    Wrong { message, key }.in_text(name, text)
 }

@@ -77,7 +77,7 @@ impl Sky {
             label: "Sky".to_owned(),
             color: Some(self.ink),
             channels: Channels::One(3),
-            fading: Fading::Done,
+            fading: Fading::AlreadyFaded,
             makes_tone: false,
             is_main: false,
             trace: Trace::Picture,

@@ -1,5 +1,5 @@
-//! Pipelines and cached values belong to the device: each is made once, whoever draws. An edit of a style makes and
-//! restarts only what depends on it.
+//! Tests that pipelines and cached values belong to the device, which makes each of them once, whichever renderer
+//! draws, and that an edit of a style makes and restarts only what depends on it.
 #![allow(clippy::unwrap_used, clippy::disallowed_methods, reason = "a test may panic, and writes to scratch folders")]
 
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ const SIZE_PX: [u32; 2] = [96, 54];
 /// Large enough for several strokes.
 const WIDE_PX: [u32; 2] = [320, 180];
 
-/// Draws a frame of each style with a renderer of its own; returns how many pipelines the renderers had to compile.
+/// Draws a frame of each style with a renderer of its own. Returns how many pipelines the renderers had to compile.
 fn compiled(world: &mut World, names: &[&str]) -> u64 {
     let pose = world.pose("900,-900,+20,315,3,60");
     let compile = |name: &&str| {
@@ -33,33 +33,35 @@ fn compiled(world: &mut World, names: &[&str]) -> u64 {
 
 #[test]
 fn renderers_share_pipelines() {
-    let Some(mut world) = World::apart(Hill::square(321, 10.0).1, 1.0) else { return };
+    let Some(mut world) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
     let names = ["ink", "crosshatch", "wash"];
     let first = compiled(&mut world, &names);
     assert_eq!(first, world.gpu.pipelines().builds());
     // Other renderers of the same device compile nothing.
     assert_eq!(compiled(&mut world, &names), 0);
     assert_eq!(first, world.gpu.pipelines().builds());
-    // Planted error: a device that shares nothing compiles everything again.
-    let Some(mut apart) = World::apart(Hill::square(321, 10.0).1, 1.0) else { return };
-    assert_eq!(compiled(&mut apart, &names), first);
+    // Control: another device shares nothing with this one and compiles everything again.
+    let Some(mut other) = World::on_own_device(Hill::square(321, 10.0).1, 1.0) else { return };
+    assert_eq!(compiled(&mut other, &names), first);
     assert!(first > 30, "{first} pipelines");
 }
 
 /// The cost of an edited style in a running renderer.
 #[derive(Debug)]
 struct Cost {
-    /// Pipelines that were compiled, and objects that were made on the GPU.
+    /// Pipelines that were compiled.
     pipelines: u64,
+    /// GPU objects that were created: buffers, textures, bind groups and pipelines.
     objects: u64,
-    /// Share of the strokes of the frame before that are still there, by their numbers.
+    /// Share of the strokes of the previous frame that are still there, by their numbers.
     kept: f64,
-    /// Whether strokes continued those of the frame before, and whether the temporal mean did.
+    /// Whether strokes continued those of the previous frame.
     strokes_continued: bool,
+    /// Whether the temporal mean continued.
     mean_continued: bool,
 }
 
-/// Draws a style until it has settled, changes it, and draws on.
+/// A running renderer whose style is edited.
 struct Edited<'a> {
     world: &'a mut World,
     renderer: Renderer,
@@ -71,11 +73,13 @@ impl Edited<'_> {
         draw(&self.world.gpu, &mut self.world.surfaces, &mut self.renderer, &view, style, &north_west());
     }
 
+    /// Returns the numbers of the strokes of the last frame.
     fn numbers(&self) -> BTreeSet<u32> {
         let (_, samples) = self.renderer.strokes().unwrap().samples().read(&self.world.gpu).unwrap();
         samples.iter().map(|sample| sample.stroke).filter(|stroke| *stroke > 0).collect()
     }
 
+    /// Draws a style until it has settled, then the edited one for a frame, and returns what the edit cost.
     fn cost(&mut self, style: &Style, edited: &Style) -> Cost {
         for _ in 0..12 {
             self.draw(style);
@@ -95,7 +99,7 @@ impl Edited<'_> {
 fn an_edit_of_a_value_restarts_nothing() {
     // Hills behind hills, whose contours are several strokes.
     let hills = common::grid_of(257, 257, 30.0, |x_m, y_m| 220.0 * (x_m / 310.0).sin() + 240.0 * (y_m / 270.0).cos());
-    let Some(mut world) = World::apart(hills, 1.0) else { return };
+    let Some(mut world) = World::on_own_device(hills, 1.0) else { return };
     let mut style = Style::load("charcoal").unwrap();
     let strokes = style.strokes_mut().unwrap();
     (strokes.shortest_px, strokes.width_px, strokes.taper_px, strokes.crowd) = (4.0, 2.0, 4.0, 1.0);
@@ -130,7 +134,8 @@ fn an_edit_of_a_value_restarts_nothing() {
     // The texture itself and the bind group that has it; strokes begin again, because their marks differ.
     assert!(cost.pipelines == 0 && (1..=4).contains(&cost.objects), "{cost:?}");
     assert!(!cost.strokes_continued && cost.mean_continued, "{cost:?}");
-    // Planted errors: another style of the same values restarts everything, and one with other passes compiles some.
+    // Controls: a style with another name counts as another style, even with the same values, and restarts everything;
+    // one with other passes also compiles some.
     let renamed = changed(&|style| style.name = "other".to_owned());
     let cost = running.cost(&style, &renamed);
     assert!(!cost.strokes_continued && !cost.mean_continued, "{cost:?}");
@@ -141,11 +146,12 @@ fn an_edit_of_a_value_restarts_nothing() {
 #[test]
 fn an_edited_color_leaves_no_trace_in_the_temporal_mean() {
     let Some(mut world) = World::new(Hill::square(321, 10.0).1, 1.0) else { return };
-    let white = Style::load("ink").unwrap();
-    let mut black = white.clone();
-    (black.paper.color, black.paper.grain) = ("#101010".parse().unwrap(), 0.0);
-    let mut white = white;
-    white.paper.grain = 0.0;
+    let on_paper = |color: &str| {
+        let mut style = Style::load("ink").unwrap();
+        (style.paper.color, style.paper.grain) = (color.parse().unwrap(), 0.0);
+        style
+    };
+    let [white, black] = ["#ffffff", "#101010"].map(on_paper);
     let renderer = || {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
         renderer.set_antialias(Antialias::Temporal);

@@ -173,7 +173,7 @@ fn level_land_is_paper() {
                 // Nor may it be white because the light is strong.
                 style.light.exposure = 1.0;
                 style
-                    .cuts_mut()
+                    .lowest_cuts_mut()
                     .into_iter()
                     .flat_map(|cuts| &mut cuts.families)
                     .for_each(|layer| layer.level_deg = 0.5);

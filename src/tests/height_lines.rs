@@ -25,7 +25,7 @@ fn world() -> Option<World> {
 
 fn style(change: impl Fn(&mut HeightLines)) -> Style {
     let mut style = Style::load("pen").unwrap();
-    change(style.height_lines_mut().unwrap());
+    change(style.lowest_height_lines_mut().unwrap());
     style
 }
 
@@ -196,7 +196,7 @@ fn lines_without_an_interval_are_for_maps() {
     assert!(renderer.target(&HEIGHT_INK).is_some());
     // An interval in the style holds on maps, too.
     let own = self::style(|lines| lines.interval_m = 15.0).for_map(20.0);
-    assert_eq!(own.height_lines().unwrap().interval_m, 15.0);
+    assert_eq!(own.lowest_height_lines().unwrap().interval_m, 15.0);
 }
 
 /// Height of a lake, a little below a contour line.

@@ -100,7 +100,7 @@ pub struct Group {
 pub enum GroupKind {
     /// Strokes along edges of this kind; each becomes one path.
     Strokes(EdgeKind),
-    /// Hatching marks or lines of water: a path ends where the width changes.
+    /// Lines of any other ink (hatching marks, contour lines of height, shores): a path ends where the width changes.
     Marks,
 }
 

@@ -86,9 +86,14 @@ fn a_file_is_shown_as_it_is_read() {
         let row = row(&rows, key);
         assert_eq!((&row["value"], &row["is_set"]), (&value, &is_set.into()), "{key}");
     }
+    let text = place.text(&["styles", "show", "own.toml", "--all"]);
+    assert!(text.contains("\nlayer hatching, sets[1]: ") && text.contains("\n[paper]: "), "{text}");
     place.file("bad.toml", &own.replace("dash", "dish"));
     let error = place.error(&["styles", "show", "bad.toml", "--all"]);
-    assert!(error.starts_with("bad.toml:11:9: dish: no such marks; did you mean \"dash\"?"), "{error}");
+    assert!(
+        error.starts_with("bad.toml:11:9: hatching.layers.marks: dish: no such marks; did you mean \"dash\"?"),
+        "{error}"
+    );
     assert!(place.misuse(&["styles", "show", "oil", "--all"]).contains("no such style"));
 }
 

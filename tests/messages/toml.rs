@@ -72,7 +72,7 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"lien\"\n"),
-            "f.toml:6:9: lien: no such marks; did you mean \"line\"?",
+            "f.toml:6:9: hatching.layers.marks: lien: no such marks; did you mean \"line\"?",
         ),
         (
             format!("{STYLE}[[hatching.layers]]\nmarks = \"mine.toml\"\n"),
@@ -84,7 +84,7 @@ fn toml_has_places_and_near_names() {
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"crayon\"\n"),
-            "f.toml:7:11: crayon: no such stroke texture; available: pen, brush, pencil, charcoal, dry-ink",
+            "f.toml:7:11: strokes.texture: crayon: no such stroke texture; available: pen, brush, pencil, charcoal, dry-ink",
         ),
         (
             format!("{STYLE}[strokes]\nwidth_px = 3\ntexture = \"none.toml\"\n"),

@@ -57,7 +57,7 @@ impl SvgOptions {
             return Ok(None);
         }
         // Shores and water lines alone are not a drawing.
-        let mut inks = style.ink_layers().into_iter().rev();
+        let mut inks = style.inks().into_iter().rev();
         let is_drawing = |own: &StyleInk| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
         let Some(ink) = inks.find(is_drawing).map(|own| own.color) else {
             let style = shown(&style.name);
@@ -144,7 +144,7 @@ impl SvgOptions {
 
 /// Returns which parts of a style's pictures an SVG leaves out, as text; `None` if it leaves out nothing.
 pub(super) fn left_out(style: &Style, eyes: Eyes) -> Option<String> {
-    let of_layers = style.ink_layers().into_iter().filter_map(|own| match own.ink.trace {
+    let of_layers = style.inks().into_iter().filter_map(|own| match own.ink.trace {
         Trace::LeftOut(part) => Some(part),
         _ => None,
     });

@@ -39,9 +39,6 @@ pub(super) struct Row {
     help: &'static str,
     #[serde(skip)]
     is_section: bool,
-    /// Whether the row is the head of a layer.
-    #[serde(skip)]
-    is_layer: bool,
 }
 
 fn as_json<S: Serializer>(item: &Option<Item>, serializer: S) -> Result<S::Ok, S::Error> {
@@ -55,7 +52,6 @@ pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
     let row = |Parameter { key, definition }: Parameter| {
         let Definition { help, unit, range, is_required, .. } = definition;
         let is_section = definition.section().is_some();
-        let is_layer = layer_names().any(|name| name == definition.key) && !key.contains('.');
         let choices = match &definition.kind {
             ValueKind::Choice(all) => Some(all.iter().map(|choice| choice.name.clone()).collect()),
             _ => None,
@@ -75,7 +71,6 @@ pub(super) fn rows(style: &Style, text: &str) -> anyhow::Result<Vec<Row>> {
             is_required,
             help,
             is_section,
-            is_layer,
         }
     };
     Ok(parameters_of(&Style::kind(), Some(&whole)).into_iter().map(row).collect())
@@ -120,15 +115,16 @@ pub(super) fn table(style: &Style, rows: &[Row]) -> String {
     let widths = columns.map(|column| width(column));
     let mut lines = vec![
         format!("{}: {}", shown(&style.name), style.description),
-        "A * marks values that the style sets; a dash means no value.".to_owned(),
+        "A * marks values that the style sets; a dash means no value. Layers are listed from the bottom to the top, and \
+         then the kinds of layers that the style does not have."
+            .to_owned(),
         String::new(),
         line(" ", &["", "value", "unit", "range", "default"].map(str::to_owned), &widths, ""),
     ];
     for row in rows {
         if row.is_section {
             let state = if row.value.is_none() { ", not in this style" } else { "" };
-            let name = if row.is_layer { format!("layer {}", row.key) } else { format!("[{}]", row.key) };
-            lines.extend([String::new(), format!("{name}{state}: {}", row.help)]);
+            lines.extend([String::new(), format!("{}{state}: {}", row.heading(), row.help)]);
             continue;
         }
         let mark = if row.is_set { "*" } else { " " };
@@ -145,6 +141,17 @@ fn line(mark: &str, cells: &[String; 5], widths: &[usize; 5], help: &str) -> Str
 }
 
 impl Row {
+    /// Returns the heading of a section: `[paper]`, `layer cuts[1]`, `layer hatching, sets[0]`.
+    fn heading(&self) -> String {
+        let (layer, within) = self.key.split_once('.').map_or((self.key.as_str(), None), |(a, b)| (a, Some(b)));
+        let kind = layer.split('[').next().unwrap_or_default();
+        match within {
+            _ if !layer_names().any(|name| name == kind) => format!("[{}]", self.key),
+            None => format!("layer {layer}"),
+            Some(within) => format!("layer {layer}, {within}"),
+        }
+    }
+
     fn name(&self) -> String {
         self.key.rsplit_once('.').map_or(self.key.as_str(), |(_, name)| name).to_owned()
     }

@@ -10,7 +10,7 @@ use toml::de::{DeTable, DeValue};
 use super::super::message::{did_you_mean, named, quoted, shown};
 
 /// Largest total number of characters of a list of known names in a message.
-const LISTED: usize = 70;
+const LISTED: usize = 80;
 
 /// A mistake and its position.
 #[derive(Clone, Debug)]
@@ -18,7 +18,7 @@ pub(super) struct Mistake {
     pub kind: Kind,
     /// Byte range of the value or key.
     pub at: Option<Range<usize>>,
-    /// The keys that lead to the value, from the outermost on.
+    /// The keys that lead to the value, from the outermost on. The index of a list entry is a step of its own, `[2]`.
     pub path: Vec<String>,
 }
 
@@ -105,7 +105,8 @@ impl Mistake {
 
     /// Returns the message.
     pub(super) fn cause(&self) -> String {
-        let section = self.path.join(".");
+        let section =
+            self.path.iter().filter(|step| !step.starts_with('[')).map(String::as_str).collect::<Vec<_>>().join(".");
         let key = |key: &str| if section.is_empty() { key.to_owned() } else { format!("{section}.{key}") };
         let it = if section.is_empty() { "it".to_owned() } else { named(&section) };
         match &self.kind {
@@ -115,6 +116,7 @@ impl Mistake {
             Kind::UnknownName { name, known } => format!("{it} cannot be {}{}", quoted(name), meant(name, known)),
             Kind::MissingKey(missing) => format!("the key {} is missing", quoted(&key(missing))),
             Kind::Wanted { wanted, found } => format!("{it} must be {wanted}, but {found}"),
+            Kind::Other(words) if section.is_empty() => words.clone(),
             Kind::Other(words) => format!("{it}: {words}"),
         }
     }
@@ -131,7 +133,7 @@ fn meant(name: &str, known: &[&'static str]) -> String {
 }
 
 /// Describes a value as a subject with a verb: `"thin" is text`.
-pub(super) fn described(value: &DeValue<'_>) -> String {
+pub(crate) fn described(value: &DeValue<'_>) -> String {
     match value {
         DeValue::String(text) => format!("{} is text", quoted(text)),
         DeValue::Integer(number) => format!("{} is a number", shown(&number.to_string())),

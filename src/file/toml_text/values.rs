@@ -96,7 +96,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
             DeValue::Float(_) => visitor.visit_f64(self.number()?),
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::Datetime(time) => visitor.visit_string(time.to_string()),
-            DeValue::Array(list) => visitor.visit_seq(List(list.iter())),
+            DeValue::Array(list) => visitor.visit_seq(List(list.iter().enumerate())),
             DeValue::Table(table) => visitor.visit_map(Entries::of(table)),
         }
     }
@@ -148,7 +148,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
     }
 
     fn deserialize_seq<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
-        visitor.visit_seq(List(self.list()?.iter()))
+        visitor.visit_seq(List(self.list()?.iter().enumerate()))
     }
 
     fn deserialize_tuple<V: Visitor<'de>>(self, length: usize, visitor: V) -> Result<V::Value, Mistake> {
@@ -156,7 +156,7 @@ impl<'de> Deserializer<'de> for Value<'_> {
         if list.len() != length {
             return Err(Mistake::wanted(format!("a list of {length}"), format!("it has {}", list.len())));
         }
-        visitor.visit_seq(List(list.iter()))
+        visitor.visit_seq(List(list.iter().enumerate()))
     }
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Mistake> {
@@ -268,16 +268,17 @@ impl<'de> VariantAccess<'de> for Variant<'_> {
 }
 
 /// The entries of a list.
-struct List<'a>(std::slice::Iter<'a, Spanned<DeValue<'a>>>);
+struct List<'a>(std::iter::Enumerate<std::slice::Iter<'a, Spanned<DeValue<'a>>>>);
 
 impl<'de> SeqAccess<'de> for List<'_> {
     type Error = Mistake;
 
     fn next_element_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<Option<S::Value>, Mistake> {
-        let Some(entry) = self.0.next() else { return Ok(None) };
-        seed.deserialize(Value(entry))
-            .map(Some)
-            .map_err(|mistake| Mistake { at: mistake.at.or(Some(entry.span())), ..mistake })
+        let Some((index, entry)) = self.0.next() else { return Ok(None) };
+        seed.deserialize(Value(entry)).map(Some).map_err(|mut mistake| {
+            mistake.path.insert(0, format!("[{index}]"));
+            Mistake { at: mistake.at.or(Some(entry.span())), ..mistake }
+        })
     }
 
     fn size_hint(&self) -> Option<usize> {

@@ -1,4 +1,4 @@
-//! Lines where parallel planes cut the land. See `shaders/layers/cuts.wgsl`.
+//! Cut lines (cross-contours): lines where parallel planes cut the land. See `shaders/layers/cuts.wgsl`.
 //!
 //! Why: `docs/decisions/cuts.md`.
 
@@ -15,16 +15,17 @@ use crate::style::{Color, StyleError};
 /// Ink of the families of planes, one family per channel, 0 to 1.
 pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
 
-/// Period modulo which heights above a plane are computed, in metres. It is a multiple of every distance between
-/// planes, because these are smaller powers of two, and small enough for an f32 to resolve millimetres.
-const PERIOD_M: f64 = (1_u32 << 13) as f64;
+/// Period modulo which heights above a plane are computed, in metres; small enough for an f32 to resolve millimetres.
+/// Distances between planes are powers of two of a metre (`family_ink` in the shader), so the period is a multiple of
+/// them, unless they are above 8192 m.
+const PERIOD_M: f64 = 8192.0;
 
-/// Largest number of families of planes.
-pub(super) const MOST_CUTS: usize = 3;
+/// Largest number of families of planes of a layer.
+pub(super) const MAX_FAMILIES: usize = 3;
 
 parameters! {
-    /// Lines where families of parallel planes cut the land. Their density follows the spacing on the picture, and they
-    /// are wider where the tone is darker.
+    /// Lines where families of parallel planes cut the land. They are evenly spaced on the picture, and wider where the
+    /// tone is darker.
     pub struct Cuts {
         /// Colour of the lines.
         ink: Color = Color::default();
@@ -36,7 +37,7 @@ parameters! {
         /// `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Families of parallel planes; they are sorted by `from`.
-        families: Vec<PlaneFamily> => Range::Entries(1, MOST_CUTS);
+        families: Vec<PlaneFamily> => Range::Entries(1, MAX_FAMILIES);
     }
 }
 
@@ -45,7 +46,7 @@ parameters! {
     pub struct PlaneFamily {
         /// Mean distance between lines on the picture.
         spacing_px: f32 = 5.0 => Range::Within(2.0, 64.0);
-        /// Tilt of the planes from horizontal: 0 gives contour lines of height, 90 vertical planes.
+        /// Tilt of the planes: 0 gives horizontal planes, 90 vertical ones.
         tilt_deg: f32 = 0.0 => Range::Within(0.0, 90.0);
         /// Azimuth toward which tilted planes rise, clockwise from north.
         azimuth_deg: f32 = 0.0 => Range::Within(-360.0, 360.0);
@@ -77,12 +78,12 @@ impl LayerBehaviour for Cuts {
             count: self.families.len() as u32,
             ..CutRules::default()
         };
-        for (drawn, family) in rules.families.iter_mut().zip(&self.families) {
+        for (entry, family) in rules.families.iter_mut().zip(&self.families) {
             let (sin_tilt, cos_tilt) = f64::from(family.tilt_deg).to_radians().sin_cos();
             let (east, north) = f64::from(family.azimuth_deg).to_radians().sin_cos();
             // The planes rise toward the azimuth, so their normals point away from it.
             let normal = DVec3::new(-sin_tilt * east, -sin_tilt * north, cos_tilt);
-            *drawn = CutFamily {
+            *entry = CutFamily {
                 normal: normal.as_vec3().to_array(),
                 phase_m: normal.dot(origin_m).rem_euclid(PERIOD_M) as f32,
                 spacing_px: family.spacing_px,

@@ -1,9 +1,9 @@
 //! Hatching: which marks are drawn, in which direction, and from which darkness. Its passes are in
-//! `src/tones/hatching`.
+//! `src/tones/hatching`, and in `src/tones/fractal_hatching` for `scale = "add"`.
 
 use std::path::PathBuf;
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, RecipeSource, Set, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, RecipeSource, Trace, TracedSet};
 use crate::gpu::wgsl::shared::mark_normal::BLOCK_PX;
 use crate::gpu::wgsl::surface::bend_axis::REACH as AXIS_REACH;
 use crate::style::marks::{self, Recipe};
@@ -11,7 +11,7 @@ use crate::style::parameters::{Range, choices, parameters};
 use crate::style::{Color, StyleError};
 
 /// Largest number of sets of marks.
-pub const MOST_SETS: usize = 4;
+pub const MAX_SETS: usize = 4;
 
 parameters! {
     /// Tones drawn as hatching marks.
@@ -19,25 +19,26 @@ parameters! {
         /// Colour of the marks.
         ink: Color = Color::default();
         /// How marks keep their size on the picture while the camera moves closer.
-        scale: Scale = Scale::Blend;
-        /// Softness of a mark's edge, as a range of tones; 0 looks like a pen, 0.1 like a pencil.
+        zoom as "scale": Zoom = Zoom::Blend;
+        /// Width of the transition at a mark's edge, in tone (0 to 1); 0 looks like a pen, 0.1 like a pencil.
         softness: f32 = 0.0 => Range::Within(0.0, 0.5);
         /// The land is smoothed to this size for the direction of marks; land seen at a grazing angle is smoothed more.
         form_px: f32 = 12.0 => Range::Within(1.0, 256.0);
-        /// On gentler slopes the direction of marks follows coarser land, by up to two levels; 0 turns this off.
+        /// On gentler slopes the direction of marks follows land that is smoothed up to four times more; 0 turns this
+        /// off.
         calm_deg: f32 = 0.0 => Range::Within(0.0, 45.0);
         /// Fraction of the ink that remains in full haze; how many marks remain is set by `haze.faintest_tone`.
         faintest: f32 = 1.0 => Range::Within(0.0, 1.0);
         /// Whether marks grow or shrink slightly so that their mean ink matches the requested tone everywhere.
         balance: bool = true;
         /// Sets of marks, each of one kind; they are sorted by `from`.
-        sets: Vec<MarkSet> => Range::Entries(1, MOST_SETS);
+        sets: Vec<MarkSet> => Range::Entries(1, MAX_SETS);
     }
 }
 
 choices! {
-    /// How marks keep their size on the picture.
-    pub enum Scale {
+    /// How marks keep their size on the picture while the camera moves closer.
+    pub enum Zoom {
         /// Marks of two scales fade into each other.
         Blend,
         /// Moving closer only adds marks and removes none.
@@ -84,15 +85,15 @@ choices! {
     }
 }
 
-/// Side of a cell in which ink is counted, in pixels, for marks of a `size` of 1. The standard deviation of the bell
-/// over which ink is averaged is 1.6 cells, two spacings of marks.
+/// Side of a cell in which ink is averaged, in pixels, for marks of a `size` of 1. The cells are then averaged with a
+/// Gaussian whose standard deviation is 1.6 cells, two spacings of marks.
 const CELL_PX: u32 = 8;
-/// Largest distance at which a cell influences a pixel, in cells: the bell's reach, the cell itself, and the distance
-/// between two cells.
+/// Largest distance at which a cell influences a pixel, in cells: the Gaussian's reach, the cell itself, and the
+/// distance between two cells.
 const REACH_CELLS: u32 = 6;
 
 impl Hatching {
-    /// Returns the side of the cells in which the ink of the marks is counted, in pixels; it grows with the largest
+    /// Returns the side of the cells in which the ink of the marks is averaged, in pixels; it grows with the largest
     /// marks.
     pub fn cell_px(&self) -> u32 {
         let largest = self.sets.iter().map(|set| set.size).fold(1.0, f32::max);
@@ -100,7 +101,7 @@ impl Hatching {
     }
 
     /// Returns the step between the blocks that are averaged for the axis of curvature, in blocks: the average covers
-    /// about two samples of the form to each side.
+    /// about two samples of the form, each `form_px` wide, to each side.
     pub(crate) fn axis_step(&self) -> i32 {
         (2.0 * self.form_px / (BLOCK_PX as u32 * AXIS_REACH as u32) as f32).round().max(1.0) as i32
     }
@@ -120,7 +121,7 @@ impl Hatching {
 
 impl LayerBehaviour for Hatching {
     fn inks(&self) -> Vec<Ink> {
-        let set = |(number, set): (usize, &MarkSet)| Set {
+        let set = |(number, set): (usize, &MarkSet)| TracedSet {
             label: format!("Hatching {number}, {}", set.marks),
             is_of_dots: set.recipe.as_ref().is_some_and(|recipe| recipe.kind.is_of_dots()),
         };
@@ -136,15 +137,15 @@ impl LayerBehaviour for Hatching {
         }]
     }
 
-    fn reach_px(&self) -> Reach {
+    fn margins(&self) -> Margins {
         let balance_px = if self.balance { REACH_CELLS * self.cell_px() } else { 0 };
-        Reach { margin_px: balance_px + self.axis_reach_px(), ..Reach::default() }
+        Margins { margin_px: balance_px + self.axis_reach_px(), ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {
-        Some(match self.scale {
-            Scale::Blend => "hatching".to_owned(),
-            Scale::Add => "fractal hatching".to_owned(),
+        Some(match self.zoom {
+            Zoom::Blend => "hatching".to_owned(),
+            Zoom::Add => "hatching (additive)".to_owned(),
         })
     }
 
@@ -177,10 +178,10 @@ impl MarkSet {
     /// Returns the files that the set was read from.
     fn files(&self, source: RecipeSource<'_>) -> impl Iterator<Item = PathBuf> {
         let images = self.recipe.iter().flat_map(|recipe| recipe.images.iter().cloned());
-        let own = match source {
+        let own_file = match source {
             RecipeSource::Folder(folder) => marks::file(&self.marks, folder),
-            RecipeSource::Held(_) => None,
+            RecipeSource::Embedded(_) => None,
         };
-        own.into_iter().chain(images)
+        own_file.into_iter().chain(images)
     }
 }

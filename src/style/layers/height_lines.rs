@@ -1,4 +1,4 @@
-//! Contour lines of height (isohypses). See `shaders/layers/height_lines.wgsl`.
+//! Contour lines of height (elevation contours). See `shaders/layers/height_lines.wgsl`.
 //!
 //! Why: `docs/decisions/maps.md`.
 
@@ -13,11 +13,11 @@ use crate::style::parameters::{Range, parameters};
 /// Ink of contour lines of height, 0 to 1.
 pub const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
 
-/// Every fifth contour line is an index contour, which is heavier.
-const INDEX: f64 = 5.0;
+/// Every fifth contour line is an index contour, which is wider.
+const LINES_PER_INDEX: f64 = 5.0;
 
 parameters! {
-    /// Contour lines of height (isohypses); every fifth line is an index contour.
+    /// Contour lines of height; every fifth line is an index contour.
     pub struct HeightLines {
         /// Colour of the lines.
         ink: Color = Color::default();
@@ -37,16 +37,16 @@ parameters! {
     }
 }
 
-/// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres. At large scales, lines
-/// on a slope of 45° are nearly three pixels apart. Small scales have gentler slopes and use the intervals of
-/// topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
+/// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres, before it is rounded. At
+/// large scales, lines on a slope of 45° are about three pixels apart or more. Small scales have gentler slopes and use
+/// the intervals of topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
 fn least_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }
 
 impl LayerBehaviour for HeightLines {
     fn inks(&self) -> Vec<Ink> {
-        // Without an interval, there are no lines: only maps choose one.
+        // Without an interval there are no lines; on a map, `prepare_for_map` chooses one.
         let ink = Ink {
             id: "heights",
             label: "Contour lines of height".to_owned(),
@@ -61,42 +61,34 @@ impl LayerBehaviour for HeightLines {
     }
 
     fn pass(&self, origin_m: DVec3) -> Option<InkPass> {
-        let index_m = INDEX * f64::from(self.interval_m);
+        let index_interval_m = LINES_PER_INDEX * f64::from(self.interval_m);
         let rules = HeightLineRules {
             interval_m: self.interval_m,
-            phase_m: origin_m.z.rem_euclid(index_m) as f32,
+            phase_m: origin_m.z.rem_euclid(index_interval_m) as f32,
             line_px: self.line_px,
             index_px: self.index_px,
             form_px: self.form_px,
-            index: INDEX as f32,
+            index: LINES_PER_INDEX as f32,
             steepest: if self.steepest_deg < 90.0 { self.steepest_deg.to_radians().tan() } else { 1e9 },
         };
         let rules = bytemuck::bytes_of(&rules).to_vec();
-        // Lines without an interval are not drawn.
         (self.interval_m > 0.0).then_some(InkPass { shader: "layers/height_lines", rules, ink: &HEIGHT_INK })
     }
 
+    /// Replaces an interval of 0 with 1, 2 or 5 times a power of ten.
     fn prepare_for_map(&mut self, pixel_m: f64) {
-        *self = self.clone().for_map(pixel_m);
-    }
-
-    fn summary(&self) -> Option<String> {
-        Some("contour lines of height".to_owned())
-    }
-}
-
-impl HeightLines {
-    /// Returns the lines for a map with pixels of `pixel_m` metres. An interval of 0 becomes 1, 2 or 5 times a power of
-    /// ten.
-    #[must_use]
-    pub fn for_map(mut self, pixel_m: f64) -> Self {
         if self.interval_m == 0.0 {
             let least_m = least_m(pixel_m);
             let decade_m = 10.0_f64.powf(least_m.log10().floor());
+            // An interval that is less than 1 % too small is also taken.
             let round = [1.0, 2.0, 5.0, 10.0].into_iter().find(|times| times * decade_m >= least_m * 0.99);
             self.interval_m = (decade_m * round.unwrap_or(10.0)) as f32;
         }
-        self
+    }
+
+    fn summary(&self) -> Option<String> {
+        let of_maps = if self.interval_m > 0.0 { "" } else { " (on maps)" };
+        Some(format!("contour lines of height{of_maps}"))
     }
 }
 
@@ -111,8 +103,9 @@ mod tests {
     fn intervals_of_maps_are_round() {
         let style = Style::load("pen").unwrap();
         let interval_m = |pixel_m: f64| {
-            let lines = HeightLines { interval_m: 0.0, ..style.height_lines().cloned().unwrap() };
-            f64::from(lines.for_map(pixel_m).interval_m)
+            let mut lines = HeightLines { interval_m: 0.0, ..style.lowest_height_lines().cloned().unwrap() };
+            lines.prepare_for_map(pixel_m);
+            f64::from(lines.interval_m)
         };
         for (pixel_m, wanted_m) in [(0.5, 2.0), (3.0, 10.0), (5.0, 20.0), (27.0, 100.0), (90.0, 200.0), (200.0, 200.0)]
         {

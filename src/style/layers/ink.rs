@@ -1,4 +1,4 @@
-//! What a layer is to the rest of the program: its inks, the pass that draws it, and how far its ink reaches.
+//! What a layer is to the rest of the program: its inks, the pass that draws it, and its margins.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use crate::style::{Color, StyleError};
 
 /// Largest number of inks of a frame. The composite binds a picture for each, besides position, tone and sky, and a
 /// device need not offer more than 16 pictures to a shader.
-pub const MOST_INKS: usize = 12;
+pub const MAX_INKS: usize = 12;
 
 /// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
 /// the layer's passes write.
@@ -38,9 +38,9 @@ pub struct Ink {
 /// The channels of a picture that hold an ink, each 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Channels {
-    /// The channel with this index.
+    /// The channel with this index, 0 to 3.
     One(usize),
-    /// The first channels, this many and at most three: one for each family of lines. The families cross each other.
+    /// The first `n` channels (1 to 3), one for each family of lines. The families cross each other.
     Crossed(usize),
 }
 
@@ -53,8 +53,8 @@ pub enum Fading {
         faintest: f32,
         /// How many times farther than tones the ink reaches into the haze.
         reach: f32,
-        /// Whether the amount of ink follows the tone. Tones already lose contrast away from the focus, so such ink
-        /// itself fades less there.
+        /// Whether the amount of ink follows the tone. Such ink already fades with the tone away from the focus, so it
+        /// is itself faded there only by the square root of the focus.
         follows_tone: bool,
     },
     /// The ink fades with the nearest surface around it: detected lines cover both sides of an edge.
@@ -65,7 +65,7 @@ pub enum Fading {
         reach: f32,
     },
     /// The layer's own passes have already faded the ink.
-    Done,
+    AlreadyFaded,
 }
 
 /// How ink becomes lines in a vector file.
@@ -76,7 +76,7 @@ pub enum Trace {
     /// Lines are traced in the picture of the ink, each family of [`Channels::Crossed`] separately.
     Picture,
     /// Sets of hatching marks are drawn and traced separately.
-    Sets(Vec<Set>),
+    Sets(Vec<TracedSet>),
     /// The marks of rows are read back as lines, without tracing.
     Rows {
         /// Distance between neighbouring marks, in pixels.
@@ -86,9 +86,9 @@ pub enum Trace {
     Strokes,
 }
 
-/// A set of hatching marks.
+/// What tracing needs to know about a set of hatching marks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Set {
+pub struct TracedSet {
     /// Label for people.
     pub label: String,
     /// Whether the marks are dots; then each is traced as a dot, not along its length.
@@ -112,10 +112,11 @@ pub struct InkPass {
 pub struct StyleInk {
     /// Index of the layer in [`Style::layers`](crate::style::Style); `None` for the ink of the sky.
     pub layer: Option<usize>,
-    /// How many layers of the same kind are below this one.
+    /// Number of the layer among those of its kind: 0 for the lowest.
     pub number: usize,
-    /// Colour of the ink, or of lettering if the ink has none of its own.
+    /// Colour of the ink, or of lettering if `ink` has no colour.
     pub color: Color,
+    /// The ink as the layer describes it.
     pub ink: Ink,
 }
 
@@ -129,20 +130,21 @@ impl StyleInk {
     }
 }
 
-/// The description of a layer, on which the rest of the program relies instead of on its kind.
+/// A layer as the rest of the program sees it, whatever its kind.
 pub(crate) trait LayerBehaviour {
     /// Returns the inks of the layer, from the bottom to the top; none if it draws nothing.
     fn inks(&self) -> Vec<Ink>;
 
-    /// Returns the pass that draws the layer. Kinds without one have passes of their own in `src/frame`. `origin_m` is
+    /// Returns the pass that draws the layer. Kinds without one have passes of their own, which
+    /// `frame/passes.rs` calls. `origin_m` is
     /// the rig's origin in the world, to which positions on the GPU are relative.
     fn pass(&self, _origin_m: DVec3) -> Option<InkPass> {
         None
     }
 
-    /// Returns how far from a pixel its ink depends on the picture, in pixels: the margin of a part of a large picture.
-    fn reach_px(&self) -> Reach {
-        Reach::default()
+    /// Returns how far around a pixel its ink depends on other pixels, as margins of a part of a large picture.
+    fn margins(&self) -> Margins {
+        Margins::default()
     }
 
     /// Returns the name of the layer in a summary of the style; `None` omits it.
@@ -150,12 +152,13 @@ pub(crate) trait LayerBehaviour {
         None
     }
 
-    /// Returns the name of what a vector file lacks of the layer, apart from inks that are [left out](Trace::LeftOut).
+    /// Returns the name of what a vector file cannot show of the layer, apart from inks that are [left
+    /// out](Trace::LeftOut).
     fn missing_in_vectors(&self) -> Option<&'static str> {
         None
     }
 
-    /// Returns the name of what keeps its size in pixels when the style is scaled for paper, if anything does.
+    /// Returns the name of what keeps its size in pixels when the style is scaled for paper; `None` if nothing does.
     fn unscaled(&self) -> Option<&'static str> {
         None
     }
@@ -177,11 +180,11 @@ pub(crate) trait LayerBehaviour {
     }
 }
 
-/// How far a layer's ink depends on the picture around it, in pixels.
+/// The margins of a part of a large picture that a layer needs, because the ink of a pixel depends on other pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reach {
-    /// The margin that the layer needs; the largest of all layers counts.
+pub struct Margins {
+    /// The margin that the layer needs by itself; the largest of all layers counts.
     pub margin_px: u32,
-    /// A width that is added to the usual margin of a part, together with those of other layers.
-    pub more_px: u32,
+    /// A width that is added to the usual margin of a part; the widths of all layers are added up.
+    pub added_px: u32,
 }

@@ -1,6 +1,6 @@
 //! Lines that are detected in images of the surface. Their passes are in `src/lines`.
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Strokes, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, Strokes, Trace};
 use crate::style::Color;
 use crate::style::parameters::{Range, choices, parameters};
 
@@ -90,9 +90,9 @@ impl LayerBehaviour for Lines {
         }]
     }
 
-    fn reach_px(&self) -> Reach {
+    fn margins(&self) -> Margins {
         let reach_px = if self.crowd < 1.0 { (self.crowd_px * CROWD_REACH).ceil() as u32 } else { 0 };
-        Reach { more_px: reach_px, ..Reach::default() }
+        Margins { added_px: reach_px, ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {

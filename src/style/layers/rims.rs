@@ -1,13 +1,13 @@
-//! Dashed lines around no-data areas. Their pass is `src/surface/rims.rs`.
+//! Rims: dashed outlines of no-data areas. Their pass is `src/surface/rims.rs`.
 
 use super::{Channels, Fading, Ink, LayerBehaviour, Trace};
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
 
 parameters! {
-    /// Dashed lines around no-data areas of the DEM that are not filled.
+    /// Dashed outlines of no-data areas of the DEM that are not filled.
     pub struct Rims {
-        /// Colour of the lines; the default is the colour of lettering: that of the topmost ink of the drawing.
+        /// Colour of the lines; the default is that of the topmost ink with enough contrast to the paper.
         ink: Option<Color>;
         /// Width of a line; 0 draws none.
         width_px: f32 = 0.8 => Range::Within(0.0, 8.0);

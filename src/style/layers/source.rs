@@ -10,8 +10,8 @@ use crate::style::{StyleError, marks, texture};
 pub(crate) enum RecipeSource<'a> {
     /// Built-in recipes, and files relative to a folder.
     Folder(&'a Path),
-    /// Built-in recipes, and texts that are stored in a picture.
-    Held(&'a StyleFiles),
+    /// Built-in recipes, and recipes that are embedded as text in a picture.
+    Embedded(&'a StyleFiles),
 }
 
 impl RecipeSource<'_> {
@@ -20,7 +20,7 @@ impl RecipeSource<'_> {
         let here = Path::new("");
         match self {
             Self::Folder(folder) => marks::Recipe::load(name, folder),
-            Self::Held(held) => match held.marks.get(name) {
+            Self::Embedded(files) => match files.marks.get(name) {
                 Some(text) => marks::Recipe::parse(name, text),
                 None if marks::file(name, here).is_none() => marks::Recipe::load(name, here),
                 None => Err(StyleError::UnknownMarks { name: name.to_owned() }),
@@ -34,7 +34,7 @@ impl RecipeSource<'_> {
         let here = Path::new("");
         match self {
             Self::Folder(folder) => texture::Recipe::load(name, folder),
-            Self::Held(held) => match held.textures.get(name) {
+            Self::Embedded(files) => match files.textures.get(name) {
                 Some(text) => texture::Recipe::parse(name, text),
                 None if texture::file(name, here).is_none() => texture::Recipe::load(name, here),
                 None => Err(StyleError::UnknownTexture { name: name.to_owned() }),

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, RecipeSource, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, RecipeSource, Trace};
 use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError, texture};
 
@@ -80,7 +80,7 @@ parameters! {
         /// How strongly a rebuilt stroke is held at its previous position; 0 moves it at once.
         hold: f32 = 0.7 => Range::Within(0.0, 1.0);
         /// Largest total length of all strokes; the shortest are left out first.
-        budget_px in "px in all": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
+        budget_px in "px in total": f32 = 400_000.0 => Range::Within(100.0, 500_000.0);
         /// Fraction of the ink that remains in full haze.
         faintest: f32 = 0.0 => Range::Within(0.0, 1.0);
         /// Strokes fade in haze this many times farther away than tones.
@@ -98,16 +98,16 @@ impl LayerBehaviour for Strokes {
             label: "Strokes".to_owned(),
             color: Some(self.ink),
             channels: Channels::One(0),
-            fading: Fading::Done,
+            fading: Fading::AlreadyFaded,
             makes_tone: false,
             is_main: true,
             trace: Trace::Strokes,
         }]
     }
 
-    fn reach_px(&self) -> Reach {
+    fn margins(&self) -> Margins {
         // Strokes that are scaled for a print taper over more pixels.
-        Reach { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Reach::default() }
+        Margins { margin_px: MARGIN_PX.max((2.0 * self.taper_px).ceil() as u32), ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {
@@ -128,7 +128,7 @@ impl LayerBehaviour for Strokes {
         self.texture = source.texture(self.texture_name.as_deref()).map_err(|error| ("texture".to_owned(), error))?;
         let file = match source {
             RecipeSource::Folder(folder) => self.file(folder),
-            RecipeSource::Held(_) => None,
+            RecipeSource::Embedded(_) => None,
         };
         Ok(file.into_iter().collect())
     }

@@ -1,6 +1,6 @@
 //! Lines from shading (abstracted shading). Their passes are in `src/lines/tone`.
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, Trace};
 use crate::gpu::wgsl::lines::tone::blur::REACH;
 use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
 use crate::style::Color;
@@ -95,8 +95,8 @@ impl LayerBehaviour for ToneLines {
         ]
     }
 
-    fn reach_px(&self) -> Reach {
-        Reach { margin_px: ToneLines::reach_px(self), ..Reach::default() }
+    fn margins(&self) -> Margins {
+        Margins { margin_px: ToneLines::reach_px(self), ..Margins::default() }
     }
 
     fn summary(&self) -> Option<String> {

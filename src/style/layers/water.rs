@@ -1,6 +1,6 @@
 //! Lakes and the sea. Their passes are `src/surface/water.rs` and `src/tones/water.rs`.
 
-use super::{Channels, Fading, Ink, LayerBehaviour, Reach, Trace};
+use super::{Channels, Fading, Ink, LayerBehaviour, Margins, Trace};
 use crate::gpu::wgsl::tones::water::MIRROR_REACH_PX;
 use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
@@ -52,9 +52,9 @@ impl LayerBehaviour for Water {
         }]
     }
 
-    fn reach_px(&self) -> Reach {
-        let more_px = if self.mirror > 0.0 { MIRROR_REACH_PX as u32 } else { 0 };
-        Reach { more_px, ..Reach::default() }
+    fn margins(&self) -> Margins {
+        let added_px = if self.mirror > 0.0 { MIRROR_REACH_PX as u32 } else { 0 };
+        Margins { added_px, ..Margins::default() }
     }
 
     fn missing_in_vectors(&self) -> Option<&'static str> {

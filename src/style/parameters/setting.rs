@@ -13,8 +13,8 @@ pub trait Setting: Sized {
     /// Returns the kind of value.
     fn kind() -> ValueKind;
 
-    /// Returns the value if neither the file nor the definition gives one; `None` if the key is required.
-    fn left_out() -> Option<Self> {
+    /// Returns the value for a key that neither the file nor the definition gives; `None` if the key is required.
+    fn default_value() -> Option<Self> {
         None
     }
 
@@ -43,7 +43,7 @@ pub trait Setting: Sized {
 
 /// Returns the value of a parameter that the file does not give: its default, if it has one.
 pub fn absent<T: Setting, const N: usize>(default: [T; N]) -> Option<T> {
-    default.into_iter().next().or_else(T::left_out)
+    default.into_iter().next().or_else(T::default_value)
 }
 
 /// Returns the first entry. The macros pass an optional given value followed by a fallback.
@@ -191,7 +191,7 @@ impl<T: Setting> Setting for Option<T> {
         T::kind()
     }
 
-    fn left_out() -> Option<Self> {
+    fn default_value() -> Option<Self> {
         Some(None)
     }
 

@@ -7,7 +7,7 @@ use toml_edit::{DocumentMut, Item, Table, Value};
 use super::{Definition, Setting, parameters_of};
 use crate::file::message::{did_you_mean, shown};
 use crate::file::toml_text::{self, TomlError, Wrong};
-use crate::style::layers::{add_missing_layer, written_key};
+use crate::style::layers::{add_missing_layer, key_in_document};
 
 /// Returns a style or recipe as TOML text with every parameter that has a value, defaults included.
 pub fn text(of: &impl Setting) -> String {
@@ -26,7 +26,7 @@ fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
 /// Returns the item at a key, for example `hatching.sets[0].from`. `item` is the whole document; it may have either form
 /// of a style file.
 pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
-    let key = written_key(item, key);
+    let key = key_in_document(item, key);
     steps(&key).try_fold(item, |item, (name, number)| {
         let named = item.as_table_like()?.get(name)?;
         number.map_or(Some(named), |number| named.get(number))
@@ -47,7 +47,7 @@ pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value
     let mut document: DocumentMut =
         text.parse().map_err(|error: toml_edit::TomlError| wrong(error.message().into()))?;
     add_missing_layer(&mut document, key);
-    let key = written_key(document.as_item(), key);
+    let key = key_in_document(document.as_item(), key);
     let key = key.as_str();
     let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
     let mut item = document.as_item_mut();
@@ -153,7 +153,7 @@ mod tests {
         // The text has `[[hatching.layers]]` but no `[hatching]`. A text with layers gets a new one.
         let new = crate::style::layers::migrated(text).unwrap();
         let lined = crate::style::parameters::set::<Style>("x.toml", &new, "height_lines.line_px", 1.5).unwrap();
-        assert_eq!(Style::parse("x.toml", &lined).unwrap().height_lines().unwrap().line_px, 1.5);
+        assert_eq!(Style::parse("x.toml", &lined).unwrap().lowest_height_lines().unwrap().line_px, 1.5);
         // The new layer has its place in the order of kinds, not on top.
         let kinds = Style::parse("x.toml", &lined).unwrap();
         let kinds: Vec<&str> = kinds.layers.iter().map(crate::style::Layer::kind).collect();

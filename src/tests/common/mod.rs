@@ -153,7 +153,7 @@ impl World {
     }
 
     /// Does the same as [`World::new`] on a device that no other test uses.
-    pub(crate) fn apart(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
+    pub(crate) fn on_own_device(grid: HeightGrid, lod_error_px: f64) -> Option<Self> {
         let gpu = own_gpu()?;
         Self::on(gpu, grid, lod_error_px)
     }

@@ -43,7 +43,7 @@ fn inks() -> Vec<TestInk> {
         ("#1a661a", surface(0.45, 0.6, true), Channels::One(2), 0.3),
         ("#991a4d", Fading::OnNearest { faintest: 0.15, reach: 1.3 }, Channels::One(0), 0.4),
         ("#103050", surface(0.3, 1.0, false), Channels::One(0), 0.2),
-        ("#20242e", Fading::Done, Channels::One(0), 0.2),
+        ("#20242e", Fading::AlreadyFaded, Channels::One(0), 0.2),
         // A second one of a kind, above the strokes.
         ("#0a5a8a", surface(0.6, 1.0, true), Channels::Crossed(2), 0.2),
     ];
@@ -122,7 +122,7 @@ fn twin(layers: &Layers, style: &Style, light: &Light, behind: f64) -> Vec<f64> 
                     Channels::Crossed(_) => 1.0 - texel[..3].iter().map(|ink| 1.0 - ink).product::<f64>(),
                 };
                 let faded = match ink.fading {
-                    Fading::Done => 1.0,
+                    Fading::AlreadyFaded => 1.0,
                     Fading::OnSurface { faintest, reach, .. } => {
                         if is_sky {
                             1.0
@@ -198,8 +198,8 @@ fn the_composite_is_its_twin() {
         };
         for number in 0..layers.inks.len() {
             // Planted errors: an ink that does not fade, an ink that is lacking, and one in the color of another.
-            let has_faded = layers.inks[number].fading != Fading::Done;
-            assert!(!has_faded || planted(&|inks| inks[number].fading = Fading::Done) > 300, "ink {number}");
+            let has_faded = layers.inks[number].fading != Fading::AlreadyFaded;
+            assert!(!has_faded || planted(&|inks| inks[number].fading = Fading::AlreadyFaded) > 300, "ink {number}");
             assert!(planted(&|inks| drop(inks.remove(number))) > 300, "ink {number}");
             assert!(planted(&|inks| inks[number].color = "#ff00ff".parse().unwrap()) > 300, "ink {number}");
         }

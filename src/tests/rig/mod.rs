@@ -31,7 +31,7 @@ fn hill() -> Option<World> {
 
 /// Returns a hill on its own device.
 fn hill_apart() -> Option<World> {
-    World::apart(Hill::square(321, 10.0).1, 1.0)
+    World::on_own_device(Hill::square(321, 10.0).1, 1.0)
 }
 
 fn light() -> Light {

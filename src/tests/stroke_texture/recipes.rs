@@ -45,12 +45,15 @@ fn a_style_names_a_texture_or_a_file_next_to_it() {
     assert_eq!(style("pencil").unwrap(), recipe("pencil"));
     hachure::file::atomic::write(&folder.path().join("mine.toml"), RECIPE.as_bytes()).unwrap();
     assert_eq!(style("mine.toml").unwrap(), Recipe::parse("test", RECIPE).unwrap());
-    // The message has the texture's own name, after the position in the style that names it.
+    // The message has the texture's own name, after the position and the key in the style that name it.
     let error = style("crayon").unwrap_err();
     assert!(
         matches!(&error, StyleError::Named { source, .. } if matches!(**source, StyleError::UnknownTexture { .. }))
     );
-    let expected = format!("{}:32:11: crayon: no such stroke texture; ", folder.path().join("style.toml").display());
+    let expected = format!(
+        "{}:32:11: strokes.texture: crayon: no such stroke texture; ",
+        folder.path().join("style.toml").display()
+    );
     assert!(error.to_string().starts_with(&expected), "{error}");
     assert!(style("nowhere.toml").unwrap_err().to_string().contains("nowhere.toml: cannot read the stroke texture: "));
     hachure::file::atomic::write(&folder.path().join("broken.toml"), b"tile = 3").unwrap();

@@ -9,7 +9,7 @@ use std::fmt::Debug;
 use std::fs;
 use std::path::Path;
 
-use hachure::style::layers::written_key;
+use hachure::style::layers::key_in_document;
 use hachure::style::parameters::{
     Parameter, Range, Setting, Tree, ValueKind, document, find, parameters_of, read, set, text,
 };
@@ -74,7 +74,7 @@ fn leaves<T: Setting>(item: Option<&Item>) -> Vec<Parameter> {
 /// Returns the text without the value at a key.
 fn without(text: &str, key: &str) -> String {
     let mut document: DocumentMut = text.parse().unwrap();
-    let key = &written_key(document.as_item(), key);
+    let key = &key_in_document(document.as_item(), key);
     let mut item = document.as_item_mut();
     let (sections, last) = key.rsplit_once('.').unwrap_or(("", key));
     for step in sections.split(['.', '[']).map(|step| step.trim_end_matches(']')).filter(|step| !step.is_empty()) {
@@ -104,8 +104,8 @@ fn reads_back<T: Kind>() {
         let (given, stored) = (json(document.as_item()), serde_json::to_value(&read).unwrap());
         let whole = read.item().unwrap();
         for Parameter { key, definition } in leaves::<T>(Some(document.as_item())) {
-            let value = at(&given, &written_key(document.as_item(), &key));
-            let stored = at(&stored, &written_key(&whole, &key));
+            let value = at(&given, &key_in_document(document.as_item(), &key));
+            let stored = at(&stored, &key_in_document(&whole, &key));
             if !value.is_null() {
                 assert!(same(value, stored), "seed {seed}: {key} is {stored}, expected {value}");
             }

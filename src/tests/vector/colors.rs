@@ -133,7 +133,7 @@ fn files_of_every_preset_have_the_colors_of_the_picture() {
         let is_drawing = |own: &StyleInk| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
         let is_empty = groups.iter().all(|group| group.id == "rims");
         assert!(!is_empty || style.strokes().is_none() && style.hatching().is_none(), "{name} must have lines");
-        if is_empty || !style.ink_layers().iter().any(is_drawing) {
+        if is_empty || !style.inks().iter().any(is_drawing) {
             continue;
         }
         let allowed = RAGGED.iter().find(|(ragged, _)| *ragged == name).map_or(ALLOWED, |(_, allowed)| *allowed);

@@ -83,7 +83,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         // Ink that does not fade, so that the ink target equals what is drawn.
         style.hatching_mut().into_iter().for_each(|hatching| hatching.faintest = 1.0);
         style.rows_mut().into_iter().for_each(|rows| rows.faintest = 1.0);
-        style.cuts_mut().into_iter().for_each(|cuts| cuts.faintest = 1.0);
+        style.lowest_cuts_mut().into_iter().for_each(|cuts| cuts.faintest = 1.0);
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
         assert!(groups.iter().all(|group| group.kind == GroupKind::Marks && !group.lines.is_empty()));

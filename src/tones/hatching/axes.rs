@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3};
 
 pub(crate) use crate::gpu::wgsl::shared::hatched_surface::Axis;
 pub(crate) use crate::gpu::wgsl::tones::fractal_hatching::Cell;
-use crate::style::hatching::{Direction, MOST_SETS, MarkSet};
+use crate::style::hatching::{Direction, MAX_SETS, MarkSet};
 
 /// Number of level axes around the compass, and of axes that fall at 45°.
 const AZIMUTHS: usize = crate::gpu::wgsl::shared::hatch::AZIMUTHS as usize;
@@ -41,11 +41,11 @@ pub(crate) fn axes(sets: &[MarkSet]) -> Vec<DVec3> {
     let level = compass().map(|to| to.extend(0.0));
     let falling = compass().map(|to| to.extend(-1.0).normalize());
     let along = |i: usize| sets.get(i).map_or(DVec2::Y, |set| to_azimuth(fixed_rad(set)));
-    let fixed = (0..MOST_SETS).flat_map(|i| {
+    let fixed = (0..MAX_SETS).flat_map(|i| {
         let along = along(i);
         [DVec2::new(along.y, -along.x).extend(0.0), along.extend(0.0)]
     });
-    let slow = (0..MOST_SETS).map(|i| SLOW * along(i).extend(0.0));
+    let slow = (0..MAX_SETS).map(|i| SLOW * along(i).extend(0.0));
     level.chain(falling).chain([DVec3::Z]).chain(fixed).chain(slow).collect()
 }
 

@@ -7,7 +7,7 @@ use super::axes;
 use crate::gpu::wgsl::shared::hatch;
 pub(crate) use crate::gpu::wgsl::shared::hatch::Hatch as HatchUniform;
 pub(crate) use crate::gpu::wgsl::shared::hatch::HatchLayer as HatchLayerUniform;
-use crate::style::hatching::{Direction, Hatching, MOST_SETS, MarkSet};
+use crate::style::hatching::{Direction, Hatching, MAX_SETS, MarkSet};
 use crate::style::marks::{Kind, Recipe};
 
 /// Flag: marks have no ends.
@@ -74,12 +74,12 @@ impl HatchUniform {
             side,
             drawn: u32::MAX,
             by_curvature: hatching.follows_curvature().into(),
-            begins: [f32::MAX; MOST_SETS],
+            begins: [f32::MAX; MAX_SETS],
             // A set that does not exist is drawn on no slope.
-            comes_from: [2.0; MOST_SETS],
-            comes_full: [3.0; MOST_SETS],
-            goes_from: [2.0; MOST_SETS],
-            goes_full: [3.0; MOST_SETS],
+            comes_from: [2.0; MAX_SETS],
+            comes_full: [3.0; MAX_SETS],
+            goes_from: [2.0; MAX_SETS],
+            goes_full: [3.0; MAX_SETS],
             ..Self::zeroed()
         };
         let density = |darkness: f32| -(1.0 - darkness).ln();

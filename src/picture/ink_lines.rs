@@ -1,10 +1,9 @@
-//! The inks of a picture as vector lines, except strokes: rows of hachures as they were placed, and all others as lines
-//! traced from their ink.
+//! The inks of a picture as vector lines. Strokes are not among them; [`super::strokes`] reads them back.
 //!
-//! A mark of a row is given by its samples, and its visibility is tested against the surface between them, as in
-//! `shaders/surface/rows/ribbons.wgsl`. Marks from textures exist only as ink and are traced
-//! ([`crate::vector::trace`]). Each set of hatching marks is traced separately, so that its lines do not end at those
-//! of another set.
+//! The marks of rows of hachures are read back as they were placed: a mark is given by its samples, and its visibility
+//! is tested against the surface between them, as in `shaders/surface/rows/ribbons.wgsl`. All other inks exist only as
+//! pictures and are traced ([`crate::vector::trace`]). Each set of hatching marks is traced separately, so that its
+//! lines do not end at those of another set.
 
 use rayon::prelude::*;
 
@@ -43,6 +42,7 @@ struct Surface {
 }
 
 impl Surface {
+    /// Returns the index of the pixel at a position; `None` outside of the frame.
     fn pixel(&self, px: [f32; 2]) -> Option<usize> {
         let [x, y] = px.map(|px| px.floor());
         let [width, height] = self.size_px;
@@ -50,29 +50,32 @@ impl Surface {
         is_inside.then(|| y as usize * width + x as usize)
     }
 
-    /// Returns the fraction of ink that haze and focus leave at a pixel, as in `shaders/composite/composite.wgsl`.
-    fn clear(&self, px: [f32; 2], fading: Fading) -> f32 {
+    /// Returns the fraction of ink that haze and focus leave at a position, as in `shaders/composite/composite.wgsl`.
+    /// It is 1 for detected lines, which are left out of vector files, and for ink that has already faded.
+    fn ink_left(&self, px: [f32; 2], fading: Fading) -> f32 {
         let Fading::OnSurface { faintest, reach, follows_tone } = fading else { return 1.0 };
         let Some(at) = self.pixel(px).map(|pixel| self.position[pixel]).filter(|at| at[3] > 0.0) else { return 1.0 };
         let t = (at[0] * at[0] + at[1] * at[1] + at[2] * at[2]).sqrt() / (self.haze_m * reach);
-        let seen = self.focus.map_or(1.0, |focus| focus.left(&self.view, [at[0], at[1], at[2]], px));
-        let seen = if follows_tone { seen.sqrt() } else { seen };
-        seen * (faintest + (1.0 - faintest) * (-t * t).exp())
+        let focused = self.focus.map_or(1.0, |focus| focus.left(&self.view, [at[0], at[1], at[2]], px));
+        let focused = if follows_tone { focused.sqrt() } else { focused };
+        focused * (faintest + (1.0 - faintest) * (-t * t).exp())
     }
 
     /// Sets the ink of each point of lines to the fraction that haze and focus leave.
-    fn hazed(&self, mut lines: Vec<Polyline>, fading: Fading) -> Vec<Polyline> {
+    fn faded(&self, mut lines: Vec<Polyline>, fading: Fading) -> Vec<Polyline> {
         for point in lines.iter_mut().flat_map(|line| &mut line.points) {
-            point.ink = self.clear(point.px, fading);
+            point.ink = self.ink_left(point.px, fading);
         }
         lines
     }
 }
 
-/// The groups of lines of a picture, from the bottom to the top: those below the strokes, and those above them.
+/// The groups of lines of a picture, from the bottom to the top.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Marks {
+pub(super) struct InkLines {
+    /// The groups below the strokes; all of them in a style without strokes.
     pub below: Vec<Group>,
+    /// The groups above the strokes.
     pub above: Vec<Group>,
 }
 
@@ -88,9 +91,10 @@ pub(super) fn read(
     style: &Style,
     view: &View,
     light: &Light,
-) -> Result<Marks, GpuError> {
-    let mut marks = Marks::default();
-    let Some(position) = renderer.target(&POSITION) else { return Ok(marks) };
+) -> Result<InkLines, GpuError> {
+    let mut ink_lines = InkLines::default();
+    // Every frame has positions; without a frame there is nothing to read.
+    let Some(position) = renderer.target(&POSITION) else { return Ok(ink_lines) };
     let size_px = view.part.size_px;
     let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
     let (haze_m, focus) = (light.haze_m as f32, light.focus);
@@ -98,58 +102,67 @@ pub(super) fn read(
     let size = size_px.map(|side| side as usize);
     let surface = Surface { size_px: size, position, haze_m, view: view_uniform, focus };
     let mut has_strokes = false;
-    for own in style.ink_layers() {
-        let groups = match &own.ink.trace {
+    for style_ink in style.inks() {
+        let groups = match &style_ink.ink.trace {
             Trace::LeftOut(_) => continue,
             Trace::Strokes => {
                 has_strokes = true;
                 continue;
             }
             Trace::Picture => {
-                let target = match own.layer {
+                let target = match style_ink.layer {
                     Some(index) => renderer.ink_target(0, index),
                     None => renderer.target(&SKY),
                 };
-                target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &own, &surface))?
+                target.map_or_else(|| Ok(Vec::new()), |target| traced(gpu, target, &style_ink, &surface))?
             }
             Trace::Sets(sets) => {
-                let drawn = sets.iter().enumerate().filter_map(|(number, set)| Some((set, renderer.mark_set(number)?)));
+                let drawn =
+                    (1..).zip(sets).filter_map(|(number, set)| Some((number, set, renderer.mark_set(number - 1)?)));
                 let drawn: Vec<_> = drawn
-                    .map(|(set, target)| Ok((set, InkPicture { size_px, ink: read_as(gpu, target, [0, 0], size_px)? })))
+                    .map(|(number, set, target)| {
+                        Ok((number, set, InkPicture { size_px, ink: read_as(gpu, target, [0, 0], size_px)? }))
+                    })
                     .collect::<Result<_, GpuError>>()?;
-                let traced = drawn.par_iter().enumerate().map(|(number, (set, picture))| {
+                let traced = drawn.par_iter().map(|(number, set, picture)| {
                     let traced = if set.is_of_dots { dots(picture) } else { lines(picture) };
-                    group(&own, Some(number + 1), set.label.clone(), surface.hazed(traced, own.ink.fading))
+                    group(&style_ink, Some(*number), set.label.clone(), surface.faded(traced, style_ink.ink.fading))
                 });
                 traced.collect()
             }
             Trace::Rows { spacing_px } => {
                 let visible = rows(gpu, renderer, view, &surface, *spacing_px)?;
-                vec![group(&own, None, own.ink.label.clone(), surface.hazed(visible, own.ink.fading))]
+                vec![group(&style_ink, None, style_ink.ink.label.clone(), surface.faded(visible, style_ink.ink.fading))]
             }
         };
         let groups = groups.into_iter().filter(|group| !group.lines.is_empty());
-        if has_strokes { marks.above.extend(groups) } else { marks.below.extend(groups) }
+        if has_strokes { ink_lines.above.extend(groups) } else { ink_lines.below.extend(groups) }
     }
-    Ok(marks)
+    Ok(ink_lines)
 }
 
 /// Traces an ink that exists only as a picture. Returns one group, or one for each family of lines.
-fn traced(gpu: &Gpu, target: &Target, own: &StyleInk, surface: &Surface) -> Result<Vec<Group>, GpuError> {
+fn traced(gpu: &Gpu, target: &Target, style_ink: &StyleInk, surface: &Surface) -> Result<Vec<Group>, GpuError> {
     let size_px = surface.size_px.map(|side| side as u32);
     let texels = channels(gpu, target, [0, 0], size_px)?;
-    let is_sky = own.layer.is_none();
+    let is_sky = style_ink.layer.is_none();
     let of_channel = |channel: usize| {
         // The sky's picture also covers pixels in front of which there is a surface; its ink is not shown there.
         let ink = texels.iter().zip(&surface.position);
         let ink = ink.map(|(texel, at)| if is_sky && at[3] > 0.0 { 0.0 } else { texel[channel] }).collect();
-        surface.hazed(lines(&InkPicture { size_px, ink }), own.ink.fading)
+        surface.faded(lines(&InkPicture { size_px, ink }), style_ink.ink.fading)
     };
-    Ok(match own.ink.channels {
-        Channels::One(channel) => vec![group(own, None, own.ink.label.clone(), of_channel(channel))],
+    Ok(match style_ink.ink.channels {
+        Channels::One(channel) => vec![group(style_ink, None, style_ink.ink.label.clone(), of_channel(channel))],
         Channels::Crossed(families) => {
-            let family =
-                |family| group(own, Some(family + 1), format!("{} {}", own.ink.label, family + 1), of_channel(family));
+            let family = |family| {
+                group(
+                    style_ink,
+                    Some(family + 1),
+                    format!("{} {}", style_ink.ink.label, family + 1),
+                    of_channel(family),
+                )
+            };
             (0..families).into_par_iter().map(family).collect()
         }
     })
@@ -176,16 +189,17 @@ fn rows(
         })
     };
     let drawn = renderer.drawn_rows(gpu)?.unwrap_or_default();
-    Ok(drawn.par_iter().flat_map_iter(|mark| seen(mark, is_shown)).collect())
+    Ok(drawn.par_iter().flat_map_iter(|mark| visible_pieces(mark, is_shown)).collect())
 }
 
-fn group(own: &StyleInk, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
-    let label = if own.number > 0 { format!("{label} (layer {})", own.number + 1) } else { label };
-    Group { id: own.id(part), label, ink: own.color, kind: GroupKind::Marks, lines }
+/// Returns lines of an ink as a group. `part` is the number of a family of lines or of a set of marks, from 1.
+fn group(style_ink: &StyleInk, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
+    let label = if style_ink.number > 0 { format!("{label} (layer {})", style_ink.number + 1) } else { label };
+    Group { id: style_ink.id(part), label, ink: style_ink.color, kind: GroupKind::Marks, lines }
 }
 
 /// Returns the visible pieces of a mark, tested every half pixel.
-fn seen(mark: &[RowSample], is_shown: impl Fn([f32; 2], f32) -> bool) -> Vec<Polyline> {
+fn visible_pieces(mark: &[RowSample], is_shown: impl Fn([f32; 2], f32) -> bool) -> Vec<Polyline> {
     let mut lines: Vec<Polyline> = Vec::new();
     let mut points: Vec<PolylinePoint> = Vec::new();
     let mut end = |points: &mut Vec<PolylinePoint>| {
