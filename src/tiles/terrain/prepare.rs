@@ -222,9 +222,9 @@ impl Terrain {
         let ((selection, asked), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // The requests of a selection that exceeded the budget are dropped.
-            let patches = ResidentPatches { store, atlas, frame, now_s, asked: RefCell::default() };
+            let patches = ResidentPatches { store, atlas, frame, now_s, requested: RefCell::default() };
             let selection = select_within(&patches, grid_projection, anchor, &viewpoint, most)?;
-            Some((selection, patches.asked.into_inner()))
+            Some((selection, patches.requested.into_inner()))
         });
         self.asked = asked;
         self.coarser = coarser;
