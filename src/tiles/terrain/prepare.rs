@@ -59,7 +59,7 @@ pub struct Prepared {
     pub tiles: Loaded,
     /// Time that the frame thread spent on tiles and patches, in milliseconds.
     pub prepare_ms: f64,
-    /// Whether the camera has jumped, so that detail is still being loaded.
+    /// Whether the camera jumped to this frame; the first frame counts as a jump.
     pub jumped: bool,
     /// The error that the patches guarantee.
     pub detail: Detail,
