@@ -279,7 +279,7 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
     let ellipsoid = match (definition.and_then(|definition| definition.ellipsoid), ellipsoid_from_keys(keys)?, code) {
         (Some(known), ..) => known,
         (None, Some(own), _) => own,
-        (None, None, Some(epsg)) if known.is_some() => {
+        (None, None, Some(epsg)) if known.is_some_and(|known| known.kind == Kind::Projected) => {
             return Err(GeoreferenceError::WrongKind { epsg: epsg.into(), declared: "geographic" });
         }
         (None, None, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
