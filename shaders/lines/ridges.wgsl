@@ -2,8 +2,9 @@
 //
 // On a ridge the surface is convex, and its largest principal curvature has a maximum along its own principal
 // direction: the derivative of the curvature along that direction passes through zero from positive to negative. A
-// valley is a ridge of the surface seen from below. A principal direction is an axis, which may point either way, so the
-// directions at a cell's corners are flipped to agree with the first corner's, which fixes the sign of the derivative.
+// valley is a ridge of the surface seen from below. A principal direction is an axis, which may point either way, so
+// the directions at a cell's corners are flipped to agree with the first corner's, which fixes the sign of the
+// derivative.
 //
 // Without APPARENT, the curvature is that of the surface (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes
 // via Implicit Surface Fitting"), and its derivative comes from `surface/curvature`.

@@ -3,9 +3,9 @@
 //!
 //! The directions are evenly distributed over the upper hemisphere by the hemi-octahedral map (Cigolle and others 2014,
 //! "A Survey of Efficient Representations for Independent Unit Vectors", section 3.3): [`FRAMES`] × [`FRAMES`]
-//! directions, and for each a picture, its *frame*. [`FRAMES`] is even, so no frame looks straight down, where a picture
-//! has no upright direction. Each frame is an orthographic projection of the tree's bounding sphere. To draw a pixel,
-//! its ray is traced through the depths of the frame with the nearest direction
+//! directions, and for each a picture, its *frame*. [`FRAMES`] is even, so no frame looks straight down, where a
+//! picture has no upright direction. Each frame is an orthographic projection of the tree's bounding sphere. To draw a
+//! pixel, its ray is traced through the depths of the frame with the nearest direction
 //! (`shaders/surface/trees/impostor.wgsl`), so the pixel has the depth of the mesh, as lines, hatching marks and stereo
 //! pairs require. The frames are drawn when a forest is first drawn, in f64, and are the same on every machine.
 //!

@@ -16,8 +16,8 @@ const TURN_DEFLECTION: f64 = 0.7;
 const DEAD_ZONE: f64 = 0.15;
 /// Full speed near the ground, in metres of the room per second: a brisk walk.
 const SLOWEST_M_S: f64 = 2.0;
-/// Full speed at greater heights, as a fraction of the eyes' height above the ground per second: the ground below passes
-/// at 29° per second at most. It passes faster with the fast button, and where [`SLOWEST_M_S`] is more.
+/// Full speed at greater heights, as a fraction of the eyes' height above the ground per second: the ground below
+/// passes at 29° per second at most. It passes faster with the fast button, and where [`SLOWEST_M_S`] is more.
 const HEIGHT_PER_S: f64 = 0.5;
 /// Highest speed, in m/s of the world.
 const FASTEST_M_S: f64 = 5000.0;

@@ -54,8 +54,8 @@ pub struct Run {
     pub gpu_ms: Option<Percentiles>,
     /// Time per frame that the frame thread spends on tiles and patches.
     pub prepare_ms: Option<Percentiles>,
-    /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the median
-    /// time on tiles and patches.
+    /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the
+    /// median time on tiles and patches.
     pub hitches: Option<u64>,
     /// Passes in drawing order.
     pub passes: Vec<Pass>,

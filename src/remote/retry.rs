@@ -11,8 +11,8 @@ use super::{Cancelled, RemoteError, Settings};
 /// Interval at which a pause checks for cancellation and for the end of the file's patience.
 const POLL_INTERVAL: Duration = Duration::from_millis(20);
 
-/// Repeats a request until it succeeds, cannot succeed, has been tried `settings.tries` times, or the file's patience is
-/// used up. `failed` is called with the cause of each failed try.
+/// Repeats a request until it succeeds, cannot succeed, has been tried `settings.tries` times, or the file's patience
+/// is used up. `failed` is called with the cause of each failed try.
 ///
 /// # Errors
 /// Returns the request's own error if no further try can succeed; [`RemoteError::Failed`] after the last try, or if the

@@ -59,8 +59,8 @@ pub enum GeoreferenceError {
     UnknownCrs { epsg: u32 },
     /// The code is of another kind of CRS than the file declares.
     #[error(
-        "its coordinate reference system EPSG:{epsg} is not {declared}, as the file declares; assign the right one with \
-         gdal_edit -a_srs"
+        "its coordinate reference system EPSG:{epsg} is not {declared}, as the file declares; assign the right one \
+         with gdal_edit -a_srs"
     )]
     WrongKind {
         epsg: u32,
@@ -80,7 +80,10 @@ pub enum GeoreferenceError {
     #[error("its {what} is {value:?}, which is impossible; correct the georeference")]
     Impossible { what: &'static str, value: f64 },
     /// The grid reaches beyond a pole.
-    #[error("its latitudes run from {}° to {}°, beyond ±90°", format_degrees(*south_degrees), format_degrees(*north_degrees))]
+    #[error(
+        "its latitudes run from {}° to {}°, beyond ±90°",
+        format_degrees(*south_degrees), format_degrees(*north_degrees)
+    )]
     BeyondPole {
         /// Latitude of the southernmost sample.
         south_degrees: f64,
@@ -367,8 +370,8 @@ impl UnitKeys {
             None => {
                 let Self { kind, default, .. } = self;
                 tracing::warn!(
-                    "{file}: the size of its {kind} (code {code}) is unknown; the unit of its EPSG code, or {default}, is \
-                     assumed"
+                    "{file}: the size of its {kind} (code {code}) is unknown; the unit of its EPSG code, or {default}, \
+                     is assumed"
                 );
                 Ok(None)
             }

@@ -36,8 +36,8 @@ pub(super) struct Walk<'a> {
     /// ([`units_log2`]).
     finest_level: i32,
     leaves: Leaves,
-    /// Leaves that may not be split: their children are not loaded, or a neighbour that cannot be split would then be too
-    /// coarse for them.
+    /// Leaves that may not be split: their children are not loaded, or a neighbour that cannot be split would then be
+    /// too coarse for them.
     pinned: FxHashSet<PatchKey>,
     /// The skyline of the patches selected so far.
     skyline: Skyline,
@@ -158,8 +158,8 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns a lower bound of the land's height in one of `parts` × `parts` parts of a patch, in metres; `None` if its
-    /// tile is not loaded.
+    /// Returns a lower bound of the land's height in one of `parts` × `parts` parts of a patch, in metres; `None` if
+    /// its tile is not loaded.
     fn part_minimum_m(&self, key: PatchKey, parts: usize, x: usize, y: usize) -> Option<f64> {
         let level = key.level.max(0);
         // A patch covers 4 × 4 blocks of its level, or, if it is finer than the data, less than one of level 0.
@@ -279,7 +279,8 @@ impl<'a> Walk<'a> {
         self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m })
     }
 
-    /// Adds a patch to the selection, morphed toward its parent's shape as far as the error that is allowed there permits.
+    /// Adds a patch to the selection, morphed toward its parent's shape as far as the error that is allowed there
+    /// permits.
     fn add_leaf(&mut self, patch: &VisiblePatch, parent: ParentError) {
         let key = patch.key;
         let own_m = self.visible_error_m(patch);
@@ -297,8 +298,8 @@ impl<'a> Walk<'a> {
         self.leaves.insert(key, Leaf { distance_m, farthest_m, level, holes });
     }
 
-    /// Splits leaves that are more than [`MAX_LEVEL_STEP`] coarser than a neighbour; where one cannot be split, merges its
-    /// neighbours instead.
+    /// Splits leaves that are more than [`MAX_LEVEL_STEP`] coarser than a neighbour; where one cannot be split, merges
+    /// its neighbours instead.
     pub(super) fn limit_steps(&mut self) {
         loop {
             let too_far_apart: Vec<_> = self

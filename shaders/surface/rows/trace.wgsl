@@ -66,8 +66,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // Number of samples below and above the seed.
     var reach = vec2<u32>(0u);
-    // Number of samples by which the mark is shifted up: the paper-folding sequence, inverted where the number of factors
-    // of two is odd.
+    // Number of samples by which the mark is shifted up: the paper-folding sequence, inverted where the number of
+    // factors of two is odd.
     let twos = firstTrailingBit(index);
     let stagger = i32((index >> (twos + 1u)) ^ twos) & 1;
     candidates[sample_word(at, 0)] = pack_place(seed);

@@ -1,4 +1,5 @@
-//! Computes the distance of each sample from the shore, from the nearest shores in columns. See `shaders/surface/lakes/maps.wgsl`.
+//! Computes the distance of each sample from the shore, from the nearest shores in columns. See
+//! `shaders/surface/lakes/maps.wgsl`.
 
 use super::{Inputs, MAPS_OFFSET};
 use crate::gpu::recorder::Recorder;
