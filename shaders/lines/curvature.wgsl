@@ -26,12 +26,17 @@
 #endif
 
 struct CurvatureLines {
+    // Width of contours.
     width_px: f32,
+    // Width of suggestive contours; 0 draws none.
     suggestive_px: f32,
+    // Least rise of the curvature toward the eye (y of `radial`) at a suggestive contour.
     least_rise: f32,
-    most_facing: f32,
+    // Cosine between normal and direction to the eye above which there are no suggestive contours.
+    largest_cosine: f32,
     // Soft border, as a part of the half width.
     taper: f32,
+    // Amplitude and wavelength of the wave that displaces lines sideways.
     warp_px: f32,
     warp_length_px: f32,
 }
@@ -134,6 +139,7 @@ fn between(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>) -> Between {
     return Between(sum / max(weights, 1e-6), slope, count == 4, count > 0);
 }
 
+// Returns the cosine between the normal and the direction to the eye.
 fn facing_of(at: vec4<f32>, n: vec3<f32>) -> f32 {
     return dot(n, normalize(view.eye_m - at.xyz));
 }
@@ -157,16 +163,16 @@ fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: 
 
 // Largest cosine of a pixel near a contour, whatever the curvature of the land; and the largest for the estimate from
 // neighbours.
-const MOST_FACING: f32 = 0.5;
-const MOST_FACING_BY_SIDES: f32 = 0.18;
+const LARGEST_COSINE: f32 = 0.5;
+const LARGEST_COSINE_BY_SIDES: f32 = 0.18;
 
 fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 {
     let facing = facing_of(at, n);
-    if facing < -0.1 || facing > MOST_FACING {
+    if facing < -0.1 || facing > LARGEST_COSINE {
         return 0.0;
     }
     var from_contour_px = facing * facing / (2.0 * max(bend, LEAST_BEND));
-    if from_contour_px > 0.5 * curvature_lines.width_px && facing < MOST_FACING_BY_SIDES {
+    if from_contour_px > 0.5 * curvature_lines.width_px && facing < LARGEST_COSINE_BY_SIDES {
         from_contour_px = min(from_contour_px, from_contour_by_sides(pixel, at, n, facing));
     }
     if from_contour_px > curvature_lines.width_px + curvature_lines.warp_px + 1.0 {
@@ -182,7 +188,7 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
 fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
     let steepness = length(seen.slope);
     let half_px = 0.5 * curvature_lines.suggestive_px;
-    if half_px <= 0.0 || !seen.is_whole || steepness <= 0.0 || seen.own.z > curvature_lines.most_facing || seen.own.z <= 0.0 {
+    if half_px <= 0.0 || !seen.is_whole || steepness <= 0.0 || seen.own.z > curvature_lines.largest_cosine || seen.own.z <= 0.0 {
         return 0.0;
     }
     let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;

@@ -2,8 +2,9 @@
 //
 // On a ridge the surface is convex, and its largest principal curvature has a maximum along its own principal
 // direction: the derivative of the curvature along that direction passes through zero from positive to negative. A
-// valley is a ridge of the surface seen from below. A principal direction is an axis without a sense, so the directions
-// at a cell's corners are flipped to agree with the first corner's, which fixes the sign of the derivative.
+// valley is a ridge of the surface seen from below. A principal direction is an axis, which may point either way, so
+// the directions at a cell's corners are flipped to agree with the first corner's, which fixes the sign of the
+// derivative.
 //
 // Without APPARENT, the curvature is that of the surface (Ohtake, Belyaev, Seidel 2004, "Ridge-Valley Lines on Meshes
 // via Implicit Surface Fitting"), and its derivative comes from `surface/curvature`.
@@ -33,8 +34,8 @@
 struct RidgeRules {
     // Least change of the normal over a feature, in radians.
     least_bend: f32,
-    // 1: ridges. -1: valleys.
-    side: f32,
+    // 1: ridges. -1: valleys, as ridges of the inverted surface.
+    orientation: f32,
 }
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -49,7 +50,7 @@ struct RidgeRules {
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
 #endif
 
-// Largest curvature in the other principal direction, relative to the ridge's own.
+// Largest ratio of the curvature in the other principal direction to that across the ridge.
 const MOST_ACROSS: f32 = 0.7;
 // Cosine between normal and view direction below which the surface's contours are drawn instead.
 const LEAST_FACING: f32 = 0.2;
@@ -65,33 +66,37 @@ struct Crest {
     along: vec3<f32>,
 }
 
+// Returns the cosine between the normal and the direction to the eye.
 fn facing_of(corner: Corner) -> f32 {
     return dot(corner.normal, normalize(view.eye_m - corner.at_m));
 }
 
 #ifdef APPARENT
-fn place_of(block: vec2<i32>) -> Corner {
+// Returns a block's corner without value and room (see cells.wgsl).
+fn plain_corner(block: vec2<i32>) -> Corner {
     return corner_at(view, block, textureLoad(shape_normal, block, 0), 0.0, 0.0);
 }
 
 // Returns the magnitude of the view-dependent curvature: it is continuous, while the sign jumps where the surface
 // becomes concave.
-fn turn_at(block: vec2<i32>) -> f32 {
+fn magnitude_at(block: vec2<i32>) -> f32 {
     return abs(textureLoad(apparent, block, 0).x);
 }
 
+// Returns the crest at a block, with the derivative of the magnitude by central differences.
 fn crest_of(block: vec2<i32>) -> Crest {
     let own = textureLoad(apparent, block, 0);
     var change = vec2<f32>(0.0);
     var is_whole = true;
-    let middle = place_of(block);
+    let middle = plain_corner(block);
     for (var i = 0; i < 4; i++) {
         let step = select(vec2<i32>(0, 1), vec2<i32>(1, 0), i < 2) * select(-1, 1, (i & 1) == 1);
-        is_whole = is_whole && on_one_surface(view, middle, place_of(block + step));
-        change += vec2<f32>(step) * turn_at(block + step);
+        is_whole = is_whole && on_one_surface(view, middle, plain_corner(block + step));
+        change += vec2<f32>(step) * magnitude_at(block + step);
     }
     let least = ridge_rules.least_bend;
-    let bends = (ridge_rules.side * own.x * textureLoad(shape_bend, block, 0).w - least) / max(least, 0.01);
+    // The w of `shape_bend` is the feature size.
+    let bends = (ridge_rules.orientation * own.x * textureLoad(shape_bend, block, 0).w - least) / max(least, 0.01);
     var corner = middle;
     corner.value = dot(change, own.yz);
     corner.room = min(bends, min(MOST_ACROSS - own.w, facing_of(middle) - LEAST_FACING));
@@ -104,13 +109,14 @@ fn on_picture(crest: Crest) -> vec2<f32> {
     return crest.along.xy;
 }
 #else
+// Returns the crest at a block, with the derivative from `shape_change`.
 fn crest_of(block: vec2<i32>) -> Crest {
     let seen = textureLoad(shape_normal, block, 0);
     let shape = textureLoad(shape_bend, block, 0);
-    let bend = ridge_rules.side * shape.xyz;
+    let bend = ridge_rules.orientation * shape.xyz;
     let found = principal_of(bend);
     let frame = frame_of(seen.xyz);
-    let change = ridge_rules.side * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
+    let change = ridge_rules.orientation * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
     let least = ridge_rules.least_bend;
     var corner = corner_at(view, block, seen, change, 0.0);
     corner.room = min(min((found.most * shape.w - least) / max(least, 0.01), (MOST_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
@@ -118,6 +124,7 @@ fn crest_of(block: vec2<i32>) -> Crest {
     return Crest(corner, frame * found.along);
 }
 
+// Returns the direction of a crest on the picture, of any length.
 fn on_picture(crest: Crest) -> vec2<f32> {
     let start = view.clip_from_camera * vec4<f32>(crest.corner.at_m, 1.0);
     let on = view.clip_from_camera * vec4<f32>(crest.along, 0.0);
@@ -134,7 +141,8 @@ fn agreeing(own: Crest, along: vec3<f32>) -> Corner {
     return corner;
 }
 
-fn look(block: vec2<i32>) -> Curves {
+// Returns the ridges or valleys in the cell whose first corner is a block.
+fn curves_in_cell(block: vec2<i32>) -> Curves {
 #ifdef APPARENT
     // A crest depends on the blocks around it.
     let reach = 1;
@@ -168,6 +176,6 @@ fn main(
         return;
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
-    let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.side > 0.0);
-    put_curves(view, position, normal, cell, look(cell.block), kind, 2u);
+    let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.orientation > 0.0);
+    put_curves(view, position, normal, cell, curves_in_cell(cell.block), kind, 2u);
 }

@@ -24,9 +24,10 @@
 #import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
 
 struct SuggestiveRules {
+    // Least rise of the curvature toward the eye (y of `radial`) at a line.
     least_rise: f32,
     // Cosine between normal and direction to the eye above which there are no suggestive contours.
-    most_facing: f32,
+    largest_cosine: f32,
     // Largest distance between the lines of both eyes on the surface, in pixels of this eye; 0 ignores the other eye.
     agree_px: f32,
     padding: f32,
@@ -48,7 +49,7 @@ struct SuggestiveRules {
 // eye.
 fn room_of(rise: f32, facing: f32) -> f32 {
     let rises = (rise - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
-    return min(rises, suggestive_rules.most_facing - facing);
+    return min(rises, suggestive_rules.largest_cosine - facing);
 }
 
 fn corner_of(block: vec2<i32>) -> Corner {

@@ -40,6 +40,7 @@ fn cell_at(view: View, crowd: Crowd, px: vec2<f32>) -> vec2<i32> {
     return clamp(cell, vec2<i32>(0), vec2<i32>(crowd.cells) - 1);
 }
 
+// Returns the step of rank in which a rank is counted.
 fn bin_of(rank: f32) -> u32 {
     return u32(clamp(rank * f32(BINS), 0.0, f32(BINS) - 1.0));
 }
@@ -54,9 +55,9 @@ fn capped(crowd: Crowd, depth_m: f32) -> f32 {
     return 1.0 - smoothstep(APART_RAD.x, APART_RAD.y, apart_rad);
 }
 
-// Returns the part of a line's ink that is left at a place. `bar` holds the rank of the bar, and the part that is left
-// of lines above it.
-fn left_of(bar: vec2<f32>, rank: f32) -> f32 {
+// Returns the fraction of a line's ink that remains. `bar` holds the rank of the bar, and the fraction that remains of
+// lines above it.
+fn remaining_part(bar: vec2<f32>, rank: f32) -> f32 {
     return bar.y * smoothstep(bar.x - SOFT, bar.x + SOFT, rank);
 }
 

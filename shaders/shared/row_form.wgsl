@@ -8,10 +8,12 @@ const LONGEST: f32 = 2.0;
 
 @group(0) @binding(2) var<storage, read_write> relief: array<f32>;
 
+// Weights of four heights for the interpolated height at the fraction t between the middle two.
 fn weights(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(t * (t * (2.0 - t) - 1.0), t * t * (3.0 * t - 5.0) + 2.0, t * (t * (4.0 - 3.0 * t) + 1.0), t * t * (t - 1.0));
 }
 
+// Weights of four heights for the derivative at the fraction t between the middle two.
 fn slopes(t: f32) -> vec4<f32> {
     return 0.5 * vec4<f32>(t * (4.0 - 3.0 * t) - 1.0, t * (9.0 * t - 10.0), t * (8.0 - 9.0 * t) + 1.0, t * (3.0 * t - 2.0));
 }
@@ -39,8 +41,8 @@ fn row_form(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>) -> vec3
     return vec3<f32>(dot(gradient, frame.point.dg_dx), dot(gradient, frame.point.dg_dy), height_m);
 }
 
-// Returns the step along the slope that rises by `rise_m`, in cells.
-fn way_of(block: RowBlock, frame: Frame, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
+// Returns the horizontal step along the slope over which the land rises by `rise_m`, in cells.
+fn horizontal_step(block: RowBlock, frame: Frame, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
     let by_m = slope * (rise_m / max(dot(slope, slope), 1e-12));
     return (frame.point.dg_dx * by_m.x + frame.point.dg_dy * by_m.y) / block.cell;
 }

@@ -37,15 +37,22 @@ const HALF: i32 = 8;
 // Samples from the middle to the border of the row; those beyond serve marks that no other row continues.
 const CORE: i32 = 5;
 const SAMPLES: i32 = 17;
-// Words of a candidate: its index, the number of intervals in its piece, the candidate below it, its height, and its
-// samples.
+// Words of a candidate: its index in its piece of a row's middle line; the number of intervals between the candidates
+// of that piece; the number of samples below its seed, plus 256 times the number above it; the seed's height; and its
+// samples (sample_word), where its seed is as two floats until `trace` writes the samples.
+const INDEX: u32 = 0u;
+const INTERVALS: u32 = 1u;
+const REACH: u32 = 2u;
+const HEIGHT: u32 = 3u;
+const SEED: u32 = 4u;
 const WORDS: u32 = 21u;
+// Bit of the number of intervals: the piece is a closed line.
 const CLOSED: u32 = 0x80000000u;
 // Bit of an index: the same mark begins a piece of the next block, which draws it.
 const ELSEWHERE: u32 = 0x80000000u;
 
-// Bit of the number of intervals: a mark outside of any row. Its index then holds its rise from sample to sample, and
-// its height is in metres.
+// The number of intervals of a mark outside of any row. After `trace` its index holds its rise from sample to sample,
+// and its height is in metres.
 const ALONE: u32 = 0x40000000u;
 // Size of a proposal, in vectors of four. The first vector holds the samples at which the mark begins and ends (the end
 // times 32), a bit for each visible sample, its priority (the greatest comes first), and its state: UNDECIDED to
@@ -92,10 +99,12 @@ struct RowBlock {
     along_y: vec2<f32>,
 }
 
+// Returns the side of a cell in metres.
 fn cell_m(block: RowBlock) -> f32 {
     return block.cell * terrain.spacing_m;
 }
 
+// Converts a position in a block to grid coordinates.
 fn grid_of(block: RowBlock, place: vec2<f32>) -> vec2<f32> {
     return block.corner + place * block.cell;
 }
@@ -113,6 +122,7 @@ struct Frame {
     along_y: vec2<f32>,
 }
 
+// Returns the transform around a position in a block.
 fn frame_at(block: RowBlock, place: vec2<f32>) -> Frame {
     let world_m = world_from_grid(grid_of(block, place));
     let point = grid_from_world(world_m);
@@ -122,8 +132,14 @@ fn frame_at(block: RowBlock, place: vec2<f32>) -> Frame {
     return Frame(point, world_m, vec2<f32>(b.y, -a.y) * scale, vec2<f32>(-b.x, a.x) * scale);
 }
 
-fn world_way(frame: Frame, way: vec2<f32>) -> vec2<f32> {
-    return frame.along_x * way.x + frame.along_y * way.y;
+// Converts an offset in cells to an offset in the world, in metres east and north.
+fn world_offset(frame: Frame, cells: vec2<f32>) -> vec2<f32> {
+    return frame.along_x * cells.x + frame.along_y * cells.y;
+}
+
+// Returns the word that holds the sample `i` of the candidate whose words begin at `at`; sample 0 is the seed.
+fn sample_word(at: u32, i: i32) -> u32 {
+    return at + SEED + u32(HALF + i);
 }
 
 // Positions of marks are packed in 16 bits each, up to a quarter of a block outside of the block.

@@ -17,7 +17,8 @@ struct Sample {
     depth_m: f32,
     // Distance along the stroke to the end of the drawn part, in pixels: positive where the sample is drawn.
     shown_px: f32,
-    // Identity of the stroke across frames, never 0. A stroke that splits passes it on to all of its parts.
+    // Identity of the stroke across frames, never 0. A stroke that splits passes it on to all of its parts. In samples
+    // that temporal.wgsl has not yet reached, the index of the chain.
     stroke: u32,
     // FIRST, LAST, FADING, IS_CLOSED, RUNS_OFF, and the kind of edge from bit 8 on.
     flags: u32,
@@ -33,12 +34,13 @@ struct Sample {
 struct Match {
     // Identity of the stroke; 0 is none.
     stroke: u32,
+    // Texture parameter and pressure of the old stroke there.
     along_px: f32,
     pressure: f32,
-    // 1 if the old stroke runs the same way, -1 if it runs the opposite way.
-    sense: f32,
+    // 1 if the texture parameter of the old stroke grows along the sample's chain, -1 if it falls.
+    direction_sign: f32,
     // From the sample to the old line, in pixels.
-    toward_px: vec2<f32>,
+    to_old_line_px: vec2<f32>,
     half_width_px: f32,
     // Arc length of the sample itself from its stroke's start, in pixels.
     at_px: f32,
@@ -47,11 +49,13 @@ struct Match {
     is_seen: u32,
 }
 
-// The identity and texture offset that a chain inherits.
+// The old stroke for which the samples of a chain voted.
 struct Heritage {
     // Identity of the stroke; 0 if the chain is new.
     stroke: u32,
-    sense: f32,
+    // As in Match.
+    direction_sign: f32,
+    // Texture parameter at the start of the chain.
     offset_px: f32,
     padding: u32,
 }
@@ -75,6 +79,7 @@ struct SampleCounts {
     padding: u32,
 }
 
+// What the passes need to know of time.
 struct Temporal {
     // Added to camera-relative positions of the previous frame to give this frame's, in metres.
     step_m: vec3<f32>,
@@ -125,7 +130,7 @@ const RESTS_PX: f32 = 0.01;
 const SEEDS_PX: f32 = 64.0;
 // Difference between texture parameter and arc length beyond which the texture has a seam.
 const SEAM_PX: f32 = 6.0;
-// `shown_px` of samples far from any end.
+// Largest `shown_px`: that of samples far from any end.
 const WHOLLY_PX: f32 = 8.0;
 // Samples on either side that growth reads.
 const NEIGHBOURS: u32 = 8u;
@@ -141,22 +146,25 @@ fn is_seam(a_px: f32, b_px: f32, apart_px: f32) -> bool {
     return abs(abs(b_px - a_px) - apart_px) > SEAM_PX;
 }
 
-// Returns what is left, one frame later, of the displacement by which a line is held back.
-fn let_go(held_px: vec2<f32>, hold: f32) -> vec2<f32> {
+// Returns what is left, one frame later, of the displacement by which a line is held back, in pixels.
+fn decayed(held_px: vec2<f32>, hold: f32) -> vec2<f32> {
     let apart_px = length(held_px);
     let left_px = max(hold * apart_px, apart_px - MOVE_PX);
     // A line that has arrived stays bit-identical.
     return select(vec2<f32>(0.0), held_px * (left_px / max(apart_px, 1e-6)), apart_px > RESTS_PX);
 }
 
+// Returns the number of samples of a chain.
 fn samples_of(length_px: f32) -> u32 {
     return max(u32(ceil(length_px / SPACING_PX)), 1u) + 1u;
 }
 
+// Returns the length class of a chain, 0 to CLASSES - 1.
 fn class_of(length_px: f32) -> u32 {
     return u32(clamp(4.0 * log2(max(length_px, 1.0)), 0.0, f32(CLASSES - 1u)));
 }
 
+// Returns a well mixed word: the final mix of xxHash32, after a multiplication by its first prime.
 fn hash(value: u32) -> u32 {
     var h = value * 0x9e3779b1u;
     h = (h ^ (h >> 15u)) * 0x85ebca77u;
@@ -164,12 +172,14 @@ fn hash(value: u32) -> u32 {
     return h ^ (h >> 16u);
 }
 
+// A point of a segment.
 struct Nearest {
     // Position between the ends of the segment, 0 to 1.
     t: f32,
     px: vec2<f32>,
 }
 
+// Returns the point of the segment from `a` to `b` that is nearest to `px`.
 fn nearest_on(a: vec2<f32>, b: vec2<f32>, px: vec2<f32>) -> Nearest {
     let along = b - a;
     let t = clamp(dot(px - a, along) / max(dot(along, along), 1e-12), 0.0, 1.0);

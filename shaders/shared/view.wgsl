@@ -1,4 +1,5 @@
-// The view of one eye. Positions are in metres, east-north-up, from the origin of the rig that the eye belongs to.
+// The view of one eye. Positions are in metres, east-north-up, from the origin of the rig that the eye belongs to; this
+// is the space that names call "camera". With one eye the origin is the eye.
 #define_import_path hachure::view
 
 struct View {
@@ -10,13 +11,15 @@ struct View {
     // Pixels per radian around the axis.
     focal_px: f32,
     ray_dx: vec3<f32>,
+    // Distance of the near plane.
     near_m: f32,
     ray_dy: vec3<f32>,
     pad: f32,
-    // Size of the targets.
+    // Size of the targets, which may be a part of the picture.
     size_px: vec2<u32>,
     // Position of the targets' first pixel in the picture; a large picture is rendered in parts.
     origin_px: vec2<i32>,
+    // Size of the whole picture.
     picture_px: vec2<f32>,
     // Displacement of the picture's content by jitter.
     jitter_px: vec2<f32>,
@@ -68,7 +71,7 @@ fn distance_from_eye(view: View, at_m: vec3<f32>) -> f32 {
     return length(from_eye(view, at_m));
 }
 
-// Returns whether a sphere is off-screen.
+// Returns whether a sphere is off-screen: entirely beyond one of the four planes at the sides of the frustum.
 fn is_off_screen(view: View, at_m: vec3<f32>, radius_m: f32) -> bool {
     var m = transpose(view.clip_from_camera);
     var off_screen = false;

@@ -124,7 +124,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 
     let report = Report {
         adapter: gpu.description(),
-        size: args.size,
+        size_px: args.size,
         world: world_size(&runs[0].world),
         runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
     };
@@ -139,7 +139,7 @@ pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.json {
         return print_json(&report);
     }
-    let [width, height] = report.size;
+    let [width, height] = report.size_px;
     print(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
 }
 

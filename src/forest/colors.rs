@@ -18,7 +18,7 @@ const BIRCH: [u32; 2] = [0x98_a8_48, 0xf0_ed_e6];
 const SNAG: [u32; 2] = [0x8d_89_83, 0x8d_89_83];
 
 /// Returns the palette index of a part of a generated species.
-pub(crate) fn paint_of(part: Part) -> u8 {
+pub(crate) fn color_index_of(part: Part) -> u8 {
     match part {
         Part::Leaf => 0,
         Part::Bark => 1,
@@ -35,10 +35,10 @@ pub(crate) fn of_grown(grown: Grown, species: &Species) -> Vec<Color> {
 /// by default those of the generated species with the most similar outline.
 pub(crate) fn of_model(model: &TreeModel, species: &Species) -> Vec<Color> {
     let leaf = species.color_srgb.map_or(own(model.clump)[0], linear);
-    let mut palette: Vec<Color> = model.paints.iter().map(|paint| paint.unwrap_or(leaf)).collect();
+    let mut palette: Vec<Color> = model.colors.iter().map(|color| color.unwrap_or(leaf)).collect();
     let mut canopy = [0.0; 3];
-    for (paint, share) in palette.iter().zip(&model.crown) {
-        for (sum, channel) in canopy.iter_mut().zip(paint) {
+    for (color, share) in palette.iter().zip(&model.crown) {
+        for (sum, channel) in canopy.iter_mut().zip(color) {
             *sum += *share as f32 * channel;
         }
     }

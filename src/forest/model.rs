@@ -33,7 +33,7 @@ const LEAST_AGREEMENT: f64 = 0.15;
 /// Lightness of materials without a chosen colour.
 const PLAIN_LIGHTNESS: f64 = 0.62;
 /// Most colours of a tree; further materials use the first.
-const MOST_PAINTS: usize = 255;
+const MOST_COLORS: usize = 255;
 /// Smallest and largest lightness of any part of a tree.
 const LIGHTNESS: [f64; 2] = [0.3, 0.97];
 
@@ -47,7 +47,7 @@ pub struct TreeCorner {
     /// Lightness: 0 is black, 1 is as light as bare land.
     pub lightness: f64,
     /// Index of the colour in a palette ([`super::colors`]), the same for all corners of a triangle.
-    pub paint: u8,
+    pub color_index: u8,
     /// Share of the wind's motion: 0 at the foot, 1 at the ends of twigs.
     pub sway: f64,
 }
@@ -65,7 +65,7 @@ pub struct TreeModel {
     pub canopy: Vec<TreeCorner>,
     /// Colours of the materials in linear light, at most 255; `None` if nobody chose a colour. The canopy's index is
     /// the next one.
-    pub paints: Vec<Option<[f32; 3]>>,
+    pub colors: Vec<Option<[f32; 3]>>,
     /// Shares of the crown's area with each colour; they sum to 1.
     pub crown: Vec<f64>,
 }
@@ -86,16 +86,16 @@ impl TreeModel {
             return Err("all of its triangles have zero area".to_owned());
         }
         let clump = Shape::of(&near).clump();
-        let mut paints: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
-        paints.truncate(MOST_PAINTS);
-        let crown = crown_shares(&near, paints.len());
-        let (lightness, paint) = (lightness_of_crown(&near), paints.len() as u8);
+        let mut colors: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
+        colors.truncate(MOST_COLORS);
+        let crown = crown_shares(&near, colors.len());
+        let (lightness, color_index) = (lightness_of_crown(&near), colors.len() as u8);
         let toned = |corner: Corner| {
             let Corner { at, normal, sway, .. } = corner;
-            TreeCorner { at, normal, lightness, paint, sway }
+            TreeCorner { at, normal, lightness, color_index, sway }
         };
         let canopy = canopy(clump).into_iter().map(toned).collect();
-        Ok(Self { near, middle, clump, canopy, paints, crown })
+        Ok(Self { near, middle, clump, canopy, colors, crown })
     }
 }
 
@@ -138,7 +138,8 @@ impl Own {
         let at: Vec<DVec3> = at.into_iter().map(|at| at.truncate().extend((at.z - low.z) / tall)).collect();
         let lightness: Vec<f64> = mesh.materials.iter().map(lightness_of).collect();
         // Materials beyond the palette are treated like no material.
-        let paint = |material: u16| u8::try_from(material).ok().filter(|paint| usize::from(*paint) < MOST_PAINTS);
+        let color_index =
+            |material: u16| u8::try_from(material).ok().filter(|color_index| usize::from(*color_index) < MOST_COLORS);
         let mut corners: Vec<TreeCorner> = Vec::with_capacity(3 * mesh.triangles.len());
         for triangle in &mesh.triangles {
             let places = triangle.corners.map(|corner| at[corner as usize]);
@@ -158,7 +159,7 @@ impl Own {
                     at: places[corner],
                     normal: (normal + face * lacks).normalize_or(face),
                     lightness: lightness[usize::from(triangle.material)],
-                    paint: paint(triangle.material).unwrap_or(0),
+                    color_index: color_index(triangle.material).unwrap_or(0),
                     sway: 0.0,
                 }
             }));
@@ -222,10 +223,12 @@ fn lightness_of_crown(corners: &[TreeCorner]) -> f64 {
     mean_of_crown(corners, |corner| corner.lightness).unwrap_or(PLAIN_LIGHTNESS)
 }
 
-/// Returns the share of the crown that has each colour; if the tree has no area, all of it has the first.
-fn crown_shares(corners: &[TreeCorner], paints: usize) -> Vec<f64> {
-    let share = |paint: usize| mean_of_crown(corners, |corner| f64::from(u8::from(usize::from(corner.paint) == paint)));
-    (0..paints).map(|paint| share(paint).unwrap_or(if paint == 0 { 1.0 } else { 0.0 })).collect()
+/// Returns the share of the crown that has each of `count` colours; if the tree has no area, all of it has the first.
+fn crown_shares(corners: &[TreeCorner], count: usize) -> Vec<f64> {
+    let share = |color_index: usize| {
+        mean_of_crown(corners, |corner| f64::from(u8::from(usize::from(corner.color_index) == color_index)))
+    };
+    (0..count).map(|color_index| share(color_index).unwrap_or(if color_index == 0 { 1.0 } else { 0.0 })).collect()
 }
 
 /// Number of views of an outline, over half a turn.

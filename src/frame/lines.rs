@@ -108,16 +108,16 @@ fn by_curvature(
 ) -> Target {
     let gpu = recorder.gpu();
     let &OnSurface { view, surface_id, position, normal, .. } = on;
-    let style = &inputs.style.curvature;
+    let settings = &inputs.style.curvature;
     let tree_line = if inputs.world.forest().is_some() {
         detect(recorder, inputs, &Lines { detector: Detector::Lsa, ..lines.clone() }, true, on, targets)
     } else {
         targets.sized(gpu, &NOTHING, [1, 1])
     };
-    let (_, radial) = curvatures(recorder, style.feature_px, on, targets);
+    let (_, radial) = curvatures(recorder, settings.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
-    let drawn = curvature::Inputs { view, style, surface_id, position, normal, radial, tree_line, line: &line };
+    let drawn = curvature::Inputs { view, settings, surface_id, position, normal, radial, tree_line, line: &line };
     curvature::run(recorder, &drawn);
     line
 }
@@ -148,7 +148,7 @@ pub(super) fn add_edges(
     if let Some(feature_px) = strokes.suggestive_px {
         let (shapes, radial) = curvatures(recorder, feature_px, on, targets);
         let (shapes, radial) = (&shapes, &radial);
-        let inputs = suggestive::Inputs { view, style: strokes, position, normal, shapes, radial, other_eye_m };
+        let inputs = suggestive::Inputs { view, settings: strokes, position, normal, shapes, radial, other_eye_m };
         suggestive::run(recorder, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {

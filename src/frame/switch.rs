@@ -94,7 +94,7 @@ impl Renderer {
         self.drew
     }
 
-    /// Returns how many pipelines the drawing thread has built itself.
+    /// Returns how many pipelines the frame thread has built itself.
     pub fn built_at_once(&self) -> u64 {
         self.pools.compiles.built_at_once
     }

@@ -146,15 +146,16 @@ impl Hands {
         let button = |action: &xr::Action<bool>| {
             let state = action.state(session, xr::Path::NULL).during("xrGetActionStateBoolean")?;
             let is_down = state.is_active && state.current_state;
+            // Whether the button is held, and whether it was pressed in this frame.
             Ok::<_, HeadsetError>((is_down, is_down && state.changed_since_last_sync))
         };
         let ahead = if button(&self.ahead)?.0 { DVec2::Y } else { DVec2::ZERO };
         Ok(HandInput {
-            fly: (stick(&self.fly)? + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
-            turn: stick(&self.turn)?,
+            left_stick: (stick(&self.fly)? + ahead).clamp(DVec2::NEG_ONE, DVec2::ONE),
+            right_stick: stick(&self.turn)?,
             fast: button(&self.fast)?.0,
             next_style: button(&self.next_style)?.1,
-            scale: button(&self.scale)?.1,
+            switch_scale: button(&self.scale)?.1,
             reset: button(&self.reset)?.1,
         })
     }

@@ -1,4 +1,5 @@
-//! Lines from curvature: contours and suggestive contours, computed per pixel. See `shaders/lines/curvature.wgsl`.
+//! Lines from curvature: contours (silhouettes) and suggestive contours, computed per pixel. See
+//! `shaders/lines/curvature.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -10,36 +11,39 @@ use crate::gpu::wgsl::lines::curvature::CurvatureLines;
 use crate::lines::strokes::texture::StrokeTexture;
 use crate::style::Curvature;
 
-/// Line strength: 0 no line, 1 full.
+/// Ink of the lines: 0 is none, 1 is full.
 pub(crate) const CURVATURE_LINE: TargetKind = TargetKind::storage("curvature line", wgpu::TextureFormat::R32Float);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    pub style: &'a Curvature,
-    /// Surface ids: trees have no curvature.
+    /// The section `[curvature]` of the style.
+    pub settings: &'a Curvature,
+    /// Surface ids, to leave out trees, which have no curvature.
     pub surface_id: &'a Target,
     pub position: &'a Target,
     pub normal: &'a Target,
+    /// The curvature toward the eye and its derivative ([`super::radial::RADIAL`]).
     pub radial: &'a Target,
-    /// Lines of trees, or a 1 × 1 picture that holds zero.
+    /// Lines of trees, from another detector; without trees [`crate::composite::NOTHING`].
     pub tree_line: &'a Target,
+    /// The output, of kind [`CURVATURE_LINE`].
     pub line: &'a Target,
 }
 
-/// Draws the lines.
+/// Writes the contours and suggestive contours of the land, and the lines of trees, to `line`.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let style = inputs.style;
+    let settings = inputs.settings;
     let lines = CurvatureLines {
-        width_px: style.width_px,
-        suggestive_px: style.width_px * style.suggestive,
-        least_rise: style.rise,
-        most_facing: style.facing_deg.to_radians().cos(),
-        taper: style.taper,
-        warp_px: style.warp_px,
-        warp_length_px: style.warp_length_px,
+        width_px: settings.width_px,
+        suggestive_px: settings.width_px * settings.suggestive,
+        least_rise: settings.rise,
+        largest_cosine: settings.facing_deg.to_radians().cos(),
+        taper: settings.taper,
+        warp_px: settings.warp_px,
+        warp_length_px: settings.warp_length_px,
     };
-    let texture = style.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
+    let texture = settings.texture.as_ref().and_then(|recipe| StrokeTexture::of(recorder, recipe));
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("curvature_lines", recorder.uniform("curvature lines", &lines)),

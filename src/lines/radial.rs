@@ -7,8 +7,8 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 use crate::surface::curvature::Shapes;
 
-/// x: radial curvature, in turns of the normal per pixel; y: its derivative toward the eye, in turns per feature, per
-/// feature; z: cosine between the normal and the direction to the eye; w: distance along the view axis, 0 where there
+/// x: radial curvature, in radians per pixel; y: its derivative toward the eye times the square of the feature size, in
+/// radians; z: cosine between the normal and the direction to the eye; w: distance along the view axis, 0 where there
 /// is no surface. The size is that of [`Shapes`].
 pub(crate) const RADIAL: TargetKind = TargetKind::storage("radial", wgpu::TextureFormat::Rgba32Float);
 
@@ -17,6 +17,7 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
+    /// The output, of kind [`RADIAL`].
     pub radial: &'a Target,
 }
 

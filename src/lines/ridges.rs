@@ -1,4 +1,4 @@
-//! Ridges and valleys, of the surface or apparent ones → the edge list. See `shaders/lines/ridges.wgsl`.
+//! Adds ridges and valleys to the edge list, either of the surface or apparent ones. See `shaders/lines/ridges.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -14,7 +14,7 @@ use crate::surface::edges::EdgeList;
 /// Inputs of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    /// The least curvature of a ridge, in turns of the normal (radians) over a feature.
+    /// The least curvature of a ridge: the change of the normal over a feature, in radians.
     pub least_bend: f32,
     /// Whether valleys are traced instead of ridges.
     pub valleys: bool,
@@ -28,7 +28,7 @@ pub(crate) struct Inputs<'a> {
 
 /// Adds the ridges or valleys to the edge list.
 pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
-    let rules = RidgeRules { least_bend: inputs.least_bend, side: if inputs.valleys { -1.0 } else { 1.0 } };
+    let rules = RidgeRules { least_bend: inputs.least_bend, orientation: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("ridge_rules", recorder.uniform("ridge rules", &rules)),

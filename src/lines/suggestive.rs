@@ -1,4 +1,4 @@
-//! Suggestive contours → the edge list. See `shaders/lines/suggestive.wgsl`.
+//! Adds the suggestive contours of the visible surface to the edge list. See `shaders/lines/suggestive.wgsl`.
 //!
 //! Why: `docs/decisions/curvature.md`.
 
@@ -14,26 +14,27 @@ use crate::surface::edges::EdgeList;
 /// Inputs of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    /// The style of the suggestive contours.
-    pub style: &'a Strokes,
+    /// The strokes of the style, with the settings of suggestive contours.
+    pub settings: &'a Strokes,
     pub position: &'a Target,
     pub normal: &'a Target,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
+    /// The curvature toward the eye and its derivative ([`super::radial::RADIAL`]).
     pub radial: &'a Target,
     /// Position of the other eye of a stereo pair, relative to the rig's origin.
     pub other_eye_m: Option<[f32; 3]>,
 }
 
-/// Suggestive contours of two eyes that are farther apart on the surface are not drawn, in pixels; `lines/strokes` uses
-/// the same distance for contours.
+/// In a stereo pair, largest distance on the surface between a suggestive contour of one eye and that of the other, in
+/// pixels; contours without a partner are not drawn. `lines/strokes` uses the same distance for contours.
 const AGREE_PX: f32 = 1.5;
 
 /// Adds the suggestive contours to the edge list.
 pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = SuggestiveRules {
-        least_rise: inputs.style.suggestive_rise,
-        most_facing: inputs.style.suggestive_deg.to_radians().cos(),
+        least_rise: inputs.settings.suggestive_rise,
+        largest_cosine: inputs.settings.suggestive_deg.to_radians().cos(),
         agree_px: inputs.other_eye_m.map_or(0.0, |_| AGREE_PX),
         padding: 0.0,
         other_eye_m: inputs.other_eye_m.unwrap_or_default(),

@@ -1,4 +1,6 @@
 //! `report.json`: the results of a benchmark. What was not measured is null, never 0.
+//!
+//! Scripts read this file: a field that is renamed here keeps its key by `#[serde(rename)]`.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -12,15 +14,17 @@ use crate::lines::strokes::LeftOut;
 /// Named numbers; the names include their units.
 pub type Metrics = BTreeMap<String, Option<f64>>;
 
+/// The results of a benchmark, the content of `report.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Report {
     /// The GPU and its driver.
     pub adapter: String,
-    /// Width and height of the pictures, in pixels.
-    pub size: [u32; 2],
+    /// Width and height of the pictures.
+    #[serde(rename = "size")]
+    pub size_px: [u32; 2],
     /// Size of the world.
     pub world: WorldSize,
-    /// One run for each style and setting.
+    /// One run for each style.
     pub runs: Vec<Run>,
 }
 
@@ -33,7 +37,7 @@ pub struct WorldSize {
     pub extent_m: [f64; 2],
 }
 
-/// One flight with one style.
+/// One flight along the camera path with one style.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Run {
     /// Name of the style.
@@ -50,8 +54,8 @@ pub struct Run {
     pub gpu_ms: Option<Percentiles>,
     /// Time per frame that the frame thread spends on tiles and patches.
     pub prepare_ms: Option<Percentiles>,
-    /// Frames that took more than twice the median because of streaming: they would have been quicker than that if the
-    /// frame thread had spent only the median time on tiles and patches.
+    /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the
+    /// median time on tiles and patches.
     pub hitches: Option<u64>,
     /// Passes in drawing order.
     pub passes: Vec<Pass>,
@@ -59,15 +63,16 @@ pub struct Run {
     pub memory: Memory,
     /// Tiles over the whole run.
     pub tiles: TileCounts,
-    /// Percentiles of the frames' largest projected errors, without frames that were late or over budget.
-    pub lod_error_px: Option<LodError>,
+    /// Percentiles of the frames' largest projected errors, without late frames ([`FrameRecord::late`]) and frames over
+    /// budget ([`FrameRecord::over_budget`]).
+    pub lod_error_px: Option<ErrorPercentiles>,
     /// Percentiles of the error that the terrain's mesh was allowed: more than requested in frames over budget.
-    pub allowed_error_px: Option<LodError>,
-    /// Number of frames in which the requested error needs more triangles than a frame may have.
+    pub allowed_error_px: Option<ErrorPercentiles>,
+    /// Number of frames over budget: the requested error needs more triangles than a frame may have.
     pub over_budget_frames: Option<u64>,
-    /// Median number of triangles per frame.
+    /// Median number of triangles in a frame; of an even number of frames, the lower middle one.
     pub triangles: Option<u64>,
-    /// Median number of strokes, over the frames in which they were counted.
+    /// Median number of strokes, over the frames in which they were counted; of an even number, the lower middle one.
     pub strokes: Option<u64>,
     /// Largest numbers of edges, segments and strokes that were left out of a frame for lack of room.
     pub strokes_left_out: Option<LeftOut>,
@@ -80,7 +85,7 @@ pub struct Run {
 /// A pass of the frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Pass {
-    /// Name, as in the profiler and `frame_passes.md`.
+    /// Name, as in the profiler and `src/frame_passes.md`.
     pub name: String,
     /// GPU time in the frames that ran it; null if the GPU has no timestamp queries.
     pub gpu_ms: Option<PassTime>,
@@ -98,6 +103,7 @@ pub struct Pass {
 /// Percentiles of a pass's time, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PassTime {
+    /// Median time.
     pub p50: f64,
     /// The time that 95 % of the frames do not exceed.
     pub p95: f64,
@@ -110,7 +116,7 @@ pub struct PassTime {
 pub struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
-    /// Tiles on the GPU: the used part of their share of `gpu_bytes`.
+    /// Slots on the GPU that hold a tile; `gpu_bytes` includes all slots.
     pub tile_cache_bytes: Option<u64>,
     /// Decoded tiles in main memory.
     pub cpu_tile_bytes: Option<u64>,
@@ -118,41 +124,44 @@ pub struct Memory {
     pub rss_bytes: Option<u64>,
 }
 
-/// Counts of tiles by outcome, and of late frames.
+/// Counts of tiles, counts of late frames, and the time until full detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct TileCounts {
     /// Tiles read and uploaded to the GPU.
     pub loaded: Option<u64>,
-    /// Tiles replaced by others.
+    /// Tiles on the GPU that were replaced by others.
     pub evicted: Option<u64>,
     /// Tiles no longer wanted before they arrived.
     pub cancelled: Option<u64>,
     /// Tiles that could not be read.
     pub failed: Option<u64>,
-    /// Frames in which some terrain was coarser than its allowed error.
+    /// Late frames: some terrain was coarser than its allowed error, because tiles were still loading.
     pub late_frames: Option<u64>,
-    /// Late frames that were drawn more than a second after the start or after a jump.
+    /// Late frames that ended more than a second after the start of the run and after the latest jump of the camera.
     pub late_frames_after_1s: Option<u64>,
-    /// Time from a jump of the camera (and from the opening of the world) until no frame is late.
+    /// Time from a jump of the camera ([`FrameRecord::jumped`]) to the end of the first frame that is not late.
     pub full_detail_ms: Option<FullDetail>,
 }
 
 /// Time until the terrain has full detail, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FullDetail {
-    /// Number of jumps, including the opening.
+    /// Number of jumps in the recorded frames.
     pub jumps: u64,
+    /// Median time.
     pub p50: f64,
     /// Longest time. A jump that is followed by the next one before full detail counts with the time between them.
     pub max: f64,
 }
 
-/// Percentiles of the level-of-detail error, in pixels.
+/// Percentiles of an error of the terrain's mesh, measured or allowed, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct LodError {
+pub struct ErrorPercentiles {
+    /// Median error.
     pub p50: f64,
     /// The error that 99 % of the frames do not exceed.
     pub p99: f64,
+    /// Largest error.
     pub max: f64,
 }
 
@@ -175,12 +184,13 @@ impl Run {
                 bytes_written: None,
             }
         });
-        // Late frames and frames over budget do not keep the requested error.
-        let punctual = frames.iter().filter(|frame| frame.late != Some(true) && frame.over_budget != Some(true));
-        let lod_error_px = Percentiles::of(punctual.filter_map(|frame| frame.lod_error_px));
+        // Frames that are late or over budget exceed the requested error.
+        let on_time = frames.iter().filter(|frame| frame.late != Some(true) && frame.over_budget != Some(true));
+        let lod_error_px = Percentiles::of(on_time.filter_map(|frame| frame.lod_error_px));
         let prepare_ms = Percentiles::of(frames.iter().filter_map(|frame| frame.prepare_ms));
-        let percentiles =
-            |values: Option<Percentiles>| values.map(|Percentiles { p50, p99, max, .. }| LodError { p50, p99, max });
+        let percentiles = |values: Option<Percentiles>| {
+            values.map(|Percentiles { p50, p99, max, .. }| ErrorPercentiles { p50, p99, max })
+        };
         let allowed_error_px = Percentiles::of(frames.iter().filter_map(|frame| frame.allowed_error_px));
         let over_budget: Vec<bool> = frames.iter().filter_map(|frame| frame.over_budget).collect();
         let over_budget_frames =
@@ -226,13 +236,13 @@ fn hitches(frames: &[FrameRecord]) -> Option<u64> {
 
 /// Counts the late frames more than 1 s after the start or a jump ([`TileCounts::late_frames_after_1s`]).
 fn late_after_1s(frames: &[FrameRecord]) -> Option<u64> {
-    let (mut since_s, mut late) = (0.0, None);
+    let (mut jump_s, mut late) = (0.0, None);
     for frame in frames {
         let (wall_s, is_late) = (frame.wall_s?, frame.late?);
         if frame.jumped == Some(true) {
-            since_s = wall_s - frame.frame_ms.unwrap_or(0.0) / 1000.0;
+            jump_s = wall_s - frame.frame_ms.unwrap_or(0.0) / 1000.0;
         }
-        *late.get_or_insert(0) += u64::from(is_late && wall_s - since_s > 1.0);
+        *late.get_or_insert(0) += u64::from(is_late && wall_s - jump_s > 1.0);
     }
     late
 }
@@ -242,11 +252,11 @@ fn full_detail_ms(frames: &[FrameRecord]) -> Option<FullDetail> {
     let (mut times_ms, mut since_s) = (Vec::new(), None);
     let mut last_s = 0.0;
     for frame in frames {
-        let begun_s = frame.wall_s? - frame.frame_ms? / 1000.0;
+        let start_s = frame.wall_s? - frame.frame_ms? / 1000.0;
         last_s = frame.wall_s?;
         if frame.jumped == Some(true) {
-            times_ms.extend(since_s.map(|since_s| (begun_s - since_s) * 1000.0));
-            since_s = Some(begun_s);
+            times_ms.extend(since_s.map(|since_s| (start_s - since_s) * 1000.0));
+            since_s = Some(start_s);
         }
         if frame.late == Some(false) {
             times_ms.extend(since_s.take().map(|since_s: f64| (last_s - since_s) * 1000.0));
@@ -257,6 +267,7 @@ fn full_detail_ms(frames: &[FrameRecord]) -> Option<FullDetail> {
     Some(FullDetail { jumps: times_ms.len() as u64, p50, max })
 }
 
+/// Returns the median; of an even number of counts, the lower of the two in the middle.
 fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
     let mut counts: Vec<u64> = counts.collect();
     counts.sort_unstable();
@@ -281,7 +292,7 @@ impl Report {
     /// Writes `report.json`, as a complete file or not at all.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// Returns an error if the file cannot be written.
     pub fn write_json(&self, path: &Path) -> Result<(), FileError> {
         let mut json = serde_json::to_vec_pretty(self).map_err(|error| FileError::write(path, error))?;
         json.push(b'\n');

@@ -50,7 +50,7 @@ pub fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> Result<
 
 /// Returns the page as text.
 pub fn html(report: &Report, frames: &[RunFrames]) -> String {
-    let [width_px, height_px] = report.size;
+    let [width_px, height_px] = report.size_px;
     let [east_m, north_m] = report.world.extent_m;
     let samples = report.world.samples.map_or("computed heights".to_owned(), |count| format!("{count} samples"));
     let mut page = format!(

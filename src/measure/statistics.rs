@@ -60,7 +60,8 @@ pub struct FrameRecord {
     pub over_budget: Option<bool>,
     /// Time that the frame thread spent on tiles and patches.
     pub prepare_ms: Option<f64>,
-    /// Whether the camera jumped to this frame.
+    /// Whether the camera jumped to this frame. The first frame of a world counts as a jump; benchmarks draw it before
+    /// the recorded frames.
     pub jumped: Option<bool>,
     /// Wall-clock time from the start of the run to the end of the frame.
     pub wall_s: Option<f64>,

@@ -9,7 +9,7 @@ use std::time::Duration;
 use super::blocks::{BLOCK_BYTES, Block, Blocks};
 use super::disk::DiskCache;
 use super::patience::Patience;
-use super::retry::persistently;
+use super::retry::with_retries;
 use super::traffic::Counters;
 use super::transport::{Answer, NoAnswer, Transport};
 use super::url::RemoteUrl;
@@ -52,7 +52,7 @@ impl RemoteFile {
     /// Fails if the URL cannot be parsed, if there is no such file, or if the server does not answer.
     pub fn open(location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
         let patience = Patience::new(settings.patience, settings.idle_timeout);
-        Self::open_patiently(location, settings, patience)
+        Self::open_with_patience(location, settings, patience)
     }
 
     /// Opens a file that is read together with this one; both share one time limit for waiting.
@@ -60,10 +60,14 @@ impl RemoteFile {
     /// # Errors
     /// The same as [`RemoteFile::open`].
     pub fn open_sidecar(&self, location: &str, settings: Settings) -> Result<Arc<Self>, RemoteError> {
-        Self::open_patiently(location, settings, Arc::clone(&self.patience))
+        Self::open_with_patience(location, settings, Arc::clone(&self.patience))
     }
 
-    fn open_patiently(location: &str, settings: Settings, patience: Arc<Patience>) -> Result<Arc<Self>, RemoteError> {
+    fn open_with_patience(
+        location: &str,
+        settings: Settings,
+        patience: Arc<Patience>,
+    ) -> Result<Arc<Self>, RemoteError> {
         let url = RemoteUrl::parse(location)?;
         let transport = Transport::open(&url, &settings)?;
         let counters = Counters::default();
@@ -308,7 +312,7 @@ impl RemoteFile {
             tracing::debug!("{}: {cause}", self.url.name);
             self.counters.retries.add(1);
         };
-        let fetched = persistently(&self.url.name, &self.settings, &self.patience, cancelled, request, failed);
+        let fetched = with_retries(&self.url.name, &self.settings, &self.patience, cancelled, request, failed);
         if matches!(fetched, Err(RemoteError::Failed { .. } | RemoteError::GivenUp { .. })) {
             // The read as a whole has failed: no further try follows.
             self.counters.failures.add(1);
@@ -318,10 +322,10 @@ impl RemoteFile {
 
     fn request(&self, range: Range<u64>, cancelled: Cancelled<'_>) -> Result<Answer, NoAnswer> {
         self.counters.requests.add(1);
-        let is_over = || cancelled() || self.patience.left().is_zero();
+        let is_over = || cancelled() || self.patience.remaining().is_zero();
         let answer = self.transport.get(range, &self.url, &is_over)?;
         self.counters.bytes.add(answer.bytes.len() as u64);
-        self.patience.came(answer.bytes.len() as u64);
+        self.patience.add_received(answer.bytes.len() as u64);
         if self.size != u64::MAX && (answer.size != self.size || answer.version != self.version) {
             return Err(NoAnswer::Never(RemoteError::Changed { name: self.url.name.clone() }));
         }

@@ -197,10 +197,7 @@ impl Client {
             408 | 425 | 429 | 500.. => {
                 let seconds = text(headers, header::RETRY_AFTER).and_then(|text| text.trim().parse::<u32>().ok());
                 return match seconds {
-                    Some(seconds @ 1..) => {
-                        let answered = format!("{answered} and requests a pause of {seconds} s");
-                        NoAnswer::AfterPause(answered, Duration::from_secs(seconds.into()))
-                    }
+                    Some(seconds @ 1..) => NoAnswer::AfterPause(answered, Duration::from_secs(seconds.into())),
                     _ => NoAnswer::Again(answered),
                 };
             }

@@ -1,4 +1,4 @@
-//! Limits how long a file may keep its reader waiting, over all its requests.
+//! Patience: limits how long a file may keep its reader waiting, over all its requests.
 //!
 //! Each request has its own deadlines, but a hundred requests that each use theirs up would delay a picture by an hour.
 //! So the time during which at least one request is open counts for the file as a whole. Bytes that arrive give time
@@ -9,16 +9,16 @@
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Bytes that give back one second: a server that is slower than this for long is given up.
+/// Number of received bytes that give back one second: the program gives up on a server that stays slower than this.
 const BYTES_PER_S: u64 = 32 * 1024;
-/// How long no request is made for a file that was given up.
+/// How long no request is made for a file that the program gave up on.
 const REST: Duration = Duration::from_secs(30);
 
 /// The waiting time of a file, or of files that are read together.
 #[derive(Debug)]
 pub(super) struct Patience {
     limit: Duration,
-    /// Time that the first request after a rest may use up.
+    /// Time that the first request after a [`REST`] may use up.
     probe: Duration,
     state: Mutex<State>,
 }
@@ -43,7 +43,7 @@ struct GivenUp {
 pub(super) struct Waiting<'a>(&'a Patience);
 
 impl Patience {
-    /// Creates a time limit; after a rest a single request may use up `probe`.
+    /// Creates a patience of `limit`; after a [`REST`] a single request may use up `probe`.
     pub(super) fn new(limit: Duration, probe: Duration) -> Arc<Self> {
         let state = State { spent: Duration::ZERO, waiting: 0, since: Instant::now(), given_up: None };
         Arc::new(Self { limit, probe: probe.min(limit), state: Mutex::new(state) })
@@ -54,12 +54,12 @@ impl Patience {
         self.limit
     }
 
-    /// Begins to wait.
+    /// Starts to wait for the answer to a request.
     ///
     /// # Errors
-    /// Returns the cause for which the file was given up, while it rests.
-    pub(super) fn begin(&self) -> Result<Waiting<'_>, String> {
-        let mut state = self.settled();
+    /// Returns the cause for which the file was given up, until [`REST`] has passed.
+    pub(super) fn start_waiting(&self) -> Result<Waiting<'_>, String> {
+        let mut state = self.updated();
         if let Some(given_up) = &state.given_up {
             if given_up.at.elapsed() < REST {
                 return Err(given_up.cause.clone());
@@ -71,26 +71,27 @@ impl Patience {
         Ok(Waiting(self))
     }
 
-    /// Records that bytes have arrived.
-    pub(super) fn came(&self, bytes: u64) {
-        let mut state = self.settled();
+    /// Records that bytes have arrived, which give time back.
+    pub(super) fn add_received(&self, bytes: u64) {
+        let mut state = self.updated();
         state.spent = state.spent.saturating_sub(Duration::from_secs_f64(bytes as f64 / BYTES_PER_S as f64));
     }
 
     /// Returns the remaining time.
-    pub(super) fn left(&self) -> Duration {
-        self.limit.saturating_sub(self.settled().spent)
+    pub(super) fn remaining(&self) -> Duration {
+        self.limit.saturating_sub(self.updated().spent)
     }
 
-    /// Gives the file up for a while; requests meanwhile fail with the cause.
+    /// Gives the file up for a [`REST`]; requests meanwhile fail with the cause.
     pub(super) fn give_up(&self, cause: &str) {
-        let mut state = self.settled();
+        let mut state = self.updated();
         if state.given_up.is_none() {
             state.given_up = Some(GivenUp { at: Instant::now(), cause: cause.to_owned() });
         }
     }
 
-    fn settled(&self) -> MutexGuard<'_, State> {
+    /// Locks the state and brings `spent` up to date.
+    fn updated(&self) -> MutexGuard<'_, State> {
         // No statement leaves the state inconsistent, so a poisoned lock does not matter.
         let mut state = self.state.lock().unwrap_or_else(PoisonError::into_inner);
         let now = Instant::now();
@@ -105,7 +106,7 @@ impl Patience {
 
 impl Drop for Waiting<'_> {
     fn drop(&mut self) {
-        self.0.settled().waiting -= 1;
+        self.0.updated().waiting -= 1;
     }
 }
 
@@ -119,24 +120,24 @@ mod tests {
     fn only_waiting_takes_time_and_bytes_give_it_back() {
         let patience = Patience::new(Duration::from_secs(100), A_WHILE);
         std::thread::sleep(A_WHILE);
-        assert_eq!(patience.left(), patience.limit());
-        let waiting = [patience.begin().unwrap(), patience.begin().unwrap()];
+        assert_eq!(patience.remaining(), patience.limit());
+        let waiting = [patience.start_waiting().unwrap(), patience.start_waiting().unwrap()];
         std::thread::sleep(A_WHILE);
         drop(waiting);
-        let spent = patience.limit() - patience.left();
+        let spent = patience.limit() - patience.remaining();
         assert!(spent >= A_WHILE && spent < Duration::from_secs(20), "{spent:?}");
         std::thread::sleep(A_WHILE);
-        assert_eq!(patience.limit() - patience.left(), spent);
-        patience.came(1 << 30);
-        assert_eq!(patience.left(), patience.limit());
+        assert_eq!(patience.limit() - patience.remaining(), spent);
+        patience.add_received(1 << 30);
+        assert_eq!(patience.remaining(), patience.limit());
     }
 
     #[test]
     fn a_file_that_was_given_up_is_left_alone() {
         let patience = Patience::new(A_WHILE, A_WHILE);
-        drop(patience.begin().unwrap());
+        drop(patience.start_waiting().unwrap());
         patience.give_up("it sleeps");
         patience.give_up("it sleeps on");
-        assert_eq!(patience.begin().err().as_deref(), Some("it sleeps"));
+        assert_eq!(patience.start_waiting().err().as_deref(), Some("it sleeps"));
     }
 }

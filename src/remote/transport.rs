@@ -31,7 +31,7 @@ pub(super) struct Answer {
 pub(super) enum NoAnswer {
     /// Another try may succeed.
     Again(String),
-    /// Another try may succeed after the pause that the server requests.
+    /// Another try may succeed after the pause that the server requests; the cause does not name the pause.
     AfterPause(String, Duration),
     /// No further try will succeed.
     Never(RemoteError),

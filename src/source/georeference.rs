@@ -10,7 +10,8 @@ use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
 /// the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Georeference {
-    /// The transform `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` in units of the CRS.
+    /// GDAL's geotransform, but of sample centres: `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]` in units of the
+    /// CRS.
     pub crs_from_grid: [f64; 6],
     /// The coordinate reference system.
     pub crs: Crs,
@@ -22,7 +23,7 @@ pub struct Georeference {
 /// The parts of a coordinate reference system that the world's frame needs.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Crs {
-    /// The file gives no CRS: its units are taken as metres.
+    /// No CRS; the coordinates are in metres, by declaration or by assumption.
     Local,
     /// Eastings and northings.
     Projected {
@@ -45,20 +46,31 @@ pub enum Crs {
 }
 
 /// Formats degrees for messages, including the values with hundreds of digits of damaged files.
-fn degrees(degrees: f64) -> String {
-    if degrees.abs() < 1e6 { format!("{degrees:.6}") } else { format!("{degrees:e}") }
+fn format_degrees(angle_deg: f64) -> String {
+    if angle_deg.abs() < 1e6 { format!("{angle_deg:.6}") } else { format!("{angle_deg:e}") }
 }
 
 /// The reason why a grid has no usable georeference.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum GeoreferenceError {
-    /// The code is not in the catalogue, and the file does not give its units.
-    #[error("its coordinate reference system EPSG:{epsg} is unknown; reproject it with gdalwarp -t_srs")]
+    /// The code is not in the catalogue, and the file does not give its unit or ellipsoid.
+    #[error("its coordinate reference system EPSG:{epsg} is unknown; reproject it with gdalwarp -t_srs EPSG:4326")]
     UnknownCrs { epsg: u32 },
+    /// The code is of another kind of CRS than the file declares.
+    #[error(
+        "its coordinate reference system EPSG:{epsg} is not {declared}, as the file declares; assign the right one \
+         with gdal_edit -a_srs"
+    )]
+    WrongKind {
+        epsg: u32,
+        /// `projected` or `geographic`.
+        declared: &'static str,
+    },
     /// The CRS is geocentric (earth-centred coordinates).
     #[error(
-        "its coordinates are geocentric, which cannot be used for a height grid; reproject it with gdalwarp -t_srs"
+        "its coordinates are geocentric, which cannot be used for a height grid; reproject it with gdalwarp -t_srs \
+         EPSG:4326"
     )]
     Geocentric,
     /// The samples coincide, are on a line, or are infinitely far apart.
@@ -68,7 +80,10 @@ pub enum GeoreferenceError {
     #[error("its {what} is {value:?}, which is impossible; correct the georeference")]
     Impossible { what: &'static str, value: f64 },
     /// The grid reaches beyond a pole.
-    #[error("its latitudes run from {}° to {}°, beyond ±90°", degrees(*south_degrees), degrees(*north_degrees))]
+    #[error(
+        "its latitudes run from {}° to {}°, beyond ±90°",
+        format_degrees(*south_degrees), format_degrees(*north_degrees)
+    )]
     BeyondPole {
         /// Latitude of the southernmost sample.
         south_degrees: f64,
@@ -97,9 +112,14 @@ pub(super) struct GeoTags {
 }
 
 impl GeoTags {
-    /// Returns `crs_from_grid` for sample centres, if the tags give a transform.
+    /// Returns [`Georeference::crs_from_grid`], if the tags give a transform.
     pub(super) fn crs_from_grid(&self) -> Option<[f64; 6]> {
         transform_from_tags(self)
+    }
+
+    /// Returns whether there are ground control points: several tie points without a pixel scale.
+    fn has_control_points(&self) -> bool {
+        self.pixel_scale.is_empty() && self.tie_points.len() >= 12
     }
 }
 
@@ -141,18 +161,25 @@ impl Georeference {
 pub(super) fn from_tags(tags: GeoTags, file: &str) -> Result<Georeference, GeoreferenceError> {
     match tags.crs_from_grid() {
         Some(crs_from_grid) => from_transform(crs_from_grid, tags.geokeys, file),
-        None => Ok(nowhere(file)),
+        None => Ok(assumed_with_warning(&tags, file)),
     }
 }
 
-/// Returns the georeference of a file that has none, with a warning.
-pub(super) fn nowhere(file: &str) -> Georeference {
-    tracing::warn!("{file}: has no georeference; a sample spacing of 1 m is assumed");
-    local_without_warning()
+/// Returns the georeference that is assumed for a file whose tags give no transform, with a warning.
+pub(super) fn assumed_with_warning(tags: &GeoTags, file: &str) -> Georeference {
+    if tags.has_control_points() {
+        tracing::warn!(
+            "{file}: ground control points are not supported, and a sample spacing of 1 m is assumed; apply them with \
+             gdalwarp"
+        );
+    } else {
+        tracing::warn!("{file}: has no georeference; a sample spacing of 1 m is assumed");
+    }
+    assumed()
 }
 
-/// Returns the same georeference as [`nowhere`] without a warning.
-pub(super) fn local_without_warning() -> Georeference {
+/// Returns the georeference that is assumed where there is none: a spacing of 1 m, with the first sample at the origin.
+pub(super) fn assumed() -> Georeference {
     let crs_from_grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
     Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() }
 }
@@ -176,7 +203,8 @@ pub(super) fn from_transform(
     Ok(Georeference { crs_from_grid, crs, geokeys })
 }
 
-/// Returns `crs_from_grid` for sample centres; `None` without any transform.
+/// Returns [`Georeference::crs_from_grid`]; `None` if the tags give no transform. Of several tie points beside a pixel
+/// scale only the first counts.
 fn transform_from_tags(tags: &GeoTags) -> Option<[f64; 6]> {
     let [x0, a, b, y0, c, d] = match (&*tags.pixel_scale, &*tags.tie_points, &*tags.transformation) {
         ([sx, sy, ..], [i, j, _, x, y, _, ..], _) if *sx != 0.0 && *sy != 0.0 => {
@@ -195,6 +223,7 @@ fn transform_from_tags(tags: &GeoTags) -> Option<[f64; 6]> {
     Some([x0 + to_centre * (a + b), a, b, y0 + to_centre * (c + d), c, d])
 }
 
+/// Returns the CRS that the keys describe.
 fn crs_from_keys(keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
     let projected = keys.short(key::PROJECTED_CRS).filter(|&code| code != 0);
     let geographic = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != 0);
@@ -205,7 +234,7 @@ fn crs_from_keys(keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
         // Without a model type, or with one that the standard does not define, the codes decide.
         (_, Some(code), _) => projected_crs(Some(code), keys, file),
         (_, None, Some(code)) => geographic_crs(Some(code), keys, file),
-        (_, None, None) => match linear_unit(keys)? {
+        (_, None, None) => match LINEAR.read(keys, file)? {
             Some(metres_per_unit) if metres_per_unit != 1.0 => {
                 Ok(Crs::Projected { metres_per_unit, name: name(None, keys) })
             }
@@ -226,10 +255,13 @@ fn projected_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, G
     }
     // The file's own unit takes precedence over that of the code: State Plane files in feet are often labelled with the
     // code of the metric CRS, and GDAL reads them in the same way.
-    let metres_per_unit = match (linear_unit(keys)?, definition, code) {
+    let metres_per_unit = match (LINEAR.read(keys, file)?, definition, code) {
         (Some(unit), ..) => unit,
         (None, Some(definition), _) if definition.kind == Kind::Projected => definition.unit,
-        (None, _, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
+        (None, Some(_), Some(epsg)) => {
+            return Err(GeoreferenceError::WrongKind { epsg: epsg.into(), declared: "projected" });
+        }
+        (None, None, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
         (None, _, None) => {
             tracing::warn!("{file}: its coordinates have no unit; metres are assumed");
             1.0
@@ -240,28 +272,27 @@ fn projected_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, G
 
 fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, GeoreferenceError> {
     let code = code.filter(|&code| code != USER_DEFINED);
-    let definition = code.and_then(catalogue::look_up).filter(|definition| definition.kind != Kind::Projected);
+    let known = code.and_then(catalogue::look_up);
+    let definition = known.filter(|definition| definition.kind != Kind::Projected);
     if definition.is_some_and(|definition| definition.kind == Kind::Geocentric) {
         return Err(GeoreferenceError::Geocentric);
     }
+    // A code defines its ellipsoid, and the file's keys count only without a code. Units are often changed beside the
+    // code, so there the keys take precedence.
     let ellipsoid = match (definition.and_then(|definition| definition.ellipsoid), ellipsoid_from_keys(keys)?, code) {
         (Some(known), ..) => known,
         (None, Some(own), _) => own,
+        (None, None, Some(epsg)) if known.is_some_and(|known| known.kind == Kind::Projected) => {
+            return Err(GeoreferenceError::WrongKind { epsg: epsg.into(), declared: "geographic" });
+        }
         (None, None, Some(epsg)) => return Err(GeoreferenceError::UnknownCrs { epsg: epsg.into() }),
         (None, None, None) => {
             tracing::warn!("{file}: has no ellipsoid; WGS 84 is assumed");
             WGS84
         }
     };
-    let own_unit = match keys.short(key::ANGULAR_UNITS) {
-        Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE),
-        Some(unit) => catalogue::radians_per_angular_unit(unit),
-        None => None,
-    };
+    let own_unit = ANGULAR.read(keys, file)?;
     let radians_per_unit = own_unit.or(definition.map(|it| it.unit)).unwrap_or(1f64.to_radians());
-    if !(radians_per_unit.is_finite() && radians_per_unit > 0.0) {
-        return Err(GeoreferenceError::Impossible { what: "angular unit in radians", value: radians_per_unit });
-    }
     // Catalogues and files round π/180 to various numbers of digits. With the exact value, equal systems are equal.
     let degree = 1f64.to_radians();
     let radians_per_unit = if (radians_per_unit / degree - 1.0).abs() < 1e-9 { degree } else { radians_per_unit };
@@ -293,22 +324,70 @@ fn ellipsoid_from_keys(keys: &GeoKeys) -> Result<Option<[f64; 2]>, GeoreferenceE
     Ok(Some([major, inverse]))
 }
 
-/// Returns metres per unit from the file's own keys.
-fn linear_unit(keys: &GeoKeys) -> Result<Option<f64>, GeoreferenceError> {
-    let unit = match keys.short(key::LINEAR_UNITS) {
-        Some(USER_DEFINED) => keys.double(key::LINEAR_UNIT_SIZE),
-        Some(unit) => catalogue::metres_per_linear_unit(unit),
-        None => None,
-    };
-    match unit {
-        Some(value) if !(value.is_finite() && value > 0.0) => {
-            Err(GeoreferenceError::Impossible { what: "linear unit in metres", value })
+/// How the keys give a kind of unit.
+struct UnitKeys {
+    /// The key with the EPSG code of the unit.
+    code: u16,
+    /// The key with the size of a user-defined unit, in metres or radians.
+    size: u16,
+    /// Returns the size of the unit with a code.
+    size_of: fn(u16) -> Option<f64>,
+    kind: &'static str,
+    /// For messages about an impossible size.
+    kind_in_si: &'static str,
+    /// The unit that is assumed if nothing gives one.
+    default: &'static str,
+}
+
+const LINEAR: UnitKeys = UnitKeys {
+    code: key::LINEAR_UNITS,
+    size: key::LINEAR_UNIT_SIZE,
+    size_of: catalogue::metres_per_linear_unit,
+    kind: "linear unit",
+    kind_in_si: "linear unit in metres",
+    default: "metres",
+};
+const ANGULAR: UnitKeys = UnitKeys {
+    code: key::ANGULAR_UNITS,
+    size: key::ANGULAR_UNIT_SIZE,
+    size_of: catalogue::radians_per_angular_unit,
+    kind: "angular unit",
+    kind_in_si: "angular unit in radians",
+    default: "degrees",
+};
+
+impl UnitKeys {
+    /// Returns the size of the file's own unit, in metres or radians. An unknown unit counts as none, with a warning.
+    fn read(&self, keys: &GeoKeys, file: &str) -> Result<Option<f64>, GeoreferenceError> {
+        // 0 is "undefined" in GeoTIFF.
+        let Some(code) = keys.short(self.code).filter(|&code| code != 0) else { return Ok(None) };
+        let size = if code == USER_DEFINED { keys.double(self.size) } else { (self.size_of)(code) };
+        match size {
+            Some(value) if !(value.is_finite() && value > 0.0) => {
+                Err(GeoreferenceError::Impossible { what: self.kind_in_si, value })
+            }
+            Some(value) => Ok(Some(value)),
+            None => {
+                let Self { kind, default, .. } = self;
+                tracing::warn!(
+                    "{file}: the size of its {kind} (code {code}) is unknown; the unit of its EPSG code, or {default}, \
+                     is assumed"
+                );
+                Ok(None)
+            }
         }
-        unit => Ok(unit),
     }
 }
 
-/// Returns metres per unit of height, if the keys give a unit other than metres.
+/// Warns if the keys give a unit of height whose size is unknown, so that heights are taken as metres.
+pub(super) fn warn_of_vertical_unit(keys: &GeoKeys, file: &str) {
+    let is_unknown = |code: &u16| *code != 0 && catalogue::metres_per_linear_unit(*code).is_none();
+    if let Some(code) = keys.short(key::VERTICAL_UNITS).filter(is_unknown) {
+        tracing::warn!("{file}: the size of its vertical unit (code {code}) is unknown; metres are assumed");
+    }
+}
+
+/// Returns metres per unit of height, if the keys give a known unit other than metres.
 pub(super) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
     let unit = match keys.short(key::VERTICAL_UNITS) {
         Some(unit) => catalogue::metres_per_linear_unit(unit),
@@ -317,6 +396,7 @@ pub(super) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
     unit.filter(|&unit| unit != 1.0)
 }
 
+/// Returns the display name of a CRS: its code, or else the first line of a citation.
 fn name(code: Option<u16>, keys: &GeoKeys) -> String {
     let citation = || [key::PROJECTED_CITATION, key::CITATION, key::GEOGRAPHIC_CITATION].into_iter();
     match code {
@@ -332,7 +412,89 @@ fn name(code: Option<u16>, keys: &GeoKeys) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::io;
+    use std::sync::{Arc, Mutex, PoisonError};
+
     use super::*;
+
+    /// Returns what the calling thread prints as warnings during `work`, together with its result.
+    fn with_warnings<T>(work: impl FnOnce() -> T) -> (T, String) {
+        #[derive(Clone, Default)]
+        struct Log(Arc<Mutex<Vec<u8>>>);
+        impl io::Write for Log {
+            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+                self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
+            }
+            fn flush(&mut self) -> io::Result<()> {
+                Ok(())
+            }
+        }
+        let log = Log::default();
+        let writer = log.clone();
+        let subscriber = tracing_subscriber::fmt().with_ansi(false).with_writer(move || writer.clone()).finish();
+        let result = tracing::subscriber::with_default(subscriber, work);
+        let bytes = log.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        (result, String::from_utf8(bytes).expect("text"))
+    }
+
+    /// Returns the keys of a directory of short values.
+    fn short_keys(keys: &[[u16; 2]]) -> GeoKeys {
+        let entries = keys.iter().flat_map(|&[id, value]| [id, 0, 1, value]);
+        let directory: Vec<u16> = [1, 1, 0, keys.len() as u16].into_iter().chain(entries).collect();
+        GeoKeys::parse(&directory, &[], "")
+    }
+
+    #[test]
+    fn ground_control_points_are_a_warning() {
+        let points = |count: usize| {
+            let tags = GeoTags { tie_points: vec![1.0; 6 * count], ..GeoTags::default() };
+            with_warnings(|| from_tags(tags, "a.tif").unwrap())
+        };
+        let (georeference, warnings) = points(3);
+        assert_eq!(georeference, assumed());
+        assert!(warnings.contains("a.tif: ground control points are not supported"), "{warnings}");
+        let (georeference, warnings) = points(0);
+        assert_eq!(georeference, assumed());
+        assert!(warnings.contains("a.tif: has no georeference"), "{warnings}");
+    }
+
+    #[test]
+    fn unknown_units_are_a_warning() {
+        let crs = |keys: &[[u16; 2]]| with_warnings(|| crs_from_keys(&short_keys(keys), "a.tif").unwrap());
+        let (model, projected, geographic) = (key::MODEL_TYPE, key::PROJECTED_CRS, key::GEOGRAPHIC_CRS);
+        // A user-defined unit needs a size, and 9999 is no unit.
+        for code in [9999, USER_DEFINED] {
+            let (linear, warnings) = crs(&[[model, 1], [projected, 26730], [key::LINEAR_UNITS, code]]);
+            let foot = 1200.0 / 3937.0;
+            assert!(matches!(linear, Crs::Projected { metres_per_unit, .. } if (metres_per_unit - foot).abs() < 1e-12));
+            assert!(warnings.contains(&format!("linear unit (code {code}) is unknown")), "{warnings}");
+            let (angular, warnings) = crs(&[[model, 2], [geographic, 4326], [key::ANGULAR_UNITS, code]]);
+            let degree = 1f64.to_radians();
+            assert!(matches!(angular, Crs::Geographic { radians_per_unit, .. } if radians_per_unit == degree));
+            assert!(warnings.contains(&format!("angular unit (code {code}) is unknown")), "{warnings}");
+            let keys = short_keys(&[[key::VERTICAL_UNITS, code]]);
+            let (_, warnings) = with_warnings(|| warn_of_vertical_unit(&keys, "a.tif"));
+            assert!(warnings.contains(&format!("vertical unit (code {code}) is unknown; metres")), "{warnings}");
+        }
+        let (_, warnings) = crs(&[[model, 1], [projected, 32610], [key::LINEAR_UNITS, key::METRE]]);
+        assert_eq!(warnings, "", "a known unit");
+        let (_, warnings) = crs(&[[model, 2], [geographic, 4326], [key::ANGULAR_UNITS, key::DEGREE]]);
+        assert_eq!(warnings, "", "a known unit");
+        let (_, warnings) =
+            with_warnings(|| warn_of_vertical_unit(&short_keys(&[[key::VERTICAL_UNITS, 9003]]), "a.tif"));
+        assert_eq!(warnings, "", "a known unit");
+    }
+
+    #[test]
+    fn a_code_of_another_kind_is_not_unknown() {
+        let error = |keys: &[[u16; 2]]| crs_from_keys(&short_keys(keys), "a.tif").unwrap_err();
+        let geographic = error(&[[key::MODEL_TYPE, 2], [key::GEOGRAPHIC_CRS, 32610]]);
+        assert_eq!(geographic, GeoreferenceError::WrongKind { epsg: 32610, declared: "geographic" });
+        let projected = error(&[[key::MODEL_TYPE, 1], [key::PROJECTED_CRS, 4326]]);
+        assert_eq!(projected, GeoreferenceError::WrongKind { epsg: 4326, declared: "projected" });
+        let unknown = error(&[[key::MODEL_TYPE, 2], [key::GEOGRAPHIC_CRS, 1]]);
+        assert_eq!(unknown, GeoreferenceError::UnknownCrs { epsg: 1 });
+    }
 
     fn place(pixel_scale: [f64; 3]) -> Result<Georeference, GeoreferenceError> {
         let (pixel_scale, tie_points) = (pixel_scale.to_vec(), vec![0.0, 0.0, 0.0, 5.0, 7.0, 0.0]);

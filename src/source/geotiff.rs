@@ -99,8 +99,8 @@ impl GeoTiffReader {
         let place = sidecars.place(&mut tags);
         let mut georeference = match place {
             Some(crs_from_grid) => georeference::from_transform(crs_from_grid, tags.geokeys, &name).map_err(located)?,
-            None if holds == Holds::Shades => georeference::local_without_warning(),
-            None => georeference::nowhere(&name),
+            None if holds == Holds::Shades => georeference::assumed(),
+            None => georeference::assumed_with_warning(&tags, &name),
         };
         WorldMapping::new(&georeference, width, height).map_err(located)?;
         if georeference::vertical_metres_per_unit(&georeference.geokeys).is_some() {
@@ -232,7 +232,10 @@ pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, pat
         no_data
     });
     let band = BandMetadata::parse(text(TAG_GDAL_METADATA).unwrap_or_default());
-    let by_keys = || georeference::vertical_metres_per_unit(geokeys);
+    let by_keys = || {
+        georeference::warn_of_vertical_unit(geokeys, &path.display().to_string());
+        georeference::vertical_metres_per_unit(geokeys)
+    };
     Meaning {
         sample_type,
         no_data,

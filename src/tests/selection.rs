@@ -18,7 +18,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::{Pose, View};
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::tiles::grid_projection::GridProjection;
-use hachure::tiles::patches::{AllPatches, Known, Patches};
+use hachure::tiles::patches::{AllPatches, PatchState, Patches};
 use hachure::tiles::select::select;
 use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, units_log2};
 use proptest::prelude::*;
@@ -203,7 +203,7 @@ impl Patches for Raised {
         land().patches.strides()
     }
 
-    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+    fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
         land().patches.patch(j, x, y)
     }
 

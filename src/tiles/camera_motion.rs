@@ -5,13 +5,13 @@ use glam::DVec3;
 /// Time in seconds after a jump in which new detail appears at once instead of fading in.
 const JUMP_S: f64 = 1.5;
 /// A step this many times as long as the one before is a jump.
-const JUMP: f64 = 20.0;
+const JUMP_FACTOR: f64 = 20.0;
 /// The shortest jump, in samples: otherwise the first step of a movement would count as one.
 const JUMP_SAMPLES: f64 = 256.0;
 /// A pause of this length in seconds ends a movement.
 const PAUSE_S: f64 = 1.0;
 
-/// The position and speed of the camera in the last frame.
+/// The motion of the camera up to the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CameraMotion {
     before: Option<Step>,
@@ -21,22 +21,23 @@ pub(super) struct CameraMotion {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
     camera_m: DVec3,
-    /// Velocity of the camera, in metres per second.
-    pub velocity_m: DVec3,
+    /// Velocity of the camera, averaged over recent steps.
+    pub velocity_m_s: DVec3,
+    /// Time of the frame, in seconds of the terrain's clock.
     at_s: f64,
     /// Time since the frame before, in seconds.
     pub step_s: f64,
-    /// Time of the last jump, in seconds of the terrain's clock.
+    /// Time of the last jump.
     jumped_s: f64,
 }
 
 impl CameraMotion {
-    /// Advances to a frame at `now_s`. A step much longer than the one before is a jump, which predicts nothing about
-    /// the next; the first frame is one.
-    pub(super) fn go_on(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
+    /// Advances to a frame at `now_s` with the camera at `camera_m`; samples are `spacing_m` apart. A step much longer
+    /// than the one before is a jump, after which the velocity is 0; the first frame is a jump.
+    pub(super) fn advance(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
         let step = match self.before {
-            None => Step { camera_m, velocity_m: DVec3::ZERO, at_s: now_s, step_s: 0.0, jumped_s: now_s },
-            Some(before) => before.go_on(camera_m, now_s, spacing_m),
+            None => Step { camera_m, velocity_m_s: DVec3::ZERO, at_s: now_s, step_s: 0.0, jumped_s: now_s },
+            Some(before) => before.next(camera_m, now_s, spacing_m),
         };
         self.before = Some(step);
         step
@@ -44,15 +45,16 @@ impl CameraMotion {
 }
 
 impl Step {
-    fn go_on(&self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Self {
+    /// Returns the step that follows this one.
+    fn next(&self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Self {
         let (step_m, step_s) = (camera_m - self.camera_m, now_s - self.at_s);
-        let way_m = step_m.length();
-        let is_uneven = way_m > JUMP * (self.velocity_m.length() * step_s + spacing_m);
-        let is_jump = is_uneven && way_m > JUMP_SAMPLES * spacing_m;
+        let distance_m = step_m.length();
+        let is_uneven = distance_m > JUMP_FACTOR * (self.velocity_m_s.length() * step_s + spacing_m);
+        let is_jump = is_uneven && distance_m > JUMP_SAMPLES * spacing_m;
         let is_start = is_jump || step_s > PAUSE_S;
-        let now_m = if is_start { DVec3::ZERO } else { step_m / step_s.max(1e-3) };
-        let velocity_m = if is_uneven { now_m } else { self.velocity_m.lerp(now_m, 0.5) };
-        Self { camera_m, velocity_m, at_s: now_s, step_s, jumped_s: if is_jump { now_s } else { self.jumped_s } }
+        let now_m_s = if is_start { DVec3::ZERO } else { step_m / step_s.max(1e-3) };
+        let velocity_m_s = if is_uneven { now_m_s } else { self.velocity_m_s.lerp(now_m_s, 0.5) };
+        Self { camera_m, velocity_m_s, at_s: now_s, step_s, jumped_s: if is_jump { now_s } else { self.jumped_s } }
     }
 
     /// Returns whether this step was a jump.
@@ -60,7 +62,7 @@ impl Step {
         self.jumped_s == self.at_s
     }
 
-    /// Returns whether the last jump is long enough ago for detail to fade in.
+    /// Returns whether new detail fades in: not shortly after a jump.
     pub(super) fn fades(&self) -> bool {
         self.at_s - self.jumped_s > JUMP_S
     }
@@ -73,7 +75,7 @@ mod tests {
     #[test]
     fn jumps_are_distinguished_from_flight() {
         let mut motion = CameraMotion::default();
-        let mut at = |x_m: f64, now_s: f64| motion.go_on(DVec3::X * x_m, now_s, 10.0);
+        let mut at = |x_m: f64, now_s: f64| motion.advance(DVec3::X * x_m, now_s, 10.0);
         assert!(at(0.0, 0.0).has_jumped(), "the first frame");
         // The camera starts at 300 m/s: a first step, not a jump.
         for frame in 1..100 {
@@ -82,10 +84,10 @@ mod tests {
             assert_eq!(step.fades(), f64::from(frame) / 30.0 > JUMP_S);
         }
         let step = at(1000.0, 100.0 / 30.0);
-        assert!((step.velocity_m.x - 300.0).abs() < 1.0 && (step.step_s - 1.0 / 30.0).abs() < 1e-9);
+        assert!((step.velocity_m_s.x - 300.0).abs() < 1.0 && (step.step_s - 1.0 / 30.0).abs() < 1e-9);
         let jump = at(50_000.0, 3.4);
-        assert!(jump.has_jumped() && !jump.fades() && jump.velocity_m == DVec3::ZERO);
+        assert!(jump.has_jumped() && !jump.fades() && jump.velocity_m_s == DVec3::ZERO);
         let pause = at(50_010.0, 5.0);
-        assert!(!pause.has_jumped() && pause.fades() && pause.velocity_m == DVec3::ZERO);
+        assert!(!pause.has_jumped() && pause.fades() && pause.velocity_m_s == DVec3::ZERO);
     }
 }

@@ -72,7 +72,7 @@ impl Leaves {
     }
 
     /// Returns the leaf that covers a patch: itself or an ancestor.
-    pub(super) fn over(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
+    pub(super) fn covering(&self, mut key: PatchKey) -> Option<(PatchKey, Leaf)> {
         while key.level <= self.top {
             if let Some(leaf) = self.leaves.get(&key) {
                 return Some((key, *leaf));
@@ -87,7 +87,7 @@ impl Leaves {
     fn sides(&self, key: PatchKey) -> u32 {
         let mut sides = 0;
         for (side, neighbour) in neighbours(key).into_iter().enumerate() {
-            let is_own = match self.over(neighbour) {
+            let is_own = match self.covering(neighbour) {
                 Some((other, _)) if other.level == key.level => side % 2 == 0,
                 Some(_) => true,
                 None => !self.has_leaf_at(neighbour, side, MAX_LEVEL_STEP),
@@ -122,7 +122,7 @@ impl Leaves {
         for (key, leaf) in keys {
             let own = f64::from(key.level);
             let [west, east, north, south] = neighbours(key).map(|neighbour| {
-                let other = self.over(neighbour).map_or(leaf.level, |(_, other)| other.level);
+                let other = self.covering(neighbour).map_or(leaf.level, |(_, other)| other.level);
                 (leaf.level.max(other) - own) as f32
             });
             let (first, _) = key.area();

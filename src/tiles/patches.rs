@@ -13,18 +13,18 @@ use crate::pyramid::{LevelSize, LoadedTile, PyramidError, TileAddress, TileStore
 
 /// The state of a patch.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Known {
+pub enum PatchState {
     /// The patch exists and its statistics are loaded.
-    Patch {
+    Loaded {
         /// Its height range, mesh error and no-data.
         statistics: PatchStatistics,
-        /// Number of levels, 0 to 1, by which it stays above its own level while it fades in.
-        above: f64,
+        /// Number of levels, 0 to 1, by which it is drawn coarser than its own level while it fades in.
+        coarser_by: f64,
     },
     /// The patch exists, but its tile is not loaded.
-    Missing,
+    NotLoaded,
     /// The patch does not exist.
-    Nothing,
+    Absent,
 }
 
 /// The patches that a selection chooses from.
@@ -36,7 +36,7 @@ pub trait Patches {
     fn strides(&self) -> u32;
 
     /// Returns the patch (`x`, `y`) of stride 2^`j`.
-    fn patch(&self, j: u32, x: u32, y: u32) -> Known;
+    fn patch(&self, j: u32, x: u32, y: u32) -> PatchState;
 
     /// Returns the occluder minima of a tile, or `None` if it is not loaded.
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima>;
@@ -56,7 +56,7 @@ pub(crate) struct ResidentPatches<'a> {
     /// The time in seconds, for fading in; without it, nothing fades.
     pub now_s: Option<f64>,
     /// The requested tiles, with their urgency.
-    pub asked: RefCell<FxHashMap<TileAddress, f64>>,
+    pub requested: RefCell<FxHashMap<TileAddress, f64>>,
 }
 
 /// Returns the tile that a patch comes with.
@@ -70,12 +70,12 @@ fn below(statistics: PatchStatistics, up: u32) -> PatchStatistics {
     PatchStatistics { mesh_error_m: statistics.mesh_error_m * 0.25_f32.powi(up as i32), ..statistics }
 }
 
-fn coarse(store: &dyn TileStore, j: u32, x: u32, y: u32) -> Known {
+fn coarse(store: &dyn TileStore, j: u32, x: u32, y: u32) -> PatchState {
     let columns = patch_counts(store.levels()[0], j).0;
     let patches = store.coarse_patches().get(j as usize - store.levels().len());
     patches
         .and_then(|patches| patches.get((y * columns + x) as usize))
-        .map_or(Known::Nothing, |statistics| Known::Patch { statistics: *statistics, above: 0.0 })
+        .map_or(PatchState::Absent, |statistics| PatchState::Loaded { statistics: *statistics, coarser_by: 0.0 })
 }
 
 impl Patches for ResidentPatches<'_> {
@@ -87,10 +87,10 @@ impl Patches for ResidentPatches<'_> {
         (self.store.levels().len() + self.store.coarse_patches().len()) as u32
     }
 
-    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+    fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
         let counts = patch_counts(self.size(), j);
         if x >= counts.0 || y >= counts.1 {
-            return Known::Nothing;
+            return PatchState::Absent;
         }
         if j as usize >= self.store.levels().len() {
             return coarse(self.store, j, x, y);
@@ -101,14 +101,14 @@ impl Patches for ResidentPatches<'_> {
             if let Some(resident) = self.atlas.want(tile, self.frame) {
                 let statistics = below(*resident.patches.get(x % PAGE_PATCHES, y % PAGE_PATCHES), up);
                 let age_s = self.now_s.map_or(FADE_S, |now_s| now_s - resident.arrived_s);
-                let above = if up > 0 { 0.0 } else { (1.0 - age_s / FADE_S).clamp(0.0, 1.0) };
-                return Known::Patch { statistics, above };
+                let coarser_by = if up > 0 { 0.0 } else { (1.0 - age_s / FADE_S).clamp(0.0, 1.0) };
+                return PatchState::Loaded { statistics, coarser_by };
             }
             if self.store.has_tile(tile) {
-                return Known::Missing;
+                return PatchState::NotLoaded;
             }
         }
-        Known::Nothing
+        PatchState::Absent
     }
 
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
@@ -118,9 +118,9 @@ impl Patches for ResidentPatches<'_> {
     fn request(&self, j: u32, x: u32, y: u32, urgency: f64) {
         let tile = tile_of(j, x, y);
         if (j as usize) < self.store.levels().len() {
-            let mut asked = self.asked.borrow_mut();
-            let known = asked.entry(tile).or_insert(urgency);
-            *known = known.max(urgency);
+            let mut requested = self.requested.borrow_mut();
+            let largest = requested.entry(tile).or_insert(urgency);
+            *largest = largest.max(urgency);
         }
     }
 }
@@ -137,7 +137,7 @@ impl AllPatches {
     /// Reads every tile.
     ///
     /// # Errors
-    /// If a tile cannot be read.
+    /// Returns the error of a tile that cannot be read.
     pub fn read(store: &Arc<dyn TileStore>) -> Result<Self, PyramidError> {
         let mut pages = FxHashMap::default();
         for (level, size) in store.levels().iter().enumerate() {
@@ -154,7 +154,7 @@ impl AllPatches {
     /// Returns the patch (`x`, `y`) of stride 2^`j`, or `None` if it does not exist.
     pub fn get(&self, j: u32, x: u32, y: u32) -> Option<PatchStatistics> {
         match self.patch(j, x, y) {
-            Known::Patch { statistics, .. } => Some(statistics),
+            PatchState::Loaded { statistics, .. } => Some(statistics),
             _ => None,
         }
     }
@@ -169,18 +169,18 @@ impl Patches for AllPatches {
         self.strides
     }
 
-    fn patch(&self, j: u32, x: u32, y: u32) -> Known {
+    fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
         let counts = patch_counts(self.size, j);
         if x >= counts.0 || y >= counts.1 {
-            return Known::Nothing;
+            return PatchState::Absent;
         }
         if j as usize >= self.store.levels().len() {
             return coarse(&*self.store, j, x, y);
         }
-        self.pages.get(&tile_of(j, x, y)).map_or(Known::Nothing, |(page, _)| {
+        self.pages.get(&tile_of(j, x, y)).map_or(PatchState::Absent, |(page, _)| {
             let statistics = *page.get(x % PAGE_PATCHES, y % PAGE_PATCHES);
             debug_assert!(statistics.voids != Voids::All || statistics.min_m.is_nan());
-            Known::Patch { statistics, above: 0.0 }
+            PatchState::Loaded { statistics, coarser_by: 0.0 }
         })
     }
 

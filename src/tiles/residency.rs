@@ -60,12 +60,12 @@ pub struct Loaded {
 pub struct Movement {
     /// The level rule of the view that is drawn.
     pub rule: LevelRule,
-    /// Velocity of the camera, in metres per second.
-    pub velocity_m: DVec3,
+    /// Velocity of the camera.
+    pub velocity_m_s: DVec3,
     /// Time since the last frame, in seconds.
     pub frame_s: f64,
     /// Tiles that the mesh requests, with their urgency.
-    pub asked: FxHashMap<TileAddress, f64>,
+    pub requested: FxHashMap<TileAddress, f64>,
     /// Whether maps are computed, which depend on tiles next to the view.
     pub needs_map_neighbours: bool,
 }
@@ -185,7 +185,7 @@ impl Residency {
         self.needed = needed(&land, places, known, &movement.rule);
         let mut urgent = self.needed.clone();
         urgent.extend(
-            movement.asked.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
+            movement.requested.iter().map(|(address, urgency)| Needed { address: *address, urgency: *urgency as f32 }),
         );
         self.find_map_neighbours(movement.needs_map_neighbours);
         urgent.extend(self.map_neighbours.iter().map(|address| Needed { address: *address, urgency: MAP_URGENCY }));
@@ -194,8 +194,8 @@ impl Residency {
             let (rule, places) = (&movement.rule, &mut self.places);
             let known = |address| self.atlas.get(address).map(|resident| &resident.statistics);
             let wider = || rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
-            for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m != DVec3::ZERO) {
-                let camera_m = rule.camera_m + movement.velocity_m * ahead_s;
+            for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m_s != DVec3::ZERO) {
+                let camera_m = rule.camera_m + movement.velocity_m_s * ahead_s;
                 let earth_curvature = EarthCurvature { camera_z_m: camera_m.z, ..rule.earth_curvature };
                 let ahead = LevelRule { camera_m, earth_curvature, ..rule.clone() };
                 soon.extend(in_order(needed(&land, places, known, &ahead)));

@@ -7,7 +7,7 @@ use glam::DVec2;
 use super::grid_projection::GridProjection;
 use super::patches::Patches;
 use super::selection::{PatchKey, Selection, Viewpoint};
-use super::walk::{Over, Walk};
+use super::walk::{ParentError, Walk};
 
 /// Selects the patches for a viewpoint, as many as necessary.
 pub fn select(
@@ -30,7 +30,7 @@ pub fn select_within(
 ) -> Option<Selection> {
     let mut walk = Walk::new(patches, grid_projection, viewpoint, most_patches);
     let top = patches.strides() as i32 - 1;
-    walk.visit(PatchKey { level: top, x: 0, y: 0 }, Over::NONE);
+    walk.visit(PatchKey { level: top, x: 0, y: 0 }, ParentError::NONE);
     walk.limit_steps();
-    (!walk.is_over()).then(|| walk.finish(anchor))
+    (!walk.has_exceeded_limit()).then(|| walk.finish(anchor))
 }

@@ -102,7 +102,7 @@ pub struct Terrain {
     horizon_rad: f64,
     residency: Residency,
     /// The tiles that the mesh of the last frame missed, with their urgency.
-    asked: FxHashMap<TileAddress, f64>,
+    requested: FxHashMap<TileAddress, f64>,
     /// The factor of the allowed error in the last frame.
     coarser: f64,
     /// The smallest allowed error, in pixels, so that all parts of a picture have the same.
@@ -115,11 +115,11 @@ pub struct Terrain {
     horizon_maps: Option<HorizonMaps>,
     /// Whether the next frame requests horizon maps, and the last frame that did.
     needs_horizons: bool,
-    horizons_asked_in: u64,
+    horizons_requested_in: u64,
     /// The water maps, in a style with water.
     water_maps: Option<WaterMaps>,
     needs_water: bool,
-    water_asked_in: u64,
+    water_requested_in: u64,
 }
 
 impl Terrain {
@@ -142,7 +142,7 @@ impl Terrain {
             grid_projection,
             options,
             horizon_rad: 0.0,
-            asked: FxHashMap::default(),
+            requested: FxHashMap::default(),
             coarser: 1.0,
             least_error_px: 0.0,
             motion: CameraMotion::default(),
@@ -151,10 +151,10 @@ impl Terrain {
             buffers: TerrainBuffers::new(gpu),
             horizon_maps: None,
             needs_horizons: false,
-            horizons_asked_in: 0,
+            horizons_requested_in: 0,
             water_maps: None,
             needs_water: false,
-            water_asked_in: 0,
+            water_requested_in: 0,
         })
     }
 
@@ -260,9 +260,9 @@ impl Terrain {
             Some(to_sun) => {
                 let maps = self.horizon_maps.get_or_insert_with(|| HorizonMaps::new(gpu, &self.residency.atlas));
                 maps.set_sun(to_sun.truncate());
-                self.horizons_asked_in = self.frame;
+                self.horizons_requested_in = self.frame;
             }
-            None if self.frame > self.horizons_asked_in + KEEP_MAPS_FRAMES => self.horizon_maps = None,
+            None if self.frame > self.horizons_requested_in + KEEP_MAPS_FRAMES => self.horizon_maps = None,
             None => {}
         }
     }
@@ -276,9 +276,9 @@ impl Terrain {
                 let sea_m = sea_level_m.map_or(NO_SEA_M, |level_m| level_m as f32);
                 let atlas = &self.residency.atlas;
                 self.water_maps.get_or_insert_with(|| water_maps(gpu, atlas, sea_m)).set_key(sea_m);
-                self.water_asked_in = self.frame;
+                self.water_requested_in = self.frame;
             }
-            None if self.frame > self.water_asked_in + KEEP_MAPS_FRAMES => self.water_maps = None,
+            None if self.frame > self.water_requested_in + KEEP_MAPS_FRAMES => self.water_maps = None,
             None => {}
         }
     }

@@ -6,7 +6,7 @@ use rustc_hash::FxHashSet;
 
 use super::grid_projection::GridProjection;
 use super::leaves::{Leaf, Leaves, MAX_LEVEL_STEP};
-use super::patches::{Known, Patches};
+use super::patches::{PatchState, Patches};
 use super::selection::{PatchKey, Selection, Viewpoint, neighbours, units_log2};
 use super::skyline::Skyline;
 use crate::pyramid::TileAddress;
@@ -16,10 +16,11 @@ use crate::pyramid::surface::statistics::{PatchStatistics, Voids};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::scene::frustum::Bounds;
 
-/// Number of steps of a continuous level: enough to be smooth, few enough for differences of levels to be exact in f32.
+/// Steps between two levels to which a patch's fractional level (for geomorphing) is rounded: enough to be smooth, few
+/// enough for differences of levels to be exact in f32.
 const LEVEL_STEPS: f64 = 4096.0;
-/// Quads no wider than this fraction of the allowed error in height are not split: the position of land is then
-/// accurate to a fraction of that error sideways, however steep it is.
+/// Patches are not split if their quads are narrower than this fraction of the allowed error: horizontally the land is
+/// then accurate to that width, however steep it is.
 const FINEST_QUAD: f64 = 0.25;
 /// Larger errors are clamped to this, in metres: an infinite error would never be small enough.
 const LARGEST_ERROR_M: f64 = 1e38;
@@ -31,11 +32,12 @@ pub(super) struct Walk<'a> {
     patches: &'a dyn Patches,
     grid_projection: &'a GridProjection,
     viewpoint: &'a Viewpoint,
-    /// The level whose patches have a vertex at every grid unit.
+    /// The lowest level, 0 or negative: its patches have a vertex at every grid unit, of which a sample has 2ⁿ
+    /// ([`units_log2`]).
     finest_level: i32,
     leaves: Leaves,
-    /// Leaves that may not be split, because their children are not loaded, or because they limit the level step to
-    /// such a leaf.
+    /// Leaves that may not be split: their children are not loaded, or a neighbour that cannot be split would then be
+    /// too coarse for them.
     pinned: FxHashSet<PatchKey>,
     /// The skyline of the patches selected so far.
     skyline: Skyline,
@@ -45,17 +47,18 @@ pub(super) struct Walk<'a> {
     visits: usize,
 }
 
-/// The allowed and the visible error of a patch's parent.
+/// The errors of a patch's parent, between which the patch morphs out of its parent's shape.
 #[derive(Clone, Copy)]
-pub(super) struct Over {
+pub(super) struct ParentError {
+    /// The allowed error at the parent's distance.
     allowed_m: f64,
-    /// Visible error in metres, from [`Walk::shown_error_m`].
-    error_m: f64,
+    /// The visible error, from [`Walk::visible_error_m`].
+    visible_m: f64,
 }
 
-impl Over {
-    /// The parent of a patch that begins in its own shape.
-    pub(super) const NONE: Self = Self { allowed_m: f64::INFINITY, error_m: 0.0 };
+impl ParentError {
+    /// For a patch that does not morph out of its parent's shape.
+    pub(super) const NONE: Self = Self { allowed_m: f64::INFINITY, visible_m: 0.0 };
 }
 
 /// A patch that may be drawn.
@@ -63,8 +66,8 @@ struct VisiblePatch {
     key: PatchKey,
     statistics: PatchStatistics,
     bounds: Bounds,
-    /// Number of levels by which it stays above its own level while it fades in.
-    above: f64,
+    /// Number of levels, 0 to 1, by which it is drawn coarser than its own level while it fades in.
+    coarser_by: f64,
 }
 
 impl<'a> Walk<'a> {
@@ -89,61 +92,63 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns whether the walk exceeded the largest number of patches, selected or visited, so that the selection is
-    /// incomplete.
-    pub(super) fn is_over(&self) -> bool {
+    /// Returns whether the walk exceeded the largest number of patches, selected or visited. The selection is then
+    /// incomplete, and callers discard it.
+    pub(super) fn has_exceeded_limit(&self) -> bool {
         self.leaves.len() > self.most_patches || self.visits / VISITS_PER_PATCH > self.most_patches
     }
 
     /// Selects from a patch and its descendants.
-    pub(super) fn visit(&mut self, key: PatchKey, parent: Over) {
+    pub(super) fn visit(&mut self, key: PatchKey, parent: ParentError) {
         self.visits += 1;
-        if self.is_over() {
+        if self.has_exceeded_limit() {
             return;
         }
-        if let Some(seen) = self.seen(key).filter(|seen| !self.skyline.hides(&seen.bounds)) {
-            self.visit_seen(seen, parent);
+        if let Some(patch) = self.visible(key).filter(|patch| !self.skyline.hides(&patch.bounds)) {
+            self.visit_visible(&patch, parent);
         }
     }
 
-    fn visit_seen(&mut self, seen: VisiblePatch, parent: Over) {
-        let allowed_m = self.allowed_m(&seen);
-        let shown_m = self.shown_error_m(&seen);
-        if shown_m > allowed_m && seen.key.level > self.finest_level {
-            if self.children_are_known(seen.key, shown_m / allowed_m) {
-                for child in self.nearest_first(seen.key.children()) {
-                    self.visit(child, Over { allowed_m, error_m: shown_m });
+    fn visit_visible(&mut self, patch: &VisiblePatch, parent: ParentError) {
+        let allowed_m = self.allowed_m(patch);
+        let visible_m = self.visible_error_m(patch);
+        if visible_m > allowed_m && patch.key.level > self.finest_level {
+            if self.request_children(patch.key, visible_m / allowed_m) {
+                for child in self.nearest_first(patch.key.children()) {
+                    self.visit(child, ParentError { allowed_m, visible_m });
                 }
                 return;
             }
-            self.pinned.insert(seen.key);
+            self.pinned.insert(patch.key);
         }
-        self.add_leaf(&seen, parent);
-        let error_m = self.mesh_error_m(seen.key);
-        if seen.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
-            // The patch as drawn may be below the land by its error, on either level.
-            self.close(&seen, 2.0 * allowed_m.max(error_m));
+        self.add_leaf(patch, parent);
+        let error_m = self.mesh_error_m(patch.key);
+        if patch.statistics.voids == Voids::None && self.viewpoint.is_above_ground {
+            // As drawn, between its own level and its parent's, the patch may be below the land by the errors of both.
+            self.add_to_skyline(patch, 2.0 * allowed_m.max(error_m));
         }
     }
 
-    /// Adds a patch to the skyline.
-    fn close(&mut self, seen: &VisiblePatch, slack_m: f64) {
-        let key = seen.key;
+    /// Adds a patch to the skyline, lowered by `slack_m`.
+    fn add_to_skyline(&mut self, patch: &VisiblePatch, slack_m: f64) {
+        let key = patch.key;
         let (first, side) = key.area();
         let size = self.patches.size();
         let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
-        let parts = self.skyline.parts(&seen.bounds);
-        let place = |x: usize, y: usize| {
+        let parts = self.skyline.parts(&patch.bounds);
+        let corner = |x: usize, y: usize| {
             let grid = (first + DVec2::new(x as f64, y as f64) * (side / parts as f64)).min(last);
             self.grid_projection.world_from_grid(grid) - self.viewpoint.camera_m.truncate()
         };
-        let places: [[DVec2; 5]; 5] =
-            std::array::from_fn(|y| std::array::from_fn(|x| place(x.min(parts), y.min(parts))));
-        let relief_m = f64::from(seen.statistics.max_m - seen.statistics.min_m);
-        let lowest_m = f64::from(seen.statistics.min_m) - f64::from(OVERSHOOT) * relief_m;
+        // Corners of the parts, relative to the camera; there are at most 4 × 4 parts.
+        let grid_corners: [[DVec2; 5]; 5] =
+            std::array::from_fn(|y| std::array::from_fn(|x| corner(x.min(parts), y.min(parts))));
+        let relief_m = f64::from(patch.statistics.max_m - patch.statistics.min_m);
+        let lowest_m = f64::from(patch.statistics.min_m) - f64::from(OVERSHOOT) * relief_m;
         for (x, y) in (0..parts).flat_map(|y| (0..parts).map(move |x| (x, y))) {
-            let corners = [places[y][x], places[y + 1][x + 1], places[y][x + 1], places[y + 1][x]];
-            let land_m = self.low_m(key, parts, x, y).map_or(lowest_m, |low_m| lowest_m.max(low_m));
+            let corners =
+                [grid_corners[y][x], grid_corners[y + 1][x + 1], grid_corners[y][x + 1], grid_corners[y + 1][x]];
+            let land_m = self.part_minimum_m(key, parts, x, y).map_or(lowest_m, |minimum_m| lowest_m.max(minimum_m));
             let z_m = land_m - slack_m - self.viewpoint.camera_m.z;
             let low_m = corners.into_iter().fold(DVec2::INFINITY, DVec2::min).extend(z_m);
             let high_m = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max).extend(z_m);
@@ -153,27 +158,30 @@ impl<'a> Walk<'a> {
         }
     }
 
-    /// Returns a lower bound of the land's height in one of `parts` × `parts` parts of a patch, in metres.
-    fn low_m(&self, key: PatchKey, parts: usize, x: usize, y: usize) -> Option<f64> {
+    /// Returns a lower bound of the land's height in one of `parts` × `parts` parts of a patch, in metres; `None` if
+    /// its tile is not loaded.
+    fn part_minimum_m(&self, key: PatchKey, parts: usize, x: usize, y: usize) -> Option<f64> {
         let level = key.level.max(0);
-        // In blocks of the level, of which a patch covers 4 × 4 or, finer than the data, less than one.
+        // A patch covers 4 × 4 blocks of its level, or, if it is finer than the data, less than one of level 0.
         let blocks = i64::from(PATCH_QUADS / BLOCK_SAMPLES);
+        // First and last block of a part along one axis.
         let span = |patch: i64, part: usize| {
             let (parts, part) = (parts as i64, part as i64);
             let begin = |part: i64| patch * blocks * parts + part * blocks;
-            let block = |place: i64| (place >> (level - key.level)).div_euclid(parts);
+            let block = |position: i64| (position >> (level - key.level)).div_euclid(parts);
             (block(begin(part)), block(begin(part + 1) - 1))
         };
         let ((left, right), (top, bottom)) = (span(key.x, x), span(key.y, y));
+        // A patch is in one tile, so all blocks are.
         let tile = |block: i64| u32::try_from(block / i64::from(TILE_BLOCKS)).ok();
         let address = TileAddress { level: level as u32, x: tile(left)?, y: tile(top)? };
         let occluder_minima = self.patches.occluder_minima(address)?;
         let inside = |block: i64| (block % i64::from(TILE_BLOCKS)) as u32;
-        let mut low_m = f32::INFINITY;
+        let mut minimum_m = f32::INFINITY;
         for (x, y) in (top..=bottom).flat_map(|y| (left..=right).map(move |x| (x, y))) {
-            low_m = low_m.min(occluder_minima.get(inside(x), inside(y)));
+            minimum_m = minimum_m.min(occluder_minima.get(inside(x), inside(y)));
         }
-        Some(low_m.into())
+        Some(minimum_m.into())
     }
 
     /// Sorts patches from near to far, because near patches hide far ones.
@@ -189,15 +197,16 @@ impl<'a> Walk<'a> {
         patches
     }
 
-    fn allowed_m(&self, seen: &VisiblePatch) -> f64 {
-        self.viewpoint.error_px * self.distance_m(seen) / self.viewpoint.focal_px
+    /// Returns the allowed error at a patch's distance.
+    fn allowed_m(&self, patch: &VisiblePatch) -> f64 {
+        self.viewpoint.error_px * self.distance_m(patch) / self.viewpoint.focal_px
     }
 
-    /// Returns whether a patch can be split; if not, requests the missing tile.
-    fn children_are_known(&self, key: PatchKey, urgency: f64) -> bool {
-        key.children().into_iter().all(|child| match self.known(child) {
-            Known::Patch { .. } | Known::Nothing => true,
-            Known::Missing => {
+    /// Returns whether the children of a patch are loaded, so that it can be split; requests their tile if not.
+    fn request_children(&self, key: PatchKey, urgency: f64) -> bool {
+        key.children().into_iter().all(|child| match self.state(child) {
+            PatchState::Loaded { .. } | PatchState::Absent => true,
+            PatchState::NotLoaded => {
                 // All children of a patch come with the same tile.
                 self.patches.request(child.level.max(0) as u32, child.x as u32, child.y as u32, urgency);
                 false
@@ -206,23 +215,27 @@ impl<'a> Walk<'a> {
     }
 
     /// Returns a patch if it exists, is loaded, has data, and may be in view.
-    fn seen(&self, key: PatchKey) -> Option<VisiblePatch> {
-        let Known::Patch { statistics, above } = self.known(key) else { return None };
+    fn visible(&self, key: PatchKey) -> Option<VisiblePatch> {
+        let PatchState::Loaded { statistics, coarser_by } = self.state(key) else { return None };
         let bounds = self.bounds(key, &statistics)?;
-        let seen = statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
+        let is_visible =
+            statistics.voids != Voids::All && self.viewpoint.frusta.iter().any(|view| view.may_see(&bounds));
         // Patches finer than the data have nothing to load.
-        let above = if key.level < 0 { 0.0 } else { above };
-        seen.then_some(VisiblePatch { key, statistics, bounds, above })
+        let coarser_by = if key.level < 0 { 0.0 } else { coarser_by };
+        is_visible.then_some(VisiblePatch { key, statistics, bounds, coarser_by })
     }
 
-    fn known(&self, key: PatchKey) -> Known {
+    fn state(&self, key: PatchKey) -> PatchState {
         let up = (-key.level).max(0);
-        let (Ok(x), Ok(y)) = (u32::try_from(key.x >> up), u32::try_from(key.y >> up)) else { return Known::Nothing };
+        let (Ok(x), Ok(y)) = (u32::try_from(key.x >> up), u32::try_from(key.y >> up)) else {
+            return PatchState::Absent;
+        };
         self.patches.patch(key.level.max(0) as u32, x, y)
     }
 
+    /// Returns the largest vertical distance between a patch's mesh and the land, in metres.
     fn mesh_error_m(&self, key: PatchKey) -> f64 {
-        let Known::Patch { statistics, .. } = self.known(key) else { return 0.0 };
+        let PatchState::Loaded { statistics, .. } = self.state(key) else { return 0.0 };
         // Halving the quads of a smooth surface quarters the error.
         let error_m = f64::from(statistics.mesh_error_m) * f64::from(2 * key.level.min(0)).exp2();
         // A quad is flat and the earth is curved: add the sagitta of its diagonal.
@@ -230,22 +243,25 @@ impl<'a> Walk<'a> {
         (error_m + 0.25 * quad_m * quad_m * self.viewpoint.earth_curvature.inverse_radius).min(LARGEST_ERROR_M)
     }
 
+    /// Returns the width of a patch's quads.
     fn quad_m(&self, key: PatchKey) -> f64 {
         self.spacing_m * f64::from(key.level).exp2()
     }
 
-    /// Returns the mesh error of a patch, in metres, limited as described at [`FINEST_QUAD`]: from twice that width on
-    /// the error fades out, so that no patch appears suddenly.
-    fn shown_error_m(&self, seen: &VisiblePatch) -> f64 {
-        let quad_px = self.quad_m(seen.key) * self.viewpoint.focal_px / self.distance_m(seen);
+    /// Returns the mesh error of a patch, in metres, or less if its quads are narrow: between twice the width of
+    /// [`FINEST_QUAD`] and that width the result fades to 0, so that no patch appears suddenly.
+    fn visible_error_m(&self, patch: &VisiblePatch) -> f64 {
+        let quad_px = self.quad_m(patch.key) * self.viewpoint.focal_px / self.distance_m(patch);
         let finest_px = FINEST_QUAD * self.viewpoint.error_px;
-        self.mesh_error_m(seen.key) * (quad_px / finest_px - 1.0).clamp(0.0, 1.0)
+        self.mesh_error_m(patch.key) * (quad_px / finest_px - 1.0).clamp(0.0, 1.0)
     }
 
-    fn distance_m(&self, seen: &VisiblePatch) -> f64 {
-        seen.bounds.distance_m().max(self.viewpoint.nearest_m)
+    /// Returns a lower bound of the distance from the camera to a patch.
+    fn distance_m(&self, patch: &VisiblePatch) -> f64 {
+        patch.bounds.distance_m().max(self.viewpoint.nearest_m)
     }
 
+    /// Returns the camera-relative box of a patch; `None` if it is beyond the last sample.
     fn bounds(&self, key: PatchKey, statistics: &PatchStatistics) -> Option<Bounds> {
         let (first, side) = key.area();
         let size = self.patches.size();
@@ -263,24 +279,27 @@ impl<'a> Walk<'a> {
         self.viewpoint.earth_curvature.bend_bounds(&Bounds { low_m, high_m })
     }
 
-    fn add_leaf(&mut self, seen: &VisiblePatch, parent: Over) {
-        let key = seen.key;
-        let own_m = self.shown_error_m(seen);
-        let way = if parent.allowed_m.is_finite() && parent.error_m > own_m {
-            ((parent.allowed_m - own_m) / (parent.error_m - own_m)).clamp(0.0, 1.0)
+    /// Adds a patch to the selection, morphed toward its parent's shape as far as the error that is allowed there
+    /// permits.
+    fn add_leaf(&mut self, patch: &VisiblePatch, parent: ParentError) {
+        let key = patch.key;
+        let own_m = self.visible_error_m(patch);
+        // 0 is the patch's own shape, 1 its parent's: the errors of both are interpolated to the allowed one.
+        let morph = if parent.allowed_m.is_finite() && parent.visible_m > own_m {
+            ((parent.allowed_m - own_m) / (parent.visible_m - own_m)).clamp(0.0, 1.0)
         } else {
             0.0
         };
         // In steps that f32 represents exactly: the two patches at an edge compute the same level from their own
         // levels, and must get bit-identical vertices.
-        let level = f64::from(key.level) + (way.max(seen.above) * LEVEL_STEPS).round() / LEVEL_STEPS;
-        let distance_m = self.distance_m(seen);
-        let (farthest_m, holes) = (seen.bounds.farthest_m(), seen.statistics.voids != Voids::None);
+        let level = f64::from(key.level) + (morph.max(patch.coarser_by) * LEVEL_STEPS).round() / LEVEL_STEPS;
+        let distance_m = self.distance_m(patch);
+        let (farthest_m, holes) = (patch.bounds.farthest_m(), patch.statistics.voids != Voids::None);
         self.leaves.insert(key, Leaf { distance_m, farthest_m, level, holes });
     }
 
-    /// Splits leaves whose neighbours are too much finer than themselves; where one cannot be split, its neighbours are
-    /// merged instead.
+    /// Splits leaves that are more than [`MAX_LEVEL_STEP`] coarser than a neighbour; where one cannot be split, merges
+    /// its neighbours instead.
     pub(super) fn limit_steps(&mut self) {
         loop {
             let too_far_apart: Vec<_> = self
@@ -288,11 +307,11 @@ impl<'a> Walk<'a> {
                 .keys()
                 .flat_map(|key| neighbours(key).map(move |neighbour| (key, neighbour)))
                 .filter_map(|(key, neighbour)| {
-                    let (coarse, _) = self.leaves.over(neighbour)?;
+                    let (coarse, _) = self.leaves.covering(neighbour)?;
                     (coarse.level > key.level + MAX_LEVEL_STEP).then_some((key, coarse))
                 })
                 .collect();
-            if too_far_apart.is_empty() || self.is_over() {
+            if too_far_apart.is_empty() || self.has_exceeded_limit() {
                 return;
             }
             for (fine, coarse) in too_far_apart {
@@ -300,40 +319,42 @@ impl<'a> Walk<'a> {
                 if !self.leaves.contains(coarse) || !self.leaves.contains(fine) {
                     continue;
                 }
-                if self.pinned.contains(&coarse) || !self.children_are_known(coarse, 1.0) {
+                if self.pinned.contains(&coarse) || !self.request_children(coarse, 1.0) {
                     self.pinned.insert(coarse);
                     self.merge(fine, coarse.level - MAX_LEVEL_STEP);
                     continue;
                 }
                 self.leaves.remove(coarse);
-                // Its error did not require the split, so its children begin in its shape, as after an ordinary split.
-                let over = self.seen(coarse).map_or(Over::NONE, |seen| {
+                // The error of `coarse` did not require the split, so its children morph out of its shape, as after an
+                // ordinary split.
+                let parent = self.visible(coarse).map_or(ParentError::NONE, |patch| {
                     // A patch whose error is invisible still has a shape of its own.
                     let least_m = if self.mesh_error_m(coarse) > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
-                    Over { allowed_m: self.allowed_m(&seen), error_m: self.shown_error_m(&seen).max(least_m) }
+                    let visible_m = self.visible_error_m(&patch).max(least_m);
+                    ParentError { allowed_m: self.allowed_m(&patch), visible_m }
                 });
                 for child in coarse.children() {
-                    if let Some(seen) = self.seen(child) {
-                        self.add_leaf(&seen, over);
+                    if let Some(patch) = self.visible(child) {
+                        self.add_leaf(&patch, parent);
                     }
                 }
             }
         }
     }
 
-    /// Replaces a leaf, and all others under the same ancestor, by that ancestor.
+    /// Replaces a leaf, and all others under its ancestor at `level`, by that ancestor.
     fn merge(&mut self, mut key: PatchKey, level: i32) {
         while key.level < level {
             key = key.parent();
         }
         self.leaves.remove_under(key);
         self.pinned.insert(key);
-        if let Some(seen) = self.seen(key) {
-            self.add_leaf(&seen, Over::NONE);
+        if let Some(patch) = self.visible(key) {
+            self.add_leaf(&patch, ParentError::NONE);
         }
     }
 
-    /// Returns the selection, at positions relative to `anchor`.
+    /// Returns the selection, with positions relative to `anchor`.
     pub(super) fn finish(self, anchor: DVec2) -> Selection {
         self.leaves.instances(anchor, -self.finest_level)
     }

@@ -17,7 +17,7 @@ use winit::window::Window;
 use super::fly_camera::{FlyCamera, FlyInput};
 use super::input::Input;
 use super::overlay::{Overlay, Painted};
-use super::panel::{self, Facts};
+use super::panel::{self, PanelStats};
 use super::screen::{Acquired, Screen};
 use super::settings::{Settings, Styles};
 use super::statistics::{FrameTimes, PassTimes};
@@ -277,7 +277,7 @@ impl Flight {
         let prepared = &self.last.prepared;
         let terrain = &self.world.surfaces.terrain;
         let position_m = self.camera.position_m;
-        let facts = Facts {
+        let stats = PanelStats {
             adapter: &self.adapter,
             picture_px: self.settings.picture_px(self.screen.size_px()),
             frame_times: &self.frame_times,
@@ -293,20 +293,20 @@ impl Flight {
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),
         };
         let (settings_before, camera_before) = (self.settings.clone(), self.camera.clone());
-        let mut asked = panel::PanelRequests::default();
+        let mut requests = panel::PanelRequests::default();
         let painted = self.overlay.run(&self.window, |context| {
             if self.panel_shown {
-                asked = panel::show(context, &facts, &self.styles, &mut self.settings, &mut self.camera);
+                requests = panel::show(context, &stats, &self.styles, &mut self.settings, &mut self.camera);
             }
-            toasts::show(context, &self.toasts, asked.rect);
+            toasts::show(context, &self.toasts, requests.rect);
         });
         // A higher clearance lifts the camera; a lower one does not lower it.
         self.camera.advance(&FlyInput::default(), 0.0, |at| ground_m(&self.world, at));
         self.stale |= self.settings != settings_before || self.camera != camera_before;
-        if asked.restart {
+        if requests.restart {
             self.restart();
         }
-        if asked.screenshot {
+        if requests.screenshot {
             self.take_screenshot()?;
         }
         Ok(painted)

@@ -39,7 +39,7 @@ pub(super) const HELP: &[(&str, &str)] = &[
     ("right drag, click", "look around"),
     ("[ ]", "field of view"),
     ("Tab 1–9", "style"),
-    ("− +", "render scale"),
+    ("− +", "resolution"),
     ("F12 P", "save picture"),
     ("F11", "full screen"),
     ("R", "return to start"),

@@ -1,4 +1,4 @@
-//! The panel: shows what the picture costs, and has controls for the settings.
+//! The panel: controls for the settings, frame times, and what is drawn and loaded.
 
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
@@ -14,13 +14,13 @@ use crate::scene::stereo::Eyes;
 const WIDTH: f32 = 228.0;
 /// Height of the plot of frame times in points.
 const PLOT_HEIGHT: f32 = 26.0;
-/// End of the convergence slider, which stands for infinity.
+/// Upper end of the convergence slider, which stands for infinity.
 const FARTHEST_M: f64 = 1e6;
 /// Colour of warnings.
 const WARNING: Color32 = Color32::from_rgb(255, 110, 90);
 
-/// Facts that the panel shows.
-pub(super) struct Facts<'a> {
+/// Numbers that the panel shows.
+pub(super) struct PanelStats<'a> {
     /// Name and driver of the GPU.
     pub adapter: &'a str,
     /// Size of one eye's picture.
@@ -39,11 +39,11 @@ pub(super) struct Facts<'a> {
     pub tiles_on_gpu: u64,
     /// Tiles loaded since the start.
     pub tiles_loaded: u64,
-    /// Tiles replaced by coarser ones in the last frame.
+    /// Tiles that the last frame lacked and replaced by coarser ones.
     pub tiles_missing: u64,
-    /// Largest error of the last frame's mesh, if it exceeds the setting.
+    /// Allowed error of the last frame's mesh, if the triangle budget raised it above the setting.
     pub over_budget_px: Option<f64>,
-    /// Bytes allocated on the GPU, for targets and terrain.
+    /// Bytes of all buffers and textures on the GPU.
     pub gpu_bytes: u64,
     /// Height of the camera above the ground.
     pub height_above_ground_m: f64,
@@ -56,14 +56,14 @@ pub(super) struct PanelRequests {
     pub rect: Option<egui::Rect>,
     /// Whether to write a picture to a file.
     pub screenshot: bool,
-    /// Whether to return to the start.
+    /// Whether to return to the start of the flight.
     pub restart: bool,
 }
 
 /// Sets sizes and colours, once.
 pub(super) fn set_up(context: &egui::Context) {
-    // egui measures a click from frame to frame: with frames of a second, every click would count as held and do
-    // nothing.
+    // egui measures the duration of a click by the times of frames: with frames of a second, every click would count as
+    // held and do nothing.
     context.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
     context.all_styles_mut(|style| {
         for (kind, font) in &mut style.text_styles {
@@ -83,7 +83,7 @@ pub(super) fn set_up(context: &egui::Context) {
 /// Lays out the panel.
 pub(super) fn show(
     context: &egui::Context,
-    facts: &Facts<'_>,
+    stats: &PanelStats<'_>,
     styles: &Styles,
     settings: &mut Settings,
     camera: &mut FlyCamera,
@@ -94,10 +94,10 @@ pub(super) fn show(
     let shown = window.show(context, |ui| {
         ui.set_width(WIDTH);
         egui::ScrollArea::vertical().max_height(tallest).show(ui, |ui| {
-            picture(ui, facts, styles, settings);
-            section(ui, "Cost", true, |ui| cost(ui, facts));
-            section(ui, "Cost by pass", false, |ui| passes(ui, facts));
-            section(ui, "Camera", true, |ui| camera_section(ui, facts, camera, &mut requests));
+            picture(ui, stats, styles, settings);
+            section(ui, "Performance", true, |ui| performance(ui, stats));
+            section(ui, "GPU time by pass", false, |ui| passes(ui, stats));
+            section(ui, "Camera", true, |ui| camera_section(ui, stats, camera, &mut requests));
             section(ui, "Light", false, |ui| light(ui, settings));
             section(ui, "Keys", false, |ui| {
                 keys::HELP.iter().for_each(|(keys, what)| row(ui, keys, *what));
@@ -108,6 +108,7 @@ pub(super) fn show(
     requests
 }
 
+/// Adds a section that can be collapsed.
 fn section(ui: &mut Ui, title: &str, open: bool, content: impl FnOnce(&mut Ui)) {
     egui::CollapsingHeader::new(RichText::new(title).strong()).default_open(open).show_unindented(ui, content);
 }
@@ -120,48 +121,50 @@ fn row(ui: &mut Ui, name: &str, value: impl Into<String>) {
     });
 }
 
-/// Adds a row with a name on the left and a widget on the right.
-fn knob(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
+/// Adds a row with a name on the left and a widget on the right; both show `hint` as a tooltip.
+fn labelled(ui: &mut Ui, name: &str, hint: &str, widget: impl egui::Widget) {
     ui.horizontal(|ui| {
         ui.label(RichText::new(name).weak()).on_hover_text(hint);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.add(widget).on_hover_text(hint));
     });
 }
 
-fn picture(ui: &mut Ui, facts: &Facts<'_>, styles: &Styles, settings: &mut Settings) {
+/// Adds the controls of what is drawn: style, resolution, edges, eyes and terrain error.
+fn picture(ui: &mut Ui, stats: &PanelStats<'_>, styles: &Styles, settings: &mut Settings) {
     let list = styles.list();
     ui.horizontal(|ui| {
         ui.label(RichText::new("Style").weak());
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             egui::ComboBox::from_id_salt("style").selected_text(&*list[settings.style].name).show_ui(ui, |ui| {
-                for (place, style) in list.iter().enumerate() {
-                    ui.selectable_value(&mut settings.style, place, &*style.name).on_hover_text(&style.description);
+                for (index, style) in list.iter().enumerate() {
+                    ui.selectable_value(&mut settings.style, index, &*style.name).on_hover_text(&style.description);
                 }
             });
         });
     });
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Scale").weak()).on_hover_text("Pixels rendered per pixel of the window (− +)");
+        ui.label(RichText::new("Resolution").weak())
+            .on_hover_text("Rendered pixels per pixel of the window, in each direction (− +)");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            for (place, scale) in SCALES.iter().enumerate().rev() {
-                ui.selectable_value(&mut settings.scale, place, format!("{scale}"));
+            for (index, scale) in SCALES.iter().enumerate().rev() {
+                ui.selectable_value(&mut settings.scale, index, format!("{scale}"));
             }
-            ui.label(RichText::new(format!("{}×{}", facts.picture_px[0], facts.picture_px[1])).weak());
+            ui.label(RichText::new(format!("{}×{}", stats.picture_px[0], stats.picture_px[1])).weak());
         });
     });
-    let mut smooths = settings.antialias == Antialias::Temporal;
-    let hint = "Average consecutive frames (--antialias)";
-    knob(ui, "Smooth edges", hint, egui::Checkbox::new(&mut smooths, ""));
-    settings.antialias = if smooths { Antialias::Temporal } else { Antialias::None };
+    let mut is_smooth = settings.antialias == Antialias::Temporal;
+    let hint = "Temporal anti-aliasing: the mean of consecutive frames (--antialias)";
+    labelled(ui, "Smooth edges", hint, egui::Checkbox::new(&mut is_smooth, ""));
+    settings.antialias = if is_smooth { Antialias::Temporal } else { Antialias::None };
     eyes(ui, settings);
     let slider = Slider::new(&mut settings.lod_error_px, 0.1..=16.0).logarithmic(true).suffix(" px");
-    knob(ui, "Height error", "Largest error of the drawn surface, in pixels", slider);
+    labelled(ui, "Terrain error", "Largest error of the drawn terrain, in pixels (--lod-error)", slider);
 }
 
 /// Adds the controls for eyes and stereo pair.
 fn eyes(ui: &mut Ui, settings: &mut Settings) {
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Eyes").weak());
+        ui.label(RichText::new("Eyes").weak()).on_hover_text("One eye, or a stereo pair (--eyes)");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             egui::ComboBox::from_id_salt("eyes").selected_text(settings.eyes.to_string()).show_ui(ui, |ui| {
                 for (name, eyes) in Eyes::NAMES {
@@ -173,33 +176,40 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     if settings.eyes == Eyes::Mono {
         return;
     }
-    knob(
+    labelled(
         ui,
-        "Auto distance",
-        "Distance between the eyes is a thirtieth of the distance to the nearest land",
+        "Auto eye distance",
+        "The distance between the eyes is a thirtieth of the distance to the nearest land (--ipd auto)",
         egui::Checkbox::new(&mut settings.follows_land, ""),
     );
     let apart = Slider::new(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
-    ui.add_enabled_ui(!settings.follows_land, |ui| knob(ui, "Eye distance", "Same as --ipd", apart));
-    // The end of the slider is infinity.
+    ui.add_enabled_ui(!settings.follows_land, |ui| {
+        labelled(ui, "Eye distance", "Distance between the eyes (--ipd)", apart)
+    });
     let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
     let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).suffix(" m").max_decimals(1);
-    knob(ui, "Convergence", "Distance at which both eyes see the same; the end of the slider is infinity", plane);
+    labelled(
+        ui,
+        "Convergence",
+        "Distance of zero parallax; the right end of the slider is infinity (--convergence)",
+        plane,
+    );
     settings.pair.convergence_m = (convergence_m < FARTHEST_M).then_some(convergence_m);
 }
 
-fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, requests: &mut PanelRequests) {
-    row(ui, "Above ground", format!("{} m", digits(facts.height_above_ground_m)));
+/// Adds the controls of the camera, and the buttons.
+fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, requests: &mut PanelRequests) {
+    row(ui, "Above ground", format!("{} m", digits(stats.height_above_ground_m)));
     let [slowest, fastest] = SPEED_RANGE_M_S;
     let slider = Slider::new(&mut camera.speed_m_s, slowest..=fastest).logarithmic(true).suffix(" m/s").max_decimals(1);
-    knob(ui, "Speed", "Also changed by the mouse wheel", slider);
+    labelled(ui, "Speed", "Full speed of the camera (mouse wheel)", slider);
     let [narrowest, widest] = FOV_RANGE_DEG;
     // A start may be outside of the slider's range, and stays until the slider is moved.
     let clamping = egui::SliderClamping::Edits;
     let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
-    knob(ui, "Field of view", "Vertical field of view ([ ])", slider);
+    labelled(ui, "Field of view", "Vertical field of view ([ ])", slider);
     let slider = Slider::new(&mut camera.clearance_m, LEAST_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
-    knob(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
+    labelled(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))
         .on_hover_text("Value for --camera");
@@ -207,56 +217,61 @@ fn camera_section(ui: &mut Ui, facts: &Facts<'_>, camera: &mut FlyCamera, reques
         if ui.button("Copy").on_hover_text("Copy the value for --camera").clicked() {
             ui.copy_text(text);
         }
-        requests.restart = ui.button("Start").on_hover_text("Return to the start of the flight (R)").clicked();
+        requests.restart = ui.button("Reset view").on_hover_text("Return to the start of the flight (R)").clicked();
         requests.screenshot =
-            ui.button("Picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
+            ui.button("Save picture").on_hover_text("Save the picture in the current folder (F12)").clicked();
     });
 }
 
+/// Adds the controls of sun and haze.
 fn light(ui: &mut Ui, settings: &mut Settings) {
     let slider = Slider::new(&mut settings.sun.azimuth_deg, 0.0..=360.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun azimuth", "Azimuth, clockwise from north", slider);
+    labelled(ui, "Sun azimuth", "Azimuth, clockwise from north", slider);
     let slider = Slider::new(&mut settings.sun.elevation_deg, -10.0..=90.0).suffix("°").max_decimals(0);
-    knob(ui, "Sun elevation", "Elevation above the horizon", slider);
+    labelled(ui, "Sun elevation", "Elevation above the horizon", slider);
     let mut haze_km = settings.haze_m / 1000.0;
     let slider = Slider::new(&mut haze_km, 0.1..=10_000.0).logarithmic(true).suffix(" km").max_decimals(1);
-    knob(ui, "Haze", "Distance at which 63 % of the contrast is lost", slider);
+    labelled(ui, "Haze", "Distance at which 63 % of the contrast is lost", slider);
     if (haze_km * 1000.0 - settings.haze_m).abs() > 1e-6 * settings.haze_m {
         settings.haze_m = haze_km * 1000.0;
     }
 }
 
-fn cost(ui: &mut Ui, facts: &Facts<'_>) {
-    let times = facts.frame_times;
+/// Adds times, and numbers of what is drawn and loaded.
+fn performance(ui: &mut Ui, stats: &PanelStats<'_>) {
+    let times = stats.frame_times;
     let frame = match (times.quantile_ms(0.5), times.quantile_ms(0.95)) {
-        (Some(p50_ms), Some(p95_ms)) => format!("{p50_ms:.1}, p95 {p95_ms:.1} ms"),
+        (Some(p50_ms), Some(p95_ms)) => format!("{p50_ms:.1}, {p95_ms:.1} ms"),
         _ => "—".to_owned(),
     };
-    row(ui, "Frame p50", frame);
+    row(ui, "Frame p50, p95", frame);
     plot(ui, times);
     let gpu =
-        facts.pass_times.passes().first().map_or_else(|| "—".to_owned(), |frame| format!("{:.2} ms", frame.gpu_ms));
-    row(ui, "GPU", gpu);
-    row(ui, "Triangles", grouped(facts.triangles));
-    row(ui, "Patches", grouped(facts.patches));
-    if let Some(StrokeNumbers { drawn, left_out }) = facts.strokes {
+        stats.pass_times.passes().first().map_or_else(|| "—".to_owned(), |frame| format!("{:.2} ms", frame.gpu_ms));
+    row(ui, "GPU time", gpu);
+    row(ui, "Triangles", grouped(stats.triangles));
+    row(ui, "Patches", grouped(stats.patches));
+    if let Some(StrokeNumbers { drawn, left_out }) = stats.strokes {
         row(ui, "Strokes", grouped(drawn.into()));
         if let Some(text) = left_out.message() {
             ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
         }
     }
-    row(ui, "Tiles on GPU", grouped(facts.tiles_on_gpu));
-    row(ui, "Tiles loaded, missing", format!("{}, {}", grouped(facts.tiles_loaded), grouped(facts.tiles_missing)));
-    if let Some(error_px) = facts.over_budget_px {
-        let text = format!("Too many triangles: height error raised to {error_px:.1} px");
+    row(ui, "Tiles on GPU", grouped(stats.tiles_on_gpu));
+    let tiles = format!("{}, {}", grouped(stats.tiles_loaded), grouped(stats.tiles_missing));
+    let hint = "Tiles loaded since the start; tiles missing now, which coarser ones replace";
+    labelled(ui, "Tiles loaded, missing", hint, egui::Label::new(RichText::new(tiles).monospace()));
+    if let Some(error_px) = stats.over_budget_px {
+        let text = format!("Too many triangles: terrain error raised to {error_px:.1} px");
         ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
     }
-    row(ui, "GPU memory", format!("{:.1} MiB", facts.gpu_bytes as f64 / f64::from(1 << 20)));
-    ui.label(RichText::new(facts.adapter).weak().size(9.0));
+    row(ui, "GPU memory", format!("{:.1} MiB", stats.gpu_bytes as f64 / f64::from(1 << 20)));
+    ui.label(RichText::new(stats.adapter).weak().size(9.0));
 }
 
-fn passes(ui: &mut Ui, facts: &Facts<'_>) {
-    let passes = facts.pass_times.passes();
+/// Adds a row for each pass.
+fn passes(ui: &mut Ui, stats: &PanelStats<'_>) {
+    let passes = stats.pass_times.passes();
     if passes.is_empty() {
         ui.label(RichText::new("This GPU has no timestamp queries.").weak());
     }
@@ -265,7 +280,7 @@ fn passes(ui: &mut Ui, facts: &Facts<'_>) {
     }
 }
 
-/// Plots frame times as bars, newest on the right; the line is their median.
+/// Plots frame times as bars, newest on the right, with a line at their median.
 fn plot(ui: &mut Ui, times: &FrameTimes) {
     let (rect, _) = ui.allocate_exact_size(egui::vec2(ui.available_width(), PLOT_HEIGHT), Sense::hover());
     let painter = ui.painter_at(rect);
@@ -284,14 +299,12 @@ fn plot(ui: &mut Ui, times: &FrameTimes) {
     painter.hline(rect.x_range(), top(median_ms), (1.0, Color32::from_white_alpha(90)));
 }
 
-/// Formats metres with a readable number of decimals.
-fn digits(value: f64) -> String {
-    if value.abs() < 100.0 { format!("{value:.1}") } else { grouped_signed(value) }
-}
-
-fn grouped_signed(value: f64) -> String {
-    let sign = if value < 0.0 { "−" } else { "" };
-    format!("{sign}{}", grouped(value.abs().round() as u64))
+/// Formats a length in metres: with one decimal below 100 m, otherwise with groups of digits.
+fn digits(length_m: f64) -> String {
+    let size_m = length_m.abs();
+    let text = if size_m < 100.0 { format!("{size_m:.1}") } else { grouped(size_m.round() as u64) };
+    let sign = if length_m < 0.0 && text != "0.0" { "−" } else { "" };
+    format!("{sign}{text}")
 }
 
 /// Formats 1234567 as `1 234 567`.
@@ -318,13 +331,15 @@ mod tests {
         assert_eq!(grouped(999), "999");
         assert_eq!(grouped(1000), "1 000");
         assert_eq!(grouped(1_234_567), "1 234 567");
-        assert_eq!(digits(-12.34), "-12.3");
+        assert_eq!(digits(-12.34), "−12.3");
+        assert_eq!(digits(-1234.0), "−1 234");
+        assert_eq!(digits(-0.01), "0.0");
         assert_eq!(digits(1234.5), "1 235");
     }
 
-    /// Returns the texts of the cost section, with their colours.
-    fn cost_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
-        let facts = Facts {
+    /// Returns the texts of the section on performance, with their colours.
+    fn performance_texts(strokes: Option<StrokeNumbers>) -> Vec<(String, Color32)> {
+        let stats = PanelStats {
             adapter: "",
             picture_px: [640, 360],
             frame_times: &FrameTimes::default(),
@@ -339,7 +354,7 @@ mod tests {
             gpu_bytes: 0,
             height_above_ground_m: 0.0,
         };
-        let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| cost(ui, &facts));
+        let output = egui::Context::default().run_ui(egui::RawInput::default(), |ui| performance(ui, &stats));
         let texts = output.shapes.into_iter().filter_map(|clipped| match clipped.shape {
             egui::Shape::Text(text) => {
                 let color = text.galley.job.sections.first().map_or(Color32::TRANSPARENT, |part| part.format.color);
@@ -378,13 +393,13 @@ mod tests {
     fn strokes_over_the_limit_are_a_warning() {
         let with = |strokes| Some(StrokeNumbers { drawn: 1234, left_out: LeftOut { strokes, ..LeftOut::default() } });
         let warning = |texts: &[(String, Color32)]| texts.iter().find(|(_, color)| *color == WARNING).cloned();
-        let texts = cost_texts(with(56));
+        let texts = performance_texts(with(56));
         assert!(texts.iter().any(|(text, _)| text == "1 234"), "{texts:?}");
         let (text, _) = warning(&texts).expect("a warning");
         assert!(text.contains("56 strokes exceed the limits"), "{text}");
         // If every stroke fits, only the number is shown; without strokes not even that.
-        let texts = cost_texts(with(0));
+        let texts = performance_texts(with(0));
         assert!(warning(&texts).is_none() && texts.iter().any(|(text, _)| text == "Strokes"), "{texts:?}");
-        assert!(cost_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
+        assert!(performance_texts(None).iter().all(|(text, color)| text != "Strokes" && *color != WARNING));
     }
 }

@@ -12,7 +12,7 @@ pub(super) const SCALES: [f64; 3] = [1.0, 0.75, 0.5];
 
 /// Samples per pixel of a screenshot, if the window smooths edges.
 const SCREENSHOT_SAMPLES: u32 = 16;
-/// Time constant of the distance between the eyes: after this time it has covered 63 % of the way to its target.
+/// Time constant of the distance between the eyes: after this time 63 % of a change is reached.
 const FOLLOWS_IN_S: f64 = 0.8;
 
 /// Settings of the panel, apart from the camera's.

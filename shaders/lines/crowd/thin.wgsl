@@ -1,21 +1,23 @@
-// Applies the bar to lines of pixels.
+// Thins out crowded lines of pixels: ink below the bar of its rank is removed (crowd.wgsl).
 #import hachure::view::View
-#import hachure::crowd::{Crowd, bar_at, left_of}
+#import hachure::crowd::{Crowd, bar_at, remaining_part}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var line: texture_2d<f32>;
+// Rank of the line, and how far the cap holds for it (rank.wgsl).
 @group(0) @binding(3) var rank: texture_2d<f32>;
 @group(0) @binding(4) var bars: texture_2d<f32>;
 @group(0) @binding(5) var thinned: texture_storage_2d<r32float, write>;
 
 // Radius in pixels over which ranks are averaged, weighted by ink, because ranks are noisy along a line.
-const AROUND: i32 = 3;
+const RADIUS_PX: i32 = 3;
 
+// Returns the mean rank of the ink around a pixel.
 fn rank_at(pixel: vec2<i32>) -> f32 {
     var sum = vec2<f32>(0.0);
-    for (var y = -AROUND; y <= AROUND; y++) {
-        for (var x = -AROUND; x <= AROUND; x++) {
+    for (var y = -RADIUS_PX; y <= RADIUS_PX; y++) {
+        for (var x = -RADIUS_PX; x <= RADIUS_PX; x++) {
             let at = clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
             let ink = textureLoad(line, at, 0).r;
             sum += ink * vec2<f32>(textureLoad(rank, at, 0).r, 1.0);
@@ -31,10 +33,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     let ink = textureLoad(line, pixel, 0).r;
-    var left = 0.0;
+    var remaining = 0.0;
     if ink > 0.0 {
         let bar = bar_at(view, crowd, bars, vec2<f32>(pixel) + 0.5);
-        left = ink * mix(1.0, left_of(bar, rank_at(pixel)), textureLoad(rank, pixel, 0).g);
+        remaining = ink * mix(1.0, remaining_part(bar, rank_at(pixel)), textureLoad(rank, pixel, 0).g);
     }
-    textureStore(thinned, pixel, vec4<f32>(left));
+    textureStore(thinned, pixel, vec4<f32>(remaining));
 }

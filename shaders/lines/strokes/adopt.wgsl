@@ -26,16 +26,17 @@ const MOVED_PX: f32 = 1.0;
 const FAR_PX: f32 = 1e3;
 
 #ifdef FOLLOWER
-// Returns the offset to the other eye's line, averaged over the sample and its neighbours; 0 where it is too far.
-fn toward(number: u32) -> vec2<f32> {
+// Returns the offset to the other eye's line, averaged over the sample `index` and its neighbours; 0 where it is too
+// far.
+fn mean_offset_px(index: u32) -> vec2<f32> {
     var sum_px = vec2<f32>(0.0);
     var weights = 0.0;
     for (var way = 0u; way < 2u; way++) {
         let ends = select(LAST, FIRST, way == 1u);
-        var at = number;
+        var at = index;
         for (var i = 0u; i < 3u; i++) {
             let weight = select(1.0, 0.5, i == 0u);
-            let off_px = matches[at].toward_px;
+            let off_px = matches[at].to_old_line_px;
             sum_px += select(vec2<f32>(0.0), weight * off_px, matches[at].stroke != 0u);
             weights += select(0.0, weight, matches[at].stroke != 0u);
             if (samples[at].flags & ends) != 0u {
@@ -85,11 +86,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let found = matches[nearest];
     if found.stroke != 0u {
         samples[id.x].stroke = found.stroke;
-        samples[id.x].along_px = found.along_px + found.sense * (own.at_px - found.at_px);
+        samples[id.x].along_px = found.along_px + found.direction_sign * (own.at_px - found.at_px);
         samples[id.x].half_width_px = found.half_width_px;
     }
 #ifdef FOLLOWER
-    let moved_px = toward(id.x);
+    let moved_px = mean_offset_px(id.x);
     let px = samples[id.x].px + moved_px;
     samples[id.x].px = px;
     samples[id.x].position_m = place_at(view, px, samples[id.x].depth_m);

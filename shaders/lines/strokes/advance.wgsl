@@ -1,7 +1,7 @@
 // Moves strokes with the world between full updates. Pietrok (2021, section 4.3) moves them by the motion field; here
 // each sample knows its distance, so its own motion is exact.
 #import hachure::view::{View, place_at}
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, let_go, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, decayed, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -30,7 +30,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         own.depth_m = clip.w;
     }
     if any(own.held_px != vec2<f32>(0.0)) {
-        let left_px = let_go(own.held_px, temporal.hold);
+        let left_px = decayed(own.held_px, temporal.hold);
         own.px += left_px - own.held_px;
         own.held_px = left_px;
         own.position_m = place_at(view, own.px, own.depth_m);

@@ -1,29 +1,30 @@
-// Finds the shortest length class of strokes within the budget.
+// Finds the shortest length class of strokes for which there is room, if longer strokes come first.
 #import hachure::stroke_samples::{CLASSES, Temporal, SampleCounts}
 
 @group(0) @binding(0) var<uniform> temporal: Temporal;
+// Samples that the strokes of each length class need; this pass resets them to 0.
 @group(0) @binding(1) var<storage, read_write> classes: array<u32>;
 @group(0) @binding(2) var<storage, read_write> list: SampleCounts;
-// Two indirect draws: of strokes of this frame, and of fading ones.
+// Two indirect draws, of strokes of this frame and of fading ones: vertices, instances, first vertex, first instance.
 @group(0) @binding(3) var<storage, read_write> draws: array<u32, 8>;
 
 @compute @workgroup_size(1)
 fn main() {
     var total = 0u;
-    var least = CLASSES;
+    var least_class = CLASSES;
     for (var i = CLASSES; i > 0u; i--) {
-        let wanted = classes[i - 1u];
+        let needed = classes[i - 1u];
         classes[i - 1u] = 0u;
         // If even the longest class exceeds the capacity, as many of its strokes are drawn as fit.
-        let has_room = total + wanted <= temporal.capacity || total == 0u;
-        if has_room && least == i {
-            total += wanted;
-            least = i - 1u;
+        let has_room = total + needed <= temporal.capacity || total == 0u;
+        if has_room && least_class == i {
+            total += needed;
+            least_class = i - 1u;
         }
     }
     list = SampleCounts();
     list.fresh = min(total, temporal.capacity);
     list.samples = list.fresh;
-    list.least_class = least;
+    list.least_class = least_class;
     draws = array<u32, 8>(6u, list.fresh, 0u, 0u, 6u, 0u, 0u, 0u);
 }

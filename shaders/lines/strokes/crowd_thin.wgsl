@@ -4,7 +4,7 @@
 // FOLLOWER: the bars are the leading eye's, read at the sample's position in its picture. Both eyes then omit the same
 // strokes; with bars of its own picture each eye would omit different ones.
 #import hachure::view::View
-#import hachure::crowd::{Crowd, bar_at, left_of, capped}
+#import hachure::crowd::{Crowd, bar_at, remaining_part, capped}
 #import hachure::stroke_samples::{Sample, SampleCounts}
 
 // The view without jitter.
@@ -33,7 +33,7 @@ fn bar_of(own: Sample) -> vec2<f32> {
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x < list.fresh {
         let own = samples[id.x];
-        let left = mix(1.0, left_of(bar_of(own), own.rank), capped(crowd, own.depth_m));
+        let left = mix(1.0, remaining_part(bar_of(own), own.rank), capped(crowd, own.depth_m));
         // Without pressure a stroke still has a third of its width, so ink falls slower than pressure.
         samples[id.x].pressure = own.pressure * left * left * left;
     }

@@ -61,8 +61,8 @@ fn is_gone(number: u32) -> bool {
         let a = samples[id - 1u];
         let b = samples[id];
         let near = nearest_on(a.px, b.px, at.xy);
-        let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
-        if distance(near.px, at.xy) <= COVERED_PX && abs(sense) >= LEAST_ALIKE {
+        let cosine = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
+        if distance(near.px, at.xy) <= COVERED_PX && abs(cosine) >= LEAST_ALIKE {
             return true;
         }
     }

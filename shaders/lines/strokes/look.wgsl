@@ -100,13 +100,13 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
         let b = old_samples[id];
         let near = nearest_on(a.px, b.px, place.xy);
         let apart_px = distance(near.px, place.xy);
-        let sense = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
+        let cosine = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
         let depth_ratio = mix(a.depth_m, b.depth_m, near.t) / place.z;
         if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
             continue;
         }
-        let is_like = abs(sense) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= most_depth_ratio;
-        let cost = apart_px + 4.0 * (1.0 - abs(sense)) + depth_cost_px * abs(log2(depth_ratio));
+        let is_like = abs(cosine) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= most_depth_ratio;
+        let cost = apart_px + 4.0 * (1.0 - abs(cosine)) + depth_cost_px * abs(log2(depth_ratio));
         if is_like && apart_px <= most_apart_px && cost < best {
             best = cost;
             found.stroke = a.stroke;
@@ -116,8 +116,8 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
             found.along_px = mix(a.along_px, b.along_px, near.t) + beyond_px * sign(b.along_px - a.along_px);
             found.pressure = mix(a.pressure, b.pressure, near.t);
             found.shown_px = mix(a.shown_px, b.shown_px, near.t) - abs(beyond_px);
-            found.sense = select(-1.0, 1.0, sense * (b.along_px - a.along_px) >= 0.0);
-            found.toward_px = near.px - place.xy + beyond_px * old_way;
+            found.direction_sign = select(-1.0, 1.0, cosine * (b.along_px - a.along_px) >= 0.0);
+            found.to_old_line_px = near.px - place.xy + beyond_px * old_way;
             found.half_width_px = mix(a.half_width_px, b.half_width_px, near.t);
         }
     }

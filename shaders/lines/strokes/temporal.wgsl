@@ -1,19 +1,21 @@
-// Carries strokes over from the previous frame: identity, texture parameter, pressure, and part of the position.
+// Carries strokes over from the previous frame, whenever strokes are updated: identity, texture parameter, pressure,
+// and part of the position.
 //
-// - Identity and texture parameter: each sample takes those of the old stroke that it matched (look.wgsl); a sample
-//   without a match continues from the nearest one that has one. Where lines are crowded, chains split and join from
-//   frame to frame; this does not affect data that are stored for each sample. Where two old strokes meet in one chain,
-//   the texture has a seam, which stays in place. Perspective stretches the parameter; it slowly returns to an even
-//   spacing, with the offset for which the chain's samples voted (vote.wgsl).
-// - The shown part of a stroke grows along it by `growth_px` per frame, from the part that was shown before and from
-//   seeds SEEDS_PX apart, so that no more of a line appears at once than an eye can follow. A part that was outside of
-//   the picture at the last update is shown at once.
+// - Identity and texture parameter (`along_px`): each sample takes those of the old stroke that it matched (look.wgsl);
+//   a sample without a match continues from the nearest one that has one. Where lines are crowded, chains split and
+//   join from frame to frame; this does not affect data that are stored for each sample. Where two old strokes meet in
+//   one chain, the texture has a seam, which stays in place. Perspective stretches the texture parameter; the parameter
+//   slowly returns to an even spacing, with the offset for which the chain's samples voted (vote.wgsl).
+// - Shown part: a sample is drawn where its `shown_px`, the distance along the stroke to the end of the shown part, is
+//   positive. That part grows by `growth_px` per frame, from the part that was shown before and from seeds SEEDS_PX
+//   apart, so that no more of a line appears at once than an eye can follow. A part that was outside of the picture at
+//   the last update is shown at once.
 // - Pressure changes by a bounded step.
-// - Position: the line is held where it was, as far as the style says, and does not jump: a larger offset shrinks by
-//   MOVE_PX per frame, also in the frames between updates (advance.wgsl).
+// - Position: the line is held where it was, by the weight `hold` of the style, and does not jump: a larger offset
+//   shrinks by MOVE_PX per frame, also in the frames between updates (advance.wgsl).
 #import hachure::view::{View, place_at}
 #import hachure::strokes::{Chain, StrokeCounts}
-#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, NEIGHBOURS, to_seed_px, hash, let_go}
+#import hachure::stroke_samples::{Temporal, Heritage, Match, Sample, NEIGHBOURS, to_seed_px, hash, decayed}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -29,13 +31,13 @@
 // Indices of `fresh` and `carried` in `list`.
 const FRESH: u32 = 1u;
 const CARRIED: u32 = 4u;
-// Largest difference between the parameters of neighbouring samples of one stroke.
+// Largest difference between the texture parameters that neighbouring samples find, for their mean to be taken.
 const ALIKE_PX: f32 = 6.0;
-// Part of a parameter's unevenness that is removed per frame.
+// Fraction of the deviation from an even texture parameter that each update removes.
 const RELAXATION: f32 = 0.03;
-// Deviation from the even parameter beyond which the sample belongs to another part of the old stroke.
+// Deviation from the even texture parameter beyond which the sample belongs to another part of the old stroke.
 const MOST_UNEVEN_PX: f32 = 16.0;
-// Weight of the previous frame's half width.
+// Weight of the old half width in each update.
 const WIDTH_KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
@@ -46,27 +48,27 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     var own = samples[id.x];
     // Until this pass replaces it by an identity, `stroke` is the index of the sample's chain.
-    let number = own.stroke;
-    let chain = chains[number];
-    let first = starts[number];
-    let end = min(select(fresh, starts[number + 1u], number + 1u < counts.chains), fresh);
+    let chain_index = own.stroke;
+    let chain = chains[chain_index];
+    let first = starts[chain_index];
+    let end = min(select(fresh, starts[chain_index + 1u], chain_index + 1u < counts.chains), fresh);
     // The same stroke gets the same identity in the same view, whatever order chains were found in.
-    let name = hash(chain.key ^ hash(chain.length_units)) ^ hash(temporal.seed);
-    var stroke = max(name, 1u);
-    var along_px = own.along_px + f32(hash(name) & 1023u);
+    let new_identity = hash(chain.key ^ hash(chain.length_units)) ^ hash(temporal.seed);
+    var identity = max(new_identity, 1u);
+    var along_px = own.along_px + f32(hash(new_identity) & 1023u);
     if temporal.has_history == 1u {
         let inherited = inherit(id.x, first, end);
         if inherited.stroke != 0u {
-            stroke = inherited.stroke;
+            identity = inherited.stroke;
             along_px = inherited.along_px;
-            let heritage = heritages[number];
-            if stroke == heritage.stroke && inherited.sense == heritage.sense {
-                let even_px = heritage.sense * own.along_px + heritage.offset_px;
+            let heritage = heritages[chain_index];
+            if identity == heritage.stroke && inherited.direction_sign == heritage.direction_sign {
+                let even_px = heritage.direction_sign * own.along_px + heritage.offset_px;
                 let is_near = abs(even_px - along_px) <= MOST_UNEVEN_PX;
                 along_px = mix(along_px, even_px, select(0.0, RELAXATION, is_near));
             }
         }
-        if id.x == first && heritages[number].stroke != 0u {
+        if id.x == first && heritages[chain_index].stroke != 0u {
             atomicAdd(&list[CARRIED], 1u);
         }
         if was_in_picture(own.position_m) {
@@ -77,13 +79,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             own.pressure = found.pressure + clamp(own.pressure - found.pressure, -temporal.pressure_step, temporal.pressure_step);
             own.half_width_px = mix(own.half_width_px, found.half_width_px, WIDTH_KEPT);
         }
-        own.held_px = let_go(toward(id.x, first, end), temporal.hold);
+        own.held_px = decayed(mean_offset_px(id.x, first, end), temporal.hold);
         if any(own.held_px != vec2<f32>(0.0)) {
             own.px += own.held_px;
             own.position_m = place_at(view, own.px, own.depth_m);
         }
     }
-    own.stroke = stroke;
+    own.stroke = identity;
     own.along_px = along_px;
     samples[id.x] = own;
 }
@@ -94,64 +96,68 @@ fn was_in_picture(at_m: vec3<f32>) -> bool {
     return clip.w > 0.0 && all(abs(clip.xy) < vec2<f32>(clip.w));
 }
 
+// What a sample takes over from an old stroke.
 struct Inherited {
     // Identity of the stroke; 0 is none.
     stroke: u32,
     along_px: f32,
-    sense: f32,
+    // As in Match.
+    direction_sign: f32,
 }
 
-// Returns identity and parameter of a sample: those of the nearest one with a match, continued by arc length.
-fn inherit(number: u32, first: u32, end: u32) -> Inherited {
-    let at_px = matches[number].at_px;
-    var nearest = number;
+// Returns identity and texture parameter of the sample `index`: those of the nearest sample with a match, continued by
+// arc length.
+fn inherit(index: u32, first: u32, end: u32) -> Inherited {
+    let at_px = matches[index].at_px;
+    var nearest = index;
     for (var i = 0u; i <= NEIGHBOURS && matches[nearest].stroke == 0u; i++) {
-        nearest = max(number, first + i) - i;
+        nearest = max(index, first + i) - i;
         if matches[nearest].stroke == 0u {
-            nearest = min(number + i, end - 1u);
+            nearest = min(index + i, end - 1u);
         }
     }
     let found = matches[nearest];
-    let along_px = found.along_px + found.sense * (at_px - found.at_px);
+    let along_px = found.along_px + found.direction_sign * (at_px - found.at_px);
     // Averaged with its neighbours, because a single sample is noisy.
     var sum_px = along_px;
     var weight = 1.0;
-    for (var i = max(number, first + 2u) - 2u; i < min(number + 3u, end); i++) {
+    for (var i = max(index, first + 2u) - 2u; i < min(index + 3u, end); i++) {
         let other = matches[i];
-        let by_it_px = other.along_px + other.sense * (at_px - other.at_px);
-        let is_same = other.stroke == found.stroke && other.sense == found.sense;
-        if is_same && abs(by_it_px - along_px) <= ALIKE_PX {
-            sum_px += by_it_px;
+        let predicted_px = other.along_px + other.direction_sign * (at_px - other.at_px);
+        let is_same = other.stroke == found.stroke && other.direction_sign == found.direction_sign;
+        if is_same && abs(predicted_px - along_px) <= ALIKE_PX {
+            sum_px += predicted_px;
             weight += 1.0;
         }
     }
-    return Inherited(found.stroke, sum_px / weight, found.sense);
+    return Inherited(found.stroke, sum_px / weight, found.direction_sign);
 }
 
-// Returns the offset to the old line, averaged over the sample and its neighbours.
-fn toward(number: u32, first: u32, end: u32) -> vec2<f32> {
+// Returns the offset to the old line, averaged over the sample `index` and its neighbours.
+fn mean_offset_px(index: u32, first: u32, end: u32) -> vec2<f32> {
     var sum_px = vec2<f32>(0.0);
     var weights = 0.0;
-    for (var i = max(number, first + 2u) - 2u; i < min(number + 3u, end); i++) {
+    for (var i = max(index, first + 2u) - 2u; i < min(index + 3u, end); i++) {
         if matches[i].stroke != 0u {
-            let weight = select(0.5, 1.0, i == number);
-            sum_px += weight * matches[i].toward_px;
+            let weight = select(0.5, 1.0, i == index);
+            sum_px += weight * matches[i].to_old_line_px;
             weights += weight;
         }
     }
     return sum_px / max(weights, 1.0);
 }
 
-// Returns `shown_px` of a sample whose parameter is `along_px`, in a stroke with samples `first` to `end`.
-fn grown_px(number: u32, first: u32, end: u32, along_px: f32) -> f32 {
-    let own = matches[number];
+// Returns `shown_px` of the sample `index`, whose texture parameter is `along_px`, in a chain with the samples from
+// `first` to before `end`.
+fn grown_px(index: u32, first: u32, end: u32, along_px: f32) -> f32 {
+    let own = matches[index];
     var reached_px = own.shown_px;
     if own.stroke == 0u {
         // Short strokes have a seed in the middle.
         let from_middle_px = abs(own.at_px - matches[(first + end) / 2u].at_px);
         reached_px = max(reached_px, -0.5 * temporal.growth_px - min(to_seed_px(along_px), from_middle_px));
     }
-    for (var i = max(number, first + NEIGHBOURS) - NEIGHBOURS; i < min(number + NEIGHBOURS + 1u, end); i++) {
+    for (var i = max(index, first + NEIGHBOURS) - NEIGHBOURS; i < min(index + NEIGHBOURS + 1u, end); i++) {
         let other = matches[i];
         if other.stroke != 0u {
             reached_px = max(reached_px, other.shown_px - abs(other.at_px - own.at_px));

@@ -14,8 +14,10 @@
 @group(0) @binding(4) var<storage, read> matches: array<Match>;
 @group(0) @binding(5) var<storage, read_write> heritages: array<Heritage>;
 
+// Most samples of a chain that vote.
 const MOST_VOTERS: u32 = 64u;
-const FAR_OFF_PX: f32 = 16.0;
+// Distance from the mean offset beyond which a sample is an outlier.
+const OUTLIER_PX: f32 = 16.0;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -49,13 +51,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if winner == 0u {
         return;
     }
-    var senses = 0.0;
+    var sum_of_signs = 0.0;
     for (var i = first; i < end; i += stride) {
         if matches[i].stroke == winner {
-            senses += matches[i].sense;
+            sum_of_signs += matches[i].direction_sign;
         }
     }
-    let sense = select(-1.0, 1.0, senses >= 0.0);
+    let direction_sign = select(-1.0, 1.0, sum_of_signs >= 0.0);
     var offset_px = 0.0;
     // The first round finds the mean, the second excludes outliers.
     for (var round = 0u; round < 2u; round++) {
@@ -63,14 +65,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         var weight = 0.0;
         for (var i = first; i < end; i += stride) {
             let own = matches[i];
-            let offset = own.along_px - sense * own.at_px;
-            let is_near = round == 0u || abs(offset - offset_px) <= FAR_OFF_PX;
-            if own.stroke == winner && own.sense == sense && is_near {
+            let offset = own.along_px - direction_sign * own.at_px;
+            let is_near = round == 0u || abs(offset - offset_px) <= OUTLIER_PX;
+            if own.stroke == winner && own.direction_sign == direction_sign && is_near {
                 sum += offset;
                 weight += 1.0;
             }
         }
         offset_px = select(offset_px, sum / max(weight, 1.0), weight > 0.0);
     }
-    heritages[id.x] = Heritage(winner, sense, offset_px, 0u);
+    heritages[id.x] = Heritage(winner, direction_sign, offset_px, 0u);
 }

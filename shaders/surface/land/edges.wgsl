@@ -29,16 +29,22 @@
 @group(0) @binding(2) var<uniform> view: View;
 @group(0) @binding(3) var<uniform> edge_rules: EdgeRules;
 
+// Vertices along a side of the patch with a ring of vertices around it, the number of vertices in that ring, and quads
+// along a side.
 const RING: i32 = QUADS + 3;
 const RING_VERTICES: u32 = 72u;
 const RING_QUADS: i32 = QUADS + 2;
+// Edges that a quad may add: its diagonal, its first column's, its first row's, and at the end of the patch its last
+// column's and last row's. Their numbers are called slots.
+const QUAD_EDGES: u32 = 5u;
 
-// The patch's vertices, with one more on each side.
+// Positions of the patch's vertices and of the ring.
 var<workgroup> at_m: array<vec3<f32>, 361>;
-// For each quad of the ring: the two unit normals, 0 for a triangle without area.
+// For each quad of patch and ring, the unit normals of its two triangles; 0 for a triangle without area.
 var<workgroup> upper: array<vec3<f32>, 324>;
 var<workgroup> lower: array<vec3<f32>, 324>;
 
+// Returns the position of the vertex in a column and row of the patch; those of the ring are -1 and QUADS + 1.
 fn vertex_of(ij: vec2<i32>) -> vec3<f32> {
     let place = ij + 1;
     return at_m[place.y * RING + place.x];
@@ -54,7 +60,7 @@ fn ring_vertex(number: i32) -> vec2<i32> {
     return vec2<i32>(select(-1, QUADS + 1, place > QUADS), place % (QUADS + 1));
 }
 
-// Returns a vertex beyond the patch, at the position of its neighbour.
+// Computes the position of a vertex of the ring, as the neighbouring patch has it on its own level.
 fn beyond(quads: Patch, ij: vec2<i32>) -> vec3<f32> {
     let units = clamp(quads.origin_units + (ij << vec2<u32>(quads.stride_exponent)),
         terrain.extent_units.xy, terrain.extent_units.zw);
@@ -64,6 +70,7 @@ fn beyond(quads: Patch, ij: vec2<i32>) -> vec3<f32> {
     return bend(vec3<f32>(xy_m, vertex_height_m(vec2<f32>(units) / terrain.units_per_sample, distance_m)));
 }
 
+// Returns the unit normal of a triangle; 0 for a sliver.
 fn normal_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
     let u = b - a;
     let v = c - a;
@@ -78,8 +85,6 @@ fn normal_of(a: vec3<f32>, b: vec3<f32>, c: vec3<f32>) -> vec3<f32> {
 fn faces(n: vec3<f32>, through_m: vec3<f32>) -> bool {
     return dot(n, from_eye(view, through_m)) < 0.0;
 }
-
-const QUAD_EDGES: u32 = 5u;
 
 #ifdef HOLES
 // Whether the patch has holes.
@@ -108,12 +113,14 @@ fn consider(a: vec3<f32>, m: vec3<f32>, n: vec3<f32>, slot: u32) -> u32 {
     return select(0u, kind << (2u * slot), have_sides);
 }
 
+// Returns the bits of an edge at the border of the world, if the style draws borders.
 fn border(slot: u32) -> u32 {
     return select(0u, (KIND_BORDER + 1u) << (2u * slot), edge_rules.borders == 1u);
 }
 
-// Computes the vertices and normals of a patch, for all threads.
-fn look(quads: Patch, step: i32, group: u32, thread: u32) {
+// Computes the vertices and normals of a patch and its ring, for all threads. `step` is the distance of the vertices of
+// the patch's current level.
+fn compute_ring(quads: Patch, step: i32, group: u32, thread: u32) {
     for (var i = thread; i < VERTICES; i += 256u) {
         let ij = vec2<i32>(i32(i) % (QUADS + 1), i32(i) / (QUADS + 1)) + 1;
         at_m[ij.y * RING + ij.x] = positions[group * VERTICES + i].xyz;
@@ -207,10 +214,10 @@ fn main(
     // Near the end of a morph quads are slivers, and count as gone.
     let step = 1 << u32(quads.inner_level + 0.01);
     let ij = vec2<i32>(i32(thread) % QUADS, i32(thread) / QUADS);
-    let kept_at = groups.x + 1u + group.x * 256u + thread;
+    let stored_at = groups.x + 1u + group.x * 256u + thread;
     clear_marks(thread);
 #ifdef FIND
-    look(quads, step, group.x, thread);
+    compute_ring(quads, step, group.x, thread);
     var corners = array<vec2<i32>, 4>(ij, vec2<i32>(ij.x + step, ij.y), vec2<i32>(ij.x, ij.y + step), ij + step);
     var begins = array<u32, 5>(0u, 0u, 0u, 1u, 2u);
     var ends = array<u32, 5>(3u, 2u, 1u, 3u, 3u);
@@ -224,9 +231,9 @@ fn main(
         }
         rest &= ~bits;
     }
-    order.starts[kept_at] = edges_found;
+    order.starts[stored_at] = edges_found;
 #else
-    let edges_found = order.starts[kept_at];
+    let edges_found = order.starts[stored_at];
 #endif
     workgroupBarrier();
     for (var slot = 0u; slot < QUAD_EDGES; slot++) {

@@ -8,7 +8,7 @@
 #import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
 #import hachure::rows::{LEAST_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
-#import hachure::row_form::{LONGEST, relief, row_form, steepness, way_of}
+#import hachure::row_form::{LONGEST, relief, row_form, steepness, horizontal_step}
 
 // Number of octaves that are tried.
 const TRIES: i32 = 2;
@@ -28,8 +28,8 @@ fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
 
 // Takes one step of the midpoint rule up or down the slope.
 fn next_place(block: RowBlock, first: i32, frame: Frame, place: vec2<f32>, slope: vec2<f32>, rise_m: f32) -> vec2<f32> {
-    let half = row_form(block, first, frame, place + 0.5 * way_of(block, frame, slope, rise_m)).xy;
-    return place + way_of(block, frame, half, rise_m);
+    let half = row_form(block, first, frame, place + 0.5 * horizontal_step(block, frame, slope, rise_m)).xy;
+    return place + horizontal_step(block, frame, half, rise_m);
 }
 
 // Returns whether the slope line through a point continues for this rise, up or down, without converging with its
@@ -40,7 +40,7 @@ fn leads(block: RowBlock, first: i32, frame: Frame, begin: vec2<f32>, rise_m: f3
     var place = begin;
     var before = row_form(block, first, frame, place).xy;
     // The start of the neighbouring flow line, along the contour line.
-    let up = way_of(block, frame, before, length(before));
+    let up = horizontal_step(block, frame, before, length(before));
     var aside = begin + vec2<f32>(-up.y, up.x) * (ASIDE / max(length(up), 1e-12));
     for (var i = 0; i < count; i++) {
         let next = next_place(block, first, frame, place, before, each_m);

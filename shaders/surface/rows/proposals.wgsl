@@ -14,8 +14,8 @@
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
-#import hachure::rows::{cell_m, grid_of, frame_at, world_way, unpack_place, camera_height_m}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, INDEX, INTERVALS, REACH, HEIGHT, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
+#import hachure::rows::{cell_m, grid_of, frame_at, world_offset, sample_word, unpack_place, camera_height_m}
 
 // Gaps between neighbours, in spacings, over which a mark between them grows.
 const CLOSED_GAP: f32 = 1.3;
@@ -70,15 +70,15 @@ struct Candidate {
 }
 
 fn candidate(at: u32) -> Candidate {
-    let index = candidates[at] & ~ELSEWHERE;
-    let reach = candidates[at + 2u];
-    let intervals = candidates[at + 1u];
+    let index = candidates[at + INDEX] & ~ELSEWHERE;
+    let reach = candidates[at + REACH];
+    let intervals = candidates[at + INTERVALS];
     return Candidate(at, at - index * WORDS, i32(index), i32(intervals & ~CLOSED), (intervals & CLOSED) != 0u, intervals == ALONE,
         i32(reach & 255u), i32(reach >> 8u));
 }
 
 fn place_of(one: Candidate, sample: i32) -> vec2<f32> {
-    return unpack_place(candidates[one.at + u32(4 + HALF + sample)]);
+    return unpack_place(candidates[sample_word(one.at, sample)]);
 }
 
 // Returns another candidate of the piece; a closed piece wraps around.
@@ -111,7 +111,7 @@ struct Stand {
 // Returns the gap between two candidates, in pixels across the mark.
 fn gap_px(frame: Frame, stand: Stand, a: Candidate, b: Candidate) -> f32 {
     let sample = clamp(stand.sample, -min(a.down, b.down), min(a.up, b.up));
-    let way_m = world_way(frame, place_of(b, sample) - place_of(a, sample));
+    let way_m = world_offset(frame, place_of(b, sample) - place_of(a, sample));
     return abs(dot(project(stand.flat_m + vec3<f32>(way_m, 0.0)).xy - stand.px, stand.across));
 }
 
@@ -180,16 +180,16 @@ fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
 // Returns the height of a mark's middle, and its rise from sample to sample, in metres.
 fn rise_of(block: RowBlock, one: Candidate) -> vec2<f32> {
     if one.is_alone {
-        return vec2<f32>(bitcast<f32>(candidates[one.at + 3u]), bitcast<f32>(candidates[one.at]));
+        return vec2<f32>(bitcast<f32>(candidates[one.at + HEIGHT]), bitcast<f32>(candidates[one.at + INDEX]));
     }
-    let height = bitcast<i32>(candidates[one.at + 3u]);
+    let height = bitcast<i32>(candidates[one.at + HEIGHT]);
     let unit_m = cell_m(block) / STEPS;
     return vec2<f32>(f32(height), f32(height & -height) / f32(CORE)) * unit_m;
 }
 
 // Returns a random number of 16 bits that is the same in every frame.
 fn lot(one: Candidate) -> f32 {
-    var word = candidates[one.at + u32(4 + HALF)];
+    var word = candidates[sample_word(one.at, 0)];
     word = (word ^ (word >> 16u)) * 0x7feb352du;
     word = (word ^ (word >> 15u)) * 0x846ca68bu;
     return f32(word >> 16u);
@@ -202,7 +202,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let one = candidate((block.slot * MOST_CANDIDATES + id.x) * WORDS);
-    if (candidates[one.at] & ELSEWHERE) != 0u || one.down + one.up < 2 {
+    if (candidates[one.at + INDEX] & ELSEWHERE) != 0u || one.down + one.up < 2 {
         return;
     }
     let seed = place_of(one, 0);
@@ -225,7 +225,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var px: array<vec3<f32>, 17>;
     var flat_m: array<vec3<f32>, 17>;
     for (var j = -one.down; j <= one.up; j++) {
-        let at = vec3<f32>(frame.world_m + world_way(frame, place_of(one, j) - seed), middle_m + step_m * f32(j));
+        let at = vec3<f32>(frame.world_m + world_offset(frame, place_of(one, j) - seed), middle_m + step_m * f32(j));
         flat_m[j + HALF] = at;
         px[j + HALF] = project(at);
         if px[j + HALF].z < view.near_m {

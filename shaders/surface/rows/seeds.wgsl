@@ -1,4 +1,4 @@
-// Places seeds of hachures at even distances along the middles of rows.
+// Places seeds of hachures, evenly spaced, along the middles of rows.
 //
 // The middle of a row is a contour line of the form's height. It is followed through the cells of a block by marching
 // squares (Lorensen and Cline 1987, in the plane): from where it enters the block, or land with the same row height, to
@@ -13,7 +13,7 @@
 // has a seed for one.
 #import hachure::terrain::terrain
 #import hachure::rows::{RowRules, RowBlock, Frame, CELLS, MARGIN_CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
-#import hachure::rows::{WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_way}
+#import hachure::rows::{INDEX, INTERVALS, REACH, HEIGHT, SEED, WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_offset}
 
 // Most cells of a piece, and most pieces that begin in a cell.
 const MOST_STEPS: i32 = 4096;
@@ -113,17 +113,17 @@ fn leads(line: Line, start: Step) -> bool {
 }
 
 fn length_in(frame: Frame, a: vec2<f32>, b: vec2<f32>) -> f32 {
-    return length(world_way(frame, b - a));
+    return length(world_offset(frame, b - a));
 }
 
 fn put(slot: u32, number: u32, index: u32, intervals: u32, height: i32, place: vec2<f32>) {
     let at = (slot * MOST_CANDIDATES + number) * WORDS;
-    candidates[at] = index;
-    candidates[at + 1u] = intervals;
-    candidates[at + 2u] = 0u;
-    candidates[at + 3u] = bitcast<u32>(height);
-    candidates[at + 4u] = bitcast<u32>(place.x);
-    candidates[at + 5u] = bitcast<u32>(place.y);
+    candidates[at + INDEX] = index;
+    candidates[at + INTERVALS] = intervals;
+    candidates[at + REACH] = 0u;
+    candidates[at + HEIGHT] = bitcast<u32>(height);
+    candidates[at + SEED] = bitcast<u32>(place.x);
+    candidates[at + SEED + 1u] = bitcast<u32>(place.y);
 }
 
 // Follows a piece, and places its seeds.

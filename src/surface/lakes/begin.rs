@@ -1,4 +1,5 @@
-//! Water that was found → workgroup counts of the later passes. See `shaders/surface/lakes/begin.wgsl`.
+//! Computes the workgroup counts of the later passes from the water that was found. See
+//! `shaders/surface/lakes/begin.wgsl`.
 
 use super::Inputs;
 use crate::gpu::recorder::Recorder;

@@ -1,4 +1,4 @@
-//! Heights → the sea, and candidates for lakes. See `shaders/surface/lakes/blocks.wgsl`.
+//! Finds the sea, and candidates for lakes, in the heights. See `shaders/surface/lakes/blocks.wgsl`.
 
 use super::Inputs;
 use crate::gpu::pipelines::Compute;

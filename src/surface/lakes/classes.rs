@@ -1,6 +1,6 @@
-//! Squares of samples → the lakes that they belong to. See `shaders/surface/lakes/classes.wgsl`.
+//! Finds the lakes that squares of samples belong to. See `shaders/surface/lakes/classes.wgsl`.
 
-use super::Inputs;
+use super::{CLASSES_OFFSET, Inputs};
 use crate::gpu::recorder::Recorder;
 
 /// Assigns samples to lakes or land.
@@ -12,5 +12,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("found", inputs.found.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    recorder.indirect("surface/lakes/classes", &inputs.arguments, 0, &resources);
+    recorder.indirect("surface/lakes/classes", &inputs.arguments, CLASSES_OFFSET, &resources);
 }

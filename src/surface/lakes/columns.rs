@@ -1,10 +1,10 @@
-//! Shores → the nearest shore in the column of each sample. See `shaders/surface/lakes/columns.wgsl`.
+//! Finds the nearest shore in the column of each sample. See `shaders/surface/lakes/columns.wgsl`.
 
-use super::Inputs;
+use super::{COLUMNS_OFFSET, Inputs};
 use crate::gpu::recorder::Recorder;
 
-/// Searches the columns up and down.
+/// Searches the columns of the tiles up and down.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [("found", inputs.found.binding()), ("shores", inputs.shores.binding())];
-    recorder.indirect("surface/lakes/columns", &inputs.arguments, 24, &resources);
+    recorder.indirect("surface/lakes/columns", &inputs.arguments, COLUMNS_OFFSET, &resources);
 }

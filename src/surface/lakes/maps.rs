@@ -1,6 +1,7 @@
-//! The nearest shores in columns → the distance of each sample from the shore. See `shaders/surface/lakes/maps.wgsl`.
+//! Computes the distance of each sample from the shore, from the nearest shores in columns. See
+//! `shaders/surface/lakes/maps.wgsl`.
 
-use super::Inputs;
+use super::{Inputs, MAPS_OFFSET};
 use crate::gpu::recorder::Recorder;
 
 /// Writes the water maps.
@@ -12,5 +13,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("water_maps", inputs.water_maps.clone()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    recorder.indirect("surface/lakes/maps", &inputs.arguments, 36, &resources);
+    recorder.indirect("surface/lakes/maps", &inputs.arguments, MAPS_OFFSET, &resources);
 }

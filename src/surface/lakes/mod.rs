@@ -1,4 +1,4 @@
-//! Heights → water maps: the distance of each sample of a tile from the shore of its lake or of the sea.
+//! Makes water maps of heights: the distance of each sample of a tile from the shore of its lake or of the sea.
 //!
 //! [`blocks`] and [`classes`] find the water that each sample of a tile and its surroundings belongs to, [`shores`] the
 //! shore next to samples, [`columns`] and [`maps`] the distance of all other samples from it. Software drivers run both
@@ -41,6 +41,11 @@ const SQUARES: BufferKind = BufferKind::storage("lake squares");
 const GIVEN: BufferKind = BufferKind::storage("given water");
 /// Workgroup counts of the indirect passes.
 const ARGUMENTS: BufferKind = BufferKind::indirect("lake arguments");
+/// Offsets of the counts of [`classes`], [`shores`], [`columns`] and [`maps`] in [`ARGUMENTS`], in bytes.
+const CLASSES_OFFSET: u64 = 0;
+const SHORES_OFFSET: u64 = 12;
+const COLUMNS_OFFSET: u64 = 24;
+const MAPS_OFFSET: u64 = 36;
 
 /// Inputs and outputs that the passes share.
 pub(crate) struct Inputs<'a> {

@@ -1,6 +1,6 @@
-//! Water → the shore next to each sample. See `shaders/surface/lakes/shores.wgsl`.
+//! Finds the shore next to each sample. See `shaders/surface/lakes/shores.wgsl`.
 
-use super::Inputs;
+use super::{Inputs, SHORES_OFFSET};
 use crate::gpu::recorder::Recorder;
 
 /// Finds the shores.
@@ -12,5 +12,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("shores", inputs.shores.binding()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    recorder.indirect("surface/lakes/shores", &inputs.arguments, 12, &resources);
+    recorder.indirect("surface/lakes/shores", &inputs.arguments, SHORES_OFFSET, &resources);
 }

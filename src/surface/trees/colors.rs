@@ -22,7 +22,7 @@ use crate::surface::local_color::packed;
 const VERTEX_COLORS: BufferKind = BufferKind::storage("tree colors");
 /// Hues of the palette of a species.
 const PALETTE: BufferKind = BufferKind::storage("tree palette");
-const PAINTS: &str = "tree paints";
+const COLOR_INDICES: &str = "tree paints";
 
 /// The colours of the species of a forest.
 pub(crate) struct TreeColors {
@@ -80,46 +80,49 @@ impl Colored {
 impl SpeciesColors {
     fn new(gpu: &Gpu, model: &SpeciesModel, palette: &[u32]) -> Self {
         let of_mesh = |mesh: &TreeMesh| {
-            let colors: Vec<u32> = mesh.paints.iter().map(|paint| palette[usize::from(*paint)]).collect();
+            let colors: Vec<u32> = mesh.color_indices.iter().map(|index| palette[usize::from(*index)]).collect();
             Buffer::with(gpu, &VERTEX_COLORS, &colors)
         };
         Self {
             near: of_mesh(&model.near),
             middle: of_mesh(&model.middle),
-            alone: paints(gpu, &model.alone),
-            canopy: paints(gpu, &model.canopy),
+            alone: color_indices(gpu, &model.alone),
+            canopy: color_indices(gpu, &model.canopy),
             palette: Buffer::with(gpu, &PALETTE, palette),
         }
     }
 
     /// Returns the bindings of the impostor shader, for trees or for pieces of canopy.
     pub(super) fn of_pictures(&self, is_canopy: bool) -> [Named; 2] {
-        let paints = if is_canopy { &self.canopy } else { &self.alone };
-        [("tree_paints", Resource::Texture(PAINTS, paints.clone())), ("tree_palette", self.palette.binding())]
+        let color_indices = if is_canopy { &self.canopy } else { &self.alone };
+        [
+            ("tree_paints", Resource::Texture(COLOR_INDICES, color_indices.clone())),
+            ("tree_palette", self.palette.binding()),
+        ]
     }
 }
 
-fn paints(gpu: &Gpu, pictures: &TreePictures) -> wgpu::TextureView {
+fn color_indices(gpu: &Gpu, pictures: &TreePictures) -> wgpu::TextureView {
     gpu.count_object();
     let extent = |frame_px: u32| {
         let side = FRAMES * frame_px;
         wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 }
     };
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some(PAINTS),
-        size: extent(pictures.paints.first().map_or(1, |(frame_px, _)| *frame_px)),
-        mip_level_count: pictures.paints.len().max(1) as u32,
+        label: Some(COLOR_INDICES),
+        size: extent(pictures.color_indices.first().map_or(1, |(frame_px, _)| *frame_px)),
+        mip_level_count: pictures.color_indices.len().max(1) as u32,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::R8Uint,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    for (number, (frame_px, paints)) in pictures.paints.iter().enumerate() {
+    for (number, (frame_px, color_indices)) in pictures.color_indices.iter().enumerate() {
         let size = extent(*frame_px);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(size.width), rows_per_image: None };
         let to = wgpu::TexelCopyTextureInfo { mip_level: number as u32, ..texture.as_image_copy() };
-        gpu.queue.write_texture(to, paints, layout, size);
+        gpu.queue.write_texture(to, color_indices, layout, size);
     }
     texture.create_view(&wgpu::TextureViewDescriptor::default())
 }

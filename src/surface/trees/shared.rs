@@ -5,7 +5,7 @@ use std::sync::Arc;
 use super::edges::EdgesOfSpecies;
 use super::place::TreePoint;
 use super::raster::TreeVertex;
-use crate::forest::colors::paint_of;
+use crate::forest::colors::color_index_of;
 use crate::forest::impostor::{FRAMES, Impostor, ImpostorCorner, Level};
 use crate::forest::model::{TreeCorner, TreeModel};
 use crate::forest::points::Points;
@@ -28,7 +28,7 @@ pub(super) struct TreeMesh {
     pub vertices: Buffer,
     pub count: u32,
     /// Palette index of each vertex.
-    pub paints: Vec<u8>,
+    pub color_indices: Vec<u8>,
 }
 
 /// The meshes and pictures of a species.
@@ -55,8 +55,8 @@ pub(super) struct TreePictures {
     /// Radius, bottom and top of the upright cylinder that holds the tree; the last number is unused.
     pub cylinder: [f32; 4],
     /// For each mip level, the side of a picture in pixels and
-    /// [`Level::paints`](crate::forest::impostor::Level::paints).
-    pub paints: Vec<(u32, Vec<u8>)>,
+    /// [`Level::color_indices`](crate::forest::impostor::Level::color_indices).
+    pub color_indices: Vec<(u32, Vec<u8>)>,
 }
 
 /// The source of a species' meshes.
@@ -136,8 +136,8 @@ impl TreeMesh {
             normal: corner.normal.as_vec3().extend(corner.lightness as f32).to_array(),
         };
         let vertices: Vec<TreeVertex> = corners.iter().map(vertex).collect();
-        let paints = corners.iter().map(|corner| corner.paint).collect();
-        Self { vertices: Buffer::with(gpu, &VERTICES, &vertices), count: vertices.len() as u32, paints }
+        let color_indices = corners.iter().map(|corner| corner.color_index).collect();
+        Self { vertices: Buffer::with(gpu, &VERTICES, &vertices), count: vertices.len() as u32, color_indices }
     }
 }
 
@@ -152,16 +152,16 @@ fn toned(grown: Grown, corner: &Corner) -> TreeCorner {
         (Grown::Snag, _) => 0.75,
         (Grown::Conifer | Grown::Broadleaf, Part::Bark) => 0.45,
     };
-    TreeCorner { at, normal, lightness, paint: paint_of(part), sway }
+    TreeCorner { at, normal, lightness, color_index: color_index_of(part), sway }
 }
 
 impl TreePictures {
     fn new(gpu: &Gpu, corners: &[TreeCorner], frame_px: u32) -> Self {
         let pictured = |corner: &TreeCorner| {
-            let TreeCorner { at, normal, lightness, paint, .. } = *corner;
-            ImpostorCorner { at, normal, lightness, paint }
+            let TreeCorner { at, normal, lightness, color_index, .. } = *corner;
+            ImpostorCorner { at, normal, lightness, color_index }
         };
-        let impostor = Impostor::take(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
+        let impostor = Impostor::draw(&corners.iter().map(pictured).collect::<Vec<_>>(), frame_px);
         let middle = impostor.middle.as_vec3().to_array();
         let reach = corners.iter().map(|corner| corner.at.truncate().length()).fold(0.0, f64::max);
         let (low, high) = corners.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), corner| {
@@ -180,8 +180,8 @@ impl TreePictures {
             ..Default::default()
         });
         let radius = impostor.radius as f32;
-        let paints = impostor.levels.into_iter().map(|level| (level.frame_px, level.paints)).collect();
-        Self { view: texels, outlines, sampler, middle, radius, cylinder, paints }
+        let color_indices = impostor.levels.into_iter().map(|level| (level.frame_px, level.color_indices)).collect();
+        Self { view: texels, outlines, sampler, middle, radius, cylinder, color_indices }
     }
 }
 

@@ -38,14 +38,14 @@ fn toward(bends: Bends<'_>, map: DVec2, eye_m: DVec3) -> Toward {
 }
 
 /// Returns the points of the picture where the curvature toward the eye is zero and rises by at least `least_rise` over
-/// a feature of `feature_m`. The cosine between land and eye is at most `most_facing`, and the foreshortened feature
+/// a feature of `feature_m`. The cosine between land and eye is at most `largest_cosine`, and the foreshortened feature
 /// has at least `least_px` pixels.
 fn zeros(
     shape: &Shape<'_>,
     places_m: &[Option<DVec3>],
     eye_m: DVec3,
     least_rise: f64,
-    most_facing: f64,
+    largest_cosine: f64,
     least_px: f64,
 ) -> Vec<DVec2> {
     let &Shape { bends, feature_m, sign, .. } = shape;
@@ -75,7 +75,7 @@ fn zeros(
             let [ahead, behind] = [step_m, -step_m].map(|step_m| toward(bends, map + step_m, eye_m).curvature);
             let rise = sign * (ahead - behind) / feature_m * feature_m * feature_m;
             let feature_px = FOCAL_PX * feature_m / place_a.distance(eye_m) * a.facing;
-            if rise > least_rise && a.facing < most_facing && a.facing > 0.02 && feature_px >= least_px {
+            if rise > least_rise && a.facing < largest_cosine && a.facing > 0.02 && feature_px >= least_px {
                 let t = a.curvature / (a.curvature - b.curvature);
                 found.push(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) + t * step);
             }

@@ -59,7 +59,7 @@ pub struct Prepared {
     pub tiles: Loaded,
     /// Time that the frame thread spent on tiles and patches, in milliseconds.
     pub prepare_ms: f64,
-    /// Whether the camera has jumped, so that detail is still being loaded.
+    /// Whether the camera jumped to this frame; the first frame counts as a jump.
     pub jumped: bool,
     /// The error that the patches guarantee.
     pub detail: Detail,
@@ -131,7 +131,7 @@ impl Terrain {
             earth_curvature: self.earth_curvature(view.camera_m.z),
         };
         let streams = self.options.loading == Loading::Stream;
-        let step = self.motion.go_on(view.camera_m, now_s, self.grid_projection.spacing_m());
+        let step = self.motion.advance(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
         // While nothing fades, new tiles appear at once.
         let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
@@ -139,12 +139,12 @@ impl Terrain {
         let mut idle = 0;
         let mut rounds = 0;
         loop {
-            let asked = std::mem::take(&mut self.asked);
+            let requested = std::mem::take(&mut self.requested);
             let movement = Movement {
                 rule: rule.clone(),
-                velocity_m: step.velocity_m,
+                velocity_m_s: step.velocity_m_s,
                 frame_s: step.step_s,
-                asked,
+                requested,
                 needs_map_neighbours,
             };
             let update = self.residency.update(gpu, &self.grid_projection, &movement, self.frame, now_s, fade_step_s);
@@ -154,7 +154,7 @@ impl Terrain {
             let waits = !streams && tiles.failed == 0;
             // The last tiles may request more: only a pass without new tiles is final.
             if waits && (tiles.pending > 0 || update.loaded > 0) {
-                self.asked = movement.asked;
+                self.requested = movement.requested;
                 now_s = self.start.elapsed().as_secs_f64();
                 idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
                 if idle < 3 {
@@ -165,9 +165,9 @@ impl Terrain {
                 // All unwanted tiles have been evicted, and there are still too few slots.
                 tiles.without_room += std::mem::take(&mut tiles.pending);
             }
-            let goes_on = streams && !step.has_jumped();
+            let is_continuous = streams && !step.has_jumped();
             let mut selection = None;
-            let searches = match (streams, goes_on) {
+            let searches = match (streams, is_continuous) {
                 (true, true) => &[Search::GoOn { step_s: step.step_s }][..],
                 (true, false) => &[Search::Exactly],
                 // The tiles for the smallest factor are loaded after those for a larger one.
@@ -176,7 +176,7 @@ impl Terrain {
             let mut waits_on = false;
             for search in searches {
                 selection = Some(self.select(view, fades.then_some(now_s), *search));
-                let can_come = || self.asked.keys().any(|tile| self.residency.can_come(*tile));
+                let can_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
                 waits_on = waits && idle < 3 && rounds < MOST_ROUNDS && can_come();
                 // A factor of 1 is exact.
                 if waits_on || self.coarser == 1.0 {
@@ -187,8 +187,8 @@ impl Terrain {
             let Some(selection) = selection.filter(|_| !waits_on) else {
                 continue;
             };
-            tiles.pending += self.asked.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
-            tiles.late |= !self.asked.is_empty();
+            tiles.pending += self.requested.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
+            tiles.late |= !self.requested.is_empty();
             let detail =
                 Detail { error_px: self.options.lod_error_px * self.coarser, is_over_budget: self.coarser > 1.0 };
             return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail, fade_step_s };
@@ -219,14 +219,14 @@ impl Terrain {
             if self.least_error_px > lod_error_px * (1.0 + 1e-9) { self.least_error_px / lod_error_px } else { 1.0 },
         );
         let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
-        let ((selection, asked), coarser) = budget.find(search, self.coarser, |coarser, most| {
+        let ((selection, requested), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // The requests of a selection that exceeded the budget are dropped.
-            let patches = ResidentPatches { store, atlas, frame, now_s, asked: RefCell::default() };
+            let patches = ResidentPatches { store, atlas, frame, now_s, requested: RefCell::default() };
             let selection = select_within(&patches, grid_projection, anchor, &viewpoint, most)?;
-            Some((selection, patches.asked.into_inner()))
+            Some((selection, patches.requested.into_inner()))
         });
-        self.asked = asked;
+        self.requested = requested;
         self.coarser = coarser;
         selection
     }
