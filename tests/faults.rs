@@ -18,7 +18,8 @@ use std::time::{Duration, Instant};
 use faulty_server::{Faults, Rates, Server, next};
 use flight::{Flight, System};
 use hachure::pyramid::{self, PyramidError, TileStore};
-use hachure::remote::{self, RemoteError, RemoteFile, Settings, never};
+use hachure::internals::{RemoteFile, inspect, never};
+use hachure::remote::{RemoteError, Settings};
 
 /// Returns a rate of 2 % for each of the five faults.
 fn bad() -> Faults {
@@ -169,7 +170,7 @@ fn planted_wrong_bytes_are_found() {
         let fill = opened(&url, &hasty(Some(&cache)));
         assert_eq!(flight.fly(&fill, &truth).wrong, 0);
         let mut chance = 99;
-        for block in remote::inspect(&cache) {
+        for block in inspect(&cache) {
             let mut bytes = std::fs::read(&block.path).unwrap();
             if block.block.unwrap().0 > 3 {
                 let at = 36 + next(&mut chance) as usize % (bytes.len() - 36);

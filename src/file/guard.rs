@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 use super::FileError;
 
 /// Returns whether a path is read.
-pub type IsRead = fn(&Path) -> bool;
+pub(crate) type IsRead = fn(&Path) -> bool;
 
 /// All files that a command reads.
 #[derive(Debug, Default)]

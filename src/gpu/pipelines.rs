@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
-pub use super::build::{Key, Raw};
+pub(crate) use super::build::{Key, Raw};
 use super::build::{On, Pipeline, build, in_scope};
 use super::shader::ShaderError;
 use super::texts::{Texts, Watch, made_of};
@@ -69,7 +69,7 @@ impl Draw {
 }
 
 /// A colour target without blending.
-pub const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
+pub(crate) const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
 }
 
@@ -157,7 +157,7 @@ impl Default for State {
 
 /// A pipeline with the bind group of its resources.
 #[derive(Clone, Debug)]
-pub struct Ready {
+pub(crate) struct Ready {
     /// The pipeline as wgpu has it.
     pub raw: Raw,
     /// Bind group 0.

@@ -48,20 +48,20 @@ type Stamp = Option<(SystemTime, u64)>;
 
 /// Finds texts that have changed since the last check.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub(crate) struct Watch {
     stamps: FxHashMap<&'static str, Stamp>,
 }
 
 impl Watch {
     /// Starts watching; only later changes count.
-    pub fn new(texts: &Texts) -> Self {
+    pub(crate) fn new(texts: &Texts) -> Self {
         let mut watch = Self::default();
         watch.changed(texts);
         watch
     }
 
     /// Returns the names of the shaders and modules whose files have changed since the last call.
-    pub fn changed(&mut self, texts: &Texts) -> FxHashSet<&'static str> {
+    pub(crate) fn changed(&mut self, texts: &Texts) -> FxHashSet<&'static str> {
         let stamp = |name: &str| {
             let about = std::fs::metadata(texts.path(name)?).ok()?;
             Some((about.modified().ok()?, about.len()))
@@ -80,7 +80,7 @@ impl Watch {
 }
 
 /// Returns the names of `changed` and of all shaders and modules that import one of them, directly or indirectly.
-pub fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'static str> {
+pub(crate) fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'static str> {
     let read = |(name, embedded): &(&'static str, &'static str)| {
         let (path, imports, _) = naga_oil::compose::get_preprocessor_data(&texts.text(name, embedded));
         (*name, path.unwrap_or_default(), imports)

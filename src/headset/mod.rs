@@ -17,11 +17,11 @@ mod hidden;
 mod mirror;
 #[cfg(not(feature = "window"))]
 mod no_mirror;
-pub mod session;
+pub(crate) mod session;
 mod show;
-pub mod stage;
-pub mod swapchains;
-pub mod travel;
+pub(crate) mod stage;
+pub(crate) mod swapchains;
+pub(crate) mod travel;
 
 #[cfg(not(feature = "window"))]
 use no_mirror as mirror;

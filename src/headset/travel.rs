@@ -30,7 +30,7 @@ const VIGNETTE_LAG_S: f64 = 0.1;
 const LONGEST_STEP_S: f64 = 0.25;
 
 /// World metres per metre of a giant's room: a giant's eyes are 65 m apart.
-pub const GIANT: f64 = 1000.0;
+pub(crate) const GIANT: f64 = 1000.0;
 /// Height of the ground in a giant's room: that of a table.
 const TABLE_M: f64 = 0.7;
 /// Smallest distance of a giant's head from the ground, in metres of the room.
@@ -38,7 +38,7 @@ const GIANT_CLEARANCE_M: f64 = 0.25;
 
 /// Input of the hands in a frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HandInput {
+pub(crate) struct HandInput {
     /// Motion to the right and forward, −1 to 1.
     pub fly: DVec2,
     /// Turn to the right, and motion upwards, −1 to 1.
@@ -55,7 +55,7 @@ pub struct HandInput {
 
 /// State of the motion through the world.
 #[derive(Clone, Debug)]
-pub struct Traveller {
+pub(crate) struct Traveller {
     stage: Stage,
     start: Stage,
     /// Velocity of the room, in m/s of the world.
@@ -66,22 +66,22 @@ pub struct Traveller {
 
 impl Traveller {
     /// Creates a traveller that is at rest at `start`.
-    pub fn new(start: Stage) -> Self {
+    pub(crate) fn new(start: Stage) -> Self {
         Self { stage: start, start, velocity_m_s: DVec3::ZERO, has_turned: false, vignette: 0.0 }
     }
 
     /// Returns the present placement of the room.
-    pub fn stage(&self) -> &Stage {
+    pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }
 
     /// Returns how dark the border of the picture is, 0 to 1.
-    pub fn vignette(&self) -> f64 {
+    pub(crate) fn vignette(&self) -> f64 {
         self.vignette
     }
 
     /// Advances by `step_s`. `ground_m` returns the height of the ground at a position.
-    pub fn advance(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
+    pub(crate) fn advance(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         let head_m = middle_m(eyes);
         if hand_input.reset {

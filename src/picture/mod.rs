@@ -8,17 +8,17 @@
 //! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
-pub mod eyes;
-pub mod imprint;
+pub(crate) mod eyes;
+pub(crate) mod imprint;
 mod ink;
 mod marks;
-pub mod nearest;
+pub(crate) mod nearest;
 mod report;
-pub mod sheets;
-pub mod show;
-pub mod strokes;
-pub mod supersampling;
-pub mod title;
+pub(crate) mod sheets;
+pub(crate) mod show;
+pub(crate) mod strokes;
+pub(crate) mod supersampling;
+pub(crate) mod title;
 
 use std::path::Path;
 

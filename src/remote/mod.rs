@@ -34,7 +34,8 @@ mod settings;
 mod traffic;
 mod transport;
 
-pub use self::url::{is_remote, name_of, sidecar_url};
+pub use self::url::is_remote;
+pub(crate) use self::url::{name_of, sidecar_url};
 pub use blocks::{BLOCK_BYTES, Block};
 pub use disk::{CachedBlock, inspect};
 pub use error::RemoteError;

@@ -5,7 +5,7 @@
 //! about 0.13 by day. At 100 km the drop is 785 m without refraction and 683 m with it.
 
 /// The mean radius of the earth in metres (IUGG).
-pub const RADIUS_M: f64 = 6_371_008.8;
+pub(crate) const RADIUS_M: f64 = 6_371_008.8;
 
 /// The earth as a sphere, seen through refracting air.
 #[derive(Clone, Copy, Debug, PartialEq)]

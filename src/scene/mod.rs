@@ -1,35 +1,37 @@
 //! Scenes: camera, camera path, views and stereo rigs, light, and the scene file.
 
-pub mod anaglyph;
+pub(crate) mod anaglyph;
 pub mod camera;
-pub mod earth;
+pub(crate) mod earth;
 pub mod embedded;
-pub mod focus;
+pub(crate) mod focus;
 pub mod forest;
-pub mod forest_cover;
-pub mod frustum;
+pub(crate) mod forest_cover;
+pub(crate) mod frustum;
 pub mod map;
-pub mod mesh_list;
-pub mod meshes;
+pub(crate) mod mesh_list;
+pub(crate) mod meshes;
 pub mod path;
 pub mod reach;
-pub mod scene_file;
+pub(crate) mod scene_file;
 pub mod stereo;
-pub mod sun_time;
+pub(crate) mod sun_time;
 pub mod view;
 mod water_files;
-pub mod wind;
+pub(crate) mod wind;
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use camera::Camera;
-pub use focus::{Focus, SceneFocus};
+pub use earth::Earth;
+pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, MeshPositions, Scatter};
-pub use sun_time::SunTime;
+pub use scene_file::SceneError;
+pub use sun_time::{LatLon, Moment, SunTime, SunTimeError};
 pub use water_files::WaterFiles;
 pub use wind::Wind;
 
@@ -54,7 +56,7 @@ pub struct Scene {
     /// Where a flight starts; `None` picks a view from the world's extent.
     pub start: Option<Camera>,
     /// Curvature of the earth; `None` draws a flat map.
-    pub earth: Option<earth::Earth>,
+    pub earth: Option<Earth>,
     /// Factor on all heights; 1 is true to scale.
     pub vertical_exaggeration: f64,
     /// Models placed on the land.

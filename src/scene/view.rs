@@ -2,7 +2,7 @@
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
-pub use crate::gpu::wgsl::shared::view::View as ViewUniform;
+pub(crate) use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::scene::frustum::Frustum;
 
 /// Distance of the near plane. With reversed infinite depth a small one costs no precision.
@@ -207,7 +207,7 @@ impl View {
     }
 
     /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
-    pub fn uniform(&self, origin_m: DVec3) -> ViewUniform {
+    pub(crate) fn uniform(&self, origin_m: DVec3) -> ViewUniform {
         let Projection { focal_px, .. } = self.projection();
         let previous_projection = Projection::new(self.previous_lens, &self.previous, self.picture_px);
         let from_origin = |eye: &Pose, projection| {
@@ -234,7 +234,7 @@ impl View {
     }
 
     /// Returns [`View::uniform`] without the jitter in its matrices, but with its `jitter_px`.
-    pub fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
+    pub(crate) fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
         let still = Self { jitter_px: DVec2::ZERO, ..*self };
         ViewUniform { jitter_px: self.jitter_px.as_vec2().to_array(), ..still.uniform(origin_m) }
     }

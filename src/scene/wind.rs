@@ -15,7 +15,7 @@ use serde::Deserialize;
 use super::forest::{WrongKey, within};
 use super::view::Clock;
 use crate::gpu::wgsl::shared::wind::MOST_LEAN;
-pub use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUniform};
+pub(crate) use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUniform};
 
 /// Wind over the whole world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,7 +92,7 @@ impl Wind {
     }
 
     /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
-    pub fn uniform(&self, origin_m: DVec2, clock: Clock) -> WindUniform {
+    pub(crate) fn uniform(&self, origin_m: DVec2, clock: Clock) -> WindUniform {
         let wave = |wave: &Wave| {
             let (per_m, now) = wave.phase(self, origin_m, clock.now_s);
             let (_, before) = wave.phase(self, origin_m, clock.before_s);

@@ -24,22 +24,22 @@ mod base;
 mod exemplar;
 mod tiling;
 
-pub use exemplar::Exemplar;
+pub(crate) use exemplar::Exemplar;
 
 use super::georeference::{Crs, Georeference};
 use super::{Progress, Window};
 
 /// Samples along the side of the whole land at level 0.
-pub const SIZE_SAMPLES: u32 = 1280 << BASE_LEVEL;
+pub(crate) const SIZE_SAMPLES: u32 = 1280 << BASE_LEVEL;
 
 /// Distance between samples of level 0 in metres.
-pub const SPACING_M: f64 = 10.0;
+pub(crate) const SPACING_M: f64 = 10.0;
 
 /// The level whose heights are stored.
-pub const BASE_LEVEL: u32 = 8;
+pub(crate) const BASE_LEVEL: u32 = 8;
 
 /// Samples along the side of the base.
-pub const BASE_SAMPLES: u32 = SIZE_SAMPLES >> BASE_LEVEL;
+pub(crate) const BASE_SAMPLES: u32 = SIZE_SAMPLES >> BASE_LEVEL;
 
 /// The land of a seed. All methods may be called from several threads at once.
 #[derive(Clone, Debug)]
@@ -54,12 +54,12 @@ pub struct Continent {
 
 /// Grows the base of the land of `seed`: [`BASE_SAMPLES`]² heights in metres, row by row. Takes some seconds; the
 /// result is bit-identical for the same seed, on any number of threads.
-pub fn grow_base(seed: u32, progress: &dyn Progress) -> Vec<f32> {
+pub(crate) fn grow_base(seed: u32, progress: &dyn Progress) -> Vec<f32> {
     base::grow(seed, BASE_SAMPLES as usize, progress)
 }
 
 /// Returns the georeference of a local metric grid of `size` samples a side, `spacing_m` apart, centred on the origin.
-pub fn georeference(size: u32, spacing_m: f64) -> Georeference {
+pub(crate) fn georeference(size: u32, spacing_m: f64) -> Georeference {
     let half_m = (f64::from(size) - 1.0) * 0.5 * spacing_m;
     Georeference {
         crs_from_grid: [-half_m, spacing_m, 0.0, half_m, 0.0, -spacing_m],

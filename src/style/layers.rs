@@ -28,13 +28,17 @@ use std::ops::{Deref, DerefMut};
 use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
-pub use cuts::{CUT_INK, Cuts, PlaneFamily};
+#[cfg(test)]
+pub(crate) use cuts::CUT_INK;
+pub use cuts::{Cuts, PlaneFamily};
 pub(crate) use form::written_key;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
-pub use hatching::Hatching;
-pub use height_lines::{HEIGHT_INK, HeightLines};
+pub(crate) use hatching::Hatching;
+#[cfg(test)]
+pub(crate) use height_lines::HEIGHT_INK;
+pub use height_lines::HeightLines;
 pub(crate) use ink::LayerBehaviour;
-pub use ink::{Channels, Fading, Ink, InkPass, MOST_INKS, Reach, Set, StyleInk, Trace};
+pub(crate) use ink::{Channels, Fading, Ink, InkPass, MOST_INKS, Reach, Set, StyleInk, Trace};
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 pub use rims::Rims;
 pub use rows::Rows;
@@ -214,7 +218,7 @@ impl Layers {
     }
 
     /// Returns how many layers of the same kind are below a layer.
-    pub fn number(&self, index: usize) -> usize {
+    pub(crate) fn number(&self, index: usize) -> usize {
         let name = self.0[index].kind();
         self.0[..index].iter().filter(|layer| layer.kind() == name).count()
     }
@@ -226,7 +230,7 @@ fn keyed(name: &str, number: usize) -> String {
 }
 
 /// Returns the names of the kinds of layers, from the bottom to the top.
-pub fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
+pub(crate) fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
     KINDS.iter().map(|(name, _)| *name)
 }
 
@@ -302,13 +306,13 @@ impl Setting for Layers {
 impl Style {
     /// Returns the style without layers of these kinds, which are named as in a style file.
     #[must_use]
-    pub fn without(mut self, kinds: &[&str]) -> Self {
+    pub(crate) fn without(mut self, kinds: &[&str]) -> Self {
         self.layers.retain(|layer| !kinds.contains(&layer.kind()));
         self
     }
 
     /// Returns the inks of the style, from the bottom to the top.
-    pub fn ink_layers(&self) -> Vec<StyleInk> {
+    pub(crate) fn ink_layers(&self) -> Vec<StyleInk> {
         let lettering = self.lettering_ink();
         self.inks()
             .map(|(layer, number, ink)| StyleInk { layer, number, color: ink.color.unwrap_or(lettering), ink })
@@ -327,7 +331,7 @@ impl Style {
 
     /// Returns the colour of lettering on bare paper: the topmost ink of the drawing that has enough contrast to the
     /// paper.
-    pub fn lettering_ink(&self) -> Color {
+    pub(crate) fn lettering_ink(&self) -> Color {
         let paper = self.paper.color;
         let own = self.inks().rev().filter(|(_, _, ink)| ink.is_main).filter_map(|(_, _, ink)| ink.color);
         let border = (self.paper.border_px > 0.0).then_some(self.paper.border);

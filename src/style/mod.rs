@@ -1,19 +1,19 @@
 //! Styles: the layers and colours of a drawing. A style file is TOML; passes run only for the sections that it has.
 
-pub mod color;
+pub(crate) mod color;
 mod curvature;
 mod error;
 mod focus;
 mod held;
-pub mod layers;
+pub(crate) mod layers;
 pub mod marks;
-pub mod parameters;
+pub(crate) mod parameters;
 mod recipes;
 mod relief;
-pub mod scale;
-pub mod sky;
+pub(crate) mod scale;
+pub(crate) mod sky;
 pub mod texture;
-pub mod tone;
+pub(crate) mod tone;
 
 use std::path::{Path, PathBuf};
 
@@ -25,13 +25,14 @@ pub use error::StyleError;
 pub use focus::Focus;
 pub use held::StyleFiles;
 use layers::RecipeSource;
+pub(crate) use layers::StyleInk;
 pub use layers::{
-    Cuts, Detector, Epsilon, HeightLines, Ink, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes,
-    StyleInk, ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Epsilon, HeightLines, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes,
+    ToneLight, ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
-pub use sky::Sky;
+pub use sky::{CloudForm, Sky};
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 
 /// Name and text of each built-in style (preset).

@@ -27,11 +27,11 @@ mod text;
 use serde::de::DeserializeOwned;
 
 pub(crate) use definition::unit;
-pub use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
+pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
-pub use range::Range;
-pub use setting::{Setting, absent, first};
-pub use text::{Tree, find, set, text};
+pub(crate) use range::Range;
+pub(crate) use setting::{Setting, absent, first};
+pub(crate) use text::{Tree, find, set, text};
 
 use super::layers;
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -224,7 +224,7 @@ pub(crate) use choices;
 ///
 /// # Errors
 /// Invalid TOML; an unknown or missing key; a value of the wrong type or out of its range.
-pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
+pub(crate) fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let read: T = toml_text::read_rewritten(name, text, layers::with_layers)?;
     read.check("", &Range::Any).map_err(|wrong| in_text(wrong, name, text))?;
     Ok(read)

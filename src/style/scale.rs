@@ -10,7 +10,7 @@ use super::parameters::{Range, Setting};
 use super::{Style, texture};
 
 /// Dots per inch for which pixel lengths in styles are meant, as in CSS.
-pub const REFERENCE_DPI: f64 = 96.0;
+pub(crate) const REFERENCE_DPI: f64 = 96.0;
 
 impl Style {
     /// Returns the style with all pixel lengths multiplied by `factor` and clamped to their ranges.

@@ -2,11 +2,11 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
-pub mod given_water;
+pub(crate) mod given_water;
 mod map;
 mod meshes;
 pub mod open;
-pub mod scattered;
+pub(crate) mod scattered;
 mod tree_models;
 
 use std::sync::Arc;
@@ -14,7 +14,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use self::given_water::GivenWater;
-pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
+pub(crate) use self::open::inputs_of;
+pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;

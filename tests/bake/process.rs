@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use geotiff_writer::GeoTiffBuilder;
 use hachure::pyramid::Pyramid;
-use hachure::pyramid::format::sidecar_path;
+use hachure::internals::sidecar_path;
 use ndarray::Array2;
 use serde_json::Value;
 

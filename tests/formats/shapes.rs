@@ -4,7 +4,7 @@ use std::path::Path;
 
 use hachure::pyramid::TileAddress;
 use hachure::pyramid::store::open_local_cog;
-use hachure::pyramid::surface::statistics::Voids;
+use hachure::pyramid::Voids;
 use hachure::source::{self, Silent};
 
 use crate::compare::{check, compare};

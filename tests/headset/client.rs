@@ -4,7 +4,7 @@
 //! run again with [`client`].
 //! again for [`client`].
 
-use hachure::headset::session::{SessionPhase, VIEWS};
+use hachure::internals::{SessionPhase, VIEWS};
 use hachure::headset::{Headset, Runtime};
 use openxr as xr;
 

@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use hachure::remote::{RemoteError, RemoteFile, Settings, never};
+use hachure::internals::{RemoteFile, never};
+use hachure::remote::{RemoteError, Settings};
 
 use crate::faulty_server::Server;
 use crate::place::Place;

@@ -24,7 +24,7 @@ const MARGIN_MM: f64 = 6.0;
 
 /// How a picture is cut into sheets.
 #[derive(Clone, Debug, Default, Args)]
-pub struct SheetArgs {
+pub(crate) struct SheetArgs {
     /// Also cut a .png or .svg with --paper or --dpi into sheets of this paper size (as in --paper, in either
     /// orientation), with crop marks and at the same scale: NAME-A1.png, NAME-A2.png and so on, next to the output
     #[arg(long, value_name = "PAPER")]

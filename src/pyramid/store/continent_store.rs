@@ -28,7 +28,7 @@ const VERSION: u32 = 1;
 const EXEMPLAR_SEED: u32 = 1;
 
 /// The smallest number of samples along a side.
-pub const SMALLEST_SAMPLES: u32 = 64;
+pub(crate) const SMALLEST_SAMPLES: u32 = 64;
 
 /// A continent, or a square from its middle.
 pub struct ContinentStore {

@@ -55,7 +55,7 @@ fn span(tile: u32, border: u32, count: u32) -> (u32, u32) {
 }
 
 /// A rectangle of samples inside a level.
-pub use crate::source::Window as Region;
+pub(crate) use crate::source::Window as Region;
 
 impl Region {
     /// Returns the region with `border` more samples on every side, clipped to a level of `size`.
@@ -68,7 +68,7 @@ impl Region {
 }
 
 /// Returns the sizes of all levels over a grid of `width` × `height` samples, finest first; at least one.
-pub fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
+pub(crate) fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
     let mut size = LevelSize { width, height };
     let mut sizes = vec![size];
     while size.width > TILE_SAMPLES || size.height > TILE_SAMPLES {
@@ -80,6 +80,6 @@ pub fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
 
 /// Converts the coordinate `c` on an axis of `from` samples to the same axis with `to` samples. Coordinates count
 /// sample centres.
-pub fn coordinate(c: f64, from: u32, to: u32) -> f64 {
+pub(crate) fn coordinate(c: f64, from: u32, to: u32) -> f64 {
     (c + 0.5) * f64::from(to) / f64::from(from) - 0.5
 }

@@ -8,7 +8,6 @@ pub(crate) mod draw;
 pub(crate) mod equations;
 pub(crate) mod field;
 pub(crate) mod hill;
-pub(crate) mod probe;
 pub(crate) mod shot;
 pub(crate) mod silhouette;
 pub(crate) mod stores;

@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
 use hachure::pyramid::store::{Cancel, Decode};
-use hachure::pyramid::surface::statistics::PatchStatistics;
+use hachure::pyramid::PatchStatistics;
 use hachure::pyramid::{LevelSize, PyramidError, TileAddress, TileStore};
 use hachure::source::georeference::Georeference;
 
