@@ -13,14 +13,14 @@ use std::time::{Duration, Instant};
 use common::shot::{Shot, ink, shoot, shoot_style};
 use common::{World, baked, grid_of, random};
 use glam::DVec2;
-use hachure::frame::terrain_view;
 use hachure::internals::AllPatches;
 use hachure::internals::GridProjection;
 use hachure::internals::Viewpoint;
+use hachure::internals::largest_lod_error_px;
 use hachure::internals::most_patches;
 use hachure::internals::select;
 use hachure::internals::select_within;
-use hachure::internals::largest_lod_error_px;
+use hachure::internals::terrain_view;
 use hachure::picture::PartRule;
 use hachure::pyramid::TileStore;
 use hachure::scene::view::{Part, Pose, View};
@@ -188,7 +188,7 @@ fn without_a_budget_steep_land_takes_more() {
     let view = view_of(common::pose_of(&camera));
     let mut viewpoint = Viewpoint {
         camera_m: camera.position_m,
-        frusta: vec![view.frustum()],
+        frusta: terrain_view(&view).frusta,
         focal_px: view.focal_px(),
         error_px: 1e-3,
         earth_curvature: Default::default(),

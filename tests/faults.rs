@@ -17,8 +17,8 @@ use std::time::{Duration, Instant};
 
 use faulty_server::{Faults, Rates, Server, next};
 use flight::{Flight, System};
+use hachure::internals::{RemoteFile, inspect};
 use hachure::pyramid::{self, PyramidError, TileStore};
-use hachure::internals::{RemoteFile, inspect, never};
 use hachure::remote::{RemoteError, Settings};
 
 /// Returns a rate of 2 % for each of the five faults.
@@ -227,7 +227,7 @@ fn reads_until_killed() {
     loop {
         file.forget();
         file.invalidate(0..next(&mut chance) % file.size());
-        file.read(0, file.size() as usize, &never).unwrap();
+        file.read(0, file.size() as usize, &|| false).unwrap();
     }
 }
 
@@ -285,7 +285,7 @@ fn what_is_wrong_is_said_in_one_line() {
     let mut other = world.bytes("deflate.tif");
     other[300_000] ^= 1;
     server.put("deflate.tif", other);
-    let changed = file.read(file.size() - 10, 10, &never);
+    let changed = file.read(file.size() - 10, 10, &|| false);
     assert!(matches!(changed, Err(RemoteError::Changed { .. })), "{changed:?}");
 
     // The server is gone.

@@ -41,7 +41,13 @@ impl GeoTiffWriter {
     ///
     /// # Errors
     /// Fails if the picture is empty, the folder does not exist or is not writable, or the tags are invalid.
-    pub(crate) fn create(path: &Path, width: u32, height: u32, tags: Vec<Tag>, dpi: Option<f64>) -> Result<Self, FileError> {
+    pub(crate) fn create(
+        path: &Path,
+        width: u32,
+        height: u32,
+        tags: Vec<Tag>,
+        dpi: Option<f64>,
+    ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         let file = SharedFile::create(path).map_err(|error| FileError::write(path, error))?;
         let failed = |error| FileError::write(path, error);

@@ -48,7 +48,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors; returns [`io::ErrorKind::UnexpectedEof`] if the file is shorter.
     #[cfg(not(unix))]
-    pub fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
+    pub(crate) fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
         use std::io::{Read, Seek, SeekFrom};
         // The position is set before each read, so that a panic in another thread does no harm.
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -80,15 +80,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors.
     #[cfg(not(unix))]
-    pub fn len(&self) -> io::Result<u64> {
+    pub(crate) fn len(&self) -> io::Result<u64> {
         Ok(self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).metadata()?.len())
-    }
-
-    /// Returns whether the file is empty.
-    ///
-    /// # Errors
-    /// Passes on the system's errors.
-    pub(crate) fn is_empty(&self) -> io::Result<bool> {
-        Ok(self.len()? == 0)
     }
 }

@@ -82,19 +82,11 @@ pub struct Stroke {
     pub ink: Option<String>,
 }
 
-/// Writes a drawing, completely or not at all.
+/// Writes a drawing, completely or not at all, with an imprint that says how it was made ([`super::imprint`]).
 ///
 /// # Errors
 /// Fails if a number is not finite, the folder does not exist or is not writable, or the disk is full.
-pub(crate) fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
-    write_svg_noted(path, drawing, None)
-}
-
-/// Does the same as [`write_svg`], and also writes an imprint that says how the drawing was made ([`super::imprint`]).
-///
-/// # Errors
-/// The same as [`write_svg`].
-pub(crate) fn write_svg_noted(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
+pub(crate) fn write_svg(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
     if !strokes.into_iter().all(is_finite) || !drawing.size.into_iter().all(f64::is_finite) {

@@ -70,7 +70,11 @@ pub(crate) fn read_layer(
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_buffer<T: bytemuck::Pod>(gpu: &Gpu, source: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+pub(crate) fn read_buffer<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    source: &wgpu::Buffer,
+    count: usize,
+) -> Result<Vec<T>, GpuError> {
     if count == 0 {
         return Ok(Vec::new());
     }

@@ -19,6 +19,7 @@ use super::texts::Texts;
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Variants of shaders, each with the symbols that it defines for `#ifdef`.
+#[cfg(test)]
 pub(crate) const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["ANTIALIASED"]),
     ("lines/lsa", &["EIGHT"]),
@@ -102,6 +103,7 @@ impl ShaderError {
 ///
 /// # Errors
 /// [`ShaderError`] if the text does not compose, or if the shader is not in the table.
+#[cfg(test)]
 pub(crate) fn compose(name: &str) -> Result<naga::Module, ShaderError> {
     compose_variant(name, &[])
 }
@@ -110,6 +112,7 @@ pub(crate) fn compose(name: &str) -> Result<naga::Module, ShaderError> {
 ///
 /// # Errors
 /// Those of [`compose`].
+#[cfg(test)]
 pub(crate) fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     compose_of(&Texts::of_environment(), name, definitions)
 }
@@ -131,6 +134,7 @@ pub(crate) fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Res
 ///
 /// # Errors
 /// [`ShaderError`] if `source` does not compose.
+#[cfg(test)]
 pub(crate) fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
     compose_defined(&Texts::of_environment(), name, source, &[])
 }
@@ -189,7 +193,12 @@ impl Shader {
     ///
     /// # Errors
     /// [`ShaderError`] if the text does not compose. Errors of wgpu go to the open error scope.
-    pub(crate) fn new(device: &wgpu::Device, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        texts: &Texts,
+        name: &str,
+        definitions: &[&str],
+    ) -> Result<Self, ShaderError> {
         let module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -11,29 +11,29 @@ use super::shader::{MODULES, SHADERS};
 
 /// The source of the texts of shaders.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Texts {
+pub(crate) struct Texts {
     /// The folder to read from; `None` means embedded texts.
     folder: Option<Arc<Path>>,
 }
 
 impl Texts {
     /// Reads shaders from the folder that the variable `HACHURE_SHADERS` names; without it, they are embedded.
-    pub fn of_environment() -> Self {
+    pub(crate) fn of_environment() -> Self {
         Self::of(std::env::var_os("HACHURE_SHADERS").map(PathBuf::from))
     }
 
     /// Reads shaders from `folder`. Those that it lacks are embedded, and without a folder all are.
-    pub fn of(folder: Option<PathBuf>) -> Self {
+    pub(crate) fn of(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.map(Arc::from) }
     }
 
     /// Returns whether the texts are files, which may change.
-    pub fn are_files(&self) -> bool {
+    pub(crate) fn are_files(&self) -> bool {
         self.folder.is_some()
     }
 
     /// Returns the text of the shader `name`; `embedded` is used if the folder lacks it.
-    pub fn text(&self, name: &str, embedded: &'static str) -> Cow<'static, str> {
+    pub(crate) fn text(&self, name: &str, embedded: &'static str) -> Cow<'static, str> {
         let read = self.path(name).and_then(|path| std::fs::read_to_string(path).ok());
         read.map_or(Cow::Borrowed(embedded), Cow::Owned)
     }

@@ -27,7 +27,8 @@ pub(crate) mod travel;
 use no_mirror as mirror;
 
 pub use error::HeadsetError;
-pub use session::{Headset, Runtime};
+pub(crate) use session::Headset;
+pub use session::Runtime;
 
 use crate::frame::{Antialias, Light};
 use crate::gpu::Gpu;

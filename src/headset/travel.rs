@@ -81,7 +81,13 @@ impl Traveller {
     }
 
     /// Advances by `step_s`. `ground_m` returns the height of the ground at a position.
-    pub(crate) fn advance(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
+    pub(crate) fn advance(
+        &mut self,
+        hand_input: &HandInput,
+        eyes: &[Eye; 2],
+        step_s: f64,
+        ground_m: impl Fn(DVec2) -> f64,
+    ) {
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         let head_m = middle_m(eyes);
         if hand_input.reset {

@@ -68,7 +68,7 @@ impl Default for PartRule {
 
 impl PartRule {
     /// Returns whether a picture of this size has few enough pixels to be one part.
-    pub fn is_whole(&self, size_px: [u32; 2]) -> bool {
+    pub(crate) fn is_whole(&self, size_px: [u32; 2]) -> bool {
         u64::from(size_px[0]) * u64::from(size_px[1]) <= self.whole_px
     }
 }

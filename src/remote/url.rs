@@ -31,7 +31,7 @@ pub(super) struct RemoteUrl {
 }
 
 /// Returns whether the text is the URL of a remote file: `http://`, `https://` or `s3://`.
-pub fn is_remote(location: &str) -> bool {
+pub(crate) fn is_remote(location: &str) -> bool {
     scheme(location).is_some_and(|scheme| matches!(scheme.as_str(), "http" | "https" | "s3"))
 }
 

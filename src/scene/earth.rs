@@ -16,7 +16,7 @@ pub struct Earth {
 
 impl Earth {
     /// Returns the inverse of the effective radius, (1 − k) / R, per metre.
-    pub fn inverse_radius(&self) -> f64 {
+    pub(crate) fn inverse_radius(&self) -> f64 {
         (1.0 - self.refraction) / RADIUS_M
     }
 }

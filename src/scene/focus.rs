@@ -124,7 +124,7 @@ impl SceneFocus {
     ///
     /// # Errors
     /// The key in the scene's section `focus`, and the cause.
-    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
+    pub(crate) fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let heights_m = self.height_m.unwrap_or(0.0);
         if !self.place_m.is_finite() || !heights_m.is_finite() {
             return Err(("focus.place", "it must be an east, a north and optionally a height, in finite metres"));
@@ -139,7 +139,7 @@ impl SceneFocus {
     }
 
     /// Returns the focus in the world's frame.
-    pub fn focus(&self) -> Focus {
+    pub(crate) fn focus(&self) -> Focus {
         let (at_m, has_height) = (self.place_m.extend(self.height_m.unwrap_or(0.0)), self.height_m.is_some());
         let about = FocusAbout::Place { at_m, has_height, up: DVec3::Z };
         Focus { about, extent: self.radius_m, strength: self.strength }
@@ -180,7 +180,7 @@ impl Focus {
     }
 
     /// Returns the relative width of a line where the share `left` of its contrast remains.
-    pub fn width(left: f32) -> f32 {
+    pub(crate) fn width(left: f32) -> f32 {
         1.0 - THINNER * (1.0 - left)
     }
 }

@@ -17,7 +17,7 @@ const SAMPLES_AT_ONCE: u64 = 1 << 24;
 
 /// Statistics of the heights of a grid.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Statistics {
+pub struct Statistics {
     /// The lowest height in metres.
     pub min_m: f32,
     /// The highest height in metres.
@@ -62,7 +62,7 @@ impl Statistics {
 ///
 /// # Errors
 /// Passes on the errors of the reader; returns [`SourceError::AllNoData`] for a grid without a single height.
-pub(crate) fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
+pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let mut found = of_file(reader.filled().map_or(reader, Filled::bare), path, progress)?;
     if let Some(filled) = reader.filled().filter(|_| found.void_samples > 0) {
         found.filled = voids::count(filled, &|done| progress.report("filling holes", done))?;

@@ -9,10 +9,10 @@ use crate::file::message::quoted;
 pub struct Color([u8; 3]);
 
 impl Color {
-    pub const WHITE: Self = Self([255; 3]);
+    pub(crate) const WHITE: Self = Self([255; 3]);
 
     /// Returns red, green and blue in linear light, 0 to 1, as the shaders use them.
-    pub fn linear(self) -> [f32; 3] {
+    pub(crate) fn linear(self) -> [f32; 3] {
         self.srgb().map(linear_from_srgb)
     }
 

@@ -124,7 +124,9 @@ macro_rules! layer_kinds {
                 }
 
                 /// Returns the lowest layer of this kind.
-                pub fn $get_mut(&mut self) -> Option<&mut $kind> {
+                #[cfg(test)]
+                #[allow(dead_code, reason = "tests replace only some kinds")]
+                pub(crate) fn $get_mut(&mut self) -> Option<&mut $kind> {
                     self.layers.iter_mut().find_map(|layer| match layer {
                         Layer::$kind(layer) => Some(layer),
                         _ => None,
@@ -133,7 +135,9 @@ macro_rules! layer_kinds {
 
                 /// Replaces all layers of this kind with one, or with none. If there was none, the new one is inserted
                 /// according to the order of kinds.
-                pub fn $set(&mut self, layer: Option<$kind>) {
+                #[cfg(test)]
+                #[allow(dead_code, reason = "tests replace only some kinds")]
+                pub(crate) fn $set(&mut self, layer: Option<$kind>) {
                     self.layers.replace($name, layer.map(Layer::$kind));
                 }
             )+
@@ -305,6 +309,7 @@ impl Setting for Layers {
 
 impl Style {
     /// Returns the style without layers of these kinds, which are named as in a style file.
+    #[cfg(test)]
     #[must_use]
     pub(crate) fn without(mut self, kinds: &[&str]) -> Self {
         self.layers.retain(|layer| !kinds.contains(&layer.kind()));

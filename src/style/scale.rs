@@ -26,7 +26,7 @@ impl Style {
     }
 
     /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
-    pub fn unscaled(&self) -> Option<String> {
+    pub(crate) fn unscaled(&self) -> Option<String> {
         let of_layers = self.layers.iter().filter_map(|layer| Some((layer.behaviour().unscaled()?, true)));
         let of_style = [
             ("the grain of the paper", self.paper.grain > 0.0),

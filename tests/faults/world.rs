@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder};
-use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::internals::{BLOCK_BYTES, inspect};
+use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{HeightGrid, Silent};
 use ndarray::Array2;

@@ -7,7 +7,8 @@ use anyhow::ensure;
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder, Predictor, TiffVariant};
 use hachure::file::exr::{Channel, Samples, read_exr, write_exr};
 use hachure::file::png::{read_rgba8, write_rgba8};
-use hachure::internals::{obj, read_mesh_list};
+use hachure::internals::GivenWater;
+use hachure::internals::{obj, read_mesh_list, statistics};
 use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
@@ -15,7 +16,6 @@ use hachure::scene::{Scene, WaterFiles};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, GeoKeys, Silent, Window};
 use hachure::style::{self, Style};
-use hachure::internals::GivenWater;
 use ndarray::Array2;
 
 use super::dem::Dem;
@@ -129,7 +129,7 @@ fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
 /// Reads heights as `info` does, and some windows as a bake does.
 fn read_heights(path: &Path) -> anyhow::Result<()> {
     let reader = source::open_reader(path)?;
-    let found = source::statistics(&*reader, path, &Silent)?;
+    let found = statistics(&*reader, path, &Silent)?;
     ensure!(found.min_m <= found.max_m && found.min_m.abs().max(found.max_m.abs()) <= 1e6, "absurd: {found:?}");
     let [width, height] = reader.size();
     let side = |size: u32| size.min(9);

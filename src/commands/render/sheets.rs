@@ -12,7 +12,7 @@ use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::svg::{Drawing, Layer, Stroke, write_svg_noted};
+use crate::file::svg::{Drawing, Layer, Stroke, write_svg};
 use crate::picture::sheets::sheet_path;
 use crate::vector::sheet::sides_mm;
 use crate::vector::sheets::{Place, Sheets, Wish};
@@ -129,7 +129,7 @@ impl Job<'_> {
                 layers,
                 ..drawing.clone()
             };
-            write_svg_noted(&sheet_path(&self.args.output, place), &sheet, Some(&self.imprint_text()))?;
+            write_svg(&sheet_path(&self.args.output, place), &sheet, Some(&self.imprint_text()))?;
         }
         Ok(())
     }

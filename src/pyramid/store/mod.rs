@@ -34,8 +34,9 @@ pub use derive::derive;
 pub(crate) use exaggerated::Exaggerated;
 pub(crate) use ground::Ground;
 pub use memory_store::MemoryStore;
-pub use mosaic_store::MosaicStore;
-pub use open_store::{open_local_cog, open_local_cog_with, open_remote, open_remote_with};
+pub(crate) use mosaic_store::MosaicStore;
+pub(crate) use open_store::open_local_cog_with;
+pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
 pub use tile_store::{Cancel, Decode, TileStore};
 #[cfg(test)]

@@ -32,17 +32,17 @@ impl LevelSize {
     }
 
     /// Returns the number of samples.
-    pub fn samples(self) -> usize {
+    pub(crate) fn samples(self) -> usize {
         self.width as usize * self.height as usize
     }
 
     /// Returns the region of all samples of the level.
-    pub fn region(self) -> Region {
+    pub(crate) fn region(self) -> Region {
         Region { x: 0, y: 0, width: self.width, height: self.height }
     }
 
     /// Returns the samples of tile (`x`, `y`) and `border` more on every side, clipped to the level.
-    pub fn tile_region(self, x: u32, y: u32, border: u32) -> Region {
+    pub(crate) fn tile_region(self, x: u32, y: u32, border: u32) -> Region {
         let (x0, x1) = span(x, border, self.width);
         let (y0, y1) = span(y, border, self.height);
         Region { x: x0, y: y0, width: x1 - x0, height: y1 - y0 }
@@ -59,7 +59,7 @@ pub(crate) use crate::source::Window as Region;
 
 impl Region {
     /// Returns the region with `border` more samples on every side, clipped to a level of `size`.
-    pub fn grown(self, border: u32, size: LevelSize) -> Self {
+    pub(crate) fn grown(self, border: u32, size: LevelSize) -> Self {
         let (x, y) = (self.x.saturating_sub(border), self.y.saturating_sub(border));
         let right = (self.x + self.width + border).min(size.width);
         let bottom = (self.y + self.height + border).min(size.height);

@@ -66,7 +66,7 @@ impl PatchPage {
     }
 
     /// A patch beyond the grid.
-    pub const NOTHING: PatchStatistics =
+    pub(crate) const NOTHING: PatchStatistics =
         PatchStatistics { min_m: f32::NAN, max_m: f32::NAN, mesh_error_m: 0.0, voids: Voids::All };
 
     /// Returns the patch in column `x` and row `y` of the page.
@@ -75,12 +75,12 @@ impl PatchPage {
     }
 
     /// Returns all 256 patches, row by row.
-    pub fn patches(&self) -> &[PatchStatistics] {
+    pub(crate) fn patches(&self) -> &[PatchStatistics] {
         &self.patches
     }
 
     /// Returns all 256 patches, row by row, to be changed in place.
-    pub fn patches_mut(&mut self) -> &mut [PatchStatistics] {
+    pub(crate) fn patches_mut(&mut self) -> &mut [PatchStatistics] {
         &mut self.patches
     }
 }

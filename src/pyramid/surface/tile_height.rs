@@ -19,7 +19,13 @@ pub(crate) fn tile_at(levels: &[LevelSize], level: u32, column: f64, row: f64) -
 
 /// Returns the height in metres of a tile's bicubic surface at a place in grid coordinates of level 0, or `None` in
 /// cells with a no-data corner. The place must be in the tile ([`tile_at`]).
-pub(crate) fn height_in_tile(levels: &[LevelSize], address: TileAddress, tile: &Tile, column: f64, row: f64) -> Option<f64> {
+pub(crate) fn height_in_tile(
+    levels: &[LevelSize],
+    address: TileAddress,
+    tile: &Tile,
+    column: f64,
+    row: f64,
+) -> Option<f64> {
     let (finest, size) = (levels[0], levels[address.level as usize]);
     let (cell_x, fx) = bicubic::cell(coordinate(column, finest.width, size.width), size.width);
     let (cell_y, fy) = bicubic::cell(coordinate(row, finest.height, size.height), size.height);

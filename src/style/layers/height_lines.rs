@@ -89,7 +89,7 @@ impl HeightLines {
     /// Returns the lines for a map with pixels of `pixel_m` metres. An interval of 0 becomes 1, 2 or 5 times a power of
     /// ten.
     #[must_use]
-    pub fn for_map(mut self, pixel_m: f64) -> Self {
+    pub(crate) fn for_map(mut self, pixel_m: f64) -> Self {
         if self.interval_m == 0.0 {
             let least_m = least_m(pixel_m);
             let decade_m = 10.0_f64.powf(least_m.log10().floor());
