@@ -40,7 +40,7 @@ pub struct Species {
     pub share: f64,
     /// Mean height of a tree, in metres.
     pub height_m: f64,
-    /// Heights above the sea between which it grows, in metres; it becomes rarer over [`Species::FADES_OVER_M`] beyond
+    /// Heights above the sea between which it grows, in metres; it becomes rarer over 100 m beyond
     /// them.
     pub heights_m: [f64; 2],
     /// Preferred aspect of slopes, clockwise from north, in degrees.

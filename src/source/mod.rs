@@ -7,7 +7,7 @@
 //!
 //! Each format has its own module. Formats with an index or with samples at fixed offsets (GeoTIFF, `.hgt`, DTED, BIL,
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
-//! 4 bytes per sample. [`statistics`] reads a grid of any size without holding all of it in memory.
+//! 4 bytes per sample. `statistics` reads a grid of any size without holding all of it in memory.
 //!
 //! The reasons are in `docs/decisions/height-readers.md`.
 
