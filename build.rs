@@ -69,7 +69,7 @@ fn main() -> io::Result<()> {
     let mut out = String::new();
     write_room(&root, &mut out);
     out += &format!(
-        "/// Lists every struct above.\npub fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n"
+        "/// Lists every struct above.\n#[cfg(test)]\npub(crate) fn structs() -> Vec<SharedStruct> {{\n    vec![\n{names}    ]\n}}\n"
     );
     let folder = PathBuf::from(
         env::var_os("OUT_DIR").ok_or_else(|| io::Error::other("the variable OUT_DIR is not set; Cargo sets it"))?,
@@ -107,7 +107,7 @@ fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
             "The modules that shaders import. Each is listed after the modules that it imports itself.",
             modules,
         ),
-        ("pub const SHADERS", "The shaders that become pipelines, one for each pass.", passes.collect()),
+        ("pub(crate) const SHADERS", "The shaders that become pipelines, one for each pass.", passes.collect()),
     ];
     for (table, help, files) in tables {
         writeln!(out, "/// {help}\n{table}: &[(&str, &str)] = &[").map_err(io::Error::other)?;
@@ -177,7 +177,7 @@ fn bound(sources: &[String]) -> BTreeSet<String> {
 fn write_room(room: &Room, out: &mut String) {
     *out += &room.text;
     for (name, inner) in &room.rooms {
-        *out += &format!("pub mod {name} {{\n");
+        *out += &format!("pub(crate) mod {name} {{\n");
         if inner.text.is_empty() {
             *out += &format!("//! Shaders in `{name}/`.\n");
         }
@@ -233,7 +233,7 @@ fn constant(text: &str) -> Option<String> {
         "f32" => digits.parse::<f32>().is_ok(),
         _ => false,
     };
-    is_number.then(|| format!("pub const {name}: {kind} = {digits};"))
+    is_number.then(|| format!("pub(crate) const {name}: {kind} = {digits};"))
 }
 
 /// Translates a struct, with padding where Rust needs it. Returns `None` if it has a field of an unsupported type.
@@ -261,7 +261,7 @@ fn structure(name: &str, help: &[String], body: &[&str], known: &BTreeMap<String
     let derives = if is_whole { ", Eq, Hash" } else { "" };
     let text = format!(
         "{}#[repr(C)]\n#[derive(Clone, Copy, Debug, PartialEq{derives}, bytemuck::Pod, bytemuck::Zeroable)]\npub struct {name} {{\n{fields}}}\n\
-         impl {name} {{\n    pub(crate) const FIELDS: &'static [(&'static str, usize)] = &[{names}];\n}}\n\
+         impl {name} {{\n    #[cfg(test)]\n    pub(crate) const FIELDS: &'static [(&'static str, usize)] = &[{names}];\n}}\n\
          impl Default for {name} {{\n    fn default() -> Self {{\n        bytemuck::Zeroable::zeroed()\n    }}\n}}\n",
         docs(help, "")
     );

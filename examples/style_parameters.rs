@@ -6,7 +6,7 @@ use std::path::Path;
 
 use anyhow::Context;
 use hachure::file::atomic;
-use hachure::style::parameters::document;
+use hachure::internals::document;
 
 fn main() -> anyhow::Result<()> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/style-parameters.md");

@@ -23,9 +23,12 @@ mod water;
 use std::borrow::Cow;
 use std::time::Instant;
 
-pub use self::antialias::{Antialias, SAMPLES_AT_REST};
-pub use self::eye::EyeMemory;
-pub use self::left::DrawnMeshCounts;
+pub use self::antialias::Antialias;
+#[cfg(test)]
+pub(crate) use self::antialias::SAMPLES_AT_REST;
+pub(crate) use self::eye::EyeMemory;
+#[cfg(test)]
+pub(crate) use self::left::DrawnMeshCounts;
 pub use crate::composite::PICTURE;
 use crate::composite::temporal_aa;
 use crate::gpu::pipelines::Builds;
@@ -47,14 +50,9 @@ pub use crate::tiles::terrain::Prepared;
 use crate::tiles::terrain::{Loading, TerrainView};
 use crate::world::Surfaces;
 
-/// Returns the view for which the terrain selects tiles and patches, for a single eye.
-pub fn terrain_view(view: &View) -> TerrainView {
-    terrain_view_of(&Rig::mono(*view), 0.0)
-}
-
 /// Returns the view for which the terrain selects tiles and patches, once for all eyes of a rig. The horizon is
 /// `horizon_rad` below level; 0 means the earth's own curvature.
-pub fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
+pub(crate) fn terrain_view_of(rig: &Rig, horizon_rad: f64) -> TerrainView {
     TerrainView {
         camera_m: rig.origin_m,
         frusta: rig.eyes.iter().map(View::frustum).collect(),
@@ -172,7 +170,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`Renderer::new`].
-    pub fn or_new<'a>(renderer: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
+    pub(crate) fn or_new<'a>(renderer: &'a mut Option<Self>, gpu: &Gpu) -> Result<&'a mut Self, GpuError> {
         if renderer.is_none() {
             *renderer = Some(Self::new(gpu)?);
         }
@@ -196,23 +194,23 @@ impl Renderer {
     }
 
     /// Sets how the passes of a frame are submitted: [`Submits::Timed`] to measure each pass.
-    pub fn set_submits(&mut self, submits: Submits) {
+    pub(crate) fn set_submits(&mut self, submits: Submits) {
         self.submits = submits;
     }
 
     /// Sets whether frames write [`MOTION`](crate::surface::motion::MOTION), which otherwise only temporal
     /// anti-aliasing needs.
-    pub fn set_wants_motion(&mut self, wants_motion: bool) {
+    pub(crate) fn set_wants_motion(&mut self, wants_motion: bool) {
         self.wants_motion = wants_motion;
     }
 
     /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].
-    pub fn set_wants_mark_sets(&mut self, wants_mark_sets: bool) {
+    pub(crate) fn set_wants_mark_sets(&mut self, wants_mark_sets: bool) {
         self.wants_mark_sets = wants_mark_sets;
     }
 
     /// Sets the area of each eye's picture that is hidden and not drawn. An eye beyond the end of the list has none.
-    pub fn set_hidden(&mut self, hidden: Vec<HiddenArea>) {
+    pub(crate) fn set_hidden(&mut self, hidden: Vec<HiddenArea>) {
         self.hidden = hidden;
     }
 
@@ -229,19 +227,19 @@ impl Renderer {
 
     /// Returns `rig` with the jitter of the next frame's sample. [`Renderer::render_eyes`] applies it; callers of
     /// [`prepare`] and [`Renderer::render_rig`] pass this rig to both.
-    pub fn jittered(&self, rig: &Rig, style: &Style) -> Rig {
+    pub(crate) fn jittered(&self, rig: &Rig, style: &Style) -> Rig {
         let jitter_px = self.samples.jitter_px(rig, style, self.has_settling_strokes());
         let eyes = rig.eyes.iter().map(|eye| View { jitter_px: eye.jitter_px + jitter_px, ..*eye });
         Rig { eyes: eyes.collect(), ..*rig }
     }
 
     /// Sets whether frames are traced from the next one on: what each pass reads and writes.
-    pub fn set_traces(&mut self, traces: bool) {
+    pub(crate) fn set_traces(&mut self, traces: bool) {
         self.trace = traces.then(Vec::new);
     }
 
     /// Returns the passes of the last frame in the order in which they ran; none unless frames are traced.
-    pub fn trace(&self) -> &[PassTrace] {
+    pub(crate) fn trace(&self) -> &[PassTrace] {
         self.trace.as_deref().unwrap_or_default()
     }
 

@@ -43,19 +43,43 @@ pub mod measure;
 mod window;
 #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
 pub mod headset;
+#[doc(hidden)]
 pub mod commands;
 
-/// Internals that the programs in `tests`, `benches` and `examples` of this repository use. They are not part of the
-/// API.
+/// Internals that the program, and the programs in `tests`, `benches` and `examples` of this repository, use. They are
+/// not part of the API.
 #[doc(hidden)]
 pub mod internals {
+    pub use crate::file::message::{chain, one_line, printable};
+    pub use crate::file::standard::complain;
+    pub use crate::gpu::readback::read;
+    #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
+    pub use crate::headset::session::{Headset, SessionPhase, VIEWS};
     pub use crate::lines::strokes::texture;
+    pub use crate::measure::lod_error::largest_px as largest_lod_error_px;
+    pub use crate::measure::memory::rss_bytes;
     pub use crate::mesh::obj;
+    pub use crate::picture::imprint::Imprint;
+    pub use crate::picture::sheets::{Place, SheetWriter, Sheets, Wish, sheet_path};
+    pub use crate::pyramid::format::sidecar_path;
+    pub use crate::remote::blocks::BLOCK_BYTES;
+    pub use crate::remote::disk::inspect;
+    pub use crate::remote::file::RemoteFile;
+    pub use crate::scene::mesh_list::read as read_mesh_list;
+    pub use crate::source::folder::{Kind, kind_of, members};
+    pub use crate::source::statistics::statistics;
+    pub use crate::style::parameters::document;
     pub use crate::tiles::budget::most_patches;
     pub use crate::tiles::grid_projection::GridProjection;
     pub use crate::tiles::patches::AllPatches;
     pub use crate::tiles::select::{select, select_within};
     pub use crate::tiles::selection::Viewpoint;
+    pub use crate::world::given_water::GivenWater;
+
+    /// Returns the view for which the terrain selects tiles and patches, for a single eye.
+    pub fn terrain_view(view: &crate::scene::view::View) -> crate::tiles::terrain::TerrainView {
+        crate::frame::terrain_view_of(&crate::scene::view::Rig::mono(*view), 0.0)
+    }
 }
 
 #[cfg(test)]

@@ -6,11 +6,9 @@ use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
-use hachure::commands;
 use hachure::commands::misuse::{self, Misuse};
-use hachure::commands::program::{Cli, Command};
-use hachure::file::message::{chain, printable};
-use hachure::file::standard::complain;
+use hachure::commands::program::Cli;
+use hachure::internals::{chain, complain, printable};
 use tracing_subscriber::fmt::format::debug_fn;
 
 /// Longest error line, in characters: enough for two long file names and a cause.
@@ -44,16 +42,7 @@ fn main() -> ExitCode {
         // Otherwise a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
         .log_internal_errors(false)
         .init();
-    let result = match &cli.command {
-        Some(Command::Render(args)) => commands::render::run(args, &cli.adapter),
-        Some(Command::Bench(args)) => commands::bench::run(args, &cli.adapter),
-        Some(Command::Bake(args)) => commands::bake::run(args),
-        Some(Command::Info(args)) => commands::info::run(args),
-        Some(Command::Styles(args)) => commands::styles::run(args),
-        Some(Command::Fly(args)) => commands::fly::run(args, &cli.adapter),
-        None => commands::fly::run(&cli.fly, &cli.adapter),
-    };
-    match result {
+    match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             let status = if error.is::<Misuse>() { 2 } else { 1 };

@@ -13,14 +13,14 @@ use std::time::{Duration, Instant};
 use common::shot::{Shot, ink, shoot, shoot_style};
 use common::{World, baked, grid_of, random};
 use glam::DVec2;
-use hachure::frame::terrain_view;
 use hachure::internals::AllPatches;
 use hachure::internals::GridProjection;
 use hachure::internals::Viewpoint;
+use hachure::internals::largest_lod_error_px;
 use hachure::internals::most_patches;
 use hachure::internals::select;
 use hachure::internals::select_within;
-use hachure::measure::lod_error;
+use hachure::internals::terrain_view;
 use hachure::picture::PartRule;
 use hachure::pyramid::TileStore;
 use hachure::scene::view::{Part, Pose, View};
@@ -119,7 +119,7 @@ fn an_error_that_takes_too_much_is_reported_and_kept() {
     assert!(report.error_px > 1e-6 && report.error_px < 0.1, "{} px", report.error_px);
     // The positions are on the surface itself, so the measured error is smaller than that of the mesh.
     let drawn = renderer.as_ref().unwrap();
-    let measured = lod_error::largest_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap().unwrap();
+    let measured = largest_lod_error_px(&world.gpu, drawn, &shot.view, &world.surfaces.terrain, 0).unwrap().unwrap();
     assert!(measured < report.error_px.max(0.01), "measured {measured} px, reported {} px", report.error_px);
     // A picture does not depend on what was drawn before.
     let other = world.pose("9,30,+20,180,-20,40");
@@ -188,7 +188,7 @@ fn without_a_budget_steep_land_takes_more() {
     let view = view_of(common::pose_of(&camera));
     let mut viewpoint = Viewpoint {
         camera_m: camera.position_m,
-        frusta: vec![view.frustum()],
+        frusta: terrain_view(&view).frusta,
         focal_px: view.focal_px(),
         error_px: 1e-3,
         earth_curvature: Default::default(),

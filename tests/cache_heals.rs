@@ -13,6 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
+use hachure::internals::sidecar_path;
 use hachure::pyramid::store::{Cancel, open_or_bake_store, open_or_grow_store};
 use hachure::pyramid::{self, PyramidError, TileAddress, TileStore};
 use hachure::source::{OpenOptions, Progress, Silent};
@@ -89,7 +90,7 @@ fn entry(cache: &Path, name: &str) -> [PathBuf; 2] {
         file.starts_with(name) && file.ends_with(".tif")
     });
     let tif = found.unwrap();
-    [tif.clone(), pyramid::format::sidecar_path(&tif)]
+    [tif.clone(), sidecar_path(&tif)]
 }
 
 /// Damages one of the files, or both, in one of several ways; describes the damage.
@@ -220,7 +221,7 @@ fn an_unwritable_cache_says_so() {
     let cog = folder.path().join("cog.tif");
     let grid = hachure::source::open(&world, &Silent).unwrap();
     pyramid::bake(&grid, &cog, &Default::default(), &Silent).unwrap();
-    fs::remove_file(pyramid::format::sidecar_path(&cog)).unwrap();
+    fs::remove_file(sidecar_path(&cog)).unwrap();
     let (output, picture) = render(folder.path(), &in_the_way, &cog);
     let said = String::from_utf8_lossy(&output.stderr);
     println!("{}", said.trim_end());
@@ -289,10 +290,10 @@ fn what_somebody_baked_is_left_alone() {
     let mut bytes = fs::read(&own).unwrap();
     bytes[100_000..103_000].fill(0);
     fs::write(&own, &bytes).unwrap();
-    let sidecar = fs::read(pyramid::format::sidecar_path(&own)).unwrap();
+    let sidecar = fs::read(sidecar_path(&own)).unwrap();
     let store = open_or_bake_store(&own, &OpenOptions::default(), &Silent).unwrap();
     let load = |x, y| Arc::clone(&store).load(TileAddress { level: 0, x, y });
     let damaged: Vec<_> = [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().filter_map(|(x, y)| load(x, y).err()).collect();
     assert!(!damaged.is_empty() && damaged.iter().all(PyramidError::wants_bake), "{damaged:?}");
-    assert!(fs::read(&own).unwrap() == bytes && fs::read(pyramid::format::sidecar_path(&own)).unwrap() == sidecar);
+    assert!(fs::read(&own).unwrap() == bytes && fs::read(sidecar_path(&own)).unwrap() == sidecar);
 }

@@ -17,8 +17,9 @@ use std::time::{Duration, Instant};
 
 use faulty_server::{Faults, Rates, Server, next};
 use flight::{Flight, System};
+use hachure::internals::{RemoteFile, inspect};
 use hachure::pyramid::{self, PyramidError, TileStore};
-use hachure::remote::{self, RemoteError, RemoteFile, Settings, never};
+use hachure::remote::{RemoteError, Settings};
 
 /// Returns a rate of 2 % for each of the five faults.
 fn bad() -> Faults {
@@ -169,7 +170,7 @@ fn planted_wrong_bytes_are_found() {
         let fill = opened(&url, &hasty(Some(&cache)));
         assert_eq!(flight.fly(&fill, &truth).wrong, 0);
         let mut chance = 99;
-        for block in remote::inspect(&cache) {
+        for block in inspect(&cache) {
             let mut bytes = std::fs::read(&block.path).unwrap();
             if block.block.unwrap().0 > 3 {
                 let at = 36 + next(&mut chance) as usize % (bytes.len() - 36);
@@ -226,7 +227,7 @@ fn reads_until_killed() {
     loop {
         file.forget();
         file.invalidate(0..next(&mut chance) % file.size());
-        file.read(0, file.size() as usize, &never).unwrap();
+        file.read(0, file.size() as usize, &|| false).unwrap();
     }
 }
 
@@ -284,7 +285,7 @@ fn what_is_wrong_is_said_in_one_line() {
     let mut other = world.bytes("deflate.tif");
     other[300_000] ^= 1;
     server.put("deflate.tif", other);
-    let changed = file.read(file.size() - 10, 10, &never);
+    let changed = file.read(file.size() - 10, 10, &|| false);
     assert!(matches!(changed, Err(RemoteError::Changed { .. })), "{changed:?}");
 
     // The server is gone.

@@ -14,7 +14,7 @@ use hachure::file::atomic;
 use hachure::file::imprint::{self, Notes};
 use hachure::file::png::{Picture, PngPixels, PngWriter, read_rgba8, write_rgba8};
 use hachure::file::video::VideoWriter;
-use hachure::picture::imprint::Imprint;
+use hachure::internals::Imprint;
 
 /// A folder with a DEM of a hill, `hill.asc`, which the program draws quickly.
 struct Place(tempfile::TempDir);

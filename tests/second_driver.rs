@@ -22,8 +22,8 @@ use hachure::gpu::device::AdapterWish;
 use hachure::measure::image_compare::{Tolerance, compare};
 use hachure::picture::srgb8;
 use hachure::style::{self, Style};
+use hachure::world::OpenWorld;
 use hachure::world::TerrainOptions;
-use hachure::world::open::OpenWorld;
 
 const SIZE_PX: [u32; 2] = [128, 72];
 /// Folder into which the drawing process writes its pictures.

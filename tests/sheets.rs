@@ -9,8 +9,8 @@ use std::path::Path;
 
 use hachure::file::imprint::{self, Notes};
 use hachure::file::png::{Picture, read_rgba8};
-use hachure::picture::sheets::{Place, Sheets, Wish};
-use hachure::picture::sheets::{SheetWriter, sheet_path};
+use hachure::internals::{Place, Sheets, Wish};
+use hachure::internals::{SheetWriter, sheet_path};
 use kurbo::{BezPath, ParamCurve, ParamCurveArclen};
 
 const MM_PER_INCH: f64 = 25.4;

@@ -14,23 +14,23 @@ use crate::tones::hatching::maps;
 ///
 /// # Errors
 /// Returns what the value must be; so do the other parsers of this module.
-pub fn number(text: &str) -> Result<f64, String> {
+pub(crate) fn number(text: &str) -> Result<f64, String> {
     let number = text.parse().ok().filter(|number: &f64| number.is_finite());
     number.ok_or_else(|| "it must be a number".to_owned())
 }
 
 /// Parses a finite number above 0.
-pub fn above_0(text: &str) -> Result<f64, String> {
+pub(crate) fn above_0(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "it must be a number above 0".to_owned())
 }
 
 /// Parses a finite number other than 0.
-pub fn not_0(text: &str) -> Result<f64, String> {
+pub(crate) fn not_0(text: &str) -> Result<f64, String> {
     number(text).ok().filter(|&number| number != 0.0).ok_or_else(|| "it must be a number other than 0".to_owned())
 }
 
 /// Returns a parser of numbers from `least` to `most`, ends included.
-pub fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
+pub(crate) fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     move |text| {
         let number = number(text).ok().filter(|number| (least..=most).contains(number));
         number.ok_or_else(|| format!("it must be a number between {least} and {most}"))
@@ -38,13 +38,13 @@ pub fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + 
 }
 
 /// Parses a frame rate: frames per second, above 0 and at most 1000.
-pub fn frame_rate(text: &str) -> Result<f64, String> {
+pub(crate) fn frame_rate(text: &str) -> Result<f64, String> {
     let rate = above_0(text).ok().filter(|&rate| rate <= 1000.0);
     rate.ok_or_else(|| "it must be a number above 0, at most 1000".to_owned())
 }
 
 /// Returns a parser of whole numbers from `least` to `most`, ends included.
-pub fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone {
+pub(crate) fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone {
     move |text| {
         let number = text.parse().ok().filter(|number| (least..=most).contains(number));
         number
@@ -57,7 +57,7 @@ pub fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) ->
 ///
 /// # Errors
 /// Returns [`Misuse`] if there is no style of that name, else what is wrong with its file.
-pub fn style(name: &str) -> anyhow::Result<Style> {
+pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
     let style = Style::load(name).map_err(|error| match error {
         StyleError::Unknown { .. } => anyhow::Error::from(Misuse::of(error)),
         _ => error.into(),
@@ -70,7 +70,7 @@ pub fn style(name: &str) -> anyhow::Result<Style> {
 ///
 /// # Errors
 /// Returns [`Misuse`] if the name looks like a mistyped command, else an error that there is no such file.
-pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
+pub(crate) fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     let Some(world) = world.filter(|world| !world.contains("://")) else { return Ok(()) };
     if world.is_empty() {
         return Err(Misuse("WORLD is empty; leave it out for the embedded world".to_owned()).into());
@@ -89,7 +89,7 @@ pub fn check_world(world: Option<&str>) -> anyhow::Result<()> {
 }
 
 /// Returns the message for a file that does not exist; for a bare name it lists the built-in scenes.
-pub fn no_such_file(name: &str) -> String {
+pub(crate) fn no_such_file(name: &str) -> String {
     match name.contains(['.', '/', '\\']) || name.trim().is_empty() {
         true => "there is no such file".to_owned(),
         false => format!("there is no such file; the built-in scenes are {}", embedded::scene_names()),
@@ -100,7 +100,7 @@ pub fn no_such_file(name: &str) -> String {
 ///
 /// # Errors
 /// Returns [`Misuse`] for a URL.
-pub fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
+pub(crate) fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
     if !file.to_string_lossy().contains("://") || file.exists() {
         return Ok(());
     }

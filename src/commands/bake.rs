@@ -26,7 +26,7 @@ use crate::source::{self, HeightReader, Kind, OpenOptions, VoidMode};
 
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
-pub struct BakeArgs {
+pub(crate) struct BakeArgs {
     /// Height files, or folders of them; several inputs are combined into one grid
     #[arg(required = true)]
     pub inputs: Vec<PathBuf>,
@@ -121,7 +121,7 @@ struct ShardReport<'a> {
 ///
 /// # Errors
 /// Fails if the input cannot be read or the output cannot be written; an existing output is then unchanged.
-pub fn run(args: &BakeArgs) -> anyhow::Result<()> {
+pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
     args.inputs.iter().try_for_each(|input| arguments::check_local(input, "bake"))?;

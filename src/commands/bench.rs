@@ -49,7 +49,7 @@ const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
 
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
-pub struct BenchArgs {
+pub(crate) struct BenchArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
@@ -96,7 +96,7 @@ pub struct BenchArgs {
 ///
 /// # Errors
 /// Fails if an input is invalid, if the GPU fails, or if the folder cannot be written.
-pub fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     args.stereo.check()?;
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     args.world.check()?;

@@ -19,7 +19,7 @@ use crate::scene::camera::Camera;
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
-pub struct FlyArgs {
+pub(crate) struct FlyArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
@@ -58,7 +58,7 @@ pub struct FlyArgs {
 ///
 /// # Errors
 /// Fails if there is no display or no headset, if an input is invalid, or if the GPU fails.
-pub fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+pub(crate) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     if args.vr { in_headset::run(args) } else { in_window::run(args, adapter) }
 }
 

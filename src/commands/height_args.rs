@@ -8,7 +8,7 @@ use crate::source::{Encoding, OpenOptions, VoidMode};
 
 /// How to read height files.
 #[derive(Clone, Copy, Debug, Default, Args)]
-pub struct HeightArgs {
+pub(crate) struct HeightArgs {
     /// How a terrain-RGB picture, or a folder of terrain-RGB tiles, encodes heights as colours: mapbox or terrarium
     #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
@@ -23,14 +23,14 @@ pub struct HeightArgs {
 impl HeightArgs {
     /// Returns the options for the height readers.
     #[must_use]
-    pub fn options(&self) -> OpenOptions {
+    pub(crate) fn options(&self) -> OpenOptions {
         let voids = self.voids.unwrap_or(VoidMode::Fill);
         OpenOptions { encoding: self.encoding, no_data: self.nodata, voids, ..OpenOptions::default() }
     }
 
     /// Returns the scene with these options; options that are not given keep the scene's values.
     #[must_use]
-    pub fn over(&self, mut scene: Scene) -> Scene {
+    pub(crate) fn over(&self, mut scene: Scene) -> Scene {
         scene.heights.encoding = self.encoding.or(scene.heights.encoding);
         scene.heights.no_data = self.nodata.or(scene.heights.no_data);
         scene.heights.voids = self.voids.unwrap_or(scene.heights.voids);

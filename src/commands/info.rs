@@ -28,7 +28,7 @@ use crate::style::Style;
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
-pub struct InfoArgs {
+pub(crate) struct InfoArgs {
     /// DEM, baked pyramid, scene, style or camera path; or the name of a built-in scene
     pub file: PathBuf,
     /// How to read height files.
@@ -97,7 +97,7 @@ struct PathInfo {
 ///
 /// # Errors
 /// Fails if the file is none of these, or is invalid.
-pub fn run(args: &InfoArgs) -> anyhow::Result<()> {
+pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
     arguments::check_local(&args.file, "info")?;
     let reach = Reach::trusting(args.trust_scene);
     let answer = Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() };

@@ -10,7 +10,7 @@ use crate::scene::{Scene, SceneFocus, Sun, SunTime};
 
 /// How light falls.
 #[derive(Clone, Copy, Debug, Default, Args)]
-pub struct LightArgs {
+pub(crate) struct LightArgs {
     /// Position of the sun, in degrees: azimuth clockwise from north, elevation above the horizon [default: the
     /// scene's, or 315,40]
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
@@ -41,7 +41,7 @@ pub struct LightArgs {
 impl LightArgs {
     /// Returns the scene with this light; options that are not given keep the scene's values.
     #[must_use]
-    pub fn over(&self, mut scene: Scene) -> Scene {
+    pub(crate) fn over(&self, mut scene: Scene) -> Scene {
         if let Some(sun) = self.sun {
             (scene.sun, scene.sun_time) = (sun, None);
         }
@@ -54,7 +54,7 @@ impl LightArgs {
     }
 
     /// Places the sun relative to the first camera, if `--side-light` is given.
-    pub fn place_sun(&self, sun: &mut Sun, first: &Camera) {
+    pub(crate) fn place_sun(&self, sun: &mut Sun, first: &Camera) {
         if let Some(side_deg) = self.side_light {
             sun.azimuth_deg = (first.yaw_deg + side_deg).rem_euclid(360.0);
         }

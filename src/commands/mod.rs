@@ -1,22 +1,22 @@
 //! The commands of the program, one file each.
 
-pub mod arguments;
-pub mod bake;
-pub mod bench;
+pub(crate) mod arguments;
+pub(crate) mod bake;
+pub(crate) mod bench;
 mod describe;
-pub mod height_args;
-pub mod info;
-pub mod fly;
+pub(crate) mod height_args;
+pub(crate) mod info;
+pub(crate) mod fly;
 mod inputs;
-pub mod light_args;
+pub(crate) mod light_args;
 pub mod misuse;
 pub mod program;
-pub mod progress;
-pub mod render;
-pub mod stereo_args;
-pub mod styles;
-pub mod water_args;
-pub mod world_args;
+pub(crate) mod progress;
+pub(crate) mod render;
+pub(crate) mod stereo_args;
+pub(crate) mod styles;
+pub(crate) mod water_args;
+pub(crate) mod world_args;
 
 use serde::Serialize;
 

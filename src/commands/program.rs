@@ -10,19 +10,19 @@ use crate::gpu::device::AdapterWish;
 #[command(version, override_usage = "hachure [OPTIONS] [WORLD]\n       hachure [OPTIONS] <COMMAND>")]
 pub struct Cli {
     #[command(subcommand)]
-    pub command: Option<Command>,
+    pub(crate) command: Option<Command>,
     #[command(flatten)]
-    pub fly: fly::FlyArgs,
+    pub(crate) fly: fly::FlyArgs,
     /// GPU for drawing: best, software, or part of a GPU's name
     #[arg(long, global = true, default_value = "best")]
-    pub adapter: AdapterWish,
+    pub(crate) adapter: AdapterWish,
     /// Print more; -vv prints everything
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     pub verbose: u8,
 }
 
 #[derive(Debug, Subcommand)]
-pub enum Command {
+pub(crate) enum Command {
     /// Fly over a world in a window (the default command)
     Fly(fly::FlyArgs),
     /// Draw a picture, a sequence of frames, or a film
@@ -35,6 +35,24 @@ pub enum Command {
     Info(info::InfoArgs),
     /// List, show and check styles
     Styles(styles::StylesArgs),
+}
+
+impl Cli {
+    /// Runs the command; without one, flies.
+    ///
+    /// # Errors
+    /// Those of the command.
+    pub fn run(&self) -> anyhow::Result<()> {
+        match &self.command {
+            Some(Command::Render(args)) => render::run(args, &self.adapter),
+            Some(Command::Bench(args)) => bench::run(args, &self.adapter),
+            Some(Command::Bake(args)) => bake::run(args),
+            Some(Command::Info(args)) => info::run(args),
+            Some(Command::Styles(args)) => styles::run(args),
+            Some(Command::Fly(args)) => fly::run(args, &self.adapter),
+            None => fly::run(&self.fly, &self.adapter),
+        }
+    }
 }
 
 /// Returns clap's definition of the command line, for help, messages and `docs/commands.md`.

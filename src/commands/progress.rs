@@ -14,7 +14,7 @@ const BETWEEN_LINES: Duration = Duration::from_secs(30);
 
 /// A progress bar on standard error. Where that is not a terminal, it prints a line from time to time for work measured
 /// in samples, and nothing for other work.
-pub struct Bar {
+pub(crate) struct Bar {
     bar: ProgressBar,
     samples: Option<u64>,
     state: Mutex<State>,
@@ -35,7 +35,7 @@ impl Default for Bar {
 
 impl Bar {
     /// Creates a bar that shows how many of `samples` are processed per second.
-    pub fn of_samples(samples: u64) -> Self {
+    pub(crate) fn of_samples(samples: u64) -> Self {
         Self::new(Some(samples))
     }
 

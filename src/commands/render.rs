@@ -45,7 +45,7 @@ use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
-pub struct RenderArgs {
+pub(crate) struct RenderArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
@@ -153,33 +153,33 @@ const STYLE: &str = "ink";
 
 impl RenderArgs {
     /// Returns the size of one eye's picture, in pixels.
-    pub fn size(&self) -> [u32; 2] {
+    pub(crate) fn size(&self) -> [u32; 2] {
         self.size.unwrap_or(SIZE_PX)
     }
 
     /// Returns the size of the whole picture, in pixels: side by side, it is twice as wide.
-    pub fn size_of_all(&self) -> [u32; 2] {
+    pub(crate) fn size_of_all(&self) -> [u32; 2] {
         let [width, height] = self.size();
         [if self.stereo.eyes() == Eyes::SideBySide { 2 * width } else { width }, height]
     }
 
     /// Returns the frames per second along the path.
-    pub fn fps(&self) -> f64 {
+    pub(crate) fn fps(&self) -> f64 {
         self.fps.unwrap_or(30.0)
     }
 
     /// Returns the samples per pixel.
-    pub fn samples(&self) -> u32 {
+    pub(crate) fn samples(&self) -> u32 {
         self.samples.unwrap_or(1)
     }
 
     /// Returns the largest error of the drawn surface, in pixels.
-    pub fn lod_error(&self) -> f64 {
+    pub(crate) fn lod_error(&self) -> f64 {
         self.lod_error.unwrap_or(1.0)
     }
 
     /// Returns how many output pixels are one pixel of the style.
-    pub fn px_per_style_px(&self) -> f64 {
+    pub(crate) fn px_per_style_px(&self) -> f64 {
         self.dpi.map_or(1.0, |dpi| dpi / REFERENCE_DPI)
     }
 }
@@ -191,7 +191,7 @@ const MOST_FRAMES: usize = 10_000_000;
 ///
 /// # Errors
 /// Returns what the value must look like.
-pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
+pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
     let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=1 << 20).contains(side));
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([parse(width)?, parse(height)?]))
@@ -202,7 +202,7 @@ pub fn parse_size(text: &str) -> Result<[u32; 2], String> {
 ///
 /// # Errors
 /// Fails if an input is invalid or if the output cannot be written.
-pub fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
+pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     let args = paper::measured(args, &kind)?;
     let (args, style) = like::resolved(&args, &kind)?;

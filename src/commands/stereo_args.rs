@@ -11,7 +11,7 @@ use crate::scene::stereo::{Eyes, HYPERSTEREO, IPD_M, Pair};
 
 /// `--eyes` and the options that depend on it.
 #[derive(Clone, Debug, Args)]
-pub struct StereoArgs {
+pub(crate) struct StereoArgs {
     /// Eyes to draw: mono, left or right (one eye of a stereo pair), side-by-side (each of --size), anaglyph or
     /// grey-anaglyph (for red-cyan glasses) [default: mono]
     #[arg(long)]
@@ -28,7 +28,7 @@ pub struct StereoArgs {
 
 /// Distance between two eyes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Ipd {
+pub(crate) enum Ipd {
     /// A distance in metres.
     Metres(f64),
     /// A thirtieth of the distance to the nearest land.
@@ -58,7 +58,7 @@ impl fmt::Display for Ipd {
 
 impl StereoArgs {
     /// Returns the eyes to draw.
-    pub fn eyes(&self) -> Eyes {
+    pub(crate) fn eyes(&self) -> Eyes {
         self.eyes.unwrap_or(Eyes::Mono)
     }
 
@@ -66,7 +66,7 @@ impl StereoArgs {
     ///
     /// # Errors
     /// Returns [`Misuse`] if one is given with `--eyes mono`.
-    pub fn check(&self) -> Result<(), Misuse> {
+    pub(crate) fn check(&self) -> Result<(), Misuse> {
         let stray = self.ipd.map(|_| "--ipd").or(self.convergence.map(|_| "--convergence"));
         match stray.filter(|_| self.eyes() == Eyes::Mono) {
             Some(name) => Err(Misuse(format!(
@@ -77,13 +77,13 @@ impl StereoArgs {
     }
 
     /// Returns whether the distance to the nearest land has to be measured.
-    pub fn requests_nearest(&self) -> bool {
+    pub(crate) fn requests_nearest(&self) -> bool {
         self.eyes() != Eyes::Mono && self.ipd == Some(Ipd::Auto)
     }
 
     /// Returns the stereo pair, if two eyes are drawn. `nearest_m` is the distance to the nearest land, infinite if
     /// none is seen.
-    pub fn pair(&self, nearest_m: f64) -> Option<Pair> {
+    pub(crate) fn pair(&self, nearest_m: f64) -> Option<Pair> {
         let ipd_m = match self.ipd {
             None => IPD_M,
             Some(Ipd::Metres(metres)) => metres,

@@ -18,7 +18,7 @@ use crate::tones::hatching::maps;
 
 /// Arguments of `styles`.
 #[derive(Debug, Args)]
-pub struct StylesArgs {
+pub(crate) struct StylesArgs {
     #[command(subcommand)]
     action: Option<Action>,
     /// Print as JSON
@@ -93,7 +93,7 @@ struct Migrated<'a> {
 ///
 /// # Errors
 /// Fails for an unknown preset or an invalid style file.
-pub fn run(args: &StylesArgs) -> anyhow::Result<()> {
+pub(crate) fn run(args: &StylesArgs) -> anyhow::Result<()> {
     match &args.action {
         None | Some(Action::List) => list(args.json),
         Some(Action::Show { name, all: true }) => {

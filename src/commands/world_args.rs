@@ -12,7 +12,7 @@ use crate::world;
 
 /// The world that is drawn.
 #[derive(Clone, Debug, Default, Args)]
-pub struct WorldArgs {
+pub(crate) struct WorldArgs {
     /// Scene file, DEM, folder, baked pyramid, URL, or built-in scene (continent, forest, hut) [default: the
     /// embedded world]
     #[arg(id = "world", value_name = "WORLD")]
@@ -34,7 +34,7 @@ pub struct WorldArgs {
 impl WorldArgs {
     /// Returns the name of the world; `None` is the embedded world.
     #[must_use]
-    pub fn name(&self) -> Option<&str> {
+    pub(crate) fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
@@ -42,7 +42,7 @@ impl WorldArgs {
     ///
     /// # Errors
     /// Those of [`arguments::check_world`].
-    pub fn check(&self) -> anyhow::Result<()> {
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
         arguments::check_world(self.name())
     }
 
@@ -50,7 +50,7 @@ impl WorldArgs {
     ///
     /// # Errors
     /// Fails if the scene file cannot be read or is invalid.
-    pub fn scene(&self) -> anyhow::Result<Scene> {
+    pub(crate) fn scene(&self) -> anyhow::Result<Scene> {
         let scene = world::scene_of(self.name(), Reach::trusting(self.trust_scene))?;
         Ok(self.water.over(self.light.over(self.heights.over(scene))))
     }

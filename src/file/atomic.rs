@@ -24,7 +24,7 @@ impl AtomicFile {
     }
 
     /// Returns the path of the temporary file, for libraries that open a path themselves.
-    pub fn partial_path(&self) -> &Path {
+    pub(crate) fn partial_path(&self) -> &Path {
         &self.partial_path
     }
 
@@ -102,7 +102,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
 
 /// Returns the name of the temporary file. It is in the same folder, so that the rename stays on one file system, and
 /// contains the process id.
-pub fn partial_path(path: &Path) -> PathBuf {
+pub(crate) fn partial_path(path: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(path.file_name().unwrap_or_default());
     name.push(format!(".{}.part", std::process::id()));

@@ -79,7 +79,7 @@ impl Samples {
 
 impl<'a> SamplesRef<'a> {
     /// Returns the type of the samples.
-    pub fn kind(self) -> SampleKind {
+    pub(crate) fn kind(self) -> SampleKind {
         match self {
             Self::F32(_) => SampleKind::F32,
             Self::U32(_) => SampleKind::U32,
@@ -87,13 +87,8 @@ impl<'a> SamplesRef<'a> {
     }
 
     /// Returns the number of samples.
-    pub fn len(self) -> usize {
+    pub(crate) fn len(self) -> usize {
         self.bytes().len() / 4
-    }
-
-    /// Returns whether there are no samples.
-    pub fn is_empty(self) -> bool {
-        self.bytes().is_empty()
     }
 
     fn bytes(self) -> &'a [u8] {
@@ -330,7 +325,7 @@ pub fn write_exr(
 ///
 /// # Errors
 /// The same as the methods of [`ExrWriter`].
-pub fn write_exr_noted(
+pub(crate) fn write_exr_noted(
     path: &Path,
     width: u32,
     height: u32,

@@ -15,7 +15,7 @@ const WGS84: u16 = 4326;
 
 /// The lines of one file.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Collection {
+pub(crate) struct Collection {
     /// Name of the collection, which GIS programs show as the layer's name.
     pub name: String,
     /// EPSG code of the reference system of the coordinates.
@@ -28,7 +28,7 @@ pub struct Collection {
 
 /// A line or a dot.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Feature {
+pub(crate) struct Feature {
     /// The kind of line, for example a contour or a hatching mark.
     pub kind: &'static str,
     /// Name of the layer.
@@ -50,7 +50,7 @@ pub struct Feature {
 ///
 /// # Errors
 /// Fails if a number is not finite, the folder does not exist or is not writable, or the disk is full.
-pub fn write_geojson(path: &Path, collection: &Collection) -> Result<(), FileError> {
+pub(crate) fn write_geojson(path: &Path, collection: &Collection) -> Result<(), FileError> {
     let is_finite = |feature: &Feature| {
         let mut numbers = feature.parts.iter().flatten().flatten();
         numbers.all(|number| number.is_finite()) && feature.width_m.is_finite() && feature.opacity.is_finite()

@@ -8,7 +8,7 @@ use super::input::read_text;
 use super::message::{named, printable};
 
 /// Largest file that is read, in bytes; outlines of water are smaller.
-pub const LARGEST_BYTES: u64 = 256 << 20;
+pub(crate) const LARGEST_BYTES: u64 = 256 << 20;
 /// Largest nesting depth of collections.
 const DEEPEST: usize = 8;
 
@@ -28,11 +28,11 @@ pub enum PolygonsError {
 }
 
 /// The vertices of an outline or of a hole.
-pub type Ring = Vec<[f64; 2]>;
+pub(crate) type Ring = Vec<[f64; 2]>;
 
 /// Polygons and the reference system of their coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Polygons {
+pub(crate) struct Polygons {
     /// EPSG code of the reference system; `None` is longitude and latitude on WGS 84.
     pub epsg: Option<u16>,
     /// The rings of each polygon, in that system, without the last vertex, which repeats the first. A point within an
@@ -46,7 +46,7 @@ impl Polygons {
     /// # Errors
     /// Returns [`PolygonsError`] if the file is not JSON, has no polygon, has a coordinate that is not a finite number,
     /// or has an unknown reference system.
-    pub fn read(path: &Path) -> Result<Self, PolygonsError> {
+    pub(crate) fn read(path: &Path) -> Result<Self, PolygonsError> {
         let text =
             read_text(path, LARGEST_BYTES).map_err(|cause| PolygonsError::Read { path: path.to_owned(), cause })?;
         Self::parse(&text).map_err(|cause| PolygonsError::Content { path: path.to_owned(), cause })
@@ -56,7 +56,7 @@ impl Polygons {
     ///
     /// # Errors
     /// Returns the cause in one line.
-    pub fn parse(text: &str) -> Result<Self, String> {
+    pub(crate) fn parse(text: &str) -> Result<Self, String> {
         let value: Value = serde_json::from_str(text)
             .map_err(|error| format!("it is not GeoJSON: {}", printable(&error.to_string(), 120)))?;
         let mut polygons = Self { epsg: epsg_of(&value)?, polygons: Vec::new() };

@@ -22,7 +22,7 @@ const STRIP_BYTES: usize = 1 << 20;
 const CHANNELS: usize = 3;
 
 /// A picture that is being written. Without [`GeoTiffWriter::finish`] no file appears under its name.
-pub struct GeoTiffWriter {
+pub(crate) struct GeoTiffWriter {
     path: PathBuf,
     file: SharedFile,
     writer: TiffWriter<SharedFile>,
@@ -41,7 +41,13 @@ impl GeoTiffWriter {
     ///
     /// # Errors
     /// Fails if the picture is empty, the folder does not exist or is not writable, or the tags are invalid.
-    pub fn create(path: &Path, width: u32, height: u32, tags: Vec<Tag>, dpi: Option<f64>) -> Result<Self, FileError> {
+    pub(crate) fn create(
+        path: &Path,
+        width: u32,
+        height: u32,
+        tags: Vec<Tag>,
+        dpi: Option<f64>,
+    ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         let file = SharedFile::create(path).map_err(|error| FileError::write(path, error))?;
         let failed = |error| FileError::write(path, error);
@@ -73,7 +79,7 @@ impl GeoTiffWriter {
     ///
     /// # Errors
     /// Fails if the bytes are not complete rows, if there are more rows than the picture has, or if the disk is full.
-    pub fn write_rows(&mut self, rgba: &[u8]) -> Result<(), FileError> {
+    pub(crate) fn write_rows(&mut self, rgba: &[u8]) -> Result<(), FileError> {
         let row_bytes = self.row_bytes / CHANNELS * 4;
         let count = rgba.len() / row_bytes;
         if count * row_bytes != rgba.len() || count > self.rows_left {
@@ -93,7 +99,7 @@ impl GeoTiffWriter {
     ///
     /// # Errors
     /// Fails if rows are missing or the disk is full.
-    pub fn finish(mut self) -> Result<(), FileError> {
+    pub(crate) fn finish(mut self) -> Result<(), FileError> {
         if self.rows_left > 0 {
             return Err(FileError::write(&self.path, format!("{} rows are missing", self.rows_left)));
         }

@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 use super::FileError;
 
 /// Returns whether a path is read.
-pub type IsRead = fn(&Path) -> bool;
+pub(crate) type IsRead = fn(&Path) -> bool;
 
 /// All files that a command reads.
 #[derive(Debug, Default)]
-pub struct Inputs {
+pub(crate) struct Inputs {
     files: HashMap<Identity, Vec<Input>>,
     folders: Vec<Folder>,
 }
@@ -51,12 +51,12 @@ struct Folder {
 
 impl Inputs {
     /// Adds a file. A missing file cannot be overwritten, and opening it fails soon enough.
-    pub fn add(&mut self, path: &Path) {
+    pub(crate) fn add(&mut self, path: &Path) {
         self.add_if(path, |_| true);
     }
 
     /// Adds a file that is read if `is_read` returns true, which is only called if an output has this path.
-    pub fn add_if(&mut self, path: &Path, is_read: IsRead) {
+    pub(crate) fn add_if(&mut self, path: &Path, is_read: IsRead) {
         for identity in identities(path) {
             self.files.entry(identity).or_default().push(Input { path: path.to_owned(), is_read });
         }
@@ -64,7 +64,7 @@ impl Inputs {
 
     /// Adds a folder that is read as a whole. `would_be_read` takes a path relative to the folder and returns whether
     /// the next run would read a file there.
-    pub fn add_folder(&mut self, folder: &Path, would_be_read: IsRead) {
+    pub(crate) fn add_folder(&mut self, folder: &Path, would_be_read: IsRead) {
         if let Ok(place) = folder.canonicalize() {
             self.folders.push(Folder { path: folder.to_owned(), place, would_be_read });
         }
@@ -74,7 +74,7 @@ impl Inputs {
     ///
     /// # Errors
     /// Returns [`FileError::IsInput`] or [`FileError::WouldBeInput`].
-    pub fn check(&self, output: &Path) -> Result<(), FileError> {
+    pub(crate) fn check(&self, output: &Path) -> Result<(), FileError> {
         let mut found = identities(output).filter_map(|identity| self.files.get(&identity)).flatten();
         if let Some(input) = found.find(|input| input.is_read()) {
             return Err(FileError::IsInput { path: output.to_owned(), input: input.path.clone() });
@@ -94,7 +94,7 @@ impl Inputs {
     ///
     /// # Errors
     /// Returns [`FileError::IsInput`] if an input is inside the folder.
-    pub fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
+    pub(crate) fn check_folder(&self, folder: &Path) -> Result<(), FileError> {
         let Ok(inside) = folder.canonicalize() else { return Ok(()) };
         let is_inside = |identity: &Identity| matches!(identity, Identity::Place(place) if place.starts_with(&inside));
         let mut inputs = self.files.iter().filter(|(identity, _)| is_inside(identity)).flat_map(|(_, inputs)| inputs);

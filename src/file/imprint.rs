@@ -15,7 +15,7 @@ use super::input::open_regular;
 use super::{FileError, exr, png, video};
 
 /// Key under which an output stores its imprint.
-pub const KEY: &str = "hachure";
+pub(crate) const KEY: &str = "hachure";
 
 /// Largest imprint in bytes: a style file may have as many, and so may its recipes.
 const LARGEST_BYTES: u64 = 4 << 20;

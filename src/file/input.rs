@@ -9,18 +9,18 @@ use std::io::{Error, ErrorKind, Read, Result};
 use std::path::Path;
 
 /// Size limit in bytes of a style, or a recipe of marks or strokes: the presets have 2 KiB.
-pub const LARGEST_STYLE_BYTES: u64 = 1 << 20;
+pub(crate) const LARGEST_STYLE_BYTES: u64 = 1 << 20;
 /// Size limit in bytes of a scene: 65,536 meshes of about 150 bytes each.
-pub const LARGEST_SCENE_BYTES: u64 = 16 << 20;
+pub(crate) const LARGEST_SCENE_BYTES: u64 = 16 << 20;
 /// Size limit in bytes of a camera path: about two hours with a row for every frame. Parsed rows take about 10 times as
 /// much memory.
-pub const LARGEST_PATH_BYTES: u64 = 16 << 20;
+pub(crate) const LARGEST_PATH_BYTES: u64 = 16 << 20;
 
 /// Opens a regular file for reading.
 ///
 /// # Errors
 /// Passes on the system's errors; rejects a folder, named pipe, device or socket and names its kind.
-pub fn open_regular(path: &Path) -> Result<File> {
+pub(crate) fn open_regular(path: &Path) -> Result<File> {
     // This check comes before opening, which blocks on a named pipe until another process writes to it.
     let metadata = std::fs::metadata(path)?;
     if !metadata.is_file() {
@@ -30,7 +30,7 @@ pub fn open_regular(path: &Path) -> Result<File> {
 }
 
 /// A file that returns an error when more bytes are read than its limit.
-pub struct Bounded {
+pub(crate) struct Bounded {
     file: File,
     bytes: u64,
     read_bytes: u64,
@@ -42,7 +42,7 @@ impl Bounded {
     ///
     /// # Errors
     /// The same as [`open_regular`]; also fails if the file is larger than `most_bytes`.
-    pub fn open(path: &Path, most_bytes: u64) -> Result<Self> {
+    pub(crate) fn open(path: &Path, most_bytes: u64) -> Result<Self> {
         let metadata = std::fs::metadata(path)?;
         let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
         if metadata.len() > most_bytes {
@@ -54,7 +54,7 @@ impl Bounded {
     }
 
     /// Returns the length in bytes that the system reports: 0 for a pipe, and for some virtual files.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.bytes
     }
 }
@@ -76,7 +76,7 @@ impl Read for Bounded {
 ///
 /// # Errors
 /// The same as [`Bounded`].
-pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
+pub(crate) fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
     let mut file = Bounded::open(path, most_bytes)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(file.bytes as usize).map_err(|_| Error::from(ErrorKind::OutOfMemory))?;
@@ -88,7 +88,7 @@ pub fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// The same as [`read_bytes`]; also fails if the bytes are not UTF-8.
-pub fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
+pub(crate) fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
     String::from_utf8(read_bytes(path, most_bytes)?).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();

@@ -19,28 +19,28 @@ const SIMILAR: f64 = 0.84;
 
 /// Formats a foreign text for a message: control characters are escaped, and a long text is shortened to its beginning
 /// and end, at most 80 characters in all.
-pub fn shown(text: &str) -> String {
+pub(crate) fn shown(text: &str) -> String {
     cut(text, LONGEST_TEXT)
 }
 
 /// Formats a text as [`shown`] does, in quotation marks.
-pub fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", shown(text))
 }
 
 /// Formats a path for a message as [`shown`] does, but allows more characters and keeps its end, which is the file's
 /// own name.
-pub fn named(path: impl AsRef<Path>) -> String {
+pub(crate) fn named(path: impl AsRef<Path>) -> String {
     cut(&path.as_ref().to_string_lossy(), LONGEST_NAME)
 }
 
 /// Formats a complete message for a terminal: one line, control characters escaped, at most `longest` characters.
 pub fn printable(message: &str, longest: usize) -> String {
-    cut(&super::one_line(message), longest)
+    cut(&one_line(message), longest)
 }
 
 /// Formats a text of several lines for a terminal: control characters other than line breaks and tabs are escaped.
-pub fn harmless(text: &str) -> String {
+pub(crate) fn harmless(text: &str) -> String {
     text.chars().map(|it| if matches!(it, '\n' | '\t') { it.to_string() } else { seen(it) }).collect()
 }
 
@@ -79,6 +79,11 @@ fn cut(text: &str, most: usize) -> String {
     format!("{}…{}", start.concat(), end.concat())
 }
 
+/// Replaces line breaks and runs of spaces by single spaces, for foreign text in error messages.
+pub fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// Returns an error's message, followed by that of each cause that it does not contain already.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = error.to_string();
@@ -94,7 +99,7 @@ pub fn chain(error: &(dyn Error + 'static)) -> String {
 }
 
 /// Returns the known name that `name` probably stands for.
-pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     // Longer names are not typing mistakes, and comparing them would be slow.
     if name.chars().count() > LONGEST_TEXT {
         return None;
@@ -110,7 +115,7 @@ pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 }
 
 /// Returns `; did you mean "ink"?` if a known name is similar, else an empty string.
-pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub(crate) fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     nearest(name, known).map_or(String::new(), |known| format!("; did you mean \"{known}\"?"))
 }
 

@@ -4,25 +4,26 @@
 
 pub mod atomic;
 pub mod exr;
-pub mod geojson;
-pub mod geojson_polygons;
-pub mod geotiff;
-pub mod guard;
-pub mod hdr;
+pub(crate) mod geojson;
+pub(crate) mod geojson_polygons;
+pub(crate) mod geotiff;
+pub(crate) mod guard;
+pub(crate) mod hdr;
 pub mod imprint;
-pub mod input;
-pub mod message;
-pub mod pattern;
+pub(crate) mod input;
+pub(crate) mod message;
+pub(crate) mod pattern;
 pub mod png;
-pub mod random_access;
-pub mod standard;
-pub mod svg;
-pub mod toml_text;
+pub(crate) mod random_access;
+pub(crate) mod standard;
+pub(crate) mod svg;
+pub(crate) mod toml_text;
 pub mod video;
 
 use std::path::{Path, PathBuf};
 
 use message::named;
+pub(crate) use message::one_line;
 
 /// The reason why an output was not written, or a picture not read. One line that names the file and the cause.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -89,11 +90,6 @@ impl FileError {
     fn name(path: &Path, cause: impl ToString) -> Self {
         Self::Name { path: path.to_owned(), cause: cause.to_string() }
     }
-}
-
-/// Replaces line breaks and runs of spaces by single spaces, for foreign text in error messages.
-pub fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the number of samples of a picture; fails if it is empty or too large to count.

@@ -6,7 +6,7 @@ use super::FileError;
 
 /// A format for pictures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureFormat {
+pub(crate) enum PictureFormat {
     /// 8 bits per channel, sRGB.
     Png,
     /// Named channels of 32 bits.
@@ -21,7 +21,7 @@ pub enum PictureFormat {
 
 /// The kind of output that a name denotes.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum OutputKind {
+pub(crate) enum OutputKind {
     /// A single picture.
     Picture(PictureFormat),
     /// A picture per frame.
@@ -36,7 +36,7 @@ impl OutputKind {
     ///
     /// # Errors
     /// Fails for another extension or an invalid pattern.
-    pub fn of(path: &Path) -> Result<Self, FileError> {
+    pub(crate) fn of(path: &Path) -> Result<Self, FileError> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
         let format = match ending.as_deref() {
             Some("png") => PictureFormat::Png,
@@ -61,7 +61,7 @@ impl OutputKind {
 /// A name that contains a number: exactly one `%d` or `%0Nd` (N digits with leading zeros); `%%` stands for a percent
 /// sign.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct FramePattern {
+pub(crate) struct FramePattern {
     before: String,
     after: String,
     digits: usize,
@@ -72,7 +72,7 @@ impl FramePattern {
     ///
     /// # Errors
     /// Fails if there is no number, more than one, or a percent sign followed by anything else.
-    pub fn parse(pattern: &Path) -> Result<Self, FileError> {
+    pub(crate) fn parse(pattern: &Path) -> Result<Self, FileError> {
         let wrong = |cause: &str| {
             let cause = format!("{cause}; a frame pattern has exactly one %d or %05d, and %% for a percent sign");
             FileError::name(pattern, cause)
@@ -110,7 +110,7 @@ impl FramePattern {
     }
 
     /// Returns the path of a frame.
-    pub fn path(&self, frame: u64) -> PathBuf {
+    pub(crate) fn path(&self, frame: u64) -> PathBuf {
         PathBuf::from(format!("{}{frame:0digits$}{}", self.before, self.after, digits = self.digits))
     }
 
@@ -118,7 +118,7 @@ impl FramePattern {
     ///
     /// # Errors
     /// Fails if the folder cannot be created.
-    pub fn prepare(&self, frame: u64) -> Result<PathBuf, FileError> {
+    pub(crate) fn prepare(&self, frame: u64) -> Result<PathBuf, FileError> {
         let path = self.path(frame);
         if let Some(folder) = path.parent() {
             std::fs::create_dir_all(folder).map_err(|error| FileError::write(folder, error))?;

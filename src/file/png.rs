@@ -131,7 +131,7 @@ impl PngWriter {
     ///
     /// # Errors
     /// The same as [`PngWriter::finish`], and the errors of `before`.
-    pub fn finish_after(self, before: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
+    pub(crate) fn finish_after(self, before: impl FnOnce() -> Result<(), FileError>) -> Result<(), FileError> {
         let ended = self.end()?;
         before()?;
         ended.commit()
@@ -141,7 +141,7 @@ impl PngWriter {
     ///
     /// # Errors
     /// The same as [`PngWriter::finish`].
-    pub fn end(self) -> Result<EndedPng, FileError> {
+    pub(crate) fn end(self) -> Result<EndedPng, FileError> {
         let Self { path, file, stream, rows_left, .. } = self;
         if rows_left > 0 {
             return Err(FileError::write(&path, format!("{rows_left} rows are missing")));
@@ -151,13 +151,13 @@ impl PngWriter {
     }
 
     /// Returns the number of rows that are still to be written.
-    pub fn rows_left(&self) -> usize {
+    pub(crate) fn rows_left(&self) -> usize {
         self.rows_left
     }
 }
 
 /// A complete PNG without its final name. Dropping it without [`EndedPng::commit`] removes it.
-pub struct EndedPng {
+pub(crate) struct EndedPng {
     path: PathBuf,
     file: SharedFile,
 }
@@ -167,7 +167,7 @@ impl EndedPng {
     ///
     /// # Errors
     /// Fails if the disk is full or the folder no longer exists.
-    pub fn commit(self) -> Result<(), FileError> {
+    pub(crate) fn commit(self) -> Result<(), FileError> {
         self.file.commit().map_err(|error| FileError::write(&self.path, error))
     }
 }
@@ -203,7 +203,7 @@ impl std::fmt::Debug for Picture {
 /// Returns whether hachure wrote a picture, judged by the text chunks before its pixels; `false` for files other than
 /// PNG.
 #[must_use]
-pub fn is_drawing(path: &Path) -> bool {
+pub(crate) fn is_drawing(path: &Path) -> bool {
     let Ok(file) = open_regular(path) else { return false };
     let reader = png::Decoder::new(BufReader::new(file)).read_info();
     let texts = reader.as_ref().map(|reader| reader.info().uncompressed_latin1_text.as_slice()).unwrap_or_default();

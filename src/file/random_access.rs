@@ -8,7 +8,7 @@ use super::input::open_regular;
 
 /// An open file that is read at given offsets.
 #[derive(Debug)]
-pub struct RandomAccess {
+pub(crate) struct RandomAccess {
     #[cfg(unix)]
     file: File,
     #[cfg(not(unix))]
@@ -20,7 +20,7 @@ impl RandomAccess {
     ///
     /// # Errors
     /// Passes on the system's errors; also fails for a pipe, device or folder.
-    pub fn open(path: &Path) -> io::Result<Self> {
+    pub(crate) fn open(path: &Path) -> io::Result<Self> {
         open_regular(path).map(Self::new)
     }
 
@@ -39,7 +39,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors; returns [`io::ErrorKind::UnexpectedEof`] if the file is shorter.
     #[cfg(unix)]
-    pub fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
+    pub(crate) fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
         std::os::unix::fs::FileExt::read_exact_at(&self.file, buffer, offset)
     }
 
@@ -48,7 +48,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors; returns [`io::ErrorKind::UnexpectedEof`] if the file is shorter.
     #[cfg(not(unix))]
-    pub fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
+    pub(crate) fn read_exact_at(&self, buffer: &mut [u8], offset: u64) -> io::Result<()> {
         use std::io::{Read, Seek, SeekFrom};
         // The position is set before each read, so that a panic in another thread does no harm.
         let mut file = self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
@@ -60,7 +60,7 @@ impl RandomAccess {
     ///
     /// # Errors
     /// The same as [`RandomAccess::read_exact_at`].
-    pub fn read(&self, offset: u64, count: usize) -> io::Result<Vec<u8>> {
+    pub(crate) fn read(&self, offset: u64, count: usize) -> io::Result<Vec<u8>> {
         let mut bytes = vec![0; count];
         self.read_exact_at(&mut bytes, offset)?;
         Ok(bytes)
@@ -71,7 +71,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors.
     #[cfg(unix)]
-    pub fn len(&self) -> io::Result<u64> {
+    pub(crate) fn len(&self) -> io::Result<u64> {
         Ok(self.file.metadata()?.len())
     }
 
@@ -80,15 +80,7 @@ impl RandomAccess {
     /// # Errors
     /// Passes on the system's errors.
     #[cfg(not(unix))]
-    pub fn len(&self) -> io::Result<u64> {
+    pub(crate) fn len(&self) -> io::Result<u64> {
         Ok(self.file.lock().unwrap_or_else(std::sync::PoisonError::into_inner).metadata()?.len())
-    }
-
-    /// Returns whether the file is empty.
-    ///
-    /// # Errors
-    /// Passes on the system's errors.
-    pub fn is_empty(&self) -> io::Result<bool> {
-        Ok(self.len()? == 0)
     }
 }

@@ -10,7 +10,7 @@ use super::FileError;
 ///
 /// # Errors
 /// Fails if standard output cannot be written for another reason, such as a full disk.
-pub fn print(text: &str) -> Result<(), FileError> {
+pub(crate) fn print(text: &str) -> Result<(), FileError> {
     let mut out = io::stdout().lock();
     match writeln!(out, "{}", text.trim_end()).and_then(|()| out.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {

@@ -16,7 +16,7 @@ use super::imprint::{self, KEY};
 
 /// The unit of the file's numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Unit {
+pub(crate) enum Unit {
     /// Pixels of the picture.
     Px,
     /// Millimetres of paper.
@@ -25,7 +25,7 @@ pub enum Unit {
 
 impl Unit {
     /// Returns the unit's name in SVG.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Px => "px",
             Self::Mm => "mm",
@@ -35,7 +35,7 @@ impl Unit {
 
 /// A drawing that consists of layers of strokes.
 #[derive(Clone, Debug)]
-pub struct Drawing {
+pub(crate) struct Drawing {
     /// Title for readers.
     pub title: String,
     /// Description for readers, in a line or two.
@@ -82,19 +82,11 @@ pub struct Stroke {
     pub ink: Option<String>,
 }
 
-/// Writes a drawing, completely or not at all.
+/// Writes a drawing, completely or not at all, with an imprint that says how it was made ([`super::imprint`]).
 ///
 /// # Errors
 /// Fails if a number is not finite, the folder does not exist or is not writable, or the disk is full.
-pub fn write_svg(path: &Path, drawing: &Drawing) -> Result<(), FileError> {
-    write_svg_noted(path, drawing, None)
-}
-
-/// Does the same as [`write_svg`], and also writes an imprint that says how the drawing was made ([`super::imprint`]).
-///
-/// # Errors
-/// The same as [`write_svg`].
-pub fn write_svg_noted(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
+pub(crate) fn write_svg(path: &Path, drawing: &Drawing, imprint: Option<&str>) -> Result<(), FileError> {
     let strokes = drawing.layers.iter().flat_map(|layer| &layer.strokes);
     let is_finite = |stroke: &Stroke| stroke.path.is_finite() && stroke.width.is_finite() && stroke.opacity.is_finite();
     if !strokes.into_iter().all(is_finite) || !drawing.size.into_iter().all(f64::is_finite) {

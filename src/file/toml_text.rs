@@ -33,13 +33,13 @@ pub struct TomlError {
 ///
 /// # Errors
 /// Fails if the text is not TOML, if a key is unknown or missing, or if a value has the wrong type.
-pub fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
+pub(crate) fn read<T: DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let table = parse(name, text)?;
     T::deserialize(values::Root(&table)).map_err(|mistake| toml_error(name, text, &mistake))
 }
 
 /// A mistake that is found while the table of a text is rewritten.
-pub struct Misplaced {
+pub(crate) struct Misplaced {
     /// Byte range of the key or value.
     pub at: Range<usize>,
     /// The message, without the file's name and the position.
@@ -51,7 +51,7 @@ pub struct Misplaced {
 ///
 /// # Errors
 /// As [`read`], and those of `rewrite`.
-pub fn read_rewritten<T: DeserializeOwned>(
+pub(crate) fn read_rewritten<T: DeserializeOwned>(
     name: &str,
     text: &str,
     rewrite: impl FnOnce(&mut DeTable<'_>) -> Result<(), Misplaced>,
@@ -88,14 +88,14 @@ fn layers_below(table: &DeTable<'_>, kind: &str, index: usize) -> usize {
 ///
 /// # Errors
 /// Fails if the text is not TOML.
-pub fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
+pub(crate) fn keys(name: &str, text: &str) -> Result<Vec<String>, TomlError> {
     Ok(parse(name, text)?.get_ref().keys().map(|key| key.get_ref().to_string()).collect())
 }
 
 /// A value of the right type that is not acceptable. Scenes, styles and recipes are checked as values, and
 /// [`Wrong::in_text`] turns the findings into errors with a position.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wrong {
+pub(crate) struct Wrong {
     /// The key with its sections; an index `[2]` selects the third entry of a list: `hatching.sets[2].from`.
     pub key: String,
     /// The error message, without the file's name and the position.
@@ -105,7 +105,7 @@ pub struct Wrong {
 impl Wrong {
     /// Builds the message from the key, without indices, and `words`, which follow it: ` is 3, not between 0 and 1`.
     /// The position in the text shows which entry of a list is meant.
-    pub fn new(key: impl Into<String>, words: impl Display) -> Self {
+    pub(crate) fn new(key: impl Into<String>, words: impl Display) -> Self {
         let key = key.into();
         let parts = key.split('[').map(|part| part.split_once(']').map_or(part, |(_, rest)| rest));
         let message = format!("{}{words}", parts.collect::<String>());
@@ -113,13 +113,13 @@ impl Wrong {
     }
 
     /// Builds a message that need not begin with the key.
-    pub fn with_message(key: impl Into<String>, message: impl Into<String>) -> Self {
+    pub(crate) fn with_message(key: impl Into<String>, message: impl Into<String>) -> Self {
         Self { key: key.into(), message: message.into() }
     }
 
     /// Returns the error with the position of the value in the text. For a key that is missing this is the position of
     /// its section, if that exists. `name` is the name of the file.
-    pub fn in_text(&self, name: &str, text: &str) -> TomlError {
+    pub(crate) fn in_text(&self, name: &str, text: &str) -> TomlError {
         let table = parse(name, text).ok();
         let at = table.and_then(|table| place_of(table.get_ref(), &self.key)).map(|at| position(text, at.start));
         TomlError { name: name.to_owned(), at, cause: self.message.clone() }

@@ -38,7 +38,13 @@ impl VideoWriter {
     ///
     /// # Errors
     /// The same as [`VideoWriter::create`].
-    pub fn create_with(ffmpeg: &OsStr, path: &Path, width: u32, height: u32, fps: f64) -> Result<Self, FileError> {
+    pub(crate) fn create_with(
+        ffmpeg: &OsStr,
+        path: &Path,
+        width: u32,
+        height: u32,
+        fps: f64,
+    ) -> Result<Self, FileError> {
         Self::create_noted(ffmpeg, path, [width, height], fps, &Notes::default())
     }
 

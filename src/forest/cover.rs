@@ -41,7 +41,7 @@ const NAMED_CLASSES: usize = 24;
 
 /// The forest cover of a world from rasters. Outside of it there are no trees.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cover {
+pub(crate) struct Cover {
     /// South-western corner of the first cell: east and north, in the world, in metres.
     pub low_m: [f64; 2],
     /// North-eastern corner of the last cell.
@@ -111,7 +111,11 @@ impl Cover {
     ///
     /// # Errors
     /// The first raster that cannot be read, or cannot be aligned with the world.
-    pub fn load(files: &CoverFiles, place: &Georeference, samples: [u32; 2]) -> Result<Option<Self>, CoverError> {
+    pub(crate) fn load(
+        files: &CoverFiles,
+        place: &Georeference,
+        samples: [u32; 2],
+    ) -> Result<Option<Self>, CoverError> {
         let Some((_, first)) = files.files().next() else { return Ok(None) };
         let ground = Ground::new(place, samples)
             .map_err(|error| CoverError::NoWay { path: first.clone(), cause: error.to_string() })?;
@@ -159,7 +163,7 @@ impl Cover {
     }
 
     /// Returns the values of the cell at a position in the world; `None` outside of the grid.
-    pub fn at(&self, [east_m, north_m]: [f64; 2]) -> Option<[u8; 4]> {
+    pub(crate) fn at(&self, [east_m, north_m]: [f64; 2]) -> Option<[u8; 4]> {
         let along = |at_m: f64, axis: usize| {
             let part = (at_m - self.low_m[axis]) / (self.high_m[axis] - self.low_m[axis]);
             (0.0..1.0).contains(&part).then(|| (part * f64::from(self.size[axis])) as usize)

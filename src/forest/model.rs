@@ -39,7 +39,7 @@ const LIGHTNESS: [f64; 2] = [0.3, 0.97];
 
 /// A corner of a triangle of a tree of height 1 whose foot is at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TreeCorner {
+pub(crate) struct TreeCorner {
     /// Position; z is up, 0 to 1.
     pub at: DVec3,
     /// Unit normal of the surface.
@@ -54,7 +54,7 @@ pub struct TreeCorner {
 
 /// A model of a tree at all distances, as lists of triangles with three corners each.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TreeModel {
+pub(crate) struct TreeModel {
     /// Near level of detail, at most [`NEAR_TRIANGLES`].
     pub near: Vec<TreeCorner>,
     /// Middle level of detail, at most [`MIDDLE_TRIANGLES`].
@@ -75,7 +75,7 @@ impl TreeModel {
     ///
     /// # Errors
     /// A cause in words: the mesh has no height, is too wide, or has no area.
-    pub fn new(mesh: &Mesh, z_up: bool) -> Result<Self, String> {
+    pub(crate) fn new(mesh: &Mesh, z_up: bool) -> Result<Self, String> {
         let own = Own::of(mesh, z_up)?;
         let less = simplify(mesh, NEAR_TRIANGLES);
         let near = own.corners(&less);

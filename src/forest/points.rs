@@ -12,7 +12,7 @@ use super::{BLOCKS, LEVELS_OF_TILE, POINTS};
 
 /// A candidate point of a tile.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Point {
+pub(crate) struct Point {
     /// Position in the tile, whose side is 1.
     pub at: [f64; 2],
     /// Index in the progressive order, and number of its tree in the tile.
@@ -21,14 +21,14 @@ pub struct Point {
 
 impl Point {
     /// Returns the rank, 0 to 1: the tree exists where the density is above it.
-    pub fn rank(&self) -> f64 {
+    pub(crate) fn rank(&self) -> f64 {
         (f64::from(self.number) + 0.5) / f64::from(POINTS)
     }
 }
 
 /// The points of a tile, sorted by blocks: level 0 has all points, each further level the quarter of lowest rank.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Points {
+pub(crate) struct Points {
     /// Points, level by level and block by block; by rank within a block.
     pub points: Vec<Point>,
     /// For each level, the start of each block's points, row by row, and the end.
@@ -37,7 +37,7 @@ pub struct Points {
 
 impl Points {
     /// Generates the points, the same on every machine.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let order = progressive(&random(5 * POINTS as usize), POINTS as usize);
         let ordered = order.iter().zip(0..).map(|(at, number)| Point { at: *at, number });
         let ordered: Vec<Point> = ordered.collect();
@@ -59,7 +59,7 @@ impl Points {
     }
 
     /// Returns the points of a block of a tile.
-    pub fn of_block(&self, level: u32, number: u32) -> &[Point] {
+    pub(crate) fn of_block(&self, level: u32, number: u32) -> &[Point] {
         let starts = &self.starts[level as usize];
         &self.points[starts[number as usize] as usize..starts[number as usize + 1] as usize]
     }

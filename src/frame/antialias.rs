@@ -12,7 +12,7 @@ use crate::scene::view::{Rig, View};
 use crate::style::Style;
 
 /// Number of samples after which a picture at rest is finished.
-pub const SAMPLES_AT_REST: u32 = 64;
+pub(crate) const SAMPLES_AT_REST: u32 = 64;
 
 /// How successive frames are anti-aliased.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

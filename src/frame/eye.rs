@@ -9,7 +9,7 @@ use crate::style::{Strokes, Style};
 
 /// The pictures and strokes of an eye, which persist from frame to frame.
 #[derive(Default)]
-pub struct EyeMemory {
+pub(crate) struct EyeMemory {
     /// The pictures of the eye.
     pub targets: Targets,
     /// The strokes; `None` if no recent style has any.

@@ -11,13 +11,11 @@ use crate::lines::strokes::DrawnStrokes;
 use crate::style::Style;
 use crate::surface::meshes::cull::MeshDraws;
 use crate::surface::rows::marks::RowSample;
-use crate::surface::{land, meshes, rows};
-use crate::tiles::terrain::Prepared;
-use crate::world::Surfaces;
+use crate::surface::{meshes, rows};
 
 /// Counts of the models that an eye was shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DrawnMeshCounts {
+pub(crate) struct DrawnMeshCounts {
     /// Number of models that were drawn.
     pub instances: u32,
     /// Number of their triangles, at the levels of detail that were drawn.
@@ -39,7 +37,7 @@ impl Renderer {
     }
 
     /// Returns a buffer that passes share, if a recent frame used it.
-    pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
+    pub(crate) fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)
     }
 
@@ -49,33 +47,8 @@ impl Renderer {
     }
 
     /// Returns the GPU memory of the pictures of all eyes, in bytes.
-    pub fn target_bytes(&self) -> u64 {
+    pub(crate) fn target_bytes(&self) -> u64 {
         self.eyes.iter().map(|eye| eye.targets.bytes()).sum()
-    }
-
-    /// Reads back the vertices of the land's mesh in the last frame, for measurements: 17 × 17 for each leaf of its
-    /// selection, row by row, in metres relative to the rig's origin; the fourth number is 1. Returns `None` if the
-    /// selection was drawn in several batches, because only the last of them is still stored. Waits for the GPU.
-    ///
-    /// # Errors
-    /// [`GpuError::Readback`] if the device is lost or out of memory.
-    pub fn drawn_vertices(&self, gpu: &Gpu, drawn: &Prepared) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let Some(positions) = self.buffer(&land::vertices::POSITIONS) else {
-            return Ok(None);
-        };
-        land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
-    }
-
-    /// Reads back the vertices of the models in view, like [`Renderer::drawn_vertices`]: in the order of the scene,
-    /// each model at its level of detail. Returns `None` in a world without models.
-    ///
-    /// # Errors
-    /// Those of [`Renderer::drawn_vertices`].
-    pub fn drawn_mesh_vertices(&self, gpu: &Gpu, world: &Surfaces) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
-        let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
-            return Ok(None);
-        };
-        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.room().vertices as usize).map(Some)
     }
 
     /// Reads back how many models the last frame drew, and for how many it had no room. Returns `None` if no recent
@@ -83,7 +56,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`Renderer::drawn_vertices`].
-    pub fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
+    pub(crate) fn drawn_meshes(&self, gpu: &Gpu) -> Result<Option<DrawnMeshCounts>, GpuError> {
         let Some(draws) = self.buffer(&meshes::DRAWS) else { return Ok(None) };
         let draws: Vec<MeshDraws> = crate::gpu::readback::read_buffer(gpu, &draws.raw, 1)?;
         let of = |draws: &MeshDraws| DrawnMeshCounts {
@@ -99,7 +72,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`Renderer::drawn_vertices`].
-    pub fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
+    pub(crate) fn drawn_rows(&self, gpu: &Gpu) -> Result<Option<Vec<Vec<RowSample>>>, GpuError> {
         let (Some(drawn), Some(samples)) = (self.buffer(&rows::marks::DRAWN), self.buffer(&rows::marks::MARKS)) else {
             return Ok(None);
         };
@@ -108,7 +81,7 @@ impl Renderer {
 
     /// Returns the ink of one set of hatching marks, 0 to 1, as the first eye sees it, if a recent frame drew it
     /// ([`Renderer::set_wants_mark_sets`]).
-    pub fn mark_set(&self, set: usize) -> Option<&Target> {
+    pub(crate) fn mark_set(&self, set: usize) -> Option<&Target> {
         self.target(SET_INKS.get(set)?)
     }
 
@@ -137,7 +110,7 @@ impl Renderer {
 
     /// Returns whether trees that wind moves may be in view, so that the picture changes with time: blocks of forest
     /// that may be visible are near enough to be drawn as more than canopy.
-    pub fn may_sway(&self) -> bool {
+    pub(crate) fn may_sway(&self) -> bool {
         self.may_sway
     }
 
@@ -147,12 +120,12 @@ impl Renderer {
     }
 
     /// Returns the strokes of the first eye in the last frame, if its style has any.
-    pub fn strokes(&self) -> Option<DrawnStrokes<'_>> {
+    pub(crate) fn strokes(&self) -> Option<DrawnStrokes<'_>> {
         self.eye_strokes(0)
     }
 
     /// Returns the strokes of an eye in the last frame, if its style has any.
-    pub fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
+    pub(crate) fn eye_strokes(&self, eye: usize) -> Option<DrawnStrokes<'_>> {
         let memory = self.eyes.get(eye)?.drawn_strokes()?;
         Some(DrawnStrokes::new(memory, &self.pools))
     }
@@ -160,7 +133,7 @@ impl Renderer {
     /// Returns the history of temporal anti-aliasing that an eye's next frame continues: the targets of
     /// [`temporal_aa::HISTORY`] and [`temporal_aa::SEEN`] that were written last. Returns `None` without temporal
     /// anti-aliasing.
-    pub fn history_targets(&self, eye: usize) -> Option<[&Target; 2]> {
+    pub(crate) fn history_targets(&self, eye: usize) -> Option<[&Target; 2]> {
         let written = self.samples.written()?;
         Some([
             self.eye_target(eye, &temporal_aa::HISTORY[written])?,
@@ -169,13 +142,49 @@ impl Renderer {
     }
 
     /// Returns the picture of detected lines that the composite of an eye read, if the style has detected lines.
-    pub fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
+    pub(crate) fn line_target(&self, eye: usize, style: &Style) -> Option<&Target> {
         style.lines()?;
         inks::final_line(&self.eyes.get(eye)?.targets)
     }
 
     /// Returns the picture of a layer's ink in an eye's last frame; `index` is that of the layer in the style.
-    pub fn ink_target(&self, eye: usize, index: usize) -> Option<&Target> {
+    pub(crate) fn ink_target(&self, eye: usize, index: usize) -> Option<&Target> {
         self.eyes.get(eye)?.layer_inks.get(index)?.as_ref()
+    }
+}
+
+#[cfg(test)]
+impl Renderer {
+    /// Reads back the vertices of the land's mesh in the last frame, for measurements: 17 × 17 for each leaf of its
+    /// selection, row by row, in metres relative to the rig's origin; the fourth number is 1. Returns `None` if the
+    /// selection was drawn in several batches, because only the last of them is still stored. Waits for the GPU.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`] if the device is lost or out of memory.
+    pub(crate) fn drawn_vertices(
+        &self,
+        gpu: &Gpu,
+        drawn: &crate::tiles::terrain::Prepared,
+    ) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let Some(positions) = self.buffer(&crate::surface::land::vertices::POSITIONS) else {
+            return Ok(None);
+        };
+        crate::surface::land::vertices::read(gpu, &positions, drawn.selection.leaves.len())
+    }
+
+    /// Reads back the vertices of the models in view, like [`Renderer::drawn_vertices`]: in the order of the scene,
+    /// each model at its level of detail. Returns `None` in a world without models.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::drawn_vertices`].
+    pub(crate) fn drawn_mesh_vertices(
+        &self,
+        gpu: &Gpu,
+        world: &crate::world::Surfaces,
+    ) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let (Some(placed), Some(positions)) = (world.meshes(), self.buffer(&meshes::POSITIONS)) else {
+            return Ok(None);
+        };
+        crate::gpu::readback::read_buffer(gpu, &positions.raw, placed.room().vertices as usize).map(Some)
     }
 }

@@ -61,17 +61,17 @@ impl Switch {
 impl Renderer {
     /// Sets where pipelines and expensive cached values are built. [`Builds::InBackground`] is for windows: no frame
     /// waits for them, and [`Renderer::render`] draws the previous style until all are available.
-    pub fn set_builds(&mut self, builds: Builds) {
+    pub(crate) fn set_builds(&mut self, builds: Builds) {
         self.pools.compiles.builds = builds;
     }
 
     /// Returns whether something is being built in the background. When it is available, the picture may change.
-    pub fn is_building(&self, gpu: &Gpu) -> bool {
+    pub(crate) fn is_building(&self, gpu: &Gpu) -> bool {
         gpu.pipelines().is_building() || gpu.cache().is_making()
     }
 
     /// Takes the pipelines and values that have been built in the background. Does not wait.
-    pub fn take_built(&mut self, gpu: &Gpu) {
+    pub(crate) fn take_built(&mut self, gpu: &Gpu) {
         // Another renderer of the device may have taken pipelines that were compiled for this one.
         self.switch.was_building |= self.is_building(gpu);
         gpu.pipelines().take_built();
@@ -84,25 +84,26 @@ impl Renderer {
     }
 
     /// Returns whether the switch to `style` is complete, if pipelines are built in the background.
-    pub fn shows(&self, style: &Style) -> bool {
+    pub(crate) fn shows(&self, style: &Style) -> bool {
         self.switch.shown.as_ref() == Some(style)
     }
 
     /// Returns whether the last frame drew new pictures. If not, it lacked something that is being built in the
     /// background, and the pictures are those of an earlier frame.
-    pub fn drew(&self) -> bool {
+    pub(crate) fn drew(&self) -> bool {
         self.drew
     }
 
     /// Returns how many pipelines the frame thread has built itself.
-    pub fn built_at_once(&self) -> u64 {
+    #[cfg(test)]
+    pub(crate) fn built_at_once(&self) -> u64 {
         self.pools.compiles.built_at_once
     }
 
     /// Rebuilds the pipelines whose shader files have changed since the last call, and returns how many were rebuilt. A
     /// new pipeline replaces the old one if it is valid; errors are in
     /// [`Pipelines::shader_errors`](crate::gpu::pipelines::Pipelines::shader_errors).
-    pub fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
+    pub(crate) fn reload_shaders(&mut self, gpu: &Gpu) -> usize {
         gpu.pipelines().reload(gpu, &mut self.pools.compiles);
         let rebuilds = gpu.pipelines().rebuilds();
         let reloaded = rebuilds - std::mem::replace(&mut self.switch.seen_rebuilds, rebuilds);

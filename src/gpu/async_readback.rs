@@ -12,7 +12,7 @@ const MOST_OPEN: usize = 8;
 type Mapped = Result<(), wgpu::BufferAsyncError>;
 
 /// A queue of asynchronous readbacks.
-pub struct AsyncReadback {
+pub(crate) struct AsyncReadback {
     /// Unmapped staging buffers.
     spare: Vec<wgpu::Buffer>,
     /// Requests in flight, oldest first.
@@ -22,13 +22,13 @@ pub struct AsyncReadback {
 
 impl AsyncReadback {
     /// Creates a queue for answers of `bytes` bytes, which must be a multiple of 4.
-    pub fn new(bytes: u64) -> Self {
+    pub(crate) fn new(bytes: u64) -> Self {
         Self { spare: Vec::new(), open: VecDeque::new(), bytes }
     }
 
     /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
     /// one answer.
-    pub fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
+    pub(crate) fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
         if self.open.len() == MOST_OPEN {
             return;
         }
@@ -57,7 +57,7 @@ impl AsyncReadback {
     }
 
     /// Returns the oldest answer that has arrived and has not been taken. Answers arrive while the device is polled.
-    pub fn take(&mut self) -> Option<Vec<u8>> {
+    pub(crate) fn take(&mut self) -> Option<Vec<u8>> {
         let mapped = match self.open.front()?.1.try_recv() {
             Err(TryRecvError::Empty) => return None,
             Ok(mapped) => mapped.is_ok(),
@@ -75,7 +75,7 @@ impl AsyncReadback {
     }
 
     /// Drops all requests in flight.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.open.clear();
     }
 }

@@ -24,7 +24,7 @@ pub enum Resource {
 }
 
 /// The name of a shader variable, and the resource that is bound to it.
-pub type Named = (&'static str, Resource);
+pub(crate) type Named = (&'static str, Resource);
 
 impl From<&Target> for Resource {
     fn from(target: &Target) -> Self {

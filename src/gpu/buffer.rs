@@ -158,7 +158,7 @@ impl Buffers {
 
 /// A buffer that is replaced by a larger one when its content outgrows it. It is for data that belongs to a world or a
 /// window rather than to a frame.
-pub struct GrowingBuffer {
+pub(crate) struct GrowingBuffer {
     label: &'static str,
     usage: wgpu::BufferUsages,
     buffer: wgpu::Buffer,
@@ -166,14 +166,14 @@ pub struct GrowingBuffer {
 
 impl GrowingBuffer {
     /// Creates an empty buffer of 256 bytes with `usage` and `COPY_DST`.
-    pub fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages) -> Self {
+    pub(crate) fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages) -> Self {
         let usage = usage | wgpu::BufferUsages::COPY_DST;
         Self { label, usage, buffer: create(gpu, label, usage, 256) }
     }
 
     /// Replaces the content. An empty slice leaves the old bytes in place; shaders do not read them, because their
     /// count is zero.
-    pub fn write<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, content: &[T]) {
+    pub(crate) fn write<T: bytemuck::NoUninit>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         if bytes.len() as u64 > self.buffer.size() {
             self.buffer = create(gpu, self.label, self.usage, (bytes.len() as u64).next_power_of_two());
@@ -182,12 +182,12 @@ impl GrowingBuffer {
     }
 
     /// Returns the buffer; the next [`write`](Self::write) may replace it.
-    pub fn buffer(&self) -> &wgpu::Buffer {
+    pub(crate) fn buffer(&self) -> &wgpu::Buffer {
         &self.buffer
     }
 
     /// Returns the whole buffer as a resource to bind.
-    pub fn binding(&self) -> Resource {
+    pub(crate) fn binding(&self) -> Resource {
         Resource::Buffer(Buffer { name: self.label, raw: self.buffer.clone(), offset: 0, size: None })
     }
 }

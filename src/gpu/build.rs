@@ -11,14 +11,14 @@ use super::texts::Texts;
     clippy::large_enum_variant,
     reason = "there are about two hundred keys, and boxes would be two hundred more allocations"
 )]
-pub enum Key {
+pub(crate) enum Key {
     Compute(Compute),
     Draw(Draw),
 }
 
 impl Key {
     /// Returns the name of the shader.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Compute(key) => key.name,
             Self::Draw(key) => key.name,
@@ -28,7 +28,7 @@ impl Key {
 
 /// A pipeline of wgpu.
 #[derive(Clone, Debug)]
-pub enum Raw {
+pub(crate) enum Raw {
     Compute(wgpu::ComputePipeline),
     Draw(wgpu::RenderPipeline),
 }

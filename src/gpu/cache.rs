@@ -13,7 +13,7 @@ type Value = Arc<dyn Any + Send + Sync>;
 
 /// The values. One that no frame has used for [`KEEP_FRAMES`] frames of the device is dropped.
 #[derive(Default)]
-pub struct Cache {
+pub(crate) struct Cache {
     state: Mutex<State>,
 }
 
@@ -33,7 +33,7 @@ impl Cache {
     ///
     /// # Errors
     /// Those of `make`.
-    pub fn get<T: Send + Sync + 'static, E>(
+    pub(crate) fn get<T: Send + Sync + 'static, E>(
         &self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce() -> Result<T, E>,
@@ -48,7 +48,7 @@ impl Cache {
     }
 
     /// Returns the value of type `T` that `find` accepts. If there is none, `make` starts on another thread.
-    pub fn request<T: Send + Sync + 'static>(
+    pub(crate) fn request<T: Send + Sync + 'static>(
         &self,
         find: impl Fn(&T) -> bool,
         make: impl FnOnce() -> T + Send + 'static,
@@ -63,7 +63,7 @@ impl Cache {
     }
 
     /// Takes over the values that other threads have made. Does not wait.
-    pub fn take_made(&self) {
+    pub(crate) fn take_made(&self) {
         let state = &mut *self.lock();
         while let Some((kind, value)) = state.workers.as_mut().and_then(Workers::take) {
             state.being_made.remove(&kind);
@@ -72,12 +72,12 @@ impl Cache {
     }
 
     /// Returns whether another thread is making a value.
-    pub fn is_making(&self) -> bool {
+    pub(crate) fn is_making(&self) -> bool {
         self.lock().workers.as_ref().is_some_and(|workers| workers.open() > 0)
     }
 
     /// Counts a frame, and drops the values that have not been used for long.
-    pub fn end_frame(&self) {
+    pub(crate) fn end_frame(&self) {
         let state = &mut *self.lock();
         state.frame += 1;
         let frame = state.frame;

@@ -111,7 +111,8 @@ impl Gpu {
     ///
     /// # Errors
     /// Those of [`Gpu::open`]; [`GpuError::NoDevice`] also if the adapter has lower limits.
-    pub fn open_within(wish: &AdapterWish, limits: wgpu::Limits) -> Result<Self, GpuError> {
+    #[cfg(test)]
+    pub(crate) fn open_within(wish: &AdapterWish, limits: wgpu::Limits) -> Result<Self, GpuError> {
         let mut descriptor = instance_descriptor();
         descriptor.flags |= wgpu::InstanceFlags::STRICT_WEBGPU_COMPLIANCE;
         let instance = wgpu::Instance::new(descriptor);
@@ -181,7 +182,7 @@ impl Gpu {
     }
 
     /// Returns the pipelines of the device.
-    pub fn pipelines(&self) -> &Pipelines {
+    pub(crate) fn pipelines(&self) -> &Pipelines {
         &self.pipelines
     }
 
@@ -205,7 +206,7 @@ impl Gpu {
     }
 
     /// Returns the values that renderers of the device share.
-    pub fn cache(&self) -> &Cache {
+    pub(crate) fn cache(&self) -> &Cache {
         &self.cache
     }
 
@@ -249,7 +250,8 @@ impl Gpu {
 
     /// Returns how many buffers, textures, bind groups and pipelines frames have created so far. A frame that needs the
     /// same as the one before creates none.
-    pub fn objects_made(&self) -> u64 {
+    #[cfg(test)]
+    pub(crate) fn objects_made(&self) -> u64 {
         self.objects.load(Ordering::Relaxed)
     }
 
@@ -262,7 +264,7 @@ impl Gpu {
 
 /// Returns the description of an instance with Vulkan, Metal and DirectX 12, unless `WGPU_BACKEND` names others. OpenGL
 /// lacks features that the passes need, and its libraries write to the terminal if there is no display.
-pub fn instance_descriptor() -> wgpu::InstanceDescriptor {
+pub(crate) fn instance_descriptor() -> wgpu::InstanceDescriptor {
     let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     if std::env::var_os("WGPU_BACKEND").is_none() {
         descriptor.backends = wgpu::Backends::PRIMARY;

@@ -1,29 +1,31 @@
 //! The layer over wgpu: device, shaders, pipelines, passes, targets, buffers, timers and readback. It knows nothing of
 //! terrain.
 
-pub mod arena;
-pub mod bind;
-pub mod buffer;
+pub(crate) mod arena;
+pub(crate) mod bind;
+pub(crate) mod buffer;
 mod build;
-pub mod cache;
+pub(crate) mod cache;
 pub mod device;
 pub(crate) mod full_screen;
-pub mod async_readback;
-pub mod pipelines;
-pub mod pools;
-pub mod readback;
-pub mod recorder;
+pub(crate) mod async_readback;
+pub(crate) mod pipelines;
+pub(crate) mod pools;
+pub(crate) mod readback;
+pub(crate) mod recorder;
 mod reflection;
-pub mod scan;
-pub mod shader;
+pub(crate) mod scan;
+pub(crate) mod shader;
 pub(crate) mod stored_pipelines;
 
-pub mod target;
-pub mod texts;
-pub mod timer;
-pub mod trace;
-pub mod upload_ring;
-pub mod wgsl;
-pub mod workers;
+pub(crate) mod target;
+pub(crate) mod texts;
+pub(crate) mod timer;
+pub(crate) mod trace;
+pub(crate) mod upload_ring;
+pub(crate) mod wgsl;
+pub(crate) mod workers;
 
 pub use device::{Gpu, GpuError};
+pub use target::{Target, TargetKind};
+pub use timer::PassTime;

@@ -12,7 +12,7 @@ use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
-pub use super::build::{Key, Raw};
+pub(crate) use super::build::{Key, Raw};
 use super::build::{On, Pipeline, build, in_scope};
 use super::shader::ShaderError;
 use super::texts::{Texts, Watch, made_of};
@@ -84,7 +84,7 @@ impl Draw {
 }
 
 /// A colour target without blending.
-pub const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
+pub(crate) const fn replaced(format: wgpu::TextureFormat) -> Option<wgpu::ColorTargetState> {
     Some(wgpu::ColorTargetState { format, blend: None, write_mask: wgpu::ColorWrites::ALL })
 }
 
@@ -136,7 +136,7 @@ type Built = (Key, u64, Result<Pipeline, ShaderError>);
 
 /// All pipelines of a device.
 #[derive(Default)]
-pub struct Pipelines {
+pub(crate) struct Pipelines {
     state: Mutex<State>,
     /// Signalled whenever a thread has compiled a pipeline at once: another one may wait for the same pipeline.
     built: Condvar,
@@ -172,7 +172,7 @@ impl Default for State {
 
 /// A pipeline with the bind group of its resources.
 #[derive(Clone, Debug)]
-pub struct Ready {
+pub(crate) struct Ready {
     /// The pipeline as wgpu has it.
     pub raw: Raw,
     /// Bind group 0.
@@ -277,7 +277,7 @@ impl Pipelines {
     }
 
     /// Takes over the pipelines that other threads have compiled. Does not wait.
-    pub fn take_built(&self) {
+    pub(crate) fn take_built(&self) {
         let state = &mut *self.lock();
         while let Some((key, number, built)) = state.workers.as_mut().and_then(Workers::take) {
             state.take(&key, number, built);
@@ -285,25 +285,27 @@ impl Pipelines {
     }
 
     /// Returns whether another thread is compiling a pipeline.
-    pub fn is_building(&self) -> bool {
+    pub(crate) fn is_building(&self) -> bool {
         self.lock().workers.as_ref().is_some_and(|workers| workers.open() > 0)
     }
 
     /// Returns how many pipelines have been compiled so far, at once or in the background.
-    pub fn builds(&self) -> u64 {
+    #[cfg(test)]
+    pub(crate) fn builds(&self) -> u64 {
         self.lock().builds
     }
 
     /// Reads shaders from other texts from now on. Existing pipelines stay until a reload finds that their
     /// text has changed.
-    pub fn set_texts(&self, texts: Texts) {
+    #[cfg(test)]
+    pub(crate) fn set_texts(&self, texts: Texts) {
         let mut state = self.lock();
         state.watch = Watch::new(&texts);
         state.texts = texts;
     }
 
     /// Returns whether shaders are files, which may change.
-    pub fn watches(&self) -> bool {
+    pub(crate) fn watches(&self) -> bool {
         self.lock().texts.are_files()
     }
 
@@ -328,12 +330,12 @@ impl Pipelines {
     }
 
     /// Returns how many pipelines have been compiled again because their text had changed.
-    pub fn rebuilds(&self) -> u64 {
+    pub(crate) fn rebuilds(&self) -> u64 {
         self.lock().rebuilds
     }
 
     /// Returns the errors in shaders as they are now, each once and sorted.
-    pub fn shader_errors(&self) -> Vec<ShaderError> {
+    pub(crate) fn shader_errors(&self) -> Vec<ShaderError> {
         let mut shader_errors: Vec<_> = self.lock().shader_errors.values().cloned().collect();
         shader_errors.sort_by_key(ToString::to_string);
         shader_errors.dedup();

@@ -8,7 +8,7 @@ use super::buffer::Buffers;
 use super::pipelines::Compiles;
 
 /// A resource that has not been requested for this many frames is released. In a window, that is a few seconds.
-pub const KEEP_FRAMES: u64 = 240;
+pub(crate) const KEEP_FRAMES: u64 = 240;
 
 /// The pools of a renderer, which all eyes and styles share.
 pub struct Pools {

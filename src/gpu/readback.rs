@@ -13,7 +13,7 @@ pub fn read(gpu: &Gpu, target: &Target, origin_px: [u32; 2], size_px: [u32; 2]) 
 }
 
 /// Returns the aspect of a texture that is read: depth if it has depth, otherwise all.
-pub fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
+pub(crate) fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
     if texture.format().is_depth_stencil_format() { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All }
 }
 
@@ -21,7 +21,7 @@ pub fn aspect(texture: &wgpu::Texture) -> wgpu::TextureAspect {
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_layer(
+pub(crate) fn read_layer(
     gpu: &Gpu,
     texture: &wgpu::Texture,
     layer: u32,
@@ -70,7 +70,11 @@ pub fn read_layer(
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_buffer<T: bytemuck::Pod>(gpu: &Gpu, source: &wgpu::Buffer, count: usize) -> Result<Vec<T>, GpuError> {
+pub(crate) fn read_buffer<T: bytemuck::Pod>(
+    gpu: &Gpu,
+    source: &wgpu::Buffer,
+    count: usize,
+) -> Result<Vec<T>, GpuError> {
     if count == 0 {
         return Ok(Vec::new());
     }
@@ -107,7 +111,7 @@ fn map(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<(), GpuError> {
 ///
 /// # Errors
 /// Those of [`read`].
-pub fn read_as<T: bytemuck::Pod>(
+pub(crate) fn read_as<T: bytemuck::Pod>(
     gpu: &Gpu,
     target: &Target,
     origin_px: [u32; 2],

@@ -23,7 +23,7 @@ use super::timer::Timer;
 use super::trace::{PassTrace, Traced, uses};
 
 /// Side of a workgroup of a picture pass, in pixels. The shaders have `@workgroup_size(8, 8)`.
-pub const WORKGROUP_PX: u32 = 8;
+pub(crate) const WORKGROUP_PX: u32 = 8;
 
 /// Size in bytes of the buffer that replaces every other in a prewarming run. It exceeds every offset that a pass
 /// subtracts from the size of a buffer.

@@ -8,7 +8,7 @@ use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::gpu::scan_begin::ScanSource;
 
 /// Largest number of values in a scan, because a single workgroup scans the sums of all blocks.
-pub const MAX_VALUES: u32 = 1 << 21;
+pub(crate) const MAX_VALUES: u32 = 1 << 21;
 
 /// Values in a block.
 const BLOCK: u64 = 2048;
@@ -21,7 +21,7 @@ const ARGUMENTS: BufferKind = BufferKind::indirect("scan arguments");
 const SUMS: BufferKind = BufferKind::storage("scan sums");
 
 /// The inputs of a scan.
-pub struct Inputs<'a> {
+pub(crate) struct Inputs<'a> {
     /// A buffer of u32 that contains the number of values.
     pub numbers: &'a Buffer,
     /// Index in `numbers` of the number of values.
@@ -34,7 +34,7 @@ pub struct Inputs<'a> {
 
 /// Replaces each value by the sum of the values before it, modulo 2³². The element after the last value becomes the
 /// total, if the buffer has room for it.
-pub fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
+pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
     let size = recorder.buffer(&SIZE, 4);
     let arguments = recorder.buffer(&ARGUMENTS, 12);
@@ -68,7 +68,7 @@ const ORDER_HEAD_BYTES: u64 = 256;
 
 /// The number of workgroups of an ordered pass.
 #[derive(Clone, Copy)]
-pub enum Groups<'a> {
+pub(crate) enum Groups<'a> {
     /// Workgroups in x and y.
     Of([u32; 2]),
     /// A number that the GPU has computed.
@@ -97,7 +97,7 @@ impl Groups<'_> {
 
 /// A pass that writes a list in an order that does not depend on which workgroup is quicker. The order is made by
 /// `shaders/shared/ordered.wgsl`.
-pub struct Ordered<'a> {
+pub(crate) struct Ordered<'a> {
     pub shader: Compute,
     /// The variant for the first stage, if it differs.
     pub find: Option<Compute>,
@@ -111,7 +111,7 @@ pub struct Ordered<'a> {
 
 impl Ordered<'_> {
     /// Runs all stages with `resources` and the `order` list, and the prefix sum after the first stage.
-    pub fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
+    pub(crate) fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
         let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
         let order = recorder.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
         let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);

@@ -19,7 +19,8 @@ use super::texts::Texts;
 include!(concat!(env!("OUT_DIR"), "/shaders.rs"));
 
 /// Variants of shaders, each with the symbols that it defines for `#ifdef`.
-pub const VARIANTS: &[(&str, &[&str])] = &[
+#[cfg(test)]
+pub(crate) const VARIANTS: &[(&str, &[&str])] = &[
     ("lines/lsa", &["ANTIALIASED"]),
     ("lines/lsa", &["EIGHT"]),
     ("lines/lsa", &["ANTIALIASED", "EIGHT"]),
@@ -102,7 +103,8 @@ impl ShaderError {
 ///
 /// # Errors
 /// [`ShaderError`] if the text does not compose, or if the shader is not in the table.
-pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
+#[cfg(test)]
+pub(crate) fn compose(name: &str) -> Result<naga::Module, ShaderError> {
     compose_variant(name, &[])
 }
 
@@ -110,7 +112,8 @@ pub fn compose(name: &str) -> Result<naga::Module, ShaderError> {
 ///
 /// # Errors
 /// Those of [`compose`].
-pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
+#[cfg(test)]
+pub(crate) fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     compose_of(&Texts::of_environment(), name, definitions)
 }
 
@@ -118,7 +121,7 @@ pub fn compose_variant(name: &str, definitions: &[&str]) -> Result<naga::Module,
 ///
 /// # Errors
 /// Those of [`compose`].
-pub fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
+pub(crate) fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<naga::Module, ShaderError> {
     let (_, embedded) = SHADERS
         .iter()
         .find(|(known, _)| *known == name)
@@ -131,7 +134,8 @@ pub fn compose_of(texts: &Texts, name: &str, definitions: &[&str]) -> Result<nag
 ///
 /// # Errors
 /// [`ShaderError`] if `source` does not compose.
-pub fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
+#[cfg(test)]
+pub(crate) fn compose_text(name: &str, source: &str) -> Result<naga::Module, ShaderError> {
     compose_defined(&Texts::of_environment(), name, source, &[])
 }
 
@@ -179,7 +183,7 @@ fn composer(texts: &Texts) -> Result<Composer, ShaderError> {
 }
 
 /// A compiled shader.
-pub struct Shader {
+pub(crate) struct Shader {
     pub module: wgpu::ShaderModule,
     reflection: Reflection,
 }
@@ -189,7 +193,12 @@ impl Shader {
     ///
     /// # Errors
     /// [`ShaderError`] if the text does not compose. Errors of wgpu go to the open error scope.
-    pub fn new(device: &wgpu::Device, texts: &Texts, name: &str, definitions: &[&str]) -> Result<Self, ShaderError> {
+    pub(crate) fn new(
+        device: &wgpu::Device,
+        texts: &Texts,
+        name: &str,
+        definitions: &[&str],
+    ) -> Result<Self, ShaderError> {
         let module = compose_of(texts, name, definitions)?;
         let reflection = Reflection::new(name, &module)?;
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
@@ -203,7 +212,7 @@ impl Shader {
     ///
     /// # Errors
     /// [`ShaderError`] if the shader lacks one of the entry points.
-    pub fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
+    pub(crate) fn variables(&self, entry_points: &[&str]) -> Result<Vec<Variable>, ShaderError> {
         self.reflection.variables(entry_points)
     }
 }

@@ -30,19 +30,19 @@ pub struct TargetKind {
 
 impl TargetKind {
     /// Describes a picture that compute passes write.
-    pub const fn storage(name: &'static str, format: wgpu::TextureFormat) -> Self {
+    pub(crate) const fn storage(name: &'static str, format: wgpu::TextureFormat) -> Self {
         Self { name, format, usage: wgpu::TextureUsages::STORAGE_BINDING }
     }
 
     /// Describes a picture that render passes draw on.
-    pub const fn attachment(name: &'static str, format: wgpu::TextureFormat) -> Self {
+    pub(crate) const fn attachment(name: &'static str, format: wgpu::TextureFormat) -> Self {
         Self { name, format, usage: wgpu::TextureUsages::RENDER_ATTACHMENT }
     }
 }
 
 impl Target {
     /// Creates a target whose texels are 0.
-    pub fn new(gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Self {
+    pub(crate) fn new(gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Self {
         gpu.count_object();
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(kind.name),
@@ -64,7 +64,7 @@ impl Target {
     }
 
     /// Returns the size on the GPU, in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         let texel = u64::from(self.texture.format().block_copy_size(None).unwrap_or(4));
         u64::from(self.texture.width()) * u64::from(self.texture.height()) * texel
     }
@@ -72,7 +72,7 @@ impl Target {
 
 /// A pool with the pictures of an eye.
 #[derive(Default)]
-pub struct Targets {
+pub(crate) struct Targets {
     /// Size of a whole picture, in pixels.
     size_px: [u32; 2],
     /// Each target with the last frame that requested it, by name, number and size: alternating styles may need the
@@ -88,7 +88,7 @@ impl Targets {
     ///
     /// # Errors
     /// [`GpuError::Limit`] if the pictures are larger than the device allows.
-    pub fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<bool, GpuError> {
+    pub(crate) fn begin_frame(&mut self, gpu: &Gpu, size_px: [u32; 2]) -> Result<bool, GpuError> {
         let limit = gpu.device.limits().max_texture_dimension_2d;
         if let Some(side) = size_px.into_iter().find(|side| *side > limit) {
             return Err(GpuError::Limit {
@@ -110,18 +110,18 @@ impl Targets {
     }
 
     /// Returns the picture of a kind, in the size of a whole picture.
-    pub fn whole(&mut self, gpu: &Gpu, kind: &TargetKind) -> Target {
+    pub(crate) fn whole(&mut self, gpu: &Gpu, kind: &TargetKind) -> Target {
         self.sized(gpu, kind, self.size_px)
     }
 
     /// Returns the picture of a kind in the given size, in pixels.
-    pub fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
+    pub(crate) fn sized(&mut self, gpu: &Gpu, kind: &TargetKind, size_px: [u32; 2]) -> Target {
         self.entry(gpu, kind, 0, size_px)
     }
 
     /// Returns one of several pictures of a kind, in the size of a whole picture. Number 0 is that of
     /// [`whole`](Self::whole).
-    pub fn numbered(&mut self, gpu: &Gpu, kind: &TargetKind, number: usize) -> Target {
+    pub(crate) fn numbered(&mut self, gpu: &Gpu, kind: &TargetKind, number: usize) -> Target {
         self.entry(gpu, kind, number, self.size_px)
     }
 
@@ -133,18 +133,18 @@ impl Targets {
     }
 
     /// Returns the picture of a kind, if the latest frame requested it; of several pictures that with number 0.
-    pub fn get(&self, kind: &TargetKind) -> Option<&Target> {
+    pub(crate) fn get(&self, kind: &TargetKind) -> Option<&Target> {
         let mut used = self.targets.iter().filter(|(_, (_, used_in))| *used_in == self.frame);
         used.find(|((name, number, _), _)| *name == kind.name && *number == 0).map(|(_, (target, _))| target)
     }
 
     /// Returns width and height of a whole picture, in pixels.
-    pub fn size_px(&self) -> [u32; 2] {
+    pub(crate) fn size_px(&self) -> [u32; 2] {
         self.size_px
     }
 
     /// Returns the total size on the GPU, in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.targets.values().map(|(target, _)| target.bytes()).sum()
     }
 }

@@ -11,29 +11,29 @@ use super::shader::{MODULES, SHADERS};
 
 /// The source of the texts of shaders.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Texts {
+pub(crate) struct Texts {
     /// The folder to read from; `None` means embedded texts.
     folder: Option<Arc<Path>>,
 }
 
 impl Texts {
     /// Reads shaders from the folder that the variable `HACHURE_SHADERS` names; without it, they are embedded.
-    pub fn of_environment() -> Self {
+    pub(crate) fn of_environment() -> Self {
         Self::of(std::env::var_os("HACHURE_SHADERS").map(PathBuf::from))
     }
 
     /// Reads shaders from `folder`. Those that it lacks are embedded, and without a folder all are.
-    pub fn of(folder: Option<PathBuf>) -> Self {
+    pub(crate) fn of(folder: Option<PathBuf>) -> Self {
         Self { folder: folder.map(Arc::from) }
     }
 
     /// Returns whether the texts are files, which may change.
-    pub fn are_files(&self) -> bool {
+    pub(crate) fn are_files(&self) -> bool {
         self.folder.is_some()
     }
 
     /// Returns the text of the shader `name`; `embedded` is used if the folder lacks it.
-    pub fn text(&self, name: &str, embedded: &'static str) -> Cow<'static, str> {
+    pub(crate) fn text(&self, name: &str, embedded: &'static str) -> Cow<'static, str> {
         let read = self.path(name).and_then(|path| std::fs::read_to_string(path).ok());
         read.map_or(Cow::Borrowed(embedded), Cow::Owned)
     }
@@ -48,20 +48,20 @@ type Stamp = Option<(SystemTime, u64)>;
 
 /// Finds texts that have changed since the last check.
 #[derive(Debug, Default)]
-pub struct Watch {
+pub(crate) struct Watch {
     stamps: FxHashMap<&'static str, Stamp>,
 }
 
 impl Watch {
     /// Starts watching; only later changes count.
-    pub fn new(texts: &Texts) -> Self {
+    pub(crate) fn new(texts: &Texts) -> Self {
         let mut watch = Self::default();
         watch.changed(texts);
         watch
     }
 
     /// Returns the names of the shaders and modules whose files have changed since the last call.
-    pub fn changed(&mut self, texts: &Texts) -> FxHashSet<&'static str> {
+    pub(crate) fn changed(&mut self, texts: &Texts) -> FxHashSet<&'static str> {
         let stamp = |name: &str| {
             let about = std::fs::metadata(texts.path(name)?).ok()?;
             Some((about.modified().ok()?, about.len()))
@@ -80,7 +80,7 @@ impl Watch {
 }
 
 /// Returns the names of `changed` and of all shaders and modules that import one of them, directly or indirectly.
-pub fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'static str> {
+pub(crate) fn made_of(texts: &Texts, changed: &FxHashSet<&'static str>) -> FxHashSet<&'static str> {
     let read = |(name, embedded): &(&'static str, &'static str)| {
         let (path, imports, _) = naga_oil::compose::get_preprocessor_data(&texts.text(name, embedded));
         (*name, path.unwrap_or_default(), imports)

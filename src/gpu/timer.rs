@@ -15,7 +15,7 @@ use super::recorder::Submits;
 use super::{Gpu, GpuError};
 
 /// The name under which the time of the whole frame is listed among its passes.
-pub const FRAME: &str = "frame";
+pub(crate) const FRAME: &str = "frame";
 
 /// The GPU time of one pass in a frame.
 #[derive(Clone, Debug, PartialEq)]

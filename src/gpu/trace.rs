@@ -32,7 +32,7 @@ pub struct Traced {
 /// Sizes of the pictures and buffers that a pass reads and writes in a frame, in bytes. Each resource counts once and
 /// whole, whatever part of it the pass accesses.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct PassBytes {
+pub(crate) struct PassBytes {
     /// Total size of the resources that it reads.
     pub read: u64,
     /// Total size of the resources that it writes.
@@ -41,7 +41,7 @@ pub struct PassBytes {
 
 impl PassBytes {
     /// Sums over all runs of the pass `name` in a frame.
-    pub fn of(trace: &[PassTrace], name: &str) -> Self {
+    pub(crate) fn of(trace: &[PassTrace], name: &str) -> Self {
         let bytes = |uses: fn(&PassTrace) -> &[Traced]| {
             let mut known: Vec<&Traced> = Vec::new();
             for used in trace.iter().filter(|pass| pass.name == name).flat_map(uses) {

@@ -16,7 +16,7 @@ const BUFFERS: usize = 4;
 const BUFFER_S: f64 = 0.03;
 
 /// A ring of up to four staging buffers of 8 MiB.
-pub struct UploadRing {
+pub(crate) struct UploadRing {
     /// How many buffers exist.
     made: usize,
     /// Mapped buffers, ready to be written.
@@ -35,12 +35,12 @@ impl Default for UploadRing {
 
 impl UploadRing {
     /// Returns the size of all staging buffers, in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.made as u64 * BUFFER_BYTES
     }
 
     /// Returns whether a buffer can be written, after creating one if there are fewer than four.
-    pub fn is_ready(&mut self, gpu: &Gpu) -> bool {
+    pub(crate) fn is_ready(&mut self, gpu: &Gpu) -> bool {
         self.ready.extend(self.back.try_iter());
         if self.ready.is_empty() && self.made < BUFFERS {
             self.made += 1;
@@ -57,7 +57,7 @@ impl UploadRing {
     /// Uploads square layers of `side` × `side` texels of four bytes to `texture`, each with the index of its layer: as
     /// many as a frame of `frame_s` seconds may upload. Returns how many were uploaded, which is 0 while the GPU still
     /// reads all buffers.
-    pub fn send(
+    pub(crate) fn send(
         &mut self,
         gpu: &Gpu,
         texture: &wgpu::Texture,

@@ -2,6 +2,8 @@
 //!
 //! Why: `docs/decisions/shaders-and-passes.md`.
 
+#![allow(dead_code, reason = "some constants are used by shaders alone")]
+#![allow(unreachable_pub, reason = "`hachure::internals` shows one of the structs")]
 #![allow(missing_docs, reason = "fields and constants are documented in the shaders where they need it")]
 #![allow(clippy::module_inception, reason = "a folder of shaders may contain a shader of the same name")]
 #![allow(
@@ -10,8 +12,9 @@
 )]
 
 /// The layout of a shared struct in Rust, which a test compares with that of WGSL.
+#[cfg(test)]
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct SharedStruct {
+pub(crate) struct SharedStruct {
     /// Name in WGSL and in Rust.
     pub name: &'static str,
     /// Size in bytes.
@@ -20,6 +23,7 @@ pub struct SharedStruct {
     pub fields: Vec<(&'static str, usize)>,
 }
 
+#[cfg(test)]
 fn describe<T>(name: &'static str, fields: &[(&'static str, usize)]) -> SharedStruct {
     SharedStruct { name, size: size_of::<T>(), fields: fields.to_vec() }
 }

@@ -12,7 +12,7 @@ const MOST_THREADS: usize = 4;
 type Job<T> = Box<dyn FnOnce() -> T + Send>;
 
 /// A pool of threads with a queue of jobs. Dropping it waits for the jobs that have begun, and drops the others.
-pub struct Workers<T> {
+pub(crate) struct Workers<T> {
     jobs: Option<Sender<Job<T>>>,
     done: Receiver<Option<T>>,
     threads: Vec<JoinHandle<()>>,
@@ -40,14 +40,14 @@ impl<T: Send + 'static> Default for Workers<T> {
 
 impl<T: Send + 'static> Workers<T> {
     /// Queues a job, which runs on one of the threads.
-    pub fn start(&mut self, job: impl FnOnce() -> T + Send + 'static) {
+    pub(crate) fn start(&mut self, job: impl FnOnce() -> T + Send + 'static) {
         if let Some(jobs) = &self.jobs {
             self.open += usize::from(jobs.send(Box::new(job)).is_ok());
         }
     }
 
     /// Takes a result, if there is one; does not wait. A job that panicked has no result.
-    pub fn take(&mut self) -> Option<T> {
+    pub(crate) fn take(&mut self) -> Option<T> {
         while let Ok(done) = self.done.try_recv() {
             self.open -= 1;
             if done.is_some() {
@@ -58,7 +58,7 @@ impl<T: Send + 'static> Workers<T> {
     }
 
     /// Returns how many jobs are queued, are running, or have a result that has not been taken.
-    pub fn open(&self) -> usize {
+    pub(crate) fn open(&self) -> usize {
         self.open
     }
 }

@@ -17,17 +17,18 @@ mod hidden;
 mod mirror;
 #[cfg(not(feature = "window"))]
 mod no_mirror;
-pub mod session;
+pub(crate) mod session;
 mod show;
-pub mod stage;
-pub mod swapchains;
-pub mod travel;
+pub(crate) mod stage;
+pub(crate) mod swapchains;
+pub(crate) mod travel;
 
 #[cfg(not(feature = "window"))]
 use no_mirror as mirror;
 
 pub use error::HeadsetError;
-pub use session::{Headset, Runtime};
+pub(crate) use session::Headset;
+pub use session::Runtime;
 
 use crate::frame::{Antialias, Light};
 use crate::gpu::Gpu;

@@ -9,7 +9,7 @@ use crate::scene::view::{Lens, Pose, Rig, View};
 
 /// Placement of the room in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stage {
+pub(crate) struct Stage {
     /// The middle of the floor, in the world.
     pub floor_m: DVec3,
     /// Direction of the room's −z, clockwise from north.
@@ -20,7 +20,7 @@ pub struct Stage {
 
 /// An eye in the room.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Eye {
+pub(crate) struct Eye {
     /// Position in the room.
     pub at_m: DVec3,
     /// Rotation from the eye's axes (x right, y up, −z ahead) to the room's.
@@ -31,25 +31,25 @@ pub struct Eye {
 
 impl Stage {
     /// Returns the rotation from the room's directions to the world's.
-    pub fn world_from_stage(&self) -> DMat3 {
+    pub(crate) fn world_from_stage(&self) -> DMat3 {
         let (sin, cos) = self.heading_rad.sin_cos();
         DMat3::from_cols(DVec3::new(cos, -sin, 0.0), DVec3::Z, DVec3::new(-sin, -cos, 0.0))
     }
 
     /// Converts a position in the room to a position in the world.
-    pub fn place_m(&self, at_m: DVec3) -> DVec3 {
+    pub(crate) fn place_m(&self, at_m: DVec3) -> DVec3 {
         self.floor_m + self.world_from_stage() * at_m * self.scale
     }
 
     /// Turns the room clockwise about a point `at_m` of the room, which stays fixed in the world.
-    pub fn turn_about(&mut self, at_m: DVec3, by_rad: f64) {
+    pub(crate) fn turn_about(&mut self, at_m: DVec3, by_rad: f64) {
         let place_m = self.place_m(at_m);
         self.heading_rad = (self.heading_rad + by_rad).rem_euclid(std::f64::consts::TAU);
         self.floor_m += place_m - self.place_m(at_m);
     }
 
     /// Returns an eye's pose for the renderer.
-    pub fn pose(&self, eye: &Eye) -> Pose {
+    pub(crate) fn pose(&self, eye: &Eye) -> Pose {
         let world_from_eye = self.world_from_stage() * DMat3::from_quat(eye.room_from_eye);
         Pose {
             position_m: self.place_m(eye.at_m),
@@ -62,7 +62,7 @@ impl Stage {
 
     /// Returns the rig of both eyes for the renderer, with its origin between the eyes. `before` is the rig of the
     /// previous frame.
-    pub fn rig(&self, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2], before: Option<&Rig>) -> Rig {
+    pub(crate) fn rig(&self, eyes: &[Eye; 2], sizes_px: [[u32; 2]; 2], before: Option<&Rig>) -> Rig {
         let views = [0, 1].map(|number| {
             let (pose, lens) = (self.pose(&eyes[number]), eyes[number].lens);
             let (was, lens_was) =
@@ -74,7 +74,7 @@ impl Stage {
 }
 
 /// Returns the midpoint between the eyes, in the room.
-pub fn middle_m(eyes: &[Eye; 2]) -> DVec3 {
+pub(crate) fn middle_m(eyes: &[Eye; 2]) -> DVec3 {
     0.5 * (eyes[0].at_m + eyes[1].at_m)
 }
 

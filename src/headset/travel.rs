@@ -31,7 +31,7 @@ const VIGNETTE_LAG_S: f64 = 0.1;
 const LONGEST_STEP_S: f64 = 0.25;
 
 /// Scale of a giant, in world metres per metre of the room: a giant's eyes are 65 m apart.
-pub const GIANT_SCALE: f64 = 1000.0;
+pub(crate) const GIANT_SCALE: f64 = 1000.0;
 /// Height of the ground above a giant's floor, in metres of the room: that of a table.
 const TABLE_M: f64 = 0.7;
 /// Smallest distance of a giant's head from the ground, in metres of the room.
@@ -39,7 +39,7 @@ const GIANT_CLEARANCE_M: f64 = 0.25;
 
 /// Input of the hands in a frame. Sticks are −1 to 1 on each axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct HandInput {
+pub(crate) struct HandInput {
     /// Motion to the right (x) and forward (y).
     pub left_stick: DVec2,
     /// Turn to the right (x) and motion upwards (y).
@@ -56,7 +56,7 @@ pub struct HandInput {
 
 /// State of the motion through the world.
 #[derive(Clone, Debug)]
-pub struct Traveller {
+pub(crate) struct Traveller {
     stage: Stage,
     start: Stage,
     /// Velocity of the room, in m/s of the world.
@@ -69,22 +69,28 @@ pub struct Traveller {
 
 impl Traveller {
     /// Creates a traveller that is at rest at `start`.
-    pub fn new(start: Stage) -> Self {
+    pub(crate) fn new(start: Stage) -> Self {
         Self { stage: start, start, velocity_m_s: DVec3::ZERO, turn_stick_is_spent: false, vignette: 0.0 }
     }
 
     /// Returns the present placement of the room.
-    pub fn stage(&self) -> &Stage {
+    pub(crate) fn stage(&self) -> &Stage {
         &self.stage
     }
 
     /// Returns how dark the border of the picture is, 0 to 1.
-    pub fn vignette(&self) -> f64 {
+    pub(crate) fn vignette(&self) -> f64 {
         self.vignette
     }
 
     /// Advances by `step_s`. `ground_m` returns the height of the ground at a position.
-    pub fn advance(&mut self, hand_input: &HandInput, eyes: &[Eye; 2], step_s: f64, ground_m: impl Fn(DVec2) -> f64) {
+    pub(crate) fn advance(
+        &mut self,
+        hand_input: &HandInput,
+        eyes: &[Eye; 2],
+        step_s: f64,
+        ground_m: impl Fn(DVec2) -> f64,
+    ) {
         let step_s = step_s.clamp(0.0, LONGEST_STEP_S);
         let head_m = middle_m(eyes);
         if hand_input.reset {

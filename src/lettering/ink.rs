@@ -4,7 +4,7 @@ use glam::DVec2;
 
 /// A stroke of a round pen.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PenStroke {
+pub(crate) struct PenStroke {
     /// Points on its centre line, in pixels; y goes down.
     pub points: Vec<DVec2>,
     /// Width of the pen, in pixels.
@@ -13,7 +13,7 @@ pub struct PenStroke {
 
 impl PenStroke {
     /// Returns a straight stroke.
-    pub fn line(from: DVec2, to: DVec2, width_px: f64) -> Self {
+    pub(crate) fn line(from: DVec2, to: DVec2, width_px: f64) -> Self {
         Self { points: vec![from, to], width_px }
     }
 

@@ -2,11 +2,11 @@
 //! report of a benchmark, comparison of pictures and of frames.
 
 pub mod image_compare;
-pub mod lod_error;
-pub mod memory;
-pub mod report;
-pub mod report_html;
-pub mod report_text;
-pub mod statistics;
+pub(crate) mod lod_error;
+pub(crate) mod memory;
+pub(crate) mod report;
+pub(crate) mod report_html;
+pub(crate) mod report_text;
+pub(crate) mod statistics;
 pub mod stereo;
 pub mod temporal;

@@ -12,11 +12,11 @@ use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
 /// Named numbers; the names include their units.
-pub type Metrics = BTreeMap<String, Option<f64>>;
+pub(crate) type Metrics = BTreeMap<String, Option<f64>>;
 
 /// The results of a benchmark, the content of `report.json`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Report {
+pub(crate) struct Report {
     /// The GPU and its driver.
     pub adapter: String,
     /// Width and height of the pictures.
@@ -30,7 +30,7 @@ pub struct Report {
 
 /// The size of a world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct WorldSize {
+pub(crate) struct WorldSize {
     /// Number of height samples at full resolution; null if the heights are procedural.
     pub samples: Option<u64>,
     /// Extent to the east and to the north, in metres.
@@ -39,7 +39,7 @@ pub struct WorldSize {
 
 /// One flight along the camera path with one style.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub(crate) struct Run {
     /// Name of the style.
     pub style: String,
     /// `mono`, `side-by-side` or `anaglyph`.
@@ -84,7 +84,7 @@ pub struct Run {
 
 /// A pass of the frame.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Pass {
+pub(crate) struct Pass {
     /// Name, as in the profiler and `src/frame_passes.md`.
     pub name: String,
     /// GPU time in the frames that ran it; null if the GPU has no timestamp queries.
@@ -102,7 +102,7 @@ pub struct Pass {
 
 /// Percentiles of a pass's time, in milliseconds.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct PassTime {
+pub(crate) struct PassTime {
     /// Median time.
     pub p50: f64,
     /// The time that 95 % of the frames do not exceed.
@@ -113,7 +113,7 @@ pub struct PassTime {
 
 /// Memory in use, in bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Memory {
+pub(crate) struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
     /// Slots on the GPU that hold a tile; `gpu_bytes` includes all slots.
@@ -126,7 +126,7 @@ pub struct Memory {
 
 /// Counts of tiles, counts of late frames, and the time until full detail.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct TileCounts {
+pub(crate) struct TileCounts {
     /// Tiles read and uploaded to the GPU.
     pub loaded: Option<u64>,
     /// Tiles on the GPU that were replaced by others.
@@ -145,7 +145,7 @@ pub struct TileCounts {
 
 /// Time until the terrain has full detail, in milliseconds.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct FullDetail {
+pub(crate) struct FullDetail {
     /// Number of jumps in the recorded frames.
     pub jumps: u64,
     /// Median time.
@@ -156,7 +156,7 @@ pub struct FullDetail {
 
 /// Percentiles of an error of the terrain's mesh, measured or allowed, in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct ErrorPercentiles {
+pub(crate) struct ErrorPercentiles {
     /// Median error.
     pub p50: f64,
     /// The error that 99 % of the frames do not exceed.
@@ -168,7 +168,7 @@ pub struct ErrorPercentiles {
 impl Run {
     /// Computes the statistics of a run's frames. Memory (also that of passes), tiles (except late frames), `temporal`
     /// and `stereo` are left unmeasured, for the caller to fill in.
-    pub fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
+    pub(crate) fn of_frames(style: &str, eyes: &str, frames: &[FrameRecord]) -> Self {
         let passes = pass_names(frames).into_iter().map(|name| {
             let times = frames.iter().flat_map(|frame| &frame.pass_gpu_ms).filter(|(pass, _)| pass == name);
             let times_ms: Vec<f64> = times.map(|&(_, time_ms)| time_ms).collect();
@@ -277,7 +277,7 @@ fn median(counts: impl Iterator<Item = u64>) -> Option<u64> {
 impl Report {
     /// Returns the report's warnings, one line each: for every run in which strokes were left out, and for every run
     /// with frames over the triangle budget.
-    pub fn warnings(&self) -> Vec<String> {
+    pub(crate) fn warnings(&self) -> Vec<String> {
         let strokes = |run: &Run| Some(format!("{}: per frame, up to {}", run.style, run.strokes_left_out?.message()?));
         let terrain = |run: &Run| {
             let (frames, allowed) = (run.over_budget_frames.filter(|frames| *frames > 0)?, run.allowed_error_px?);
@@ -293,7 +293,7 @@ impl Report {
     ///
     /// # Errors
     /// Returns an error if the file cannot be written.
-    pub fn write_json(&self, path: &Path) -> Result<(), FileError> {
+    pub(crate) fn write_json(&self, path: &Path) -> Result<(), FileError> {
         let mut json = serde_json::to_vec_pretty(self).map_err(|error| FileError::write(path, error))?;
         json.push(b'\n');
         atomic::write(path, &json).map_err(|error| FileError::write(path, error))

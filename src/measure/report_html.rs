@@ -44,12 +44,12 @@ const STEADINESS: &str = "Pairs of consecutive frames, compared along exact moti
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> Result<(), FileError> {
+pub(crate) fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> Result<(), FileError> {
     atomic::write(path, html(report, frames).as_bytes()).map_err(|error| FileError::write(path, error))
 }
 
 /// Returns the page as text.
-pub fn html(report: &Report, frames: &[RunFrames]) -> String {
+pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     let [width_px, height_px] = report.size_px;
     let [east_m, north_m] = report.world.extent_m;
     let samples = report.world.samples.map_or("computed heights".to_owned(), |count| format!("{count} samples"));

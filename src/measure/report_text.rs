@@ -35,7 +35,7 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
 ];
 
 /// Returns the tables: what frames cost, and how steady they are if that was measured. A dash (–) marks what was not.
-pub fn table(report: &Report) -> String {
+pub(crate) fn table(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
     let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());

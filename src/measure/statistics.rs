@@ -9,7 +9,7 @@ use crate::lines::strokes::LeftOut;
 
 /// Percentiles by nearest rank: each is one of the measured values.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Percentiles {
+pub(crate) struct Percentiles {
     pub p50: f64,
     /// The value that 95 % of the values do not exceed.
     pub p95: f64,
@@ -20,7 +20,7 @@ pub struct Percentiles {
 
 impl Percentiles {
     /// Returns the percentiles of the finite values; `None` if there are none.
-    pub fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
+    pub(crate) fn of(values: impl IntoIterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
         values.sort_by(f64::total_cmp);
         // With integers, because 0.95 × 20 must give rank 19 exactly.
@@ -31,7 +31,7 @@ impl Percentiles {
 
 /// The measurements of one frame; `None` is not measured.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct FrameRecord {
+pub(crate) struct FrameRecord {
     /// Number of the frame, from 0.
     pub frame: u64,
     /// Time on the camera path, in seconds.
@@ -69,7 +69,7 @@ pub struct FrameRecord {
 
 /// The frames of one run.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct RunFrames {
+pub(crate) struct RunFrames {
     /// Name of the style.
     pub style: String,
     /// `mono`, `side-by-side` or `anaglyph`.
@@ -94,7 +94,7 @@ pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) 
 ///
 /// # Errors
 /// The file cannot be written.
-pub fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError> {
+pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError> {
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());
     let fixed = ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];

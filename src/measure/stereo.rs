@@ -20,13 +20,13 @@ use super::temporal::lines::Fates;
 use super::temporal::{DrawnFrame, LINE_INK, Share, TemporalError};
 
 /// A line has a counterpart if the other eye has ink within this distance.
-pub const REACH_PX: f64 = 2.0;
+pub(crate) const REACH_PX: f64 = 2.0;
 /// Two widths are equal if they differ by no more than this share.
-pub const SAME_WIDTH: f32 = 0.05;
+pub(crate) const SAME_WIDTH: f32 = 0.05;
 
 /// Sums over pairs of values, for their correlation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Correlation {
+pub(crate) struct Correlation {
     count: f64,
     sums: [f64; 2],
     squares: [f64; 2],
@@ -34,7 +34,7 @@ pub struct Correlation {
 }
 
 impl Correlation {
-    pub fn add(&mut self, a: f64, b: f64) {
+    pub(crate) fn add(&mut self, a: f64, b: f64) {
         self.count += 1.0;
         self.sums = [self.sums[0] + a, self.sums[1] + b];
         self.squares = [self.squares[0] + a * a, self.squares[1] + b * b];
@@ -42,7 +42,7 @@ impl Correlation {
     }
 
     /// Returns Pearson's correlation; `None` if either side does not vary.
-    pub fn value(&self) -> Option<f64> {
+    pub(crate) fn value(&self) -> Option<f64> {
         let spread = |i: usize| self.count * self.squares[i] - self.sums[i] * self.sums[i];
         let both = (spread(0) * spread(1)).sqrt();
         (both > 1e-9).then(|| (self.count * self.products - self.sums[0] * self.sums[1]) / both)
@@ -151,7 +151,8 @@ impl StereoTotals {
 }
 
 /// Returns the ink of lines that an eye has and the other one lacks, pixel by pixel; `None` if either has no lines.
-pub fn orphans(own: &DrawnFrame, other: &DrawnFrame) -> Option<Vec<f32>> {
+#[cfg(test)]
+pub(crate) fn orphans(own: &DrawnFrame, other: &DrawnFrame) -> Option<Vec<f32>> {
     let (ink, ink_there) = own.ink.as_ref().zip(other.ink.as_ref())?;
     let seen = [SurfaceOfFrame::new(own), SurfaceOfFrame::new(other)];
     let fates = Fates::of(&Follower { from: &seen[0], to: &seen[1] }, ink, ink_there, REACH_PX, own.strokes.as_ref());

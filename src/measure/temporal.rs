@@ -35,16 +35,16 @@ use rayon::prelude::*;
 use self::follow::{Follower, SurfaceOfFrame, Whose};
 use self::lines::Fates;
 pub use self::read::read_drawn;
-pub use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_out};
+pub(crate) use self::read_strokes::{count_strokes, read_stroke_pictures, strokes_left_out};
 pub use self::totals::TemporalTotals;
 use crate::scene::view::View;
 
 /// Least ink of a line pixel: faint strokes in the far distance have 0.15.
-pub const LINE_INK: f32 = 0.1;
+pub(crate) const LINE_INK: f32 = 0.1;
 /// A line continues if the other frame has one within this distance.
-pub const REACH_PX: f64 = 1.5;
+pub(crate) const REACH_PX: f64 = 1.5;
 /// Least share of a stroke's line pixels that continue if the stroke continues.
-pub const HELD_SHARE: f64 = 0.5;
+pub(crate) const HELD_SHARE: f64 = 0.5;
 
 /// The pictures and strokes of a frame, read back. All pictures are stored row by row, with `view.part.size_px` pixels.
 #[derive(Clone, Debug)]

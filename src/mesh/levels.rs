@@ -25,7 +25,7 @@ pub(crate) const MANY_TRIANGLES: usize = 20_000;
 
 /// A simplified version of a mesh.
 #[derive(Clone, Debug)]
-pub struct Level {
+pub(crate) struct Level {
     /// The mesh, in the coordinates of the full one, with a centre of its own.
     pub mesh: Mesh,
     /// Its distance from the full mesh, in that mesh's unit.

@@ -21,7 +21,7 @@ const ROOM: u64 = 1 << 22;
 
 /// An instance of a mesh. Several may share a mesh.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Standing {
+pub(crate) struct Standing {
     /// Index into [`Placed::meshes`].
     pub mesh: usize,
     /// Position of the mesh's centre in the world, in metres.
@@ -34,7 +34,7 @@ pub struct Standing {
 
 /// The mesh instances of a world.
 #[derive(Clone, Debug, Default)]
-pub struct Placed {
+pub(crate) struct Placed {
     /// The different meshes.
     pub meshes: Vec<Arc<Mesh>>,
     /// The instances, in the order of the scene.
@@ -55,7 +55,7 @@ struct Counts {
 
 /// The capacity of a view for mesh geometry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Room {
+pub(crate) struct Room {
     /// Number of vertices in view.
     pub vertices: u64,
     /// Number of triangles whose edges are found.
@@ -64,7 +64,7 @@ pub struct Room {
 
 /// The placement of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stance {
+pub(crate) struct Stance {
     /// Position of the mesh's origin in the world, in metres.
     pub origin_m: DVec3,
     /// Rotation clockwise as seen from above, in degrees.
@@ -77,7 +77,7 @@ pub struct Stance {
 
 impl Stance {
     /// Returns the rotation and scale of the file's coordinates.
-    pub fn world_from_mesh(&self) -> DMat3 {
+    pub(crate) fn world_from_mesh(&self) -> DMat3 {
         let up = if self.z_up { DMat3::IDENTITY } else { DMat3::from_cols(DVec3::X, DVec3::Z, -DVec3::Y) };
         DMat3::from_rotation_z(-self.yaw_deg.to_radians()) * up * self.scale
     }
@@ -88,7 +88,7 @@ impl Placed {
     ///
     /// # Errors
     /// [`MeshError::TooMany`] if a limit is exceeded.
-    pub fn add(&mut self, mesh: &Arc<Mesh>, stance: &Stance) -> Result<(), MeshError> {
+    pub(crate) fn add(&mut self, mesh: &Arc<Mesh>, stance: &Stance) -> Result<(), MeshError> {
         let number = match self.meshes.iter().position(|known| Arc::ptr_eq(known, mesh)) {
             Some(number) => number,
             None => {
@@ -141,7 +141,7 @@ impl Placed {
     ///
     /// # Errors
     /// [`MeshError::TooMany`] if a limit is exceeded.
-    pub fn add_levels(&mut self, mesh: &Arc<Mesh>, levels: Vec<Level>) -> Result<(), MeshError> {
+    pub(crate) fn add_levels(&mut self, mesh: &Arc<Mesh>, levels: Vec<Level>) -> Result<(), MeshError> {
         self.add_mesh(mesh)?;
         for level in levels.into_iter().take(MOST_LEVELS - 1) {
             let [vertices, triangles] = self.own(&level.mesh);
@@ -162,23 +162,24 @@ impl Placed {
     }
 
     /// Returns the coarser levels of one of [`Placed::meshes`], finest first.
-    pub fn coarser(&self, mesh: usize) -> &[Level] {
+    pub(crate) fn coarser(&self, mesh: usize) -> &[Level] {
         &self.coarser[mesh]
     }
 
     /// Returns the number of vertices of all instances, at their finest levels.
-    pub fn vertices(&self) -> u64 {
+    pub(crate) fn vertices(&self) -> u64 {
         self.all.vertices
     }
 
     /// Limits the capacity of views.
-    pub fn limit_room(&mut self, room: Room) {
+    #[cfg(test)]
+    pub(crate) fn limit_room(&mut self, room: Room) {
         self.limit = Some(room);
     }
 
     /// Returns the capacity of a view: for all instances, or where these are many, for twice the geometry of all
     /// different meshes.
-    pub fn room(&self) -> Room {
+    pub(crate) fn room(&self) -> Room {
         let [vertices, triangles] = self.meshes.iter().fold([0, 0], |[vertices, triangles], mesh| {
             [vertices + mesh.vertices_m.len() as u64, triangles + mesh.triangles.len() as u64]
         });
@@ -191,12 +192,12 @@ impl Placed {
     }
 
     /// Returns the mesh of an instance.
-    pub fn mesh(&self, standing: &Standing) -> &Mesh {
+    pub(crate) fn mesh(&self, standing: &Standing) -> &Mesh {
         &self.meshes[standing.mesh]
     }
 
     /// Returns the distance in metres to the nearest instance's contours, which are on its far sides too.
-    pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
+    pub(crate) fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let distance_m = |standing: &Standing| {
             let radius_m = self.mesh(standing).radius_m * standing.scale;
             (standing.middle_m.distance(camera_m) - radius_m).max(0.2 * radius_m)

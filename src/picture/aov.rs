@@ -25,7 +25,7 @@ use crate::tones::TONE;
 
 /// Naming scheme of channels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Names {
+pub(crate) enum Names {
     /// Hachure's own names: `depth.V`, `position.X`, `normal.X`.
     #[default]
     Hachure,
@@ -120,7 +120,7 @@ pub fn planes(list: &str, style: &Style) -> Result<Vec<Plane>, AovError> {
 ///
 /// # Errors
 /// [`AovError`].
-pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane>, AovError> {
+pub(crate) fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane>, AovError> {
     let mut planes = Vec::new();
     let is_standard = names == Names::Standard;
     for name in list.split(',').map(str::trim).filter(|name| !name.is_empty()) {
@@ -162,7 +162,7 @@ pub fn planes_named(list: &str, names: Names, style: &Style) -> Result<Vec<Plane
 
 impl PlaneSource {
     /// Returns the type of the samples.
-    pub fn kind(self) -> SampleKind {
+    pub(crate) fn kind(self) -> SampleKind {
         match self {
             Self::SurfaceId | Self::Strokes => SampleKind::U32,
             _ => SampleKind::F32,

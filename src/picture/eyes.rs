@@ -5,7 +5,7 @@ use crate::scene::anaglyph::{Glasses, Mix};
 use crate::scene::stereo::Eyes;
 
 /// Selects the bands of the requested eyes of a stereo pair; an anaglyph merges both into one.
-pub fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
+pub(crate) fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
     let asked = bands.into_iter().enumerate().filter(|(eye, _)| eyes.of_pair().contains(eye));
     let mut asked: Vec<_> = asked.map(|(_, band)| band).collect();
     if let (Some(glasses), [left, right]) = (Glasses::of(eyes), asked.as_mut_slice()) {
@@ -16,7 +16,7 @@ pub fn shown(eyes: Eyes, bands: Vec<Band>) -> Vec<Band> {
 }
 
 /// Returns the rows of one eye, or of two side by side, as rows of one picture of `width` pixels.
-pub fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
+pub(crate) fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
     match bands.as_mut_slice() {
         [left, right] => side_by_side(&left.picture, &right.picture, width / 2),
         [band, ..] => std::mem::take(&mut band.picture),
@@ -25,7 +25,7 @@ pub fn joined(width: u32, mut bands: Vec<Band>) -> Vec<[f32; 4]> {
 }
 
 /// Joins rows of `width` pixels each: those of the left eye on the left, those of the right eye on the right.
-pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
+pub(crate) fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
     let width = width as usize;
     left.chunks_exact(width)
         .zip(right.chunks_exact(width))
@@ -36,7 +36,7 @@ pub fn side_by_side<T: Copy>(left: &[T], right: &[T], width: u32) -> Vec<T> {
 }
 
 /// Returns an anaglyph for glasses with a red filter for the left eye and a cyan one for the right.
-pub fn anaglyph(left: &[[f32; 4]], right: &[[f32; 4]], glasses: Glasses) -> Vec<[f32; 4]> {
+pub(crate) fn anaglyph(left: &[[f32; 4]], right: &[[f32; 4]], glasses: Glasses) -> Vec<[f32; 4]> {
     let [of_left, of_right] = glasses.mixes();
     let part = |matrix: &Mix, color: &[f32; 4], channel: usize| -> f32 {
         matrix[channel].iter().zip(color).map(|(weight, value)| weight * value).sum()

@@ -229,10 +229,10 @@ impl Imprint {
 }
 
 /// Allowed range of dots per inch.
-pub const DPI_RANGE: [f64; 2] = [1.0, 10_000.0];
+pub(crate) const DPI_RANGE: [f64; 2] = [1.0, 10_000.0];
 
 /// Returns the matrices of a camera for the attributes of an EXR.
-pub fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
+pub(crate) fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
     let turn = DMat4::from_cols(
         DVec4::from((pose.right, 0.0)),
         DVec4::from((pose.up, 0.0)),

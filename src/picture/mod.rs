@@ -8,17 +8,17 @@
 //! Why: `docs/decisions/large-pictures.md`.
 
 pub mod aov;
-pub mod eyes;
-pub mod imprint;
+pub(crate) mod eyes;
+pub(crate) mod imprint;
 mod ink;
 mod ink_lines;
-pub mod nearest;
+pub(crate) mod nearest;
 mod report;
-pub mod sheets;
-pub mod show;
-pub mod strokes;
-pub mod supersampling;
-pub mod title;
+pub(crate) mod sheets;
+pub(crate) mod show;
+pub(crate) mod strokes;
+pub(crate) mod supersampling;
+pub(crate) mod title;
 
 use std::path::Path;
 
@@ -68,7 +68,7 @@ impl Default for PartRule {
 
 impl PartRule {
     /// Returns whether a picture of this size has few enough pixels to be one part.
-    pub fn is_whole(&self, size_px: [u32; 2]) -> bool {
+    pub(crate) fn is_whole(&self, size_px: [u32; 2]) -> bool {
         u64::from(size_px[0]) * u64::from(size_px[1]) <= self.whole_px
     }
 }

@@ -18,7 +18,7 @@ const SIZE_PX: [u32; 2] = [96, 54];
 ///
 /// # Errors
 /// Those of [`Renderer::render`].
-pub fn nearest_m(
+pub(crate) fn nearest_m(
     gpu: &Gpu,
     renderer: &mut Renderer,
     world: &mut Surfaces,

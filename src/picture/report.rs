@@ -39,7 +39,7 @@ pub struct PictureReport {
 
 impl PictureReport {
     /// Adds the report of another picture: times and counts are summed.
-    pub fn append(&mut self, other: Self) {
+    pub(crate) fn append(&mut self, other: Self) {
         for time in other.passes {
             self.add_time(time);
         }

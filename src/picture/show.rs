@@ -12,7 +12,7 @@ use crate::style::color::srgb_from_linear;
 
 /// An intermediate image of a frame.
 #[derive(Clone, Debug)]
-pub struct ShownPicture {
+pub(crate) struct ShownPicture {
     /// Size in pixels; the layers of an array are placed side by side.
     pub size_px: [u32; 2],
     texels: Texels,
@@ -30,7 +30,7 @@ enum Texels {
 
 /// Why an image cannot be shown.
 #[derive(Debug, thiserror::Error)]
-pub enum ShowError {
+pub(crate) enum ShowError {
     /// No pass of the frame reads or writes an image of this name.
     #[error("--show {}: the frame has no such image; available: {}", shown(name), known.join(", "))]
     Unknown {
@@ -54,7 +54,7 @@ pub enum ShowError {
 
 /// Returns the images that passes read or write, by name, in the order of first use. If two have the same name, the
 /// last used one is returned.
-pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
+pub(crate) fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
     let mut pictures: Vec<(&'static str, &wgpu::Texture)> = Vec::new();
     for used in trace.iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes)) {
         let Some(texture) = &used.texture else { continue };
@@ -71,7 +71,7 @@ pub fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture)> {
 ///
 /// # Errors
 /// [`ShowError`].
-pub fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]) -> Result<ShownPicture, ShowError> {
+pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]) -> Result<ShownPicture, ShowError> {
     let pictures = pictures(trace);
     let wanted = name.replace('-', " ");
     let Some(&(name, texture)) = pictures.iter().find(|(known, _)| known.replace('-', " ") == wanted) else {
@@ -143,7 +143,7 @@ fn texels(format: Format, bytes: &[u8]) -> Option<Texels> {
 
 impl ShownPicture {
     /// Returns all channels without loss: `Y` for one, `R`, `G`, `B`, `A` for several, `id` for integer ids.
-    pub fn channels(self) -> Vec<Channel> {
+    pub(crate) fn channels(self) -> Vec<Channel> {
         let named = |name: &str, samples| Channel { name: name.to_owned(), samples };
         match self.texels {
             Texels::Ids(ids) => vec![named("id", Samples::U32(ids))],
@@ -159,7 +159,7 @@ impl ShownPicture {
     /// within 0 to 1 are taken as linear colour. Values within 0 to 1 are shown as they are, values within −1 to 1 with
     /// 0 as middle grey, all others scaled from the smallest to the largest. Depth is scaled by its logarithm. Each id
     /// has its own colour, and id 0 is black. NaN is magenta.
-    pub fn rgba8(&self) -> Vec<u8> {
+    pub(crate) fn rgba8(&self) -> Vec<u8> {
         let pixels = self.size_px.map(|side| side as usize).into_iter().product();
         let grey = |value: f32| {
             if value.is_nan() { [255, 0, 255] } else { [(value.clamp(0.0, 1.0) * 255.0).round() as u8; 3] }

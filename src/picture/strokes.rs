@@ -22,13 +22,13 @@ use super::ink_lines::InkLines;
 use super::{PictureReport, PictureRequest, ink_lines};
 
 /// Largest number of pixels of a picture: about 2.5 GiB on the GPU.
-pub const MOST_PX: u64 = 32 << 20;
+pub(crate) const MOST_PX: u64 = 32 << 20;
 /// Factor by which each side of the picture is enlarged to trace marks.
-pub const FINER: u32 = 2;
+pub(crate) const FINER: u32 = 2;
 
 /// Why strokes cannot be rendered.
 #[derive(Debug, thiserror::Error)]
-pub enum StrokesError {
+pub(crate) enum StrokesError {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
@@ -48,7 +48,7 @@ pub enum StrokesError {
 
 /// The vector lines of a picture.
 #[derive(Clone, Debug, Default)]
-pub struct Drawn {
+pub(crate) struct Drawn {
     /// Strokes of each eye; the left eye of a stereo pair comes first.
     pub strokes: Vec<Vec<Polyline>>,
     /// Marks below the strokes, from the bottom to the top: one group for each ink, or for each of its families or
@@ -62,7 +62,7 @@ pub struct Drawn {
 
 /// Returns whether a style has marks that can become vector lines. Rims do not count: every style
 /// has them.
-pub fn has_marks(style: &Style) -> bool {
+pub(crate) fn has_marks(style: &Style) -> bool {
     let is_mark = |ink: &StyleInk| match ink.ink.trace {
         Trace::LeftOut(_) | Trace::Strokes => false,
         Trace::Picture | Trace::Sets(_) | Trace::Rows { .. } => {
@@ -77,7 +77,7 @@ pub fn has_marks(style: &Style) -> bool {
 ///
 /// # Errors
 /// [`StrokesError`].
-pub fn render_strokes(
+pub(crate) fn render_strokes(
     gpu: &Gpu,
     renderer: &mut Option<Renderer>,
     world: &mut Surfaces,

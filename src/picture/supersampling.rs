@@ -7,7 +7,7 @@ use glam::DVec2;
 
 /// Returns the offset of the content of each of `samples` frames, in pixels, from −0.5 to 0.5 on each axis. A single
 /// frame is not moved.
-pub fn jitters_px(samples: u32) -> Vec<DVec2> {
+pub(crate) fn jitters_px(samples: u32) -> Vec<DVec2> {
     if samples <= 1 {
         return vec![DVec2::ZERO];
     }
@@ -15,13 +15,13 @@ pub fn jitters_px(samples: u32) -> Vec<DVec2> {
 }
 
 /// Returns the offset of a frame, in pixels; frames are numbered from 1.
-pub fn jitter_px(number: u32) -> DVec2 {
+pub(crate) fn jitter_px(number: u32) -> DVec2 {
     DVec2::new(halton(number, 2), halton(number, 3)) - 0.5
 }
 
 /// Returns the offset and the weight of each frame of a picture. AOV channels are read from the first frame, which is
 /// not moved if there are any.
-pub fn samples(samples: u32, has_planes: bool) -> Vec<(DVec2, f32)> {
+pub(crate) fn samples(samples: u32, has_planes: bool) -> Vec<(DVec2, f32)> {
     let first = (has_planes && samples > 1).then_some((DVec2::ZERO, 0.0));
     let weight = 1.0 / samples.max(1) as f32;
     first.into_iter().chain(jitters_px(samples).into_iter().map(|jitter_px| (jitter_px, weight))).collect()

@@ -37,7 +37,7 @@ const LEAST_BAR: f64 = 36.0;
 
 /// The contents of a title block.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Words {
+pub(crate) struct Words {
     /// Title in large letters; may be empty.
     pub title: String,
     /// Text in small letters below the title.
@@ -48,7 +48,7 @@ pub struct Words {
 
 /// The scale of a map.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MapScale {
+pub(crate) struct MapScale {
     /// Metres in the world per pixel.
     pub m_per_px: f64,
     /// Millimetres on paper per pixel, if the paper has a size.
@@ -57,7 +57,7 @@ pub struct MapScale {
 
 /// A title block, ready to be drawn.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Block {
+pub(crate) struct Block {
     /// Strokes in pixels of the picture.
     pub strokes: Vec<PenStroke>,
     /// Colour of all strokes.
@@ -68,13 +68,13 @@ pub struct Block {
 
 /// Returns the height of blank paper below a picture, in addition to the margin, that a title block needs on `paper`.
 /// `px` is the number of pixels per pixel of the style.
-pub fn foot_px(paper: &Paper, px: f64) -> f32 {
+pub(crate) fn foot_px(paper: &Paper, px: f64) -> f32 {
     let needed = (HEIGHT * px).ceil() as f32 - paper.margin_px.floor();
     needed.max(paper.foot_px).max(0.0)
 }
 
 /// Returns the largest round length that is at most `most_m`: 1, 2 or 5 times a power of ten, in metres.
-pub fn round_m(most_m: f64) -> f64 {
+pub(crate) fn round_m(most_m: f64) -> f64 {
     let power = 10.0_f64.powf(most_m.log10().floor());
     [5.0, 2.0, 1.0]
         .into_iter()
@@ -89,7 +89,7 @@ fn length(metres: f64) -> String {
 }
 
 /// Formats a whole number with a space before each group of three digits: `12 500`.
-pub fn grouped(number: f64) -> String {
+pub(crate) fn grouped(number: f64) -> String {
     let digits = format!("{:.0}", number.abs());
     let mut text = String::new();
     for (i, digit) in digits.chars().enumerate() {
@@ -110,7 +110,7 @@ fn fraction(scale: &MapScale) -> Option<String> {
 
 /// Lays out the title block of a picture of `size_px`. Foot and margin of `paper` must have room for it ([`foot_px`]).
 /// `px` is the number of pixels per pixel of the style.
-pub fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
+pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
     let mut page = Page { strokes: Vec::new(), replaced: Vec::new() };
     let [width, height] = size_px.map(f64::from);
     let [margin, foot] = [paper.margin_px, paper.foot_px].map(f64::from);
@@ -224,7 +224,7 @@ impl Page {
 
 impl Block {
     /// Draws the block into a band of a picture that is `width` pixels wide.
-    pub fn draw(&self, band: &mut Band, width: usize) {
+    pub(crate) fn draw(&self, band: &mut Band, width: usize) {
         let ink = self.ink.linear();
         let highest = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y).fold(f64::MAX, f64::min);
         for (i, row) in band.picture.chunks_exact_mut(width.max(1)).enumerate() {
@@ -241,7 +241,7 @@ impl Block {
     }
 
     /// Returns the strokes as polylines, for vector output.
-    pub fn polylines(&self) -> Vec<Polyline> {
+    pub(crate) fn polylines(&self) -> Vec<Polyline> {
         let polyline = |stroke: &PenStroke| {
             let half_width_px = 0.5 * stroke.width_px as f32;
             let point = |at: &DVec2| PolylinePoint { px: [at.x as f32, at.y as f32], half_width_px, ink: 1.0 };

@@ -170,7 +170,7 @@ impl PyramidError {
     }
 
     /// Returns whether trying again at once is pointless, because the reader has already made all sensible attempts.
-    pub fn is_final(&self) -> bool {
+    pub(crate) fn is_final(&self) -> bool {
         match self {
             Self::Remote(error) => error.is_final(),
             Self::Unread { .. } => true,
@@ -190,7 +190,7 @@ impl PyramidError {
     }
 
     /// Returns the error with its causes, in one line.
-    pub fn message(&self) -> String {
+    pub(crate) fn message(&self) -> String {
         crate::file::one_line(&chain(self))
     }
 

@@ -1,7 +1,7 @@
 //! The tile pyramid: a cloud-optimised GeoTIFF of heights with a sidecar file that holds the measured errors of its
 //! tiles, and the other sources of tiles that have the same interface.
 //!
-//! [`bake()`] writes a pyramid from a height grid, [`Pyramid::open`] reads it, [`store::open_or_bake`] bakes only if
+//! [`bake()`] writes a pyramid from a height grid, [`Pyramid::open`] reads it, [`store::open_or_bake_file`] bakes only if
 //! necessary, and [`TileStore`] is the interface of all sources of tiles.
 //!
 //! The submodules are listed in order of dependency: a module uses only submodules listed before its own, and within
@@ -19,10 +19,10 @@
 //!
 //! Why: `docs/decisions/cog-pyramid.md`.
 
-pub mod tile;
+pub(crate) mod tile;
 mod error;
-pub mod surface;
-pub mod format;
+pub(crate) mod surface;
+pub(crate) mod format;
 pub mod bake;
 pub mod store;
 
@@ -31,4 +31,5 @@ pub use error::PyramidError;
 pub use store::{Pyramid, TileStore};
 pub use surface::levels::LevelSize;
 pub use surface::loaded_tile::LoadedTile;
-pub use tile::TileAddress;
+pub use surface::statistics::{PatchPage, PatchStatistics, TileStatistics, Voids};
+pub use tile::{Tile, TileAddress};

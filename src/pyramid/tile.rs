@@ -1,18 +1,18 @@
 //! Tiles of heights: their addresses, their sizes, and the bit that marks a sample as no-data.
 
 /// Number of samples along the side of a tile.
-pub const TILE_SAMPLES: u32 = crate::gpu::wgsl::shared::terrain::TILE_SAMPLES as u32;
+pub(crate) const TILE_SAMPLES: u32 = crate::gpu::wgsl::shared::terrain::TILE_SAMPLES as u32;
 
 /// Number of border samples on each side of a tile, copied from its neighbours: as many as the surface needs up to half
 /// a sample beyond the tile's own.
-pub const TILE_BORDER: u32 = crate::gpu::wgsl::shared::terrain::TILE_BORDER as u32;
+pub(crate) const TILE_BORDER: u32 = crate::gpu::wgsl::shared::terrain::TILE_BORDER as u32;
 
 /// Number of samples in a row of a tile, borders included.
-pub const TILE_STRIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
+pub(crate) const TILE_STRIDE: u32 = TILE_SAMPLES + 2 * TILE_BORDER;
 
 /// Number of quads along the side of a mesh patch. Small patches follow the terrain more closely: with 32, the same
 /// error bound took half as many triangles again, and 1.4 times as long on a software driver.
-pub const PATCH_QUADS: u32 = 16;
+pub(crate) const PATCH_QUADS: u32 = 16;
 
 /// The address of a tile. The tile's own samples are the columns 256 x … 256 x + 255 and the rows 256 y … 256 y + 255
 /// of its level.
@@ -36,7 +36,7 @@ pub struct Tile {
 }
 
 /// Returns whether a served height is no-data, which its lowest mantissa bit says.
-pub fn is_void(served: f32) -> bool {
+pub(crate) fn is_void(served: f32) -> bool {
     served.to_bits() & 1 == 1
 }
 

@@ -10,7 +10,7 @@ pub const BLOCK_BYTES: u64 = 64 * 1024;
 
 /// A block of a file.
 #[derive(Debug, PartialEq, Eq)]
-pub struct Block {
+pub(crate) struct Block {
     /// Its first byte is at this times [`BLOCK_BYTES`].
     pub index: u64,
     pub bytes: Vec<u8>,

@@ -22,7 +22,8 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use super::{Block, Fnv};
+use super::Fnv;
+use super::blocks::Block;
 
 const MAGIC: &[u8; 8] = b"HACHBLK1";
 const HEAD_BYTES: usize = 8 + 8 + 8 + 4 + 8;

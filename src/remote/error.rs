@@ -83,12 +83,12 @@ fn times(tries: u32) -> String {
 
 impl RemoteError {
     /// Returns whether further tries are useless.
-    pub fn is_final(&self) -> bool {
+    pub(crate) fn is_final(&self) -> bool {
         !matches!(self, Self::Cancelled | Self::Io { .. })
     }
 
     /// Returns whether the file may not exist: some servers deny access to files that they do not have.
-    pub fn is_absent(&self) -> bool {
+    pub(crate) fn is_absent(&self) -> bool {
         matches!(self, Self::NotFound { .. } | Self::Denied { .. })
     }
 }

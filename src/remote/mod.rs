@@ -18,12 +18,12 @@
 #![cfg_attr(not(feature = "network"), allow(dead_code, reason = "some items are used by the network code alone"))]
 
 mod url;
-mod blocks;
+pub(crate) mod blocks;
 #[cfg(feature = "network")]
 mod bucket;
-mod disk;
+pub(crate) mod disk;
 mod error;
-mod file;
+pub(crate) mod file;
 #[cfg(feature = "network")]
 mod http;
 #[cfg_attr(not(feature = "network"), path = "no_network.rs")]
@@ -34,19 +34,17 @@ mod settings;
 mod traffic;
 mod transport;
 
-pub use self::url::{is_remote, name_of, sidecar_url};
-pub use blocks::{BLOCK_BYTES, Block};
-pub use disk::{CachedBlock, inspect};
+pub(crate) use self::url::{name_of, sidecar_url};
 pub use error::RemoteError;
-pub use file::{HeldBlocks, RemoteFile};
+pub(crate) use file::RemoteFile;
 pub use settings::Settings;
 pub use traffic::Traffic;
 
 /// Called now and then while waiting; returns true when the bytes are no longer needed.
-pub type Cancelled<'a> = &'a (dyn Fn() -> bool + Sync);
+pub(crate) type Cancelled<'a> = &'a (dyn Fn() -> bool + Sync);
 
 /// A [`Cancelled`] that never cancels.
-pub fn never() -> bool {
+pub(crate) fn never() -> bool {
     false
 }
 

@@ -31,18 +31,18 @@ pub(super) struct RemoteUrl {
 }
 
 /// Returns whether the text is the URL of a remote file: `http://`, `https://` or `s3://`.
-pub fn is_remote(location: &str) -> bool {
+pub(crate) fn is_remote(location: &str) -> bool {
     scheme(location).is_some_and(|scheme| matches!(scheme.as_str(), "http" | "https" | "s3"))
 }
 
 /// Returns the URL of a sidecar file: `suffix` is appended to the path, before any query.
-pub fn sidecar_url(location: &str, suffix: &str) -> String {
+pub(crate) fn sidecar_url(location: &str, suffix: &str) -> String {
     let end = if is_remote(location) { location.find(['?', '#']).unwrap_or(location.len()) } else { location.len() };
     format!("{}{suffix}{}", &location[..end], &location[end..])
 }
 
 /// Returns a URL for messages, without parts that may be secret.
-pub fn name_of(location: &str) -> String {
+pub(crate) fn name_of(location: &str) -> String {
     let without_query = location.split(['?', '#']).next().unwrap_or_default();
     let Some((scheme, rest)) = without_query.split_once("://") else { return without_query.to_owned() };
     let (authority, path) = rest.split_at(rest.find('/').unwrap_or(rest.len()));

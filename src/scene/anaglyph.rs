@@ -3,11 +3,11 @@
 use super::stereo::Eyes;
 
 /// A 3 × 3 matrix; its rows give linear red, green and blue.
-pub type Mix = [[f32; 3]; 3];
+pub(crate) type Mix = [[f32; 3]; 3];
 
 /// How an anaglyph treats colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Glasses {
+pub(crate) enum Glasses {
     /// Coloured: as much colour as red-cyan glasses let through, with little crosstalk (Dubois).
     Coloured,
     /// Greyscale: each eye sees the luma of its picture, without crosstalk as far as the glasses separate the colours.
@@ -36,7 +36,7 @@ const GREY_RIGHT: Mix = [[0.0; 3], LUMA, LUMA];
 
 impl Glasses {
     /// Returns the kind of anaglyph for a choice of eyes; `None` if it is not an anaglyph.
-    pub fn of(eyes: Eyes) -> Option<Self> {
+    pub(crate) fn of(eyes: Eyes) -> Option<Self> {
         match eyes {
             Eyes::Anaglyph => Some(Self::Coloured),
             Eyes::GreyAnaglyph => Some(Self::Grey),
@@ -45,7 +45,7 @@ impl Glasses {
     }
 
     /// Returns the matrices of the left eye's and the right eye's colour.
-    pub fn mixes(self) -> [&'static Mix; 2] {
+    pub(crate) fn mixes(self) -> [&'static Mix; 2] {
         match self {
             Self::Coloured => [&LEFT, &RIGHT],
             Self::Grey => [&GREY_LEFT, &GREY_RIGHT],

@@ -8,10 +8,10 @@ use glam::DVec3;
 use crate::file::message::shown;
 
 /// Smallest and largest vertical field of view, in degrees.
-pub const FOV_RANGE_DEG: [f64; 2] = [0.1, 170.0];
+pub(crate) const FOV_RANGE_DEG: [f64; 2] = [0.1, 170.0];
 
 /// Largest absolute coordinate: more than twice the earth's circumference, and small enough that nothing overflows.
-pub const LARGEST_COORDINATE_M: f64 = 1e8;
+pub(crate) const LARGEST_COORDINATE_M: f64 = 1e8;
 
 /// Largest absolute yaw: 1000 turns, so that fractions of a degree keep their digits.
 const LARGEST_YAW_DEG: f64 = 360_000.0;
@@ -92,7 +92,7 @@ impl Camera {
     ///
     /// # Errors
     /// The first field that is not a number or is out of range.
-    pub fn from_fields(fields: [&str; 6]) -> Result<Self, CameraError> {
+    pub(crate) fn from_fields(fields: [&str; 6]) -> Result<Self, CameraError> {
         let z = fields[2].trim();
         let height_above_ground = z.starts_with('+');
         let z = z.strip_prefix('+').unwrap_or(z);

@@ -5,7 +5,7 @@
 //! about 0.13 by day. At 100 km the drop is 785 m without refraction and 683 m with it.
 
 /// The mean radius of the earth in metres (IUGG).
-pub const RADIUS_M: f64 = 6_371_008.8;
+pub(crate) const RADIUS_M: f64 = 6_371_008.8;
 
 /// The earth as a sphere, seen through refracting air.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,7 +16,7 @@ pub struct Earth {
 
 impl Earth {
     /// Returns the inverse of the effective radius, (1 − k) / R, per metre.
-    pub fn inverse_radius(&self) -> f64 {
+    pub(crate) fn inverse_radius(&self) -> f64 {
         (1.0 - self.refraction) / RADIUS_M
     }
 }

@@ -6,11 +6,11 @@ use std::path::Path;
 use super::Scene;
 use super::scene_file::SceneError;
 use crate::mesh::{Mesh, MeshError, obj};
-use crate::source::{Progress, Silent};
+use crate::source::Progress;
 
 /// A built-in scene.
 #[derive(Debug, PartialEq)]
-pub struct EmbeddedScene {
+pub(crate) struct EmbeddedScene {
     /// Its name, as given for WORLD on the command line.
     pub name: &'static str,
     text: &'static str,
@@ -19,7 +19,7 @@ pub struct EmbeddedScene {
 }
 
 /// All built-in scenes, sorted by name.
-pub static SCENES: [EmbeddedScene; 4] = [
+pub(crate) static SCENES: [EmbeddedScene; 4] = [
     EmbeddedScene { name: "continent", text: include_str!("../../terrain/continent.toml"), models: &[] },
     EmbeddedScene { name: "continent_small", text: include_str!("../../terrain/continent_small.toml"), models: &[] },
     EmbeddedScene { name: "forest", text: include_str!("../../terrain/forest.toml"), models: &[] },
@@ -31,7 +31,7 @@ pub static SCENES: [EmbeddedScene; 4] = [
 ];
 
 /// The built-in camera paths, sorted by name.
-pub const PATHS: [(&str, &str); 4] = [
+pub(crate) const PATHS: [(&str, &str); 4] = [
     ("ascent", include_str!("../../terrain/paths/ascent.csv")),
     ("teleport", include_str!("../../terrain/paths/teleport.csv")),
     ("tour", include_str!("../../terrain/paths/tour.csv")),
@@ -39,13 +39,13 @@ pub const PATHS: [(&str, &str); 4] = [
 ];
 
 /// Returns the scene that WORLD names, unless a file of that name exists.
-pub fn scene(world: &str) -> Option<&'static EmbeddedScene> {
+pub(crate) fn scene(world: &str) -> Option<&'static EmbeddedScene> {
     let found = SCENES.iter().find(|scene| scene.name == world)?;
     is_free(world.as_ref()).then_some(found)
 }
 
 /// Returns the text of the camera path of that name, unless a file of that name exists.
-pub fn path(name: &Path) -> Option<&'static str> {
+pub(crate) fn path(name: &Path) -> Option<&'static str> {
     let (_, text) = PATHS.iter().find(|(known, _)| Path::new(known) == name)?;
     is_free(name).then_some(text)
 }
@@ -56,7 +56,7 @@ fn is_free(name: &Path) -> bool {
 }
 
 /// Returns the names of all built-in scenes, for messages.
-pub fn scene_names() -> String {
+pub(crate) fn scene_names() -> String {
     SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
 }
 
@@ -65,7 +65,7 @@ impl EmbeddedScene {
     ///
     /// # Errors
     /// None in practice: a test parses every built-in scene.
-    pub fn read(&'static self) -> Result<Scene, SceneError> {
+    pub(crate) fn read(&'static self) -> Result<Scene, SceneError> {
         let scene = Scene::parse(Path::new(self.name), self.text)?;
         Ok(Scene { file: None, embedded: Some(self), ..scene })
     }
@@ -80,15 +80,7 @@ impl Scene {
     ///
     /// # Errors
     /// [`MeshError::Read`].
-    pub fn read_mesh(&self, file: &Path) -> Result<Mesh, MeshError> {
-        self.read_mesh_with(file, &Silent)
-    }
-
-    /// Reads a model like [`Scene::read_mesh`], with progress for long files.
-    ///
-    /// # Errors
-    /// [`MeshError::Read`].
-    pub fn read_mesh_with(&self, file: &Path, progress: &dyn Progress) -> Result<Mesh, MeshError> {
+    pub(crate) fn read_mesh_with(&self, file: &Path, progress: &dyn Progress) -> Result<Mesh, MeshError> {
         match self.embedded.and_then(|scene| scene.model(file)) {
             Some(text) => obj::parse(file.display().to_string(), text.as_bytes())
                 .map_err(|cause| MeshError::Read { path: file.to_owned(), cause }),
@@ -122,7 +114,7 @@ mod tests {
             for mesh in &scene.meshes {
                 // The working directory of tests has no such file: it can only come from the program.
                 assert!(!mesh.file.exists(), "{}", mesh.file.display());
-                assert!(!scene.read_mesh(&mesh.file).unwrap().triangles.is_empty());
+                assert!(!scene.read_mesh_with(&mesh.file, &crate::source::Silent).unwrap().triangles.is_empty());
             }
         }
         for (name, text) in PATHS {

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-pub use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
+pub(crate) use crate::gpu::wgsl::shared::focus::Focus as FocusUniform;
 use crate::gpu::wgsl::shared::focus::{AT_DISTANCE, AT_PLACE, NO_FOCUS, ON_PICTURE, THINNER};
 use crate::gpu::wgsl::shared::view::View as ViewUniform;
 
@@ -64,7 +64,7 @@ pub struct SceneFocus {
 }
 
 /// Default share of the contrast that is lost far from the focus.
-pub const STRENGTH: f64 = 0.7;
+pub(crate) const STRENGTH: f64 = 0.7;
 
 impl std::fmt::Display for SceneFocus {
     /// Writes `EAST,NORTH,RADIUS,STRENGTH`, which can be parsed again.
@@ -124,7 +124,7 @@ impl SceneFocus {
     ///
     /// # Errors
     /// The key in the scene's section `focus`, and the cause.
-    pub fn check(&self) -> Result<(), (&'static str, &'static str)> {
+    pub(crate) fn check(&self) -> Result<(), (&'static str, &'static str)> {
         let heights_m = self.height_m.unwrap_or(0.0);
         if !self.place_m.is_finite() || !heights_m.is_finite() {
             return Err(("focus.place", "it must be an east, a north and optionally a height, in finite metres"));
@@ -139,7 +139,7 @@ impl SceneFocus {
     }
 
     /// Returns the focus in the world's frame.
-    pub fn focus(&self) -> Focus {
+    pub(crate) fn focus(&self) -> Focus {
         let (at_m, has_height) = (self.place_m.extend(self.height_m.unwrap_or(0.0)), self.height_m.is_some());
         let about = FocusAbout::Place { at_m, has_height, up: DVec3::Z };
         Focus { about, extent: self.radius_m, strength: self.strength }
@@ -150,7 +150,7 @@ impl Focus {
     /// Returns the focus for a rig at `origin_m` in the world. `bend` maps positions on the flat map, relative to that
     /// origin, to positions on the curved earth.
     #[must_use]
-    pub fn seen_from(self, origin_m: DVec3, bend: impl Fn(DVec3) -> DVec3) -> Self {
+    pub(crate) fn seen_from(self, origin_m: DVec3, bend: impl Fn(DVec3) -> DVec3) -> Self {
         let FocusAbout::Place { at_m, has_height, .. } = self.about else { return self };
         let flat_m = at_m - origin_m;
         let up = (bend(flat_m + DVec3::Z) - bend(flat_m)).normalize_or(DVec3::Z);
@@ -158,7 +158,7 @@ impl Focus {
     }
 
     /// Returns the remaining contrast, 0 to 1, of a point `at_m` from the rig's origin that is seen at pixel `px`.
-    pub fn left(&self, view: &ViewUniform, at_m: [f32; 3], px: [f32; 2]) -> f32 {
+    pub(crate) fn left(&self, view: &ViewUniform, at_m: [f32; 3], px: [f32; 2]) -> f32 {
         let at_m = DVec3::from_array(at_m.map(f64::from));
         let off = match self.about {
             FocusAbout::Distance { distance_m } => {
@@ -180,7 +180,7 @@ impl Focus {
     }
 
     /// Returns the relative width of a line where the share `left` of its contrast remains.
-    pub fn width(left: f32) -> f32 {
+    pub(crate) fn width(left: f32) -> f32 {
         1.0 - THINNER * (1.0 - left)
     }
 }
@@ -191,12 +191,12 @@ const FOCUS: BufferKind = BufferKind::storage("focus");
 
 impl FocusUniform {
     /// Uploads the focus and returns its binding for the passes of this frame.
-    pub fn on_gpu(recorder: &mut Recorder<'_>, focus: Option<&Focus>) -> Resource {
+    pub(crate) fn on_gpu(recorder: &mut Recorder<'_>, focus: Option<&Focus>) -> Resource {
         recorder.upload(&FOCUS, &[Self::new(focus)]).binding()
     }
 
     /// Converts the focus of a frame's light to its GPU form.
-    pub fn new(focus: Option<&Focus>) -> Self {
+    pub(crate) fn new(focus: Option<&Focus>) -> Self {
         let Some(&Focus { about, extent, strength }) = focus else {
             return Self { about: NO_FOCUS, ..Self::default() };
         };

@@ -40,7 +40,7 @@ pub struct Species {
     pub share: f64,
     /// Mean height of a tree, in metres.
     pub height_m: f64,
-    /// Heights above the sea between which it grows, in metres; it becomes rarer over [`Species::FADES_OVER_M`] beyond
+    /// Heights above the sea between which it grows, in metres; it becomes rarer over 100 m beyond
     /// them.
     pub heights_m: [f64; 2],
     /// Preferred aspect of slopes, clockwise from north, in degrees.
@@ -72,7 +72,7 @@ pub enum Form {
 
 impl Form {
     /// Returns the name of a generated form in scene files; `None` for a model.
-    pub fn name(self) -> Option<&'static str> {
+    pub(crate) fn name(self) -> Option<&'static str> {
         match self {
             Self::Conifer => Some("conifer"),
             Self::Broadleaf => Some("broadleaf"),
@@ -94,12 +94,12 @@ pub struct TreeFile {
 
 impl Forest {
     /// Highest density: the number of candidate points per hectare.
-    pub const MOST_TREES_PER_HA: f64 = 625.0;
+    pub(crate) const MOST_TREES_PER_HA: f64 = 625.0;
     /// Most species that a forest can have.
-    pub const MOST_SPECIES: usize = 8;
+    pub(crate) const MOST_SPECIES: usize = 8;
 
     /// Returns the species that are models, each with its file.
-    pub fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
+    pub(crate) fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
         self.species.iter().filter_map(|species| match species.form {
             Form::Model(number) => Some((species, self.models.get(number)?)),
             Form::Conifer | Form::Broadleaf | Form::Birch | Form::Snag => None,
@@ -107,20 +107,17 @@ impl Forest {
     }
 
     /// Whether the scene sets a tree line.
-    pub fn has_tree_line(&self) -> bool {
+    pub(crate) fn has_tree_line(&self) -> bool {
         self.tree_line_m < HIGHEST_M
     }
 
     /// Returns the mean height of the tallest species, in metres.
-    pub fn height_m(&self) -> f64 {
+    pub(crate) fn height_m(&self) -> f64 {
         self.species.iter().map(|species| species.height_m).fold(0.0, f64::max)
     }
 }
 
 impl Species {
-    /// Height range beyond the limits of a species over which it becomes rarer, in metres.
-    pub const FADES_OVER_M: f64 = crate::gpu::wgsl::shared::forest::FADES_OVER_M as f64;
-
     /// Returns a species that grows anywhere.
     pub fn new(form: Form, share: f64, height_m: f64) -> Self {
         let heights_m = [-HIGHEST_M, HIGHEST_M];

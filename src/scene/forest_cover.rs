@@ -33,10 +33,10 @@ pub struct CoverClass {
 
 impl CoverFiles {
     /// Class numbers are stored in 8 bits, and 0 is none.
-    pub const MOST_CLASSES: usize = 255;
+    pub(crate) const MOST_CLASSES: usize = 255;
 
     /// Returns the rasters, each with its key in the scene file.
-    pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
         let all = [
             ("forest.mask", &self.mask),
             ("forest.land_cover", &self.land_cover),

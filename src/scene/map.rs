@@ -15,7 +15,7 @@ use super::view::Pose;
 use super::{Haze, Scene};
 
 /// Largest shift by relief of a point in a corner of the picture, in pixels.
-pub const SHIFT_PX: f64 = 0.25;
+pub(crate) const SHIFT_PX: f64 = 0.25;
 /// Allowance for objects on the land: how far they may rise above it or reach below it, in metres.
 const STANDING_M: f64 = 50.0;
 /// Free margin at each end of the picture's side around a whole world, so that its outline fits.
@@ -100,7 +100,7 @@ impl Map {
 
     /// Returns the map on a picture that is `foot_px` rows longer at the bottom.
     #[must_use]
-    pub fn with_foot(self, foot_px: u32) -> Self {
+    pub(crate) fn with_foot(self, foot_px: u32) -> Self {
         let [width, height] = self.size_px;
         let down_m = 0.5 * self.pixel_m * f64::from(foot_px);
         Self { centre_m: self.centre_m - DVec2::new(0.0, down_m), size_px: [width, height + foot_px], ..self }
@@ -113,7 +113,7 @@ impl Map {
     }
 
     /// Returns the south-western and the north-eastern corner.
-    pub fn corners_m(&self) -> [DVec2; 2] {
+    pub(crate) fn corners_m(&self) -> [DVec2; 2] {
         let half_m = 0.5 * self.pixel_m * self.size();
         [self.centre_m - half_m, self.centre_m + half_m]
     }
@@ -133,7 +133,7 @@ impl Map {
     }
 
     /// Returns the nearest valid camera to a pose: the pose's lens may be longer than cameras allow.
-    pub fn camera(pose: &Pose) -> Camera {
+    pub(crate) fn camera(pose: &Pose) -> Camera {
         let fov_deg = pose.fov_rad.to_degrees().clamp(FOV_RANGE_DEG[0], FOV_RANGE_DEG[1]);
         let lowest_m = DVec3::splat(-LARGEST_COORDINATE_M);
         let position_m = pose.position_m.clamp(lowest_m, -lowest_m);
@@ -141,7 +141,7 @@ impl Map {
     }
 
     /// Returns the size of the picture in pixels.
-    pub fn size(&self) -> DVec2 {
+    pub(crate) fn size(&self) -> DVec2 {
         DVec2::new(f64::from(self.size_px[0]), f64::from(self.size_px[1]))
     }
 }

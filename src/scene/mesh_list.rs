@@ -70,7 +70,7 @@ pub fn read(path: &Path) -> Result<Vec<MeshRow>, MeshListError> {
 ///
 /// # Errors
 /// The same as [`read`].
-pub fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
+pub(crate) fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListError> {
     let wrong = |line: usize, cause: String| MeshListError::Line { path: name.to_owned(), line, cause };
     let lines = text.trim_start_matches('\u{feff}').lines().map(str::trim).enumerate();
     let mut lines = lines.filter(|(_, line)| !line.is_empty() && !line.starts_with('#')).map(|(i, line)| (i + 1, line));

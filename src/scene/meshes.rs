@@ -79,10 +79,10 @@ pub enum Density {
 
 impl Scatter {
     /// Most points at which one rule may sample the terrain.
-    pub const MOST_POINTS: u64 = 1 << 22;
+    pub(crate) const MOST_POINTS: u64 = 1 << 22;
 
     /// Returns the area within the limits, in hectares.
-    pub fn area_ha(&self) -> f64 {
+    pub(crate) fn area_ha(&self) -> f64 {
         let [west, south, east, north] = self.within_m;
         (east - west) * (north - south) * 1e-4
     }

@@ -1,35 +1,37 @@
 //! Scenes: camera, camera path, views and stereo rigs, light, and the scene file.
 
-pub mod anaglyph;
+pub(crate) mod anaglyph;
 pub mod camera;
-pub mod earth;
-pub mod embedded;
-pub mod focus;
+pub(crate) mod earth;
+pub(crate) mod embedded;
+pub(crate) mod focus;
 pub mod forest;
-pub mod forest_cover;
-pub mod frustum;
+pub(crate) mod forest_cover;
+pub(crate) mod frustum;
 pub mod map;
-pub mod mesh_list;
-pub mod meshes;
+pub(crate) mod mesh_list;
+pub(crate) mod meshes;
 pub mod path;
 pub mod reach;
-pub mod scene_file;
+pub(crate) mod scene_file;
 pub mod stereo;
-pub mod sun_time;
+pub(crate) mod sun_time;
 pub mod view;
 mod water_files;
-pub mod wind;
+pub(crate) mod wind;
 
 use std::path::PathBuf;
 use std::str::FromStr;
 
 use camera::Camera;
-pub use focus::{Focus, SceneFocus};
+pub use earth::Earth;
+pub use focus::{Focus, FocusAbout, SceneFocus};
 pub use forest::Forest;
 pub use forest_cover::{CoverClass, CoverFiles};
 use glam::DVec3;
 pub use meshes::{Density, MeshPlace, MeshPlacement, MeshPositions, Scatter};
-pub use sun_time::SunTime;
+pub use scene_file::SceneError;
+pub use sun_time::{LatLon, Moment, SunTime, SunTimeError};
 pub use water_files::WaterFiles;
 pub use wind::Wind;
 
@@ -41,7 +43,7 @@ pub struct Scene {
     /// The scene file that defines the scene; `None` if there is no file.
     pub file: Option<PathBuf>,
     /// The built-in scene that defines it, if it is one.
-    pub embedded: Option<&'static embedded::EmbeddedScene>,
+    pub(crate) embedded: Option<&'static embedded::EmbeddedScene>,
     /// Where the heights come from.
     pub world: World,
     /// Direction of the sunlight.
@@ -54,7 +56,7 @@ pub struct Scene {
     /// Where a flight starts; `None` picks a view from the world's extent.
     pub start: Option<Camera>,
     /// Curvature of the earth; `None` draws a flat map.
-    pub earth: Option<earth::Earth>,
+    pub earth: Option<Earth>,
     /// Factor on all heights; 1 is true to scale.
     pub vertical_exaggeration: f64,
     /// Models placed on the land.
@@ -126,7 +128,7 @@ impl Default for Scene {
 
 impl Scene {
     /// Returns a scene of a world with all else at its default: what a bare DEM on the command line means.
-    pub fn of_world(world: World) -> Self {
+    pub(crate) fn of_world(world: World) -> Self {
         Self {
             file: None,
             embedded: None,
@@ -170,7 +172,7 @@ impl Light {
     /// Returns the light for an eye `height_m` above the highest land. Air thins with height, so a map seen from far
     /// above is clear: haze reaches farther by the ratio of the air along a level ray to the air along a ray from the
     /// land.
-    pub fn from_above(self, height_m: f64) -> Self {
+    pub(crate) fn from_above(self, height_m: f64) -> Self {
         let t = (height_m / THINNING_M).max(1e-6);
         Self { haze_m: self.haze_m * t / -(-t).exp_m1(), ..self }
     }
@@ -178,7 +180,7 @@ impl Light {
 
 impl Scene {
     /// Returns the CSV files that list positions of the scene's models.
-    pub fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
+    pub(crate) fn mesh_lists(&self) -> impl Iterator<Item = &PathBuf> {
         self.meshes.iter().filter_map(|mesh| match &mesh.positions {
             MeshPositions::Listed(list) => Some(list),
             MeshPositions::At(_) | MeshPositions::Scattered(_) => None,
@@ -228,7 +230,7 @@ impl Haze {
     /// Returns the haze distance over a world of `extent_m` (east, north), in metres: the scene's own, or else 0.45 of
     /// the extent's diagonal, so that mountains in the middle are clear against those at the far edge. It is at most 30
     /// km, which is clear air, so that a large world has a near, a middle and a far distance like a small one.
-    pub fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
+    pub(crate) fn distance_over_m(&self, extent_m: [f64; 2]) -> f64 {
         self.distance_m.unwrap_or_else(|| (0.45 * extent_m[0].hypot(extent_m[1])).clamp(1.0, CLEAR_AIR_M))
     }
 }

@@ -107,7 +107,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// The same as [`CameraPath::read_on_ground`].
-    pub fn parse_on_ground(
+    pub(crate) fn parse_on_ground(
         name: &Path,
         text: impl Read,
         ground_m: impl Fn(f64, f64) -> f64,
@@ -124,7 +124,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// A file that cannot be read, is too long, or is not text.
-    pub fn read_text(path: &Path) -> Result<String, PathError> {
+    pub(crate) fn read_text(path: &Path) -> Result<String, PathError> {
         if let Some(text) = embedded::path(path) {
             return Ok(text.to_owned());
         }

@@ -21,7 +21,7 @@ pub enum Reach {
 impl Reach {
     /// Returns the reach for the command line's `--trust-scene`.
     #[must_use]
-    pub fn trusting(trusts: bool) -> Self {
+    pub(crate) fn trusting(trusts: bool) -> Self {
         if trusts { Self::Anywhere } else { Self::SceneFolder }
     }
 }

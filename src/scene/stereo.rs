@@ -11,7 +11,7 @@ use super::view::{Lens, Pose, Rig, View};
 pub const IPD_M: f64 = 0.065;
 
 /// Ratio of eye separation to the nearest visible land at which a mountain looks like a model on a table.
-pub const HYPERSTEREO: f64 = 1.0 / 30.0;
+pub(crate) const HYPERSTEREO: f64 = 1.0 / 30.0;
 
 /// Which eyes a picture shows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -34,7 +34,7 @@ pub enum Eyes {
 
 impl Eyes {
     /// The names on the command line, in the order of the variants.
-    pub const NAMES: [(&str, Self); 6] = [
+    pub(crate) const NAMES: [(&str, Self); 6] = [
         ("mono", Self::Mono),
         ("left", Self::Left),
         ("right", Self::Right),
@@ -44,7 +44,7 @@ impl Eyes {
     ];
 
     /// Returns the eyes of a pair that are shown, left to right: 0 is the left one. Empty for mono.
-    pub fn of_pair(self) -> &'static [usize] {
+    pub(crate) fn of_pair(self) -> &'static [usize] {
         match self {
             Self::Mono => &[],
             Self::Left => &[0],
@@ -54,7 +54,7 @@ impl Eyes {
     }
 
     /// Whether both eyes share the same pixels.
-    pub fn are_merged(self) -> bool {
+    pub(crate) fn are_merged(self) -> bool {
         matches!(self, Self::Anaglyph | Self::GreyAnaglyph)
     }
 }
@@ -100,7 +100,7 @@ impl Pair {
     }
 
     /// Returns [`Pair::rig`] for eyes that had the geometry `before` in the previous frame.
-    pub fn rig_after(&self, before: &Self, camera: &View) -> Rig {
+    pub(crate) fn rig_after(&self, before: &Self, camera: &View) -> Rig {
         let eye = |side: f64| {
             let seen = |pair: &Self, pose: Pose| {
                 let aside_m = 0.5 * side * pair.ipd_m;

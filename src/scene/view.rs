@@ -2,11 +2,11 @@
 
 use glam::{DMat4, DVec2, DVec3, DVec4};
 
-pub use crate::gpu::wgsl::shared::view::View as ViewUniform;
+pub(crate) use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::scene::frustum::Frustum;
 
 /// Distance of the near plane. With reversed infinite depth a small one costs no precision.
-pub const NEAR_M: f64 = 1e-4;
+pub(crate) const NEAR_M: f64 = 1e-4;
 
 /// The position and orientation of an eye.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -69,7 +69,7 @@ impl Clock {
     }
 
     /// Whether no time has passed since the previous frame.
-    pub fn is_still(&self) -> bool {
+    pub(crate) fn is_still(&self) -> bool {
         self.now_s == self.before_s
     }
 }
@@ -118,17 +118,17 @@ impl Rig {
     }
 
     /// Returns the time of the frame.
-    pub fn clock(&self) -> Clock {
+    pub(crate) fn clock(&self) -> Clock {
         self.eyes.first().map(|eye| eye.clock).unwrap_or_default()
     }
 
     /// Returns how far an eye is to the right of the origin, along the first eye's right axis, in metres.
-    pub fn aside_m(&self, eye: usize) -> f64 {
+    pub(crate) fn aside_m(&self, eye: usize) -> f64 {
         self.eyes.get(eye).map_or(0.0, |at| (at.pose.position_m - self.origin_m).dot(self.eyes[0].pose.right))
     }
 
     /// Returns the distance between the two eyes in metres; 0 for a single eye.
-    pub fn apart_m(&self) -> f64 {
+    pub(crate) fn apart_m(&self) -> f64 {
         match self.eyes.as_slice() {
             [left, right] => left.pose.position_m.distance(right.pose.position_m),
             _ => 0.0,
@@ -136,14 +136,14 @@ impl Rig {
     }
 
     /// Whether the rig has two eyes at different positions. Two eyes at one position see the same picture.
-    pub fn is_pair(&self) -> bool {
+    pub(crate) fn is_pair(&self) -> bool {
         matches!(self.eyes.as_slice(), [left, right] if left.pose.position_m != right.pose.position_m)
     }
 }
 
 impl Pose {
     /// Returns the yaw clockwise from north, 0 to 360; it is well defined even when the eye looks straight up or down.
-    pub fn yaw_deg(&self) -> f64 {
+    pub(crate) fn yaw_deg(&self) -> f64 {
         // `right` is level and always 90° clockwise from the yaw.
         (-self.right.y).atan2(self.right.x).to_degrees().rem_euclid(360.0)
     }
@@ -173,13 +173,13 @@ impl View {
     }
 
     /// Returns the vertical field of view in radians.
-    pub fn fov_rad(&self) -> f64 {
+    pub(crate) fn fov_rad(&self) -> f64 {
         self.lens.map_or(self.pose.fov_rad, |lens| lens.up.atan() + lens.down.atan())
     }
 
     /// Returns the direction through a point of the picture ((0, 0) is its upper left corner), of length 1 along the
     /// axis.
-    pub fn ray(&self, picture: DVec2) -> DVec3 {
+    pub(crate) fn ray(&self, picture: DVec2) -> DVec3 {
         let Projection { focal_px, axis_px } = self.projection();
         let from_axis = (picture - axis_px) / focal_px;
         self.pose.forward + self.pose.right * from_axis.x - self.pose.up * from_axis.y
@@ -187,7 +187,7 @@ impl View {
 
     /// Returns the point of the picture at which a vector from the eye, or a direction, is seen: the inverse of
     /// [`View::ray`]. `None` if it points sideways or behind the eye.
-    pub fn place_px(&self, way: DVec3) -> Option<DVec2> {
+    pub(crate) fn place_px(&self, way: DVec3) -> Option<DVec2> {
         let ahead = way.dot(self.pose.forward);
         let across = DVec2::new(way.dot(self.pose.right), -way.dot(self.pose.up));
         let Projection { focal_px, axis_px } = self.projection();
@@ -195,7 +195,7 @@ impl View {
     }
 
     /// Returns the frustum of the part.
-    pub fn frustum(&self) -> Frustum {
+    pub(crate) fn frustum(&self) -> Frustum {
         let low = DVec2::new(f64::from(self.part.origin_px[0]), f64::from(self.part.origin_px[1]));
         let high = low + DVec2::new(f64::from(self.part.size_px[0]), f64::from(self.part.size_px[1]));
         Frustum::new([
@@ -207,7 +207,7 @@ impl View {
     }
 
     /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
-    pub fn uniform(&self, origin_m: DVec3) -> ViewUniform {
+    pub(crate) fn uniform(&self, origin_m: DVec3) -> ViewUniform {
         let Projection { focal_px, .. } = self.projection();
         let previous_projection = Projection::new(self.previous_lens, &self.previous, self.picture_px);
         let from_origin = |eye: &Pose, projection| {
@@ -234,7 +234,7 @@ impl View {
     }
 
     /// Returns [`View::uniform`] without the jitter in its matrices, but with its `jitter_px`.
-    pub fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
+    pub(crate) fn still_uniform(&self, origin_m: DVec3) -> ViewUniform {
         let still = Self { jitter_px: DVec2::ZERO, ..*self };
         ViewUniform { jitter_px: self.jitter_px.as_vec2().to_array(), ..still.uniform(origin_m) }
     }

@@ -20,7 +20,7 @@ const POLYGON_ENDINGS: [&str; 2] = ["geojson", "json"];
 
 impl WaterFiles {
     /// Returns the files, each with its key in the scene file.
-    pub fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
+    pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
         let all = [("water.mask", &self.mask), ("water.polygons", &self.polygons)];
         all.into_iter().filter_map(|(key, file)| Some((key, file.as_ref()?)))
     }

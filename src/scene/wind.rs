@@ -15,7 +15,7 @@ use serde::Deserialize;
 use super::forest::{WrongKey, within};
 use super::view::Clock;
 use crate::gpu::wgsl::shared::wind::MOST_LEAN;
-pub use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUniform};
+pub(crate) use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUniform};
 
 /// Wind over the whole world.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -63,17 +63,18 @@ const FLUTTERS: [Wave; 2] = [
 
 impl Wind {
     /// Fastest allowed wind: a hurricane.
-    pub const FASTEST_M_S: f64 = 60.0;
+    pub(crate) const FASTEST_M_S: f64 = 60.0;
 
     /// Returns the unit vector (east, north) along which the wind blows.
-    pub fn toward(&self) -> DVec2 {
+    pub(crate) fn toward(&self) -> DVec2 {
         let (sin, cos) = self.from_deg.to_radians().sin_cos();
         -DVec2::new(sin, cos)
     }
 
     /// Returns the lean (east, north) of a tree at `up_m` above its foot at `foot_m`, in metres. The same formula as in
     /// the shader, in f64.
-    pub fn lean_m(&self, foot_m: DVec2, up_m: f64, time_s: f64) -> DVec2 {
+    #[cfg(test)]
+    pub(crate) fn lean_m(&self, foot_m: DVec2, up_m: f64, time_s: f64) -> DVec2 {
         let toward = self.toward();
         let (along, across) = SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| {
             let (_, phase) = wave.phase(self, foot_m, time_s);
@@ -84,7 +85,7 @@ impl Wind {
     }
 
     /// Returns an upper bound of how far any part of a tree `tall_m` high moves aside, leaves included, in metres.
-    pub fn reach_m(&self, tall_m: f64) -> f64 {
+    pub(crate) fn reach_m(&self, tall_m: f64) -> f64 {
         let (along, across) =
             SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| (along + wave.along, across + wave.across));
         let most = self.mean_lean() * DVec2::new(along, across).length() * tall_m * tall_m;
@@ -92,7 +93,7 @@ impl Wind {
     }
 
     /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
-    pub fn uniform(&self, origin_m: DVec2, clock: Clock) -> WindUniform {
+    pub(crate) fn uniform(&self, origin_m: DVec2, clock: Clock) -> WindUniform {
         let wave = |wave: &Wave| {
             let (per_m, now) = wave.phase(self, origin_m, clock.now_s);
             let (_, before) = wave.phase(self, origin_m, clock.before_s);

@@ -24,26 +24,26 @@ mod base;
 mod exemplar;
 mod tiling;
 
-pub use exemplar::Exemplar;
+pub(crate) use exemplar::Exemplar;
 
 use super::georeference::{Crs, Georeference};
 use super::{Progress, Window};
 
 /// Samples along the side of the whole land at level 0.
-pub const SIZE_SAMPLES: u32 = 1280 << BASE_LEVEL;
+pub(crate) const SIZE_SAMPLES: u32 = 1280 << BASE_LEVEL;
 
 /// Distance between samples of level 0 in metres.
-pub const SPACING_M: f64 = 10.0;
+pub(crate) const SPACING_M: f64 = 10.0;
 
 /// The level whose heights are stored.
-pub const BASE_LEVEL: u32 = 8;
+pub(crate) const BASE_LEVEL: u32 = 8;
 
 /// Samples along the side of the base.
-pub const BASE_SAMPLES: u32 = SIZE_SAMPLES >> BASE_LEVEL;
+pub(crate) const BASE_SAMPLES: u32 = SIZE_SAMPLES >> BASE_LEVEL;
 
 /// The land of a seed. All methods may be called from several threads at once.
 #[derive(Clone, Debug)]
-pub struct Continent {
+pub(crate) struct Continent {
     seed: u32,
     /// [`BASE_SAMPLES`]² heights in metres.
     base_m: Vec<f32>,
@@ -54,12 +54,12 @@ pub struct Continent {
 
 /// Grows the base of the land of `seed`: [`BASE_SAMPLES`]² heights in metres, row by row. Takes some seconds; the
 /// result is bit-identical for the same seed, on any number of threads.
-pub fn grow_base(seed: u32, progress: &dyn Progress) -> Vec<f32> {
+pub(crate) fn grow_base(seed: u32, progress: &dyn Progress) -> Vec<f32> {
     base::grow(seed, BASE_SAMPLES as usize, progress)
 }
 
 /// Returns the georeference of a local metric grid of `size` samples a side, `spacing_m` apart, centred on the origin.
-pub fn georeference(size: u32, spacing_m: f64) -> Georeference {
+pub(crate) fn georeference(size: u32, spacing_m: f64) -> Georeference {
     let half_m = (f64::from(size) - 1.0) * 0.5 * spacing_m;
     Georeference {
         crs_from_grid: [-half_m, spacing_m, 0.0, half_m, 0.0, -spacing_m],
@@ -73,7 +73,7 @@ impl Continent {
     ///
     /// # Panics
     /// Panics if `base_m` has not [`BASE_SAMPLES`]² heights.
-    pub fn new(seed: u32, base_m: Vec<f32>, exemplar: Exemplar) -> Self {
+    pub(crate) fn new(seed: u32, base_m: Vec<f32>, exemplar: Exemplar) -> Self {
         assert_eq!(base_m.len(), (BASE_SAMPLES * BASE_SAMPLES) as usize);
         let base_m = deepened(&base_m, BASE_SAMPLES as usize);
         let relief_m = relief_m(&base_m, BASE_SAMPLES as usize);
@@ -83,13 +83,13 @@ impl Continent {
     }
 
     /// Returns the heights of the base in metres.
-    pub fn base_m(&self) -> &[f32] {
+    pub(crate) fn base_m(&self) -> &[f32] {
         &self.base_m
     }
 
     /// Returns how far pieces of relief probably reach above and below the base, in metres, over the `side` × `side`
     /// samples of the base that begin at (`x`, `y`). Samples beyond the base count as its border.
-    pub fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
+    pub(crate) fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
         let width = BASE_SAMPLES as usize;
         let span = |first: u32| {
             let last = (first as usize + side as usize + 1).min(width - 1);
@@ -101,7 +101,7 @@ impl Continent {
 
     /// Returns probable bounds of the heights in metres over `size` × `size` samples of level 0 that begin at
     /// (`offset`, `offset`).
-    pub fn range_m(&self, offset: u32, size: u32) -> [f32; 2] {
+    pub(crate) fn range_m(&self, offset: u32, size: u32) -> [f32; 2] {
         let (first, last) = ((offset >> BASE_LEVEL) as usize, ((offset + size - 1) >> BASE_LEVEL) as usize);
         let width = BASE_SAMPLES as usize;
         let (mut low, mut high) = (f32::INFINITY, f32::NEG_INFINITY);
@@ -120,7 +120,7 @@ impl Continent {
     ///
     /// # Panics
     /// Panics if `level` is above [`BASE_LEVEL`].
-    pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
+    pub(crate) fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         assert!(level <= BASE_LEVEL);
         let span = Span { x: window.x.into(), y: window.y.into(), width: window.width, height: window.height };
         if level == BASE_LEVEL - 1 {

@@ -95,7 +95,7 @@ impl GeoKeys {
 
     /// Returns the code that key `id` holds.
     #[must_use]
-    pub fn short(&self, id: u16) -> Option<u16> {
+    pub(crate) fn short(&self, id: u16) -> Option<u16> {
         match self.value(id)? {
             GeoKeyValue::Short(code) => Some(*code),
             _ => None,
@@ -104,7 +104,7 @@ impl GeoKeys {
 
     /// Returns the first number that key `id` holds.
     #[must_use]
-    pub fn double(&self, id: u16) -> Option<f64> {
+    pub(crate) fn double(&self, id: u16) -> Option<f64> {
         match self.value(id)? {
             GeoKeyValue::Double(values) => values.first().copied(),
             _ => None,
@@ -113,7 +113,7 @@ impl GeoKeys {
 
     /// Returns the text that key `id` holds.
     #[must_use]
-    pub fn ascii(&self, id: u16) -> Option<&str> {
+    pub(crate) fn ascii(&self, id: u16) -> Option<&str> {
         match self.value(id)? {
             GeoKeyValue::Ascii(text) => Some(text),
             _ => None,

@@ -137,7 +137,7 @@ impl Georeference {
     ///
     /// # Errors
     /// Returns [`GeoreferenceError::UnknownCrs`] or [`GeoreferenceError::Geocentric`].
-    pub fn of_coordinates(epsg: Option<u16>) -> Result<Self, GeoreferenceError> {
+    pub(crate) fn of_coordinates(epsg: Option<u16>) -> Result<Self, GeoreferenceError> {
         let code = epsg.unwrap_or(EPSG_WGS84);
         let definition = catalogue::look_up(code).ok_or(GeoreferenceError::UnknownCrs { epsg: code.into() })?;
         let name = format!("EPSG:{code}");

@@ -15,7 +15,7 @@ const SIDECAR_EXTENSIONS: [&str; 20] = [
 ];
 
 /// Adds a height file with its sidecar files, a folder of height files, or a folder of tiles.
-pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
+pub(crate) fn add_inputs(path: &Path, inputs: &mut Inputs) {
     match kind_of(path) {
         Kind::File => files_of(path).iter().for_each(|file| inputs.add(file)),
         Kind::TileFolder => add_tiles(path, inputs),
@@ -36,7 +36,7 @@ pub fn add_inputs(path: &Path, inputs: &mut Inputs) {
 
 /// Returns a height file and all existing sidecar files that may describe it.
 #[must_use]
-pub fn files_of(path: &Path) -> Vec<PathBuf> {
+pub(crate) fn files_of(path: &Path) -> Vec<PathBuf> {
     let mut endings = SIDECAR_EXTENSIONS.to_vec();
     if has_ending(path, "hdr") {
         // If a header is given, its data file is read too.

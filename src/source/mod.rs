@@ -7,13 +7,13 @@
 //!
 //! Each format has its own module. Formats with an index or with samples at fixed offsets (GeoTIFF, `.hgt`, DTED, BIL,
 //! GridFloat, ENVI, raw, tiles) are read by windows, whatever their size; text and PNG are decoded into memory, at 2 to
-//! 4 bytes per sample. [`statistics`] reads a grid of any size without holding all of it in memory.
+//! 4 bytes per sample. `statistics` reads a grid of any size without holding all of it in memory.
 //!
 //! The reasons are in `docs/decisions/height-readers.md`.
 
 mod ascii_grid;
 pub(crate) mod cog;
-pub mod continent;
+pub(crate) mod continent;
 mod crs_catalogue;
 mod dted;
 mod earth_place;
@@ -23,7 +23,7 @@ mod erosion;
 mod error;
 mod esri_citation;
 mod flat;
-mod folder;
+pub(crate) mod folder;
 mod format;
 mod geokeys;
 pub mod georeference;
@@ -34,7 +34,7 @@ mod hillslope;
 mod inputs;
 mod masked;
 pub(crate) mod memory;
-pub mod mosaic;
+pub(crate) mod mosaic;
 mod picture;
 mod place;
 mod png16;
@@ -42,11 +42,11 @@ mod prj;
 pub mod procedural;
 mod raster;
 mod raw;
-pub mod reader;
+pub(crate) mod reader;
 mod relief;
 pub(crate) mod samples;
 mod sidecar;
-mod statistics;
+pub(crate) mod statistics;
 mod terrain_rgb;
 mod text;
 mod tiff_blocks;
@@ -57,7 +57,7 @@ mod undeclared;
 mod usgs_dem;
 mod valley;
 mod values;
-pub mod voids;
+pub(crate) mod voids;
 mod wkt;
 mod wkt_text;
 mod world_mapping;
@@ -67,16 +67,17 @@ use std::path::Path;
 
 pub use earth_place::EarthPlace;
 pub use error::SourceError;
-pub use folder::{Kind, kind_of, members};
+pub(crate) use folder::{Kind, kind_of, members};
 use format::Format;
 pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
 pub use georeference::GeoreferenceError;
-pub use inputs::{add_inputs, files_of};
-pub use reader::{HeightReader, Window};
+pub(crate) use inputs::{add_inputs, files_of};
+pub use reader::{GridReader, HeightReader, Window};
 pub use sidecar::{Encoding, OpenOptions};
-pub use statistics::{Statistics, statistics};
-pub use values::{Holds, Values, open_values};
+pub(crate) use statistics::Statistics;
+pub(crate) use statistics::statistics;
+pub(crate) use values::{Holds, open_values};
 use voids::Filled;
 pub use voids::VoidMode;
 pub use world_mapping::WorldMapping;
@@ -109,7 +110,7 @@ impl Progress for Silent {
 
 /// Version of the readers' results. It changes when files yield other heights, or another position, than before;
 /// pyramids baked with an older version are then baked again.
-pub const VERSION: u32 = 2;
+pub(crate) const VERSION: u32 = 2;
 
 /// Largest number of samples that are read into memory at once: 8 GiB of heights.
 pub(crate) const MAX_SAMPLES: u64 = 1 << 31;

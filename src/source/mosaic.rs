@@ -9,15 +9,15 @@
 mod members;
 mod place;
 
-pub use members::member_options;
+pub(crate) use members::member_options;
 pub(crate) use place::Way;
-pub use place::{MosaicGrid, Placed};
+pub(crate) use place::{MosaicGrid, Placed};
 
 use super::georeference::Georeference;
 use super::{HeightReader, SourceError, Window};
 
 /// Several readers combined into one.
-pub struct MosaicReader {
+pub(crate) struct MosaicReader {
     grid: MosaicGrid,
     members: Vec<Box<dyn HeightReader>>,
     /// Indices of the members, highest precedence first.
@@ -30,7 +30,7 @@ impl MosaicReader {
     /// # Errors
     /// Returns [`SourceError::Mosaic`] if there is no member, if no transformation between the reference systems is
     /// known, or if the extent is not a valid grid.
-    pub fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
+    pub(crate) fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
         let places: Vec<_> = members.iter().map(|member| (member.georeference(), member.size())).collect();
         let grid = MosaicGrid::new(&places).map_err(|cause| {
             let name = members.first().map_or(String::new(), |member| member.identity());

@@ -24,7 +24,7 @@ use super::{HeightGrid, Progress, erosion, hillslope, valley};
 use rayon::prelude::*;
 
 /// Version of [`generate`], increased whenever it gives other heights for a seed; part of cache keys.
-pub const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 /// Samples per side of [`generate`].
 pub const SIZE_SAMPLES: u32 = 2048;
 /// Sample spacing of [`generate`] in metres.

@@ -62,7 +62,7 @@ impl Encoding {
 
     /// Returns the name that options and sidecar files use.
     #[must_use]
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Terrarium => "terrarium",
             Self::Mapbox => "mapbox",

@@ -37,7 +37,7 @@ impl fmt::Display for Holds {
 }
 
 /// An open raster of shades or classes.
-pub struct Values {
+pub(crate) struct Values {
     /// Reader of the numbers; NaN where there is no data.
     pub reader: Box<dyn HeightReader>,
     /// The sample that means "everything"; smaller ones are fractions of it.
@@ -50,7 +50,7 @@ pub struct Values {
 ///
 /// # Errors
 /// The same as [`super::open_reader`].
-pub fn open_values(path: &Path, holds: Holds) -> Result<Values, SourceError> {
+pub(crate) fn open_values(path: &Path, holds: Holds) -> Result<Values, SourceError> {
     match format::of(path, &OpenOptions::default())? {
         Format::GeoTiff => GeoTiffReader::open_as(path, holds),
         Format::Png if holds == Holds::Shades => guarded(path, || grey(path)),

@@ -26,9 +26,9 @@ use super::reader::{HeightReader, Window};
 use super::{SourceError, WorldMapping};
 
 /// Largest extent of a hole that is filled: it must fit in a square of this many samples.
-pub const MOST_EXTENT: u32 = 256;
+pub(crate) const MOST_EXTENT: u32 = 256;
 /// Largest square of no-data in a hole that is filled, in samples.
-pub const MOST_WIDTH: u32 = 64;
+pub(crate) const MOST_WIDTH: u32 = 64;
 /// Distance in samples within which heights decide whether a sample is a spike.
 const NEAR: u32 = spikes::REACH + 1;
 
@@ -96,7 +96,7 @@ pub struct Filled {
 
 /// Wraps a reader of any kind. Several files as one grid are filled after they have been combined, because no-data of
 /// one may be land in another.
-pub fn filled(inner: Box<dyn HeightReader>) -> Box<dyn HeightReader> {
+pub(crate) fn filled(inner: Box<dyn HeightReader>) -> Box<dyn HeightReader> {
     let spacing_m = spacing_m(inner.georeference(), inner.size());
     Box::new(Filled { inner, spacing_m })
 }

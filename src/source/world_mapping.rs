@@ -106,7 +106,7 @@ impl WorldMapping {
 
     /// Returns a description for users in one line: the projection and the origin.
     #[must_use]
-    pub fn describe(&self) -> String {
+    pub(crate) fn describe(&self) -> String {
         let (name, origin) = (&self.crs_name, self.centre_crs);
         let degrees = |radians_per_unit: f64| {
             let degrees = origin * radians_per_unit.to_degrees();

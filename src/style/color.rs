@@ -9,10 +9,10 @@ use crate::file::message::quoted;
 pub struct Color([u8; 3]);
 
 impl Color {
-    pub const WHITE: Self = Self([255; 3]);
+    pub(crate) const WHITE: Self = Self([255; 3]);
 
     /// Returns red, green and blue in linear light, 0 to 1, as the shaders use them.
-    pub fn linear(self) -> [f32; 3] {
+    pub(crate) fn linear(self) -> [f32; 3] {
         self.srgb().map(linear_from_srgb)
     }
 
@@ -28,12 +28,12 @@ impl Color {
 }
 
 /// Converts one sRGB channel, 0 to 1, to linear light.
-pub fn linear_from_srgb(value: f32) -> f32 {
+pub(crate) fn linear_from_srgb(value: f32) -> f32 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
 /// Converts one channel in linear light to sRGB, 0 to 1; values outside this range are clamped.
-pub fn srgb_from_linear(value: f32) -> f32 {
+pub(crate) fn srgb_from_linear(value: f32) -> f32 {
     let value = value.clamp(0.0, 1.0);
     if value <= 0.003_130_8 { value * 12.92 } else { 1.055 * value.powf(1.0 / 2.4) - 0.055 }
 }

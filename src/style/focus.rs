@@ -30,7 +30,7 @@ parameters! {
 
 impl Focus {
     /// Returns the focus in the form that a frame uses.
-    pub fn seen(&self) -> SeenFocus {
+    pub(crate) fn seen(&self) -> SeenFocus {
         let strength = self.strength.into();
         match self.distance_m {
             Some(distance_m) => {

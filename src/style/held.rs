@@ -8,7 +8,7 @@ use super::{Layer, Style, StyleError, marks, parameters, texture};
 
 /// The recipes of a style that are files, as text, by the names that the style uses.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct StyleFiles {
+pub(crate) struct StyleFiles {
     /// Recipes of hatching marks. Images in them are named by the paths from which they were read.
     pub marks: BTreeMap<String, String>,
     /// Recipes of stroke textures.
@@ -17,7 +17,7 @@ pub struct StyleFiles {
 
 impl Style {
     /// Returns the recipes of the style that are files.
-    pub fn recipe_files(&self) -> StyleFiles {
+    pub(crate) fn recipe_files(&self) -> StyleFiles {
         let here = Path::new("");
         let sets = self.layers.iter().flat_map(|layer| match layer {
             Layer::Hatching(hatching) => hatching.sets.as_slice(),
@@ -42,7 +42,7 @@ impl Style {
     ///
     /// # Errors
     /// As [`Style::parse`]; a recipe that is neither in `recipes` nor built in is unknown.
-    pub fn parse_with(name: &str, text: &str, recipes: &StyleFiles) -> Result<Self, StyleError> {
+    pub(crate) fn parse_with(name: &str, text: &str, recipes: &StyleFiles) -> Result<Self, StyleError> {
         let mut style = Self::read_values(name, text)?;
         style.complete(RecipeSource::Embedded(recipes)).map_err(|(_, error)| error)?;
         Ok(style)

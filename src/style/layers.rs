@@ -31,13 +31,17 @@ use std::ops::Deref;
 use serde::{Deserialize, Deserializer};
 use toml_edit::{ArrayOfTables, Item, Table, value};
 
-pub use cuts::{CUT_INK, Cuts, PlaneFamily};
+#[cfg(test)]
+pub(crate) use cuts::CUT_INK;
+pub use cuts::{Cuts, PlaneFamily};
 pub(crate) use form::key_in_document;
 pub(super) use form::{add_missing_layer, keys_of_layers, migrated, with_layers};
-pub use hatching::Hatching;
-pub use height_lines::{HEIGHT_INK, HeightLines};
+pub(crate) use hatching::Hatching;
+#[cfg(test)]
+pub(crate) use height_lines::HEIGHT_INK;
+pub use height_lines::HeightLines;
 pub(crate) use ink::LayerBehaviour;
-pub use ink::{Channels, Fading, Ink, InkPass, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
+pub(crate) use ink::{Channels, Fading, Ink, InkPass, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 pub use rims::Rims;
@@ -125,7 +129,9 @@ macro_rules! layer_kinds {
                 }
 
                 /// Returns the lowest layer of this kind.
-                pub fn $get_mut(&mut self) -> Option<&mut $kind> {
+                #[cfg(test)]
+                #[allow(dead_code, reason = "tests replace only some kinds")]
+                pub(crate) fn $get_mut(&mut self) -> Option<&mut $kind> {
                     self.layers.iter_mut().find_map(|layer| match layer {
                         Layer::$kind(layer) => Some(layer),
                         _ => None,
@@ -134,7 +140,9 @@ macro_rules! layer_kinds {
 
                 /// Replaces all layers of this kind with one, or with none. If there was none, the new one is inserted
                 /// according to the order of kinds.
-                pub fn $set(&mut self, layer: Option<$kind>) {
+                #[cfg(test)]
+                #[allow(dead_code, reason = "tests replace only some kinds")]
+                pub(crate) fn $set(&mut self, layer: Option<$kind>) {
                     self.layers.replace($name, layer.map(Layer::$kind));
                 }
             )+
@@ -218,7 +226,7 @@ impl Layers {
     }
 
     /// Returns the number of a layer among those of its kind: 0 for the lowest.
-    pub fn number(&self, index: usize) -> usize {
+    pub(crate) fn number(&self, index: usize) -> usize {
         let name = self.0[index].kind();
         self.0[..index].iter().filter(|layer| layer.kind() == name).count()
     }
@@ -230,7 +238,7 @@ fn keyed(name: &str, number: usize) -> String {
 }
 
 /// Returns the names of the kinds of layers, from the bottom to the top.
-pub fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
+pub(crate) fn layer_names() -> impl Iterator<Item = &'static str> + Clone {
     KINDS.iter().map(|(name, _)| *name)
 }
 
@@ -306,14 +314,15 @@ impl Setting for Layers {
 
 impl Style {
     /// Returns the style without layers of these kinds, which are named as in a style file.
+    #[cfg(test)]
     #[must_use]
-    pub fn without(mut self, kinds: &[&str]) -> Self {
+    pub(crate) fn without(mut self, kinds: &[&str]) -> Self {
         self.layers.0.retain(|layer| !kinds.contains(&layer.kind()));
         self
     }
 
     /// Returns the inks of the style, from the bottom to the top.
-    pub fn inks(&self) -> Vec<StyleInk> {
+    pub(crate) fn inks(&self) -> Vec<StyleInk> {
         let lettering = self.lettering_ink();
         self.numbered_inks()
             .map(|(layer, number, ink)| StyleInk { layer, number, color: ink.color.unwrap_or(lettering), ink })
@@ -332,7 +341,7 @@ impl Style {
 
     /// Returns the colour of lettering (the title, the scale bar and the text next to it) on bare paper: that of the
     /// topmost main ink, or of the border, that has enough contrast to the paper; otherwise black or white.
-    pub fn lettering_ink(&self) -> Color {
+    pub(crate) fn lettering_ink(&self) -> Color {
         let paper = self.paper.color;
         let inks = self.numbered_inks().rev().filter(|(_, _, ink)| ink.is_main).filter_map(|(_, _, ink)| ink.color);
         let border = (self.paper.border_px > 0.0).then_some(self.paper.border);

@@ -10,7 +10,7 @@ use super::parameters::{self, Range, choices, parameters};
 use super::recipes::Recipes;
 use crate::file::toml_text::Wrong;
 
-pub use pictures::check as check_pictures;
+pub(crate) use pictures::check as check_pictures;
 
 /// The built-in recipes, by name.
 const RECIPES: Recipes = Recipes {
@@ -34,7 +34,7 @@ const RECIPES: Recipes = Recipes {
 };
 
 /// Smallest and largest side of a tile in pixels; the side is a power of two.
-pub const SIDES_PX: [u32; 2] = [64, 1024];
+pub(crate) const SIDES_PX: [u32; 2] = [64, 1024];
 
 /// Largest number of images in a stack.
 const MOST_IMAGES: usize = 32;
@@ -65,7 +65,7 @@ choices! {
 
 impl Kind {
     /// Returns whether the marks are dots, as long as they are wide.
-    pub fn is_of_dots(self) -> bool {
+    pub(crate) fn is_of_dots(self) -> bool {
         matches!(self, Self::Stipple | Self::Halftone | Self::Dots)
     }
 }
@@ -140,7 +140,7 @@ impl Recipe {
     }
 
     /// Returns the darkness, 0 to 1, at which marks have their width and their spacing, if none overlap.
-    pub fn mid_darkness(&self) -> f32 {
+    pub(crate) fn mid_darkness(&self) -> f32 {
         let part = self.width_px / self.spacing_px;
         match self.kind {
             // Round dots are spaced in both directions.

@@ -1,19 +1,19 @@
 //! Styles: the layers and colours of a drawing. A style file is TOML; passes run only for the sections that it has.
 
-pub mod color;
+pub(crate) mod color;
 mod curvature;
 mod error;
 mod focus;
 mod held;
-pub mod layers;
+pub(crate) mod layers;
 pub mod marks;
-pub mod parameters;
+pub(crate) mod parameters;
 mod recipes;
 mod relief;
-pub mod scale;
-pub mod sky;
+pub(crate) mod scale;
+pub(crate) mod sky;
 pub mod texture;
-pub mod tone;
+pub(crate) mod tone;
 
 use std::path::{Path, PathBuf};
 
@@ -23,15 +23,16 @@ pub use color::Color;
 pub use curvature::Curvature;
 pub use error::StyleError;
 pub use focus::Focus;
-pub use held::StyleFiles;
+pub(crate) use held::StyleFiles;
 use layers::RecipeSource;
+pub(crate) use layers::StyleInk;
 pub use layers::{
-    Cuts, Detector, Epsilon, HeightLines, Ink, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes,
-    StyleInk, ToneLight, ToneLines, Water, hatching,
+    Cuts, Detector, Epsilon, HeightLines, Layer, Layers, Lines, PlaneFamily, Rims, Rows, Stereo, Strokes, ToneLight,
+    ToneLines, Water, hatching,
 };
 use parameters::{Range, parameters};
 pub use relief::{Relief, ReliefKind};
-pub use sky::Sky;
+pub use sky::{CloudForm, Sky};
 pub use tone::{Attribute, Ramp, Shading, Stop, Tone, Toon, Watercolor};
 
 /// Name and text of each built-in style (preset).
@@ -120,7 +121,7 @@ parameters! {
 
 impl Paper {
     /// Returns whether the paper has a margin, a foot or a border.
-    pub fn is_bordered(&self) -> bool {
+    pub(crate) fn is_bordered(&self) -> bool {
         self.margin_px > 0.0 || self.border_px > 0.0 || self.foot_px > 0.0
     }
 }
@@ -136,12 +137,12 @@ parameters! {
 
 impl Panorama {
     /// Returns the cosine and sine of the angle of the horizon below horizontal.
-    pub fn horizon(&self) -> [f32; 2] {
+    pub(crate) fn horizon(&self) -> [f32; 2] {
         [self.horizon_rad().cos() as f32, self.horizon_rad().sin() as f32]
     }
 
     /// Returns the angle of the horizon below horizontal, in radians.
-    pub fn horizon_rad(&self) -> f64 {
+    pub(crate) fn horizon_rad(&self) -> f64 {
         f64::from(self.horizon_deg).to_radians()
     }
 }
@@ -172,13 +173,13 @@ pub fn preset_text(name: &str) -> Option<&'static str> {
 impl Style {
     /// Returns whether two styles have the same name and the same kinds of layers in the same order, so that one is the
     /// other with changed values.
-    pub fn is_edit_of(&self, other: &Self) -> bool {
+    pub(crate) fn is_edit_of(&self, other: &Self) -> bool {
         let kinds = |style: &Self| style.layers.iter().map(Layer::kind).collect::<Vec<_>>();
         self.name == other.name && kinds(self) == kinds(other)
     }
 
     /// Returns whether tones use the own colours of trees and models.
-    pub fn needs_local_colors(&self) -> bool {
+    pub(crate) fn needs_local_colors(&self) -> bool {
         self.tone.local_color() > 0.0
     }
 
@@ -194,12 +195,12 @@ impl Style {
     }
 
     /// Returns whether the land is drawn with rows or cut lines, so that hatching applies only to models and trees.
-    pub fn has_land_lines(&self) -> bool {
+    pub(crate) fn has_land_lines(&self) -> bool {
         self.rows().is_some() || self.lowest_cuts().is_some()
     }
 
     /// Returns the linear colour that tones fade to far from the focus, before it is multiplied by the paper.
-    pub fn unfocused(&self) -> [f32; 3] {
+    pub(crate) fn unfocused(&self) -> [f32; 3] {
         let own = self.focus.as_ref().and_then(|focus| focus.color);
         let haze = self.haze.color.linear();
         let is_dark = haze.iter().sum::<f32>() < DARK_HAZE;
@@ -207,29 +208,29 @@ impl Style {
     }
 
     /// Returns the light that emphasises relief, if the kind of tone supports it.
-    pub fn drawn_relief(&self) -> Option<&Relief> {
+    pub(crate) fn drawn_relief(&self) -> Option<&Relief> {
         self.relief.as_ref().filter(|_| self.tone.uses_light())
     }
 
     /// Returns whether tones show shadows of trees.
-    pub fn needs_tree_shadows(&self) -> bool {
+    pub(crate) fn needs_tree_shadows(&self) -> bool {
         self.tone.uses_light() && self.light.shadow > 0.0
     }
 
     /// Returns whether smoothed normals of the land are needed.
-    pub fn needs_form(&self) -> bool {
+    pub(crate) fn needs_form(&self) -> bool {
         let of_tones = self.tone.uses_light() && self.light.detail < 1.0;
         let of_lines = self.tone_lines().is_some_and(|lines| lines.abstracted > 0.0);
         self.light.form_px > 0.0 && (of_tones || of_lines)
     }
 
     /// Returns whether crests are drawn lighter than hollows.
-    pub fn needs_crests(&self) -> bool {
+    pub(crate) fn needs_crests(&self) -> bool {
         self.tone.uses_light() && self.light.crests > 0.0
     }
 
     /// Returns whether tones need horizon maps, for cast shadows or ambient occlusion.
-    pub fn needs_horizons(&self) -> bool {
+    pub(crate) fn needs_horizons(&self) -> bool {
         self.tone.uses_light() && (self.light.shadow > 0.0 || self.light.occlusion > 0.0)
     }
 
@@ -319,6 +320,17 @@ impl Style {
     pub fn text(&self) -> String {
         parameters::text(self)
     }
+}
+
+/// Returns the text of a style file with another value at a key, such as `strokes.width_px`. Comments, order and all
+/// other values are preserved; a missing section or key is added at the end. Errors begin with `name`, the name of the
+/// file.
+///
+/// # Errors
+/// Invalid TOML; a key that no parameter has; the index of a list entry that does not exist. The value itself is only
+/// checked when the text is read.
+pub fn with_value(name: &str, text: &str, key: &str, value: impl Into<toml_edit::Value>) -> Result<String, StyleError> {
+    Ok(parameters::set::<Style>(name, text, key, value)?)
 }
 
 /// Returns the text of a style with its sections as `[[layers]]`, the present form; comments and all other text stay.

@@ -27,11 +27,11 @@ mod text;
 use serde::de::DeserializeOwned;
 
 pub(crate) use definition::unit;
-pub use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
+pub(crate) use definition::{Choice, Definition, Parameter, ValueKind, parameters_of};
 pub use document::document;
-pub use range::Range;
-pub use setting::{Setting, absent, first};
-pub use text::{Tree, find, set, text};
+pub(crate) use range::Range;
+pub(crate) use setting::{Setting, absent, first};
+pub(crate) use text::{Tree, find, set, text};
 
 use super::layers;
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -232,7 +232,7 @@ pub(crate) use choices;
 ///
 /// # Errors
 /// Invalid TOML; an unknown or missing key; a value of the wrong type or out of its range.
-pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
+pub(crate) fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, TomlError> {
     let known: Vec<&'static str> = match T::kind() {
         ValueKind::Section(definitions) => definitions.iter().map(|definition| definition.key).collect(),
         _ => Vec::new(),
@@ -243,7 +243,7 @@ pub fn read<T: Setting + DeserializeOwned>(name: &str, text: &str) -> Result<T, 
 }
 
 /// Returns the message about several required keys that a section lacks.
-pub fn keys_are_missing(keys: &[&str]) -> String {
+pub(crate) fn keys_are_missing(keys: &[&str]) -> String {
     let keys: Vec<String> = keys.iter().map(|key| format!("\"{key}\"")).collect();
     format!("the keys {} are missing", keys.join(", "))
 }

@@ -84,7 +84,7 @@ impl Relief {
     }
 
     /// Returns whether light is warped or scaled by curvature.
-    pub fn needs_curvature(&self) -> bool {
+    pub(crate) fn needs_curvature(&self) -> bool {
         self.kind != ReliefKind::Exaggerated && self.alpha_px != 0.0
     }
 }

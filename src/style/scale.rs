@@ -10,7 +10,7 @@ use super::parameters::{Range, Setting};
 use super::{Style, texture};
 
 /// Dots per inch for which pixel lengths in styles are meant, as in CSS.
-pub const REFERENCE_DPI: f64 = 96.0;
+pub(crate) const REFERENCE_DPI: f64 = 96.0;
 
 impl Style {
     /// Returns the style with all pixel lengths multiplied by `factor` and clamped to their ranges.
@@ -26,7 +26,7 @@ impl Style {
     }
 
     /// Returns a phrase that lists what [`Style::scaled`] cannot scale in this style; `None` if it scales everything.
-    pub fn unscaled(&self) -> Option<String> {
+    pub(crate) fn unscaled(&self) -> Option<String> {
         let of_layers = self.layers.iter().filter_map(|layer| Some((layer.behaviour().unscaled()?, true)));
         let of_style = [
             ("the grain of the paper", self.paper.grain > 0.0),

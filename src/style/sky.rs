@@ -59,14 +59,14 @@ choices! {
 
 impl Sky {
     /// Returns whether the sky has more than its gradient.
-    pub fn is_drawn(&self) -> bool {
+    pub(crate) fn is_drawn(&self) -> bool {
         [self.rules_px, self.clouds, self.bokashi, self.horizon_bokashi, self.sun_deg, self.stars]
             .into_iter()
             .any(|amount| amount > 0.0)
     }
 
     /// Returns whether the sky has lines: ruled lines, or outlines of clouds or the sun.
-    pub fn has_lines(&self) -> bool {
+    pub(crate) fn has_lines(&self) -> bool {
         self.rules_px > 0.0 || self.outline_px > 0.0 && (self.clouds > 0.0 || self.sun_deg > 0.0)
     }
 
@@ -85,7 +85,7 @@ impl Sky {
     }
 
     /// Returns whether the sky has a coloured gradient or a graded band.
-    pub fn has_colors(&self) -> bool {
+    pub(crate) fn has_colors(&self) -> bool {
         let gradient = [self.zenith, self.horizon].iter().any(|color| *color != Color::WHITE);
         gradient || self.bokashi.max(self.horizon_bokashi) > 0.0
     }

@@ -148,7 +148,7 @@ fn rises(stops: &[Stop], key: &str) -> Result<(), Wrong> {
 
 impl Tone {
     /// Returns whether the tones follow `[light]`, with its shadows, form, crests and occlusion, and `[relief]`.
-    pub fn uses_light(&self) -> bool {
+    pub(crate) fn uses_light(&self) -> bool {
         match self {
             Self::Plain(_) => false,
             Self::Toon(_) => true,
@@ -156,7 +156,7 @@ impl Tone {
     }
 
     /// Returns how much trees and models show their own colours, 0 to 1.
-    pub fn local_color(&self) -> f32 {
+    pub(crate) fn local_color(&self) -> f32 {
         match self {
             Self::Plain(plain) => plain.local_color,
             Self::Toon(toon) => toon.local_color,
@@ -164,7 +164,7 @@ impl Tone {
     }
 
     /// Returns whether tones are drawn as colours, and are not only input of the hatching.
-    pub fn is_seen(&self) -> bool {
+    pub(crate) fn is_seen(&self) -> bool {
         match self {
             Self::Plain(_) => true,
             Self::Toon(toon) => toon.wash > 0.0,
@@ -172,7 +172,7 @@ impl Tone {
     }
 
     /// Returns the name of the kind, as written in a style file.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         self.kind_and_keys().0.name()
     }
 

@@ -22,7 +22,7 @@ const DRAW: Draw = Draw {
 
 /// The area of an eye's picture that is not visible.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct HiddenArea {
+pub(crate) struct HiddenArea {
     /// Triangle corners, three per triangle, in normalised device coordinates (−1 to 1, y up).
     pub corners: Vec<[f32; 2]>,
 }

@@ -5,8 +5,9 @@
 use crate::tests::common;
 
 use crate::tests::helpers::forest::{DrawnTree, listed, of};
+use crate::tests::helpers::stroke_lines::strokes_left;
 use common::World;
-use common::draw::{NOON, draw, floats, still, strokes_left};
+use common::draw::{NOON, draw, floats, still};
 use common::grid_of;
 use glam::{DVec2, DVec3, Vec3};
 use hachure::forest::edges::{MeshEdge, edges};

@@ -8,9 +8,10 @@ use crate::tests::common;
 
 use std::collections::HashMap;
 
+use crate::tests::helpers::stroke_lines::strokes_left;
 use crate::tests::helpers::stroke_lines::{along_strokes, covered, doubled, missed};
 use common::World;
-use common::draw::{NOON, draw, still, strokes_left};
+use common::draw::{NOON, draw, still};
 use common::hill::Hill;
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;

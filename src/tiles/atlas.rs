@@ -18,7 +18,7 @@ pub(crate) const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32F
 pub(crate) const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 
 /// A tile on the GPU, with its statistics.
-pub struct Resident {
+pub(crate) struct Resident {
     /// The layer of the texture that contains its heights.
     pub slot: u32,
     /// Height range, errors and no-data of the tile.
@@ -33,7 +33,7 @@ pub struct Resident {
 }
 
 /// The tiles on the GPU: a texture array, and the tile in each of its layers.
-pub struct Atlas {
+pub(crate) struct Atlas {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
     ring: UploadRing,
@@ -45,7 +45,7 @@ pub struct Atlas {
 
 impl Atlas {
     /// Creates an atlas for `tiles` tiles, or as many as fit in `memory_bytes` and the device's limits.
-    pub fn new(gpu: &Gpu, tiles: u64, memory_bytes: u64) -> Self {
+    pub(crate) fn new(gpu: &Gpu, tiles: u64, memory_bytes: u64) -> Self {
         let limits = gpu.device.limits();
         let slots = tiles
             .min(memory_bytes / SLOT_BYTES)
@@ -72,22 +72,22 @@ impl Atlas {
     }
 
     /// Returns all heights: an array with a layer for each slot.
-    pub fn view(&self) -> &wgpu::TextureView {
+    pub(crate) fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
     /// Returns the number of slots, which never changes.
-    pub fn slots(&self) -> u32 {
+    pub(crate) fn slots(&self) -> u32 {
         self.slots
     }
 
     /// Returns a tile that is on the GPU, without marking it as used.
-    pub fn get(&self, tile: TileAddress) -> Option<&Resident> {
+    pub(crate) fn get(&self, tile: TileAddress) -> Option<&Resident> {
         self.used.get(&tile)
     }
 
     /// Returns a tile that is on the GPU, and marks it as used in frame `frame`.
-    pub fn want(&self, tile: TileAddress, frame: u64) -> Option<&Resident> {
+    pub(crate) fn want(&self, tile: TileAddress, frame: u64) -> Option<&Resident> {
         let resident = self.used.get(&tile)?;
         resident.last_wanted.set(resident.last_wanted.get().max(frame));
         Some(resident)
@@ -96,7 +96,7 @@ impl Atlas {
     /// Uploads tiles in the given order, into free slots or those of the least recently used tiles, but never of a tile
     /// that is used in frame `frame`. Returns the uploaded tiles. The others have to be offered again: there was no
     /// free slot, or the byte budget of a frame of `frame_s` seconds is used up.
-    pub fn insert(
+    pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
         tiles: &[(TileAddress, &LoadedTile)],
@@ -155,22 +155,17 @@ impl Atlas {
     }
 
     /// Returns the number of tiles on the GPU.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.used.len()
     }
 
-    /// Returns whether no tile is on the GPU.
-    pub fn is_empty(&self) -> bool {
-        self.used.is_empty()
-    }
-
     /// Returns the number of tiles evicted so far.
-    pub fn evicted(&self) -> u64 {
+    pub(crate) fn evicted(&self) -> u64 {
         self.evicted
     }
 
     /// Returns the GPU memory in bytes, staging buffers included.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         u64::from(self.slots) * SLOT_BYTES + self.ring.bytes()
     }
 }

@@ -17,7 +17,7 @@ pub(crate) const HORIZON_MAP_SIDE: u32 = 130;
 pub(crate) const HORIZON_MAP_BYTES: u64 = HORIZON_MAP_SIDE as u64 * HORIZON_MAP_SIDE as u64 * 4;
 
 /// The horizon maps; their key is the direction to the sun: a unit vector, east and north.
-pub struct HorizonMaps {
+pub(crate) struct HorizonMaps {
     /// The maps on the GPU.
     pub maps: SlotMaps<Vec2>,
     sampler: wgpu::Sampler,
@@ -25,18 +25,18 @@ pub struct HorizonMaps {
 
 impl HorizonMaps {
     /// Creates as many maps as the atlas has slots; none is computed yet.
-    pub fn new(gpu: &Gpu, atlas: &Atlas) -> Self {
+    pub(crate) fn new(gpu: &Gpu, atlas: &Atlas) -> Self {
         let maps = SlotMaps::new(gpu, atlas, "horizon maps", [HORIZON_MAP_SIDE; 2], Vec2::Y);
         Self { maps, sampler: gpu.device.create_sampler(&wgpu::SamplerDescriptor::default()) }
     }
 
     /// Returns the sampler for gathering texels, which does not filter.
-    pub fn sampler(&self) -> &wgpu::Sampler {
+    pub(crate) fn sampler(&self) -> &wgpu::Sampler {
         &self.sampler
     }
 
     /// Sets the direction to the sun from the next plan on. At the zenith, the azimuth is arbitrary.
-    pub fn set_sun(&mut self, to_sun: DVec2) {
+    pub(crate) fn set_sun(&mut self, to_sun: DVec2) {
         self.maps.set_key(to_sun.try_normalize().unwrap_or(DVec2::Y).as_vec2());
     }
 }

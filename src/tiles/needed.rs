@@ -19,7 +19,7 @@ use crate::scene::frustum::{Bounds, Frustum};
 
 /// The rule by which the surface chooses its level; shared with the shader.
 #[derive(Clone, Debug)]
-pub struct LevelRule {
+pub(crate) struct LevelRule {
     /// Position of the camera in the world, in metres.
     pub camera_m: DVec3,
     /// The view frusta.
@@ -34,7 +34,7 @@ pub struct LevelRule {
 
 /// A tile that a view needs.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Needed {
+pub(crate) struct Needed {
     pub address: TileAddress,
     /// Visible error of the parent that is drawn instead, approximately, in multiples of the allowed error; higher in
     /// the middle of the view. At most the parent's urgency.

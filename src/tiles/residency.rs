@@ -57,7 +57,7 @@ pub struct Loaded {
 
 /// The requirements of a frame: a view, and the motion of its camera.
 #[derive(Clone, Debug)]
-pub struct Movement {
+pub(crate) struct Movement {
     /// The level rule of the view that is drawn.
     pub rule: LevelRule,
     /// Velocity of the camera.
@@ -76,7 +76,7 @@ struct Failure {
 }
 
 /// The tiles of a terrain, from loading to their slots on the GPU.
-pub struct Residency {
+pub(crate) struct Residency {
     store: Arc<dyn TileStore>,
     loader: Loader,
     cache: TileCache,
@@ -98,7 +98,7 @@ pub struct Residency {
 
 impl Residency {
     /// Creates a scheduler that has loaded nothing. It may use `memory_bytes` on the GPU and as much on the CPU.
-    pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, memory_bytes: u64) -> Self {
+    pub(crate) fn new(gpu: &Gpu, store: Arc<dyn TileStore>, memory_bytes: u64) -> Self {
         let tiles = store.levels().iter().map(|size| u64::from(size.tiles_x()) * u64::from(size.tiles_y())).sum();
         Self {
             loader: Loader::new(Arc::clone(&store)),
@@ -116,14 +116,14 @@ impl Residency {
     }
 
     /// Returns a tile that is in memory.
-    pub fn in_memory(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
+    pub(crate) fn in_memory(&self, address: TileAddress) -> Option<&Arc<LoadedTile>> {
         self.cache.peek(address)
     }
 
     /// Returns the ground's height in metres at a grid position, from the finest tile that the view needs and that is
     /// in memory. Other tiles are in memory by chance, and no picture may depend on them. The result is fine enough,
     /// because the tiles of the land in front of the camera extend under it.
-    pub fn height_m(&self, grid: DVec2) -> Option<f64> {
+    pub(crate) fn height_m(&self, grid: DVec2) -> Option<f64> {
         let levels = self.store.levels();
         // Coarse levels come first.
         let tiles = self.needed.iter().rev().map(|tile| tile.address);
@@ -134,41 +134,41 @@ impl Residency {
     }
 
     /// Returns whether a tile is not on the GPU but can still be loaded.
-    pub fn can_come(&self, address: TileAddress) -> bool {
+    pub(crate) fn can_come(&self, address: TileAddress) -> bool {
         let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MOST_TRIES);
         self.atlas.get(address).is_none() && !given_up() && self.needed.len() < self.atlas.slots() as usize
     }
 
     /// Returns whether tiles are being loaded, or will be retried soon.
-    pub fn is_busy(&self, now_s: f64) -> bool {
+    pub(crate) fn is_busy(&self, now_s: f64) -> bool {
         let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
         self.loader.pending() > 0 || self.failures.values().any(soon)
     }
 
     /// Returns the error of the first tile that could not be read.
-    pub fn failure(&self) -> Option<&Arc<PyramidError>> {
+    pub(crate) fn failure(&self) -> Option<&Arc<PyramidError>> {
         self.failure.as_ref()
     }
 
     /// Waits for the loading threads, when rendering to files.
-    pub fn wait(&self) {
+    pub(crate) fn wait(&self) {
         self.loader.wait(std::time::Duration::from_millis(100));
     }
 
     /// Returns the memory of decoded tiles in bytes.
-    pub fn cache_bytes(&self) -> u64 {
+    pub(crate) fn cache_bytes(&self) -> u64 {
         self.cache.bytes()
     }
 
     /// Returns the number of tiles cancelled before they were loaded, since the start.
-    pub fn cancelled(&self) -> u64 {
+    pub(crate) fn cancelled(&self) -> u64 {
         self.loader.cancelled()
     }
 
     /// Advances by a frame: takes finished tiles, uploads as many as a frame may, and requests missing ones. Never
     /// waits. `fade_step_s` is the time since the last frame; `None` disables fading, and requests tiles for this view
     /// only.
-    pub fn update(
+    pub(crate) fn update(
         &mut self,
         gpu: &Gpu,
         grid_projection: &GridProjection,

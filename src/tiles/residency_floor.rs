@@ -20,7 +20,7 @@ type Corner = (u32, u32, u32);
 
 /// The floor at the corners where it is not 0.
 #[derive(Default)]
-pub struct ResidencyFloor {
+pub(crate) struct ResidencyFloor {
     corners: FxHashMap<Corner, f32>,
 }
 
@@ -30,23 +30,23 @@ fn corners(tile: TileAddress) -> [Corner; 4] {
 
 impl ResidencyFloor {
     /// Returns whether the whole surface is as fine as the view wants.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.corners.is_empty()
     }
 
     /// Returns whether the floor is decreasing at some corner.
-    pub fn is_fading(&self) -> bool {
+    pub(crate) fn is_fading(&self) -> bool {
         self.corners.values().any(|value| *value < 1.0)
     }
 
     /// Returns the floor at the corners of a tile: north-west, north-east, south-west, south-east.
-    pub fn at(&self, tile: TileAddress) -> [f32; 4] {
+    pub(crate) fn at(&self, tile: TileAddress) -> [f32; 4] {
         corners(tile).map(|corner| self.corners.get(&corner).copied().unwrap_or(0.0))
     }
 
     /// Advances by a frame. `wanted` has all tiles that the view needs, coarser levels first, each with whether it is
     /// on the GPU. `step_s` is the time since the last frame; `None` disables fading.
-    pub fn update(&mut self, wanted: impl Iterator<Item = (TileAddress, bool)>, step_s: Option<f64>) {
+    pub(crate) fn update(&mut self, wanted: impl Iterator<Item = (TileAddress, bool)>, step_s: Option<f64>) {
         let fading = match step_s {
             Some(step_s) => {
                 let step = (step_s / FADE_S) as f32;

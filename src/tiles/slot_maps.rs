@@ -36,7 +36,7 @@ struct Made<K> {
 }
 
 /// The maps of a kind, and those that this frame has to compute.
-pub struct SlotMaps<K> {
+pub(crate) struct SlotMaps<K> {
     view: wgpu::TextureView,
     bytes: u64,
     slots: u32,
@@ -49,7 +49,7 @@ pub struct SlotMaps<K> {
 
 /// The parameters of a frame for its maps.
 #[derive(Clone, Copy, Debug)]
-pub struct MapStep {
+pub(crate) struct MapStep {
     /// Number of the frame.
     pub frame: u64,
     /// The largest number of maps to compute.
@@ -60,7 +60,7 @@ pub struct MapStep {
 
 impl<K: Copy + PartialEq> SlotMaps<K> {
     /// Creates as many maps as the atlas has slots, of `size` texels each; none is computed yet.
-    pub fn new(gpu: &Gpu, atlas: &Atlas, name: &'static str, size: [u32; 2], key: K) -> Self {
+    pub(crate) fn new(gpu: &Gpu, atlas: &Atlas, name: &'static str, size: [u32; 2], key: K) -> Self {
         let [width, height] = size;
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(name),
@@ -90,38 +90,38 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
     }
 
     /// Returns all maps, a layer for each slot of the atlas.
-    pub fn view(&self) -> &wgpu::TextureView {
+    pub(crate) fn view(&self) -> &wgpu::TextureView {
         &self.view
     }
 
     /// Returns the GPU memory of all maps in bytes, computed or not.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.bytes
     }
 
     /// Returns the current key, the input of the maps besides heights.
-    pub fn key(&self) -> K {
+    pub(crate) fn key(&self) -> K {
         self.key
     }
 
     /// Sets the key from the next plan on.
-    pub fn set_key(&mut self, key: K) {
+    pub(crate) fn set_key(&mut self, key: K) {
         self.key = key;
     }
 
     /// Returns the maps that this frame computes.
-    pub fn jobs(&self) -> &[MapJob] {
+    pub(crate) fn jobs(&self) -> &[MapJob] {
         &self.jobs
     }
 
     /// Returns the fraction of a level by which a picture stays above a tile's level, at the tile's corners, or `None`
     /// if the tile has no map.
-    pub fn floor_at(&self, atlas: &Atlas, tile: TileAddress) -> Option<[f32; 4]> {
+    pub(crate) fn floor_at(&self, atlas: &Atlas, tile: TileAddress) -> Option<[f32; 4]> {
         self.made_of(atlas, tile).map(|_| self.floor.at(tile))
     }
 
     /// Marks the planned maps as not computed, because the frame of the last plan was not drawn.
-    pub fn forget_planned(&mut self) {
+    pub(crate) fn forget_planned(&mut self) {
         for job in self.jobs.drain(..) {
             self.made.retain(|_, made| made.slot as i32 != job.slot);
         }
@@ -134,7 +134,7 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
 
     /// Chooses the maps to compute in this frame among those that the view needs, and marks them as computed. Returns
     /// whether the next frame of the same view would have other maps, because some are left for it or are fading in.
-    pub fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
+    pub(crate) fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
         let MapStep { frame, most, fade_step_s } = step;
         let Residency { atlas, needed, map_neighbours, .. } = residency;
         // A map depends on tiles in the page table only, not on others that are in the atlas by chance.

@@ -191,7 +191,7 @@ impl Terrain {
     }
 
     /// Returns the mapping between grid and world as the GPU approximates it, by polynomials.
-    pub fn grid_projection(&self) -> &GridProjection {
+    pub(crate) fn grid_projection(&self) -> &GridProjection {
         &self.grid_projection
     }
 
@@ -218,12 +218,12 @@ impl Terrain {
     }
 
     /// Returns the ground heights by grid coordinates of level 0.
-    pub fn ground(&self) -> &Ground {
+    pub(crate) fn ground(&self) -> &Ground {
         &self.ground
     }
 
     /// Returns the height like [`Terrain::height_m`], but from the finest tile in memory, or `None` if there is none.
-    pub fn height_at_hand_m(&self, world_m: DVec2) -> Option<f64> {
+    pub(crate) fn height_at_hand_m(&self, world_m: DVec2) -> Option<f64> {
         let grid = self.grid_projection.grid_from_world(world_m);
         let levels = self.store.levels();
         (0..levels.len() as u32).find_map(|level| {
@@ -254,7 +254,7 @@ impl Terrain {
 
     /// Requests horizon maps toward a sun in the direction `to_sun` for the next frame. With `None` they are not
     /// requested; existing ones are kept for a while, because they take long to compute.
-    pub fn map_horizons(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
+    pub(crate) fn map_horizons(&mut self, gpu: &Gpu, to_sun: Option<DVec3>) {
         self.needs_horizons = to_sun.is_some();
         match to_sun {
             Some(to_sun) => {
@@ -269,7 +269,7 @@ impl Terrain {
 
     /// Requests water maps for the next frame, with the sea level in metres if there is a sea: `Some(None)` is water
     /// without a sea. With `None` they are not requested; existing ones are kept for a while.
-    pub fn map_water(&mut self, gpu: &Gpu, sea_level_m: Option<Option<f64>>) {
+    pub(crate) fn map_water(&mut self, gpu: &Gpu, sea_level_m: Option<Option<f64>>) {
         self.needs_water = sea_level_m.is_some();
         match sea_level_m {
             Some(sea_level_m) => {
@@ -284,7 +284,7 @@ impl Terrain {
     }
 
     /// Marks the planned maps as not computed, because the frame for which the terrain was prepared was not drawn.
-    pub fn forget_planned_maps(&mut self) {
+    pub(crate) fn forget_planned_maps(&mut self) {
         if let Some(horizons) = &mut self.horizon_maps {
             horizons.maps.forget_planned();
         }
@@ -294,17 +294,17 @@ impl Terrain {
     }
 
     /// Returns the horizon maps, or `None` while nobody requests them.
-    pub fn horizon_maps(&self) -> Option<&HorizonMaps> {
+    pub(crate) fn horizon_maps(&self) -> Option<&HorizonMaps> {
         self.horizon_maps.as_ref()
     }
 
     /// Returns the water maps, or `None` while nobody requests them.
-    pub fn water_maps(&self) -> Option<&WaterMaps> {
+    pub(crate) fn water_maps(&self) -> Option<&WaterMaps> {
         self.water_maps.as_ref()
     }
 
     /// Returns the earth as a camera at a height sees it in the last view.
-    pub fn earth_curvature(&self, camera_z_m: f64) -> EarthCurvature {
+    pub(crate) fn earth_curvature(&self, camera_z_m: f64) -> EarthCurvature {
         let lowest_m = f64::from(self.store.range_m()[0]);
         let earth = EarthCurvature { inverse_radius: self.options.inverse_radius, camera_z_m, lowest_m };
         earth.with_horizon(self.horizon_rad)
@@ -312,25 +312,25 @@ impl Terrain {
 
     /// Returns a lower bound of the distance of the surface from a camera, in metres: half the camera's height above
     /// the ground of the last view.
-    pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
+    pub(crate) fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
         let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
 
     /// Returns the uniform alone, for passes that import `hachure::earth` and do not evaluate the surface.
-    pub fn uniform(&self) -> Named {
+    pub(crate) fn uniform(&self) -> Named {
         self.buffers.uniform()
     }
 
     /// Returns the resources that `shaders/shared/terrain.wgsl` and `shared/surface.wgsl` declare.
-    pub fn resources(&self) -> [Named; 5] {
+    pub(crate) fn resources(&self) -> [Named; 5] {
         self.buffers.resources(&self.residency.atlas)
     }
 
     /// Returns the resources that `shaders/shared/horizon_maps.wgsl` needs besides the uniform, or `None` if nobody has
     /// requested horizon maps.
-    pub fn horizon_map_resources(&self) -> Option<[Named; 5]> {
+    pub(crate) fn horizon_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.horizon_maps.as_ref()?;
         let [_, levels, rows, tiles, _] = self.resources();
         Some([
@@ -343,7 +343,7 @@ impl Terrain {
     }
 
     /// Returns the resources that `shaders/shared/water_maps.wgsl` needs, or `None` if nobody has requested water maps.
-    pub fn water_map_resources(&self) -> Option<[Named; 5]> {
+    pub(crate) fn water_map_resources(&self) -> Option<[Named; 5]> {
         let maps = self.water_maps.as_ref()?;
         let [terrain, levels, rows, tiles, _] = self.resources();
         Some([terrain, levels, rows, tiles, ("water_maps", Resource::Texture("water maps", maps.view().clone()))])

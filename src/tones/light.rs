@@ -9,7 +9,7 @@ const LEVEL_END: f32 = 4.0;
 
 impl LightUniform {
     /// Returns the uniform of a style in a scene's light.
-    pub fn new(style: &Style, light: &scene::Light) -> Self {
+    pub(crate) fn new(style: &Style, light: &scene::Light) -> Self {
         let Shading { wrap, ambient, shadow, occlusion, slope, exposure, contrast, form_px, detail, level_deg, .. } =
             style.light;
         Self {

@@ -82,7 +82,7 @@ fn opacity(ink: &Color, part: f64) -> f64 {
 
 /// Lines of one kind. They become one layer of the drawing, or one for each pen.
 #[derive(Clone, Debug)]
-pub struct Group {
+pub(crate) struct Group {
     /// XML id of the layer.
     pub id: String,
     /// Human-readable name of the layer.
@@ -97,7 +97,7 @@ pub struct Group {
 
 /// The kind of the lines of a group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum GroupKind {
+pub(crate) enum GroupKind {
     /// Strokes along edges of this kind; each becomes one path.
     Strokes(EdgeKind),
     /// Lines of any other ink (hatching marks, contour lines of height, shores): a path ends where the width changes.
@@ -106,7 +106,7 @@ pub enum GroupKind {
 
 impl GroupKind {
     /// Returns the name of the kind in one or two words.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Strokes(EdgeKind::Contour) => "contour",
             Self::Strokes(EdgeKind::Border) => "border",

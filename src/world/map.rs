@@ -21,7 +21,7 @@ impl OpenWorld {
     }
 
     /// Returns the map of a picture whose lowest `foot_px` rows are bare paper and not part of the area.
-    pub fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
+    pub(crate) fn map_above(&self, area: MapArea, [width, height]: [u32; 2], foot_px: u32) -> (Map, Pose) {
         let terrain = &self.surfaces.terrain;
         let foot_px = foot_px.min(height.saturating_sub(1));
         let map = Map::new(area, terrain.corners_m(), [width, height - foot_px]).with_foot(foot_px);

@@ -2,11 +2,11 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
-pub mod given_water;
+pub(crate) mod given_water;
 mod map;
 mod meshes;
-pub mod open;
-pub mod scattered;
+pub(crate) mod open;
+pub(crate) mod scattered;
 mod tree_models;
 
 use std::sync::Arc;
@@ -14,7 +14,8 @@ use std::sync::Arc;
 use glam::DVec3;
 
 use self::given_water::GivenWater;
-pub use self::open::{OpenWorld, WorldError, inputs_of, open_store, scene_of};
+pub(crate) use self::open::inputs_of;
+pub use self::open::{OpenWorld, WorldError, open_store, scene_of};
 use crate::forest::cover::Cover;
 use crate::forest::model::TreeModel;
 use crate::gpu::Gpu;
@@ -63,17 +64,17 @@ impl From<Terrain> for Surfaces {
 
 impl Surfaces {
     /// Returns whether there are surfaces that may have colours of their own.
-    pub fn has_local_colors(&self) -> bool {
+    pub(crate) fn has_local_colors(&self) -> bool {
         self.meshes.is_some() || self.forest.is_some()
     }
 
     /// Returns the models on the land, if there are any.
-    pub fn meshes(&self) -> Option<&Arc<Placed>> {
+    pub(crate) fn meshes(&self) -> Option<&Arc<Placed>> {
         self.meshes.as_ref()
     }
 
     /// Replaces the models on the land.
-    pub fn set_meshes(&mut self, placed: Placed) {
+    pub(crate) fn set_meshes(&mut self, placed: Placed) {
         self.meshes = (!placed.standing.is_empty()).then(|| Arc::new(placed));
     }
 
@@ -88,22 +89,22 @@ impl Surfaces {
     }
 
     /// Returns the rasters that define where the forest's trees are, if there are any.
-    pub fn forest_cover(&self) -> Option<&Arc<Cover>> {
+    pub(crate) fn forest_cover(&self) -> Option<&Arc<Cover>> {
         self.forest_cover.as_ref()
     }
 
     /// Replaces or removes the rasters that define where trees are.
-    pub fn set_forest_cover(&mut self, cover: Option<Arc<Cover>>) {
+    pub(crate) fn set_forest_cover(&mut self, cover: Option<Arc<Cover>>) {
         self.forest_cover = cover;
     }
 
     /// Returns the models of the trees, in the order of the forest ([`Forest::models`]).
-    pub fn tree_models(&self) -> &[Arc<TreeModel>] {
+    pub(crate) fn tree_models(&self) -> &[Arc<TreeModel>] {
         &self.tree_models
     }
 
     /// Sets [`Surfaces::tree_models`]; a species whose model is missing is drawn as a broadleaf.
-    pub fn set_tree_models(&mut self, models: Vec<Arc<TreeModel>>) {
+    pub(crate) fn set_tree_models(&mut self, models: Vec<Arc<TreeModel>>) {
         self.tree_models = models;
     }
 
@@ -123,12 +124,12 @@ impl Surfaces {
     }
 
     /// Returns the water given in addition to that which heights show, if there is any.
-    pub fn given_water(&self) -> Option<&Arc<GivenWater>> {
+    pub(crate) fn given_water(&self) -> Option<&Arc<GivenWater>> {
         self.given_water.as_ref()
     }
 
     /// Replaces or removes the given water. To be called before the first frame, because maps of tiles are cached.
-    pub fn set_given_water(&mut self, water: Option<Arc<GivenWater>>) {
+    pub(crate) fn set_given_water(&mut self, water: Option<Arc<GivenWater>>) {
         self.given_water = water;
     }
 
@@ -148,7 +149,7 @@ impl Surfaces {
     }
 
     /// Returns a lower bound of the distance of all surfaces from a camera, in metres.
-    pub fn nearest_m(&self, camera_m: DVec3) -> f64 {
+    pub(crate) fn nearest_m(&self, camera_m: DVec3) -> f64 {
         let mesh_m = self.meshes().map_or(f64::INFINITY, |placed| placed.nearest_m(camera_m));
         self.terrain.nearest_m(camera_m).min(mesh_m)
     }

@@ -145,7 +145,7 @@ fn is_scene(path: &Path) -> bool {
 
 /// Returns all local files that a world is read from: the scene file, DEMs and rasters with their sidecar files, meshes
 /// with their materials and textures.
-pub fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
+pub(crate) fn inputs_of(world: Option<&str>, scene: &Scene) -> Inputs {
     let mut inputs = Inputs::default();
     if let Some(path) = world.map(Path::new).filter(|path| is_scene(path)) {
         inputs.add(path);
@@ -319,7 +319,7 @@ impl OpenWorld {
     ///
     /// # Errors
     /// As for [`OpenWorld::on_gpu`].
-    pub fn on_gpu_with(
+    pub(crate) fn on_gpu_with(
         gpu: &Gpu,
         mut scene: Scene,
         store: Arc<dyn TileStore>,

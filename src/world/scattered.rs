@@ -21,7 +21,7 @@ const FIRST_SHARE: u32 = 16;
 
 /// The placement of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spot {
+pub(crate) struct Spot {
     /// Position of the model's origin in the world, in metres.
     pub at_m: DVec3,
     /// Rotation clockwise as seen from above, in degrees.
@@ -51,7 +51,7 @@ struct ScatterPoints<'a> {
 /// Returns the placements of a rule's models. `name` is the model's name, which seeds the points, so that two models
 /// with one rule get different places. `ground_m` returns the height of a place in metres, or `None` where there is no
 /// land; slopes are measured over `spacing_m` to both sides.
-pub fn scattered(
+pub(crate) fn scattered(
     scatter: &Scatter,
     name: &str,
     points: &Points,

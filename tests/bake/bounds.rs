@@ -1,6 +1,6 @@
 //! The stated errors are upper bounds of the real ones, in all rounds.
 
-use hachure::pyramid::surface::statistics::Voids;
+use hachure::pyramid::Voids;
 
 use crate::brute::{self, Level};
 use crate::{baked, tiles, world};

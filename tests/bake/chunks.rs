@@ -3,7 +3,7 @@
 use std::fs;
 
 use hachure::pyramid::Pyramid;
-use hachure::pyramid::surface::statistics::Voids;
+use hachure::pyramid::Voids;
 
 use crate::{baked, tiles, world};
 
@@ -88,7 +88,7 @@ fn threads_change_nothing() {
         let out = folder.path().join("a.tif");
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| drop(baked(&grid, &out, 0.02, 1)));
-        let files = [fs::read(&out).unwrap(), fs::read(hachure::pyramid::format::sidecar_path(&out)).unwrap()];
+        let files = [fs::read(&out).unwrap(), fs::read(hachure::internals::sidecar_path(&out)).unwrap()];
         assert!(first.get_or_insert_with(|| files.clone()) == &files, "{threads} threads give other files");
     }
 }

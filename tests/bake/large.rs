@@ -4,7 +4,7 @@
 
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use hachure::measure::memory;
+use hachure::internals::rss_bytes;
 use hachure::pyramid::bake::{BakeWork, Baked, bake_reader};
 use hachure::pyramid::{BakeOptions, Pyramid};
 use hachure::source::georeference::{Crs, Georeference};
@@ -72,7 +72,7 @@ fn large() {
         "{side}²: {:.1} s, {:.2} M samples/s, {peak}, rss {:?}, read {:.3} times, tif {:.3} bits, sidecar {:.3} bits a sample",
         report.duration.as_secs_f64(),
         samples / 1e6 / report.duration.as_secs_f64(),
-        memory::rss_bytes(),
+        rss_bytes(),
         reader.read.load(Ordering::Relaxed) as f64 / samples,
         report.tif_bytes as f64 * 8.0 / samples,
         report.sidecar_bytes as f64 * 8.0 / samples,

@@ -15,7 +15,7 @@ use std::path::Path;
 
 use hachure::pyramid::bake::{BakeReport, BakeWork, Baked, bake_reader};
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress};
-use hachure::source::reader::GridReader;
+use hachure::source::GridReader;
 use hachure::source::{HeightGrid, Silent};
 
 /// Returns whether the long tier of the tests is wanted (`./check --full`).

@@ -6,8 +6,8 @@ use std::process::{Child, Command, Output, Stdio};
 use std::time::{Duration, Instant};
 
 use geotiff_writer::GeoTiffBuilder;
+use hachure::internals::sidecar_path;
 use hachure::pyramid::Pyramid;
-use hachure::pyramid::format::sidecar_path;
 use ndarray::Array2;
 use serde_json::Value;
 

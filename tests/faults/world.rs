@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder};
+use hachure::internals::{BLOCK_BYTES, inspect};
 use hachure::pyramid::{self, BakeOptions, Pyramid, TileAddress, TileStore};
-use hachure::remote::{self, BLOCK_BYTES};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{HeightGrid, Silent};
 use ndarray::Array2;
@@ -126,7 +126,7 @@ impl World {
         let truth = self.bytes(name);
         let frames = self.frames(name);
         let mut found = Found::default();
-        for cached in remote::inspect(cache) {
+        for cached in inspect(cache) {
             let Some((index, bytes)) = cached.block else {
                 found.damaged += 1;
                 continue;

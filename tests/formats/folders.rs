@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use hachure::source::{self, Kind, Silent, SourceError, kind_of, members};
+use hachure::internals::{Kind, kind_of, members};
+use hachure::source::{self, Silent, SourceError};
 
 use crate::dem::Dem;
 use crate::write;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use hachure::pyramid::TileAddress;
+use hachure::pyramid::Voids;
 use hachure::pyramid::store::open_local_cog;
-use hachure::pyramid::surface::statistics::Voids;
 use hachure::source::{self, Silent};
 
 use crate::compare::{check, compare};

@@ -6,6 +6,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::Command;
 
+use hachure::internals::statistics;
 use hachure::source::{self, Silent, Window};
 
 use super::{memory, sparse};
@@ -41,7 +42,7 @@ fn measured() {
         }
         _ => {
             let reader = source::open_reader(path).unwrap();
-            let found = source::statistics(&*reader, path, &Silent).unwrap();
+            let found = statistics(&*reader, path, &Silent).unwrap();
             println!("{found:?}");
         }
     }
@@ -71,7 +72,7 @@ fn a_sparse_raster_takes_no_more_than_what_it_stores() {
     check(&path, &[("statistics", 0..300), ("windows", 0..300)]);
 
     let reader = source::open_reader(&path).unwrap();
-    let found = source::statistics(&*reader, &path, &Silent).unwrap();
+    let found = statistics(&*reader, &path, &Silent).unwrap();
     assert_eq!(([found.min_m, found.max_m], found.void_samples), sparse::expected(side));
     // Heights that are known without reading equal those that are read.
     let window = Window { x: 5000, y: 512, width: 700, height: 30 };
@@ -100,7 +101,7 @@ fn a_picture_is_decoded_by_rows() {
     check(&path, &[("statistics", 0..60), ("windows", 100..200), ("whole", 250..400)]);
 
     let reader = source::open_reader(&path).unwrap();
-    let found = source::statistics(&*reader, &path, &Silent).unwrap();
+    let found = statistics(&*reader, &path, &Silent).unwrap();
     assert_eq!((found.min_m, found.max_m, found.void_samples), (0.0, 8191.0, 0));
 }
 

@@ -7,15 +7,15 @@ use anyhow::ensure;
 use geotiff_writer::{CogBuilder, Compression, GeoTiffBuilder, Predictor, TiffVariant};
 use hachure::file::exr::{Channel, Samples, read_exr, write_exr};
 use hachure::file::png::{read_rgba8, write_rgba8};
-use hachure::internals::obj;
+use hachure::internals::GivenWater;
+use hachure::internals::{obj, read_mesh_list, statistics};
 use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
-use hachure::scene::{Scene, WaterFiles, mesh_list};
+use hachure::scene::{Scene, WaterFiles};
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, GeoKeys, Silent, Window};
 use hachure::style::{self, Style};
-use hachure::world::given_water::GivenWater;
 use ndarray::Array2;
 
 use super::dem::Dem;
@@ -98,7 +98,7 @@ pub(crate) const KINDS: &[Kind] = &[
     Kind { name: "pyramid", open: read_pyramid, seeds: pyramids, arguments: INFO },
     Kind { name: "obj", open: |path| Ok(obj::read(path).map(drop)?), seeds: objs, arguments: None },
     Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: scenes, arguments: INFO },
-    Kind { name: "instances", open: |path| Ok(mesh_list::read(path).map(drop)?), seeds: lists, arguments: None },
+    Kind { name: "instances", open: |path| Ok(read_mesh_list(path).map(drop)?), seeds: lists, arguments: None },
     Kind { name: "style", open: read_style, seeds: styles, arguments: Some(&["styles", "check"]) },
     Kind { name: "marks", open: read_marks, seeds: |home| recipes(home, "marks"), arguments: None },
     Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
@@ -129,7 +129,7 @@ fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
 /// Reads heights as `info` does, and some windows as a bake does.
 fn read_heights(path: &Path) -> anyhow::Result<()> {
     let reader = source::open_reader(path)?;
-    let found = source::statistics(&*reader, path, &Silent)?;
+    let found = statistics(&*reader, path, &Silent)?;
     ensure!(found.min_m <= found.max_m && found.min_m.abs().max(found.max_m.abs()) <= 1e6, "absurd: {found:?}");
     let [width, height] = reader.size();
     let side = |size: u32| size.min(9);

@@ -9,8 +9,8 @@ use std::time::Duration;
 use super::kinds::Kind;
 use super::seeds::Seed;
 use super::{memory, rule};
-use hachure::file::message::chain;
-use hachure::file::one_line;
+use hachure::internals::chain;
+use hachure::internals::one_line;
 
 /// The limits of a case.
 #[derive(Clone, Copy)]

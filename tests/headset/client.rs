@@ -4,8 +4,8 @@
 //! run again with [`client`].
 //! again for [`client`].
 
-use hachure::headset::session::{SessionPhase, VIEWS};
-use hachure::headset::{Headset, Runtime};
+use hachure::headset::Runtime;
+use hachure::internals::{Headset, SessionPhase, VIEWS};
 use openxr as xr;
 
 use crate::{Room, Run};

@@ -10,6 +10,7 @@ use hachure::world::OpenWorld;
 use hachure::world::TerrainOptions;
 
 use crate::Room;
+use crate::common::all_lines;
 use crate::common::draw::halves;
 
 const SIZES_PX: [[u32; 2]; 2] = [[96, 80], [80, 72]];
@@ -179,8 +180,7 @@ fn what_nobody_sees_is_not_drawn() {
         last_frame(&room).map(|(_, bytes)| bytes)
     };
     // A cap counts lines in windows, some of which extend into hidden parts.
-    let mut ink = Style::load("ink").unwrap();
-    ink.lines_mut().unwrap().crowd = 1.0;
+    let mut ink = all_lines("ink");
     // Level land would be white, like parts that are not drawn.
     ink.light.level_deg = 0.0;
     let ink_file = room.path("ink.toml");

@@ -4,11 +4,11 @@ use std::error::Error;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use hachure::file::message::chain;
+use hachure::internals::chain;
 use hachure::pyramid::PyramidError;
 use hachure::remote::RemoteError;
+use hachure::scene::SceneError;
 use hachure::scene::path::PathError;
-use hachure::scene::scene_file::SceneError;
 use hachure::source::{GeoreferenceError, SourceError};
 use hachure::style::{Style, StyleError};
 use hachure::world::MeshError;

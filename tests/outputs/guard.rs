@@ -1,6 +1,6 @@
 //! Tests that an input is never overwritten by an output, under whatever name.
 
-use hachure::source::members;
+use hachure::internals::members;
 
 use crate::place::{PATH, Place, changed, has_gpu};
 

@@ -3,7 +3,8 @@
 
 use std::time::Duration;
 
-use hachure::remote::{RemoteError, RemoteFile, Settings, never};
+use hachure::internals::RemoteFile;
+use hachure::remote::{RemoteError, Settings};
 
 use crate::faulty_server::Server;
 use crate::place::Place;
@@ -148,6 +149,6 @@ fn a_server_sends_nobody_to_a_file() {
     server.redirect("good.tif", &server.url("real.tif"));
     let settings = Settings { first_pause: Duration::from_millis(1), tries: 2, ..Settings::default() };
     let open = |name: &str| RemoteFile::open(&server.url(name), settings.clone());
-    assert_eq!(open("good.tif").unwrap().read(0, 7, &never).unwrap(), b"heights");
+    assert_eq!(open("good.tif").unwrap().read(0, 7, &|| false).unwrap(), b"heights");
     assert!(matches!(open("a.tif"), Err(RemoteError::Unusable { .. })));
 }

@@ -12,7 +12,7 @@ use crate::commands::arguments;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::svg::{Drawing, Layer, Stroke, write_svg_noted};
+use crate::file::svg::{Drawing, Layer, Stroke, write_svg};
 use crate::picture::sheets::sheet_path;
 use crate::vector::sheet::sides_mm;
 use crate::vector::sheets::{Place, Sheets, Wish};
@@ -24,7 +24,7 @@ const MARGIN_MM: f64 = 6.0;
 
 /// How a picture is cut into sheets.
 #[derive(Clone, Debug, Default, Args)]
-pub struct SheetArgs {
+pub(crate) struct SheetArgs {
     /// Also cut a .png or .svg with --paper or --dpi into sheets of this paper size (as in --paper, in either
     /// orientation), with crop marks and at the same scale: NAME-A1.png, NAME-A2.png and so on, next to the output
     #[arg(long, value_name = "PAPER")]
@@ -129,7 +129,7 @@ impl Job<'_> {
                 layers,
                 ..drawing.clone()
             };
-            write_svg_noted(&sheet_path(&self.args.output, place), &sheet, Some(&self.imprint_text()))?;
+            write_svg(&sheet_path(&self.args.output, place), &sheet, Some(&self.imprint_text()))?;
         }
         Ok(())
     }

@@ -232,7 +232,7 @@ impl Job<'_> {
             layers,
         };
         self.svg_sheets(&drawing)?;
-        svg::write_svg_noted(path, &drawing, Some(&self.imprint_text()))?;
+        svg::write_svg(path, &drawing, Some(&self.imprint_text()))?;
         self.drawn.append(&drawn);
         Ok(report)
     }

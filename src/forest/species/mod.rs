@@ -22,7 +22,7 @@ pub(crate) use self::canopy::canopy;
 
 /// The material of a part of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub(crate) enum Part {
     /// Trunk and limbs.
     Bark,
     /// Leaves and needles.
@@ -31,7 +31,7 @@ pub enum Part {
 
 /// A corner of a triangle of a tree of height 1 whose foot is at the origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Corner {
+pub(crate) struct Corner {
     /// Position; z is up, 0 to 1.
     pub at: DVec3,
     /// Unit normal of the surface.
@@ -44,7 +44,7 @@ pub struct Corner {
 
 /// A generated species.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Grown {
+pub(crate) enum Grown {
     /// A spruce: a spire of drooping branches.
     Conifer,
     /// An oak or a beech: a wide crown of clumps on a forked trunk.
@@ -57,7 +57,7 @@ pub enum Grown {
 
 /// Level of detail of a tree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Detail {
+pub(crate) enum Detail {
     /// Up to 1800 triangles.
     Near,
     /// Up to 300 triangles.
@@ -75,10 +75,12 @@ impl Detail {
 }
 
 impl Grown {
-    pub const ALL: [Self; 4] = [Self::Conifer, Self::Broadleaf, Self::Birch, Self::Snag];
+    #[cfg(test)]
+    pub(crate) const ALL: [Self; 4] = [Self::Conifer, Self::Broadleaf, Self::Birch, Self::Snag];
 
     /// Returns the species' name in scene files.
-    pub fn name(self) -> &'static str {
+    #[cfg(test)]
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Conifer => "conifer",
             Self::Broadleaf => "broadleaf",
@@ -89,7 +91,7 @@ impl Grown {
 
     /// Grows the tree: three corners to a triangle, counter-clockwise from outside. Surfaces are closed, except for the
     /// feet of trunks, on the ground, and of limbs, inside of other parts.
-    pub fn grow(self, detail: Detail) -> Vec<Corner> {
+    pub(crate) fn grow(self, detail: Detail) -> Vec<Corner> {
         match self {
             Self::Conifer => conifer::grow(detail),
             Self::Broadleaf => broadleaf::grow(detail),

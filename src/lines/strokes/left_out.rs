@@ -10,7 +10,7 @@ use crate::gpu::{Gpu, GpuError, readback};
 
 /// Numbers of edges, segments and strokes that were not drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct LeftOut {
+pub(crate) struct LeftOut {
     /// Edges beyond [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
     pub edges: u32,
     /// Segments beyond [`MOST_SEGMENTS`](super::MOST_SEGMENTS).
@@ -25,7 +25,7 @@ impl LeftOut {
     }
 
     /// Returns a message, or `None` if nothing was left out.
-    pub fn message(self) -> Option<String> {
+    pub(crate) fn message(self) -> Option<String> {
         let Self { edges, segments, strokes } = self;
         (self != Self::default()).then(|| {
             format!("{edges} edges, {segments} segments and {strokes} strokes exceed the limits and are not drawn")
@@ -33,7 +33,7 @@ impl LeftOut {
     }
 
     /// Logs the message as a warning.
-    pub fn warn(self) {
+    pub(crate) fn warn(self) {
         if let Some(text) = self.message() {
             tracing::warn!("{text}");
         }
@@ -41,7 +41,7 @@ impl LeftOut {
 
     /// Returns the larger of each number.
     #[must_use]
-    pub fn most(self, other: Self) -> Self {
+    pub(crate) fn most(self, other: Self) -> Self {
         Self {
             edges: self.edges.max(other.edges),
             segments: self.segments.max(other.segments),
@@ -55,7 +55,7 @@ impl DrawnStrokes<'_> {
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
-    pub fn left_out(&self, gpu: &Gpu) -> Result<LeftOut, GpuError> {
+    pub(crate) fn left_out(&self, gpu: &Gpu) -> Result<LeftOut, GpuError> {
         let Some(counts) = self.buffer(&COUNTS) else { return Ok(LeftOut::default()) };
         let counts: Vec<StrokeCounts> = readback::read_buffer(gpu, &counts.raw, 1)?;
         let samples: Vec<SampleCounts> = readback::read_buffer(gpu, &self.samples().counts.raw, 1)?;

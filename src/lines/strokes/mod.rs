@@ -138,7 +138,7 @@ impl StrokesUniform {
 }
 
 /// The state of an eye's strokes that is kept from frame to frame.
-pub struct StrokeMemory {
+pub(crate) struct StrokeMemory {
     history: History,
     lists: [SampleList; 2],
     current: usize,
@@ -155,7 +155,7 @@ impl StrokeMemory {
     ///
     /// # Errors
     /// [`GpuError::Limit`] when the lists are larger than the device can bind.
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         chain::check(gpu, MOST_SEGMENTS)?;
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
         let history = History::default();
@@ -164,40 +164,40 @@ impl StrokeMemory {
     }
 
     /// Returns the samples of the last frame.
-    pub fn samples(&self) -> &SampleList {
+    pub(crate) fn samples(&self) -> &SampleList {
         &self.lists[self.current]
     }
 
     /// Returns whether strokes are still coming or going.
-    pub fn is_settling(&self) -> bool {
+    pub(crate) fn is_settling(&self) -> bool {
         self.history.is_settling()
     }
 
     /// Makes the next frame rebuild its strokes, which continue those of the last one.
-    pub fn rebuild_next(&mut self) {
+    pub(crate) fn rebuild_next(&mut self) {
         self.history.rebuild_next();
     }
 
     /// Prevents the next frame from continuing the last one: it is not of the same sequence.
-    pub fn forget(&mut self) {
+    pub(crate) fn forget(&mut self) {
         self.history.forget();
     }
 }
 
 /// The strokes of an eye's last frame, for files and measurements.
 #[derive(Clone, Copy)]
-pub struct DrawnStrokes<'a> {
+pub(crate) struct DrawnStrokes<'a> {
     memory: &'a StrokeMemory,
     pools: &'a Pools,
 }
 
 impl<'a> DrawnStrokes<'a> {
-    pub fn new(memory: &'a StrokeMemory, pools: &'a Pools) -> Self {
+    pub(crate) fn new(memory: &'a StrokeMemory, pools: &'a Pools) -> Self {
         Self { memory, pools }
     }
 
     /// Returns the samples of the last frame.
-    pub fn samples(&self) -> &'a SampleList {
+    pub(crate) fn samples(&self) -> &'a SampleList {
         self.memory.samples()
     }
 
@@ -208,18 +208,19 @@ impl<'a> DrawnStrokes<'a> {
     }
 
     /// Returns whether the last frame rebuilt its strokes; otherwise it moved those of the previous frame.
-    pub fn rebuilt(&self) -> bool {
+    pub(crate) fn rebuilt(&self) -> bool {
         self.memory.rebuilt
     }
 
     /// Returns a buffer of the eye that was drawn last: [`COUNTS`], [`SEGMENTS`] or one of the submodules'. `None` if
     /// no recent frame has used it.
-    pub fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
+    pub(crate) fn buffer(&self, kind: &BufferKind) -> Option<Buffer> {
         self.pools.buffers.get(kind)
     }
 
     /// Returns the stroke texture of the last frame, if the style has one.
-    pub fn texture(&self) -> Option<&'a StrokeTexture> {
+    #[cfg(test)]
+    pub(crate) fn texture(&self) -> Option<&'a StrokeTexture> {
         self.memory.texture.as_deref()
     }
 }

@@ -13,7 +13,7 @@ use crate::scene::view::ViewUniform;
 
 /// The kind of edge that a stroke follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub enum EdgeKind {
+pub(crate) enum EdgeKind {
     /// An occluding contour: the surface turns away from the eye.
     #[default]
     Contour,
@@ -31,7 +31,8 @@ pub enum EdgeKind {
 
 impl EdgeKind {
     /// All kinds, in the order in which they are drawn.
-    pub const ALL: [Self; 6] = [Self::Contour, Self::Border, Self::Crease, Self::Suggestive, Self::Ridge, Self::Valley];
+    pub(crate) const ALL: [Self; 6] =
+        [Self::Contour, Self::Border, Self::Crease, Self::Suggestive, Self::Ridge, Self::Valley];
 
     /// Returns the kind of a number of `Edge::kind`.
     fn of(number: u32) -> Self {
@@ -48,7 +49,7 @@ impl EdgeKind {
 
 /// A visible stroke as it is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Polyline {
+pub(crate) struct Polyline {
     /// At least two points. A closed polyline continues from the last to the first point, which is not repeated.
     pub points: Vec<PolylinePoint>,
     pub kind: EdgeKind,
@@ -60,7 +61,7 @@ pub struct Polyline {
 
 /// A point of a [`Polyline`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct PolylinePoint {
+pub(crate) struct PolylinePoint {
     /// Position on the picture, x to the right and y down, from its upper left corner.
     pub px: [f32; 2],
     /// Half of the stroke's width.
@@ -74,7 +75,7 @@ impl DrawnStrokes<'_> {
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
-    pub fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
+    pub(crate) fn read_polylines(&self, gpu: &Gpu) -> Result<Vec<Polyline>, GpuError> {
         let (_, samples) = self.samples().read(gpu)?;
         self.left_out(gpu)?.warn();
         let pen = Pen::new(&self.memory.uniform, self.memory.focus);

@@ -35,19 +35,19 @@ pub(super) const GROUPS: [u32; 2] = [MOST_SAMPLES.div_ceil(64), 1];
 
 impl Sample {
     /// Flag of the first sample of a stroke.
-    pub const FIRST: u32 = 1;
+    pub(crate) const FIRST: u32 = 1;
     /// Flag of the last sample of a stroke.
-    pub const LAST: u32 = 2;
+    pub(crate) const LAST: u32 = 2;
     /// Flag of a stroke that has disappeared and fades out.
-    pub const FADING: u32 = 4;
+    pub(crate) const FADING: u32 = 4;
     /// Flag of a loop: the last sample coincides with the first one.
-    pub const IS_CLOSED: u32 = 8;
+    pub(crate) const IS_CLOSED: u32 = 8;
     /// Flag of the first or last sample of a stroke that continues beyond the picture's border.
-    pub const RUNS_OFF: u32 = 16;
+    pub(crate) const RUNS_OFF: u32 = 16;
 
     /// Returns the kind of edge, as in [`Edge::kind`](crate::surface::edges::Edge::kind): 0 is a contour, 1 a border of
     /// the land, 2 a crease.
-    pub fn kind(&self) -> u32 {
+    pub(crate) fn kind(&self) -> u32 {
         self.flags >> 8
     }
 }
@@ -66,7 +66,7 @@ const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
 
 /// The samples of one frame.
 #[derive(Clone, Debug)]
-pub struct SampleList {
+pub(crate) struct SampleList {
     /// [`Sample`]s, one stroke after another.
     pub samples: Buffer,
     /// [`SampleCounts`].
@@ -78,7 +78,7 @@ pub struct SampleList {
 
 impl SampleList {
     /// Allocates an empty list.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
             samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
             counts: Buffer::new(gpu, &COUNTS, size_of::<SampleCounts>() as u64),
@@ -90,7 +90,7 @@ impl SampleList {
     ///
     /// # Errors
     /// [`GpuError::Readback`] when the device is lost or out of memory.
-    pub fn read(&self, gpu: &Gpu) -> Result<(SampleCounts, Vec<Sample>), GpuError> {
+    pub(crate) fn read(&self, gpu: &Gpu) -> Result<(SampleCounts, Vec<Sample>), GpuError> {
         let counts: Vec<SampleCounts> = readback::read_buffer(gpu, &self.counts.raw, 1)?;
         let counts = counts.first().copied().unwrap_or_default();
         let samples = readback::read_buffer(gpu, &self.samples.raw, counts.samples.min(MOST_SAMPLES) as usize)?;

@@ -17,7 +17,7 @@ use crate::style::Style;
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<u64>, GpuError> {
+pub(crate) fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<u64>, GpuError> {
     let (Some(_), Some(passes)) = (style.strokes(), renderer.strokes()) else { return Ok(None) };
     let counts: Vec<SampleCounts> = read_buffer(gpu, &passes.samples().counts.raw, 1)?;
     Ok(counts.first().map(|counts| u64::from(counts.strokes)))
@@ -27,7 +27,7 @@ pub fn count_strokes(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Op
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<LeftOut>, GpuError> {
+pub(crate) fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result<Option<LeftOut>, GpuError> {
     let (Some(_), Some(passes)) = (style.strokes(), renderer.strokes()) else { return Ok(None) };
     passes.left_out(gpu).map(Some)
 }
@@ -37,7 +37,7 @@ pub fn strokes_left_out(gpu: &Gpu, renderer: &Renderer, style: &Style) -> Result
 ///
 /// # Errors
 /// [`GpuError::Readback`].
-pub fn read_stroke_pictures(
+pub(crate) fn read_stroke_pictures(
     gpu: &Gpu,
     renderer: &Renderer,
     eye: usize,

@@ -21,7 +21,7 @@ pub(super) struct Folder {
 }
 
 /// Returns `OUT.tif.parts` for `OUT.tif`.
-pub fn parts_path(out: &Path) -> PathBuf {
+pub(crate) fn parts_path(out: &Path) -> PathBuf {
     let mut path = out.as_os_str().to_owned();
     path.push(".parts");
     path.into()

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-pub use folder::parts_path;
+pub(crate) use folder::parts_path;
 
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;

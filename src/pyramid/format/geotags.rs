@@ -42,7 +42,7 @@ fn full_resolution_tags(georeference: &Georeference) -> Result<Vec<Tag>, String>
 ///
 /// # Errors
 /// Returns a message if the geokeys do not fit a key directory.
-pub fn place_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
+pub(crate) fn place_tags(georeference: &Georeference) -> Result<Vec<Tag>, String> {
     let mut tags = transform_tags(georeference);
     let (directory, doubles, text) = directory(georeference).serialize().map_err(|error| error.to_string())?;
     tags.push(Tag::new(GEO_KEY_DIRECTORY, TagValue::Short(directory)));
@@ -147,6 +147,6 @@ fn linear_unit(metres_per_unit: f64) -> u16 {
 
 /// Returns the tags of a level. Overviews carry no georeference of their own (GDAL takes it from the full resolution),
 /// only the no-data value.
-pub fn tags_of_level(level: usize, georeference: &Georeference) -> Result<Vec<Tag>, String> {
+pub(crate) fn tags_of_level(level: usize, georeference: &Georeference) -> Result<Vec<Tag>, String> {
     if level == 0 { full_resolution_tags(georeference) } else { Ok(vec![no_data_tag()]) }
 }

@@ -9,7 +9,7 @@
 
 pub(super) mod bytes;
 pub(super) mod encode;
-pub mod geotags;
+pub(crate) mod geotags;
 pub(super) mod cog;
 pub(super) mod stored;
 pub(super) mod record;
@@ -17,4 +17,5 @@ pub(super) mod link;
 pub(super) mod sidecar;
 pub(super) mod pair;
 
-pub use sidecar::{LevelSummary, sidecar_path};
+pub(crate) use sidecar::LevelSummary;
+pub use sidecar::sidecar_path;

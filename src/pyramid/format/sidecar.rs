@@ -50,7 +50,7 @@ const MAX_HEADER_BYTES: u32 = 1 << 24;
 
 /// A summary of a level.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LevelSummary {
+pub(crate) struct LevelSummary {
     /// Total length of the level's tiles in the GeoTIFF, in bytes.
     pub bytes: u64,
     /// The largest error of the level's tiles against the heights that were baked, in metres.

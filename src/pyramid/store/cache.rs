@@ -30,7 +30,7 @@ const IN_MEMORY_SAMPLES: u64 = 1 << 27;
 ///
 /// # Errors
 /// If `path` does not exist, `load` fails ([`PyramidError::Load`]), or the cache cannot be written.
-pub fn open_or_bake<E>(
+pub(crate) fn open_or_bake<E>(
     path: &Path,
     load: impl FnOnce() -> Result<HeightGrid, E>,
     cache_dir: Option<&Path>,
@@ -66,7 +66,7 @@ pub fn open_or_bake_file(path: &Path, progress: &dyn Progress) -> Result<Pyramid
 ///
 /// # Errors
 /// As for [`open_or_bake`].
-pub fn open_or_bake_file_with(
+pub(crate) fn open_or_bake_file_with(
     path: &Path,
     options: &OpenOptions,
     progress: &dyn Progress,
@@ -142,7 +142,7 @@ fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn 
 ///
 /// # Errors
 /// If `load` fails ([`PyramidError::Load`]) or the cache cannot be written.
-pub fn open_or_bake_key<E>(
+pub(crate) fn open_or_bake_key<E>(
     key: &str,
     name: &str,
     load: impl FnOnce() -> Result<HeightGrid, E>,

@@ -28,7 +28,7 @@ const VERSION: u32 = 1;
 const EXEMPLAR_SEED: u32 = 1;
 
 /// The smallest number of samples along a side.
-pub const SMALLEST_SAMPLES: u32 = 64;
+pub(crate) const SMALLEST_SAMPLES: u32 = 64;
 
 /// A continent, or a square from its middle.
 pub struct ContinentStore {
@@ -79,7 +79,7 @@ impl ContinentStore {
     ///
     /// # Errors
     /// If the coarsest tile cannot be evaluated.
-    pub fn over(land: Continent, seed: u32, size_samples: u32, spacing_m: f64) -> Result<Self, PyramidError> {
+    pub(crate) fn over(land: Continent, seed: u32, size_samples: u32, spacing_m: f64) -> Result<Self, PyramidError> {
         let size = cut(size_samples);
         let levels = level_sizes(size, size);
         let mut averages: Vec<Field> = Vec::new();
@@ -111,7 +111,7 @@ impl ContinentStore {
     }
 
     /// Returns the heights in metres of a window of a level, row by row; the window is inside the level.
-    pub fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
+    pub(crate) fn heights_m(&self, level: u32, window: Window) -> Vec<f32> {
         let first = self.offset >> level;
         let window = Window { x: window.x + first, y: window.y + first, ..window };
         let mut heights_m = match level.checked_sub(BASE_LEVEL + 1) {
@@ -130,7 +130,8 @@ impl ContinentStore {
     }
 
     /// Returns a whole level as a grid, for worlds that fit in memory.
-    pub fn grid(&self, level: u32) -> HeightGrid {
+    #[cfg(test)]
+    pub(crate) fn grid(&self, level: u32) -> HeightGrid {
         let size = self.levels[level as usize];
         let spacing_m = self.georeference.crs_from_grid[1] * f64::from(1_u32 << level);
         HeightGrid {

@@ -298,7 +298,7 @@ fn cell_errors_m(tile: &Tile, size: LevelSize, address: TileAddress) -> Vec<f32>
 /// loss of these samples.
 ///
 /// [`TileStore::coarse_patches`]: super::TileStore::coarse_patches
-pub fn coarse_patches(levels: &[LevelSize], top: &LoadedTile) -> Vec<Vec<PatchStatistics>> {
+pub(crate) fn coarse_patches(levels: &[LevelSize], top: &LoadedTile) -> Vec<Vec<PatchStatistics>> {
     let (Some(&finest), Some(&size)) = (levels.first(), levels.last()) else { return Vec::new() };
     let first = levels.len() as u32;
     let (below_x, below_y) = patch_counts(finest, first - 1);

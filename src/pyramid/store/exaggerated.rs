@@ -11,7 +11,7 @@ use crate::pyramid::tile::{TileAddress, flagged, is_void};
 use crate::source::georeference::Georeference;
 
 /// Another store with every height, and every error of a height, multiplied by a factor above 0.
-pub struct Exaggerated {
+pub(crate) struct Exaggerated {
     inner: Arc<dyn TileStore>,
     factor: f32,
     coarse_patches: Vec<Vec<PatchStatistics>>,
@@ -19,7 +19,7 @@ pub struct Exaggerated {
 
 impl Exaggerated {
     /// Wraps `inner`; returns `inner` itself if `factor` is 1.
-    pub fn over(inner: Arc<dyn TileStore>, factor: f64) -> Arc<dyn TileStore> {
+    pub(crate) fn over(inner: Arc<dyn TileStore>, factor: f64) -> Arc<dyn TileStore> {
         if factor == 1.0 {
             return inner;
         }

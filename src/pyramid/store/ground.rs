@@ -16,7 +16,7 @@ const TILES: usize = 32;
 const REST: Duration = Duration::from_secs(30);
 
 /// Ground heights, read on demand.
-pub struct Ground {
+pub(crate) struct Ground {
     store: Arc<dyn TileStore>,
     /// Cached tiles, most recently used first.
     tiles: Mutex<VecDeque<(TileAddress, Arc<LoadedTile>)>>,
@@ -25,14 +25,14 @@ pub struct Ground {
 
 impl Ground {
     /// Creates a source that has read nothing yet.
-    pub fn new(store: Arc<dyn TileStore>) -> Self {
+    pub(crate) fn new(store: Arc<dyn TileStore>) -> Self {
         Self { store, tiles: Mutex::default(), failed: Mutex::default() }
     }
 
     /// Returns the height in metres of the finest surface at a place in grid coordinates (sample centres are whole
     /// numbers). Returns `None` outside the outermost samples, in cells with a no-data corner, and where the tile
     /// cannot be read. The call may read a tile, and wait for it.
-    pub fn height_m(&self, column: f64, row: f64) -> Option<f64> {
+    pub(crate) fn height_m(&self, column: f64, row: f64) -> Option<f64> {
         let levels = self.store.levels();
         let address = (0..levels.len() as u32)
             .map(|level| tile_at(levels, level, column, row))
@@ -42,7 +42,7 @@ impl Ground {
     }
 
     /// Returns the error of the last read that failed, if any. For a while after it, heights were `None`.
-    pub fn failure(&self) -> Option<Arc<PyramidError>> {
+    pub(crate) fn failure(&self) -> Option<Arc<PyramidError>> {
         let failed = self.failed.lock().unwrap_or_else(PoisonError::into_inner);
         failed.as_ref().map(|(_, error)| Arc::clone(error))
     }

@@ -19,21 +19,25 @@ mod trim;
 mod entry;
 mod healing;
 mod cache;
-pub mod continent_store;
+pub(crate) mod continent_store;
 mod open_store;
 
 pub(crate) use cache::cache_folder;
-pub use cache::{
-    open_or_bake, open_or_bake_file, open_or_bake_file_with, open_or_bake_key, open_or_bake_store, open_or_grow_store,
-};
+#[cfg(test)]
+pub(crate) use cache::{open_or_bake, open_or_bake_key};
+pub use cache::{open_or_bake_file, open_or_bake_store, open_or_grow_store};
 pub use cog_store::CogStore;
 pub use continent_store::ContinentStore;
-pub use derive::{coarse_patches, derive};
-pub use exaggerated::Exaggerated;
-pub use ground::Ground;
+#[cfg(test)]
+pub(crate) use derive::coarse_patches;
+pub use derive::derive;
+pub(crate) use exaggerated::Exaggerated;
+pub(crate) use ground::Ground;
 pub use memory_store::MemoryStore;
-pub use mosaic_store::MosaicStore;
-pub use open_store::{open_local_cog, open_local_cog_with, open_remote, open_remote_with};
+pub(crate) use mosaic_store::MosaicStore;
+pub(crate) use open_store::open_local_cog_with;
+pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
 pub use tile_store::{Cancel, Decode, TileStore};
-pub use trim::{CACHE_LIMIT_BYTES, trim};
+#[cfg(test)]
+pub(crate) use trim::trim;

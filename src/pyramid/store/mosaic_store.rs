@@ -32,7 +32,7 @@ const KEPT_TILES: usize = 64;
 type Key = (usize, TileAddress);
 
 /// Several pyramids as one; tiles are composed on demand.
-pub struct MosaicStore {
+pub(crate) struct MosaicStore {
     name: String,
     grid: MosaicGrid,
     levels: Vec<LevelSize>,
@@ -50,7 +50,7 @@ impl MosaicStore {
     ///
     /// # Errors
     /// If the members do not fit a common grid, or the coarsest tile cannot be read.
-    pub fn new(members: Vec<Arc<dyn TileStore>>) -> Result<Self, PyramidError> {
+    pub(crate) fn new(members: Vec<Arc<dyn TileStore>>) -> Result<Self, PyramidError> {
         let name = members.iter().map(|member| member.name()).collect::<Vec<_>>().join(", ");
         let places: Vec<_> = members
             .iter()

@@ -68,7 +68,7 @@ pub fn open_local_cog(path: &Path) -> Result<Option<Arc<dyn TileStore>>, Pyramid
 ///
 /// # Errors
 /// As for [`open_local_cog`].
-pub fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
+pub(crate) fn open_local_cog_with(path: &Path, voids: VoidMode) -> Result<Option<Arc<dyn TileStore>>, PyramidError> {
     let io = |source| PyramidError::Io { path: path.to_owned(), what: "opening", source };
     if !std::fs::metadata(path).map_err(io)?.is_file() {
         return Ok(None);

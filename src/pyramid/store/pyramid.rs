@@ -85,7 +85,7 @@ impl Pyramid {
     }
 
     /// Returns a summary of each level, finest first.
-    pub fn summaries(&self) -> &[LevelSummary] {
+    pub(crate) fn summaries(&self) -> &[LevelSummary] {
         &self.sidecar.levels
     }
 

@@ -7,7 +7,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use crate::pyramid::format::sidecar::sidecar_path;
 
 /// The largest size of the cache: 8 GiB.
-pub const CACHE_LIMIT_BYTES: u64 = 8 << 30;
+pub(crate) const CACHE_LIMIT_BYTES: u64 = 8 << 30;
 
 /// The age from which a partial file counts as abandoned by its bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
@@ -38,7 +38,7 @@ pub(super) fn remove(tif: &Path) -> bool {
 
 /// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files.
 /// `keep` is never removed. Files that cannot be removed are left.
-pub fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
+pub(crate) fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut pyramids = Vec::new();
     for entry in entries.flatten() {

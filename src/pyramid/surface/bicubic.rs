@@ -10,7 +10,7 @@
 //! f32 twin in the shaders does the same.
 
 /// Returns the weights of the samples −1, 0, 1, 2 at the fraction `t` of the cell between samples 0 and 1.
-pub fn weights(t: f64) -> [f64; 4] {
+pub(crate) fn weights(t: f64) -> [f64; 4] {
     [
         ((-0.5 * t + 1.0) * t - 0.5) * t,
         (1.5 * t - 2.5) * t * t + 1.0,
@@ -20,12 +20,12 @@ pub fn weights(t: f64) -> [f64; 4] {
 }
 
 /// Returns the derivatives of [`weights`] with respect to `t`, per sample spacing.
-pub fn derivative_weights(t: f64) -> [f64; 4] {
+pub(crate) fn derivative_weights(t: f64) -> [f64; 4] {
     [(-1.5 * t + 2.0) * t - 0.5, (4.5 * t - 5.0) * t, (-4.5 * t + 4.0) * t + 0.5, (1.5 * t - 1.0) * t]
 }
 
 /// Returns the cell, and the fraction in it, of the coordinate `c` along an axis of `count` samples (at least 1).
-pub fn cell(c: f64, count: u32) -> (u32, f64) {
+pub(crate) fn cell(c: f64, count: u32) -> (u32, f64) {
     let last_cell = count.saturating_sub(2);
     // The cast saturates: negative and NaN coordinates land in cell 0.
     let cell = (c.floor() as u32).min(last_cell);
@@ -33,10 +33,10 @@ pub fn cell(c: f64, count: u32) -> (u32, f64) {
 }
 
 /// Upper bound of how far the surface between samples exceeds them, as a fraction of their height range.
-pub const OVERSHOOT: f32 = 0.15;
+pub(crate) const OVERSHOOT: f32 = 0.15;
 
 /// Returns the index of neighbour `k` (0..4, meaning −1, 0, 1, 2) of `cell` along an axis of `count` samples, clamped.
-pub fn neighbour(cell: u32, k: u32, count: u32) -> u32 {
+pub(crate) fn neighbour(cell: u32, k: u32, count: u32) -> u32 {
     (cell + k).saturating_sub(1).min(count - 1)
 }
 
@@ -44,7 +44,7 @@ pub fn neighbour(cell: u32, k: u32, count: u32) -> u32 {
 ///
 /// `samples[row][column]` are the heights in metres of the samples −1, 0, 1, 2 around the cell, with no-data filled.
 /// The result is `(h, dh/dx, dh/dy)`: metres, and metres per sample spacing along the columns and down the rows.
-pub fn height_and_gradient(samples: &[[f32; 4]; 4], fx: f64, fy: f64) -> (f64, f64, f64) {
+pub(crate) fn height_and_gradient(samples: &[[f32; 4]; 4], fx: f64, fy: f64) -> (f64, f64, f64) {
     let origin = f64::from(samples[1][1]);
     let (wx, wy) = (weights(fx), weights(fy));
     let (dx, dy) = (derivative_weights(fx), derivative_weights(fy));

@@ -32,17 +32,17 @@ impl LevelSize {
     }
 
     /// Returns the number of samples.
-    pub fn samples(self) -> usize {
+    pub(crate) fn samples(self) -> usize {
         self.width as usize * self.height as usize
     }
 
     /// Returns the region of all samples of the level.
-    pub fn region(self) -> Region {
+    pub(crate) fn region(self) -> Region {
         Region { x: 0, y: 0, width: self.width, height: self.height }
     }
 
     /// Returns the samples of tile (`x`, `y`) and `border` more on every side, clipped to the level.
-    pub fn tile_region(self, x: u32, y: u32, border: u32) -> Region {
+    pub(crate) fn tile_region(self, x: u32, y: u32, border: u32) -> Region {
         let (x0, x1) = span(x, border, self.width);
         let (y0, y1) = span(y, border, self.height);
         Region { x: x0, y: y0, width: x1 - x0, height: y1 - y0 }
@@ -55,11 +55,11 @@ fn span(tile: u32, border: u32, count: u32) -> (u32, u32) {
 }
 
 /// A rectangle of samples inside a level.
-pub use crate::source::Window as Region;
+pub(crate) use crate::source::Window as Region;
 
 impl Region {
     /// Returns the region with `border` more samples on every side, clipped to a level of `size`.
-    pub fn grown(self, border: u32, size: LevelSize) -> Self {
+    pub(crate) fn grown(self, border: u32, size: LevelSize) -> Self {
         let (x, y) = (self.x.saturating_sub(border), self.y.saturating_sub(border));
         let right = (self.x + self.width + border).min(size.width);
         let bottom = (self.y + self.height + border).min(size.height);
@@ -68,7 +68,7 @@ impl Region {
 }
 
 /// Returns the sizes of all levels over a grid of `width` × `height` samples, finest first; at least one.
-pub fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
+pub(crate) fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
     let mut size = LevelSize { width, height };
     let mut sizes = vec![size];
     while size.width > TILE_SAMPLES || size.height > TILE_SAMPLES {
@@ -80,6 +80,6 @@ pub fn level_sizes(width: u32, height: u32) -> Vec<LevelSize> {
 
 /// Converts the coordinate `c` on an axis of `from` samples to the same axis with `to` samples. Coordinates count
 /// sample centres.
-pub fn coordinate(c: f64, from: u32, to: u32) -> f64 {
+pub(crate) fn coordinate(c: f64, from: u32, to: u32) -> f64 {
     (c + 0.5) * f64::from(to) / f64::from(from) - 0.5
 }

@@ -6,13 +6,13 @@
 //!
 //! Why: `docs/decisions/one-surface.md`, `docs/decisions/voids.md`.
 
-pub mod levels;
-pub mod bicubic;
-pub mod statistics;
+pub(crate) mod levels;
+pub(crate) mod bicubic;
+pub(crate) mod statistics;
 pub(super) mod cell_errors;
-pub mod occluder_minima;
-pub mod loaded_tile;
-pub mod tile_height;
+pub(crate) mod occluder_minima;
+pub(crate) mod loaded_tile;
+pub(crate) mod tile_height;
 pub(super) mod fill;
 pub(super) mod field;
 pub(super) mod overview;

@@ -10,9 +10,9 @@ use super::statistics::TileStatistics;
 use crate::pyramid::tile::{TILE_SAMPLES, TILE_STRIDE, Tile, is_void};
 
 /// Number of samples along the side of a block.
-pub const BLOCK_SAMPLES: u32 = 4;
+pub(crate) const BLOCK_SAMPLES: u32 = 4;
 /// Number of blocks along the side of a tile.
-pub const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
+pub(crate) const TILE_BLOCKS: u32 = TILE_SAMPLES / BLOCK_SAMPLES;
 
 /// For each block, a height in metres that the surface of full resolution never goes below.
 #[derive(Clone, Debug, PartialEq)]

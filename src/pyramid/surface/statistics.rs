@@ -4,7 +4,7 @@ use super::levels::LevelSize;
 use crate::pyramid::tile::{PATCH_QUADS, TILE_SAMPLES, TileAddress, is_void};
 
 /// Number of patches along the side of a page.
-pub const PAGE_PATCHES: u32 = TILE_SAMPLES / PATCH_QUADS;
+pub(crate) const PAGE_PATCHES: u32 = TILE_SAMPLES / PATCH_QUADS;
 
 /// The extent of no-data in a set of samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,7 +66,7 @@ impl PatchPage {
     }
 
     /// A patch beyond the grid.
-    pub const NOTHING: PatchStatistics =
+    pub(crate) const NOTHING: PatchStatistics =
         PatchStatistics { min_m: f32::NAN, max_m: f32::NAN, mesh_error_m: 0.0, voids: Voids::All };
 
     /// Returns the patch in column `x` and row `y` of the page.
@@ -75,19 +75,19 @@ impl PatchPage {
     }
 
     /// Returns all 256 patches, row by row.
-    pub fn patches(&self) -> &[PatchStatistics] {
+    pub(crate) fn patches(&self) -> &[PatchStatistics] {
         &self.patches
     }
 
     /// Returns all 256 patches, row by row, to be changed in place.
-    pub fn patches_mut(&mut self) -> &mut [PatchStatistics] {
+    pub(crate) fn patches_mut(&mut self) -> &mut [PatchStatistics] {
         &mut self.patches
     }
 }
 
 /// The statistics of a whole pyramid.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Statistics {
+pub(crate) struct Statistics {
     /// The tiles of each level, row-major.
     pub tiles: Vec<Vec<TileStatistics>>,
     /// The patches of each stride 2^j, row-major.
@@ -95,7 +95,7 @@ pub struct Statistics {
 }
 
 /// Returns the number of patches of stride 2^`j` in x and y over a grid of `finest` samples.
-pub fn patch_counts(finest: LevelSize, j: u32) -> (u32, u32) {
+pub(crate) fn patch_counts(finest: LevelSize, j: u32) -> (u32, u32) {
     let side = u64::from(PATCH_QUADS) << j;
     // A count never exceeds the number of samples.
     let count = |samples: u32| u64::from(samples.saturating_sub(1)).div_ceil(side) as u32;
@@ -103,7 +103,7 @@ pub fn patch_counts(finest: LevelSize, j: u32) -> (u32, u32) {
 }
 
 /// Returns the number of strides of patches, up to the one at which one patch covers the whole grid.
-pub fn patch_levels(finest: LevelSize) -> u32 {
+pub(crate) fn patch_levels(finest: LevelSize) -> u32 {
     let mut j = 0;
     while patch_counts(finest, j).0 > 1 || patch_counts(finest, j).1 > 1 {
         j += 1;
@@ -112,7 +112,7 @@ pub fn patch_levels(finest: LevelSize) -> u32 {
 }
 
 /// Returns the index of a tile in `tiles[level]`, or `None` if there is no such tile.
-pub fn tile_index(sizes: &[LevelSize], address: TileAddress) -> Option<usize> {
+pub(crate) fn tile_index(sizes: &[LevelSize], address: TileAddress) -> Option<usize> {
     let size = sizes.get(address.level as usize)?;
     (address.x < size.tiles_x() && address.y < size.tiles_y())
         .then(|| address.y as usize * size.tiles_x() as usize + address.x as usize)

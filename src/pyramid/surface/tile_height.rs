@@ -6,7 +6,7 @@ use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAdd
 
 /// Returns the tile of level `level` whose cell contains a place in grid coordinates of level 0, or `None` outside the
 /// outermost samples.
-pub fn tile_at(levels: &[LevelSize], level: u32, column: f64, row: f64) -> Option<TileAddress> {
+pub(crate) fn tile_at(levels: &[LevelSize], level: u32, column: f64, row: f64) -> Option<TileAddress> {
     let (finest, size) = (levels[0], levels[level as usize]);
     let inside = |c: f64, count: u32| (0.0..=f64::from(count - 1)).contains(&c);
     if !inside(column, finest.width) || !inside(row, finest.height) {
@@ -19,7 +19,13 @@ pub fn tile_at(levels: &[LevelSize], level: u32, column: f64, row: f64) -> Optio
 
 /// Returns the height in metres of a tile's bicubic surface at a place in grid coordinates of level 0, or `None` in
 /// cells with a no-data corner. The place must be in the tile ([`tile_at`]).
-pub fn height_in_tile(levels: &[LevelSize], address: TileAddress, tile: &Tile, column: f64, row: f64) -> Option<f64> {
+pub(crate) fn height_in_tile(
+    levels: &[LevelSize],
+    address: TileAddress,
+    tile: &Tile,
+    column: f64,
+    row: f64,
+) -> Option<f64> {
     let (finest, size) = (levels[0], levels[address.level as usize]);
     let (cell_x, fx) = bicubic::cell(coordinate(column, finest.width, size.width), size.width);
     let (cell_y, fy) = bicubic::cell(coordinate(row, finest.height, size.height), size.height);

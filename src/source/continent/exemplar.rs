@@ -15,7 +15,7 @@ const PLACES_APART: u32 = 1 << (BASE_LEVEL - 2);
 
 /// Land to take pieces from.
 #[derive(Clone, Debug)]
-pub struct Exemplar {
+pub(crate) struct Exemplar {
     size: u32,
     /// For each level below [`BASE_LEVEL`] − 1, its heights in metres relative to the wide relief, row by row.
     levels_m: Vec<Vec<f32>>,
@@ -28,7 +28,7 @@ impl Exemplar {
     ///
     /// # Panics
     /// Panics if `size` is not a multiple of 512 or is below 1536, or if the number of heights is not `size`².
-    pub fn new(size: u32, heights_m: &[f32]) -> Self {
+    pub(crate) fn new(size: u32, heights_m: &[f32]) -> Self {
         assert!(size.is_multiple_of(1 << WIDE_LEVEL) && size > 2 * REACH && heights_m.len() == (size * size) as usize);
         let mut levels_m = vec![heights_m.to_vec()];
         for level in 0..WIDE_LEVEL {

@@ -10,7 +10,7 @@ const SHARED_SAMPLES: i64 = 1;
 
 /// Returns the options with which each member is opened. Holes are only filled in members that no other overlaps: a
 /// no-data sample of an upper member may be land in a lower one.
-pub fn member_options(files: &[PathBuf], options: &OpenOptions) -> Vec<OpenOptions> {
+pub(crate) fn member_options(files: &[PathBuf], options: &OpenOptions) -> Vec<OpenOptions> {
     if files.len() < 2 || options.voids == VoidMode::Holes {
         return vec![*options; files.len()];
     }

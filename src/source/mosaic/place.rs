@@ -18,7 +18,7 @@ const LARGEST_SIDE: f64 = (1 << 24) as f64;
 
 /// The grid of a mosaic: the lattice of its finest member (the first of them), extended to all.
 #[derive(Debug)]
-pub struct MosaicGrid {
+pub(crate) struct MosaicGrid {
     pub georeference: Georeference,
     /// Columns and rows.
     pub size: [u32; 2],
@@ -28,7 +28,7 @@ pub struct MosaicGrid {
 
 /// The position of a member in the grid.
 #[derive(Debug)]
-pub struct Placed {
+pub(crate) struct Placed {
     /// Columns and rows of the member's own grid.
     pub size: [u32; 2],
     /// Sample spacing as a multiple of the mosaic's, 1 or more.
@@ -63,7 +63,7 @@ impl MosaicGrid {
     /// # Errors
     /// Fails, with one line, if there is no member, if no transformation between the reference systems is known, or if
     /// the extent is not a valid grid.
-    pub fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, String> {
+    pub(crate) fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, String> {
         let spacings_m: Vec<f64> =
             members.iter().map(|(place, size)| spacing_m(place, *size)).collect::<Result<_, _>>()?;
         let finest_m = spacings_m.iter().copied().fold(f64::INFINITY, f64::min);
@@ -102,7 +102,7 @@ impl MosaicGrid {
 
 impl Placed {
     /// Returns the position of the member's sample (0, 0) in the grid, if its samples coincide with the grid's.
-    pub fn shift(&self) -> Option<[i64; 2]> {
+    pub(crate) fn shift(&self) -> Option<[i64; 2]> {
         match self.way {
             Way::Whole(shift) => Some(shift),
             _ => None,
@@ -111,7 +111,7 @@ impl Placed {
 
     /// Returns (column, row) in the member for `columns` × `rows` points of the grid, row by row. The first point is at
     /// `first`, and they are `step` apart, in samples of the grid. Points that a projection cannot represent are NaN.
-    pub fn coordinates(&self, first: [f64; 2], step: [f64; 2], [columns, rows]: [u32; 2]) -> Vec<[f64; 2]> {
+    pub(crate) fn coordinates(&self, first: [f64; 2], step: [f64; 2], [columns, rows]: [u32; 2]) -> Vec<[f64; 2]> {
         let at = |column: u32, row: u32| {
             self.way.map(first[0] + step[0] * f64::from(column), first[1] + step[1] * f64::from(row))
         };
@@ -137,13 +137,13 @@ impl Placed {
     }
 
     /// Returns whether a position of the grid is in the member or within half a sample of it.
-    pub fn holds(&self, place: [f64; 2]) -> bool {
+    pub(crate) fn holds(&self, place: [f64; 2]) -> bool {
         let place = self.way.map(place[0], place[1]);
         (0..2).all(|axis| (-0.5..=f64::from(self.size[axis]) - 0.5).contains(&place[axis]))
     }
 
     /// Returns whether a window of the grid may overlap the member.
-    pub fn meets(&self, window: Window) -> bool {
+    pub(crate) fn meets(&self, window: Window) -> bool {
         let steps = [window.width, window.height].map(|count| f64::from(count) / 8.0);
         let first = [window.x, window.y].map(|c| f64::from(c) - 0.5);
         let places = self.coordinates(first, steps, [9, 9]);

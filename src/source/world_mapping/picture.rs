@@ -27,7 +27,7 @@ impl WorldMapping {
     /// Returns the georeference of a picture whose first pixel has its centre at `first_m` and whose pixels have sides
     /// of `pixel_m`, both in world metres; `world` is the georeference that this mapping was built from.
     #[must_use]
-    pub fn picture_georeference(&self, world: &Georeference, first_m: DVec2, pixel_m: f64) -> Georeference {
+    pub(crate) fn picture_georeference(&self, world: &Georeference, first_m: DVec2, pixel_m: f64) -> Georeference {
         let north_up = |first: DVec2, step: DVec2| [first.x, step.x, 0.0, first.y, 0.0, -step.y];
         let plain = |first: DVec2, step: DVec2| {
             let mut keys = world.geokeys.keys.clone();

@@ -13,7 +13,7 @@ use crate::style::parameters::{Range, parameters};
 use crate::style::{Color, StyleError};
 
 /// Ink of the families of planes, one family per channel, 0 to 1.
-pub const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
+pub(crate) const CUT_INK: TargetKind = TargetKind::storage("cut ink", wgpu::TextureFormat::Rgba16Float);
 
 /// Period modulo which heights above a plane are computed, in metres; small enough for an f32 to resolve millimetres.
 /// Distances between planes are powers of two of a metre (`family_ink` in the shader), so the period is a multiple of

@@ -11,7 +11,7 @@ use crate::style::parameters::{Range, choices, parameters};
 use crate::style::{Color, StyleError};
 
 /// Largest number of sets of marks.
-pub const MAX_SETS: usize = 4;
+pub(crate) const MAX_SETS: usize = 4;
 
 parameters! {
     /// Tones drawn as hatching marks.
@@ -95,7 +95,7 @@ const REACH_CELLS: u32 = 6;
 impl Hatching {
     /// Returns the side of the cells in which the ink of the marks is averaged, in pixels; it grows with the largest
     /// marks.
-    pub fn cell_px(&self) -> u32 {
+    pub(crate) fn cell_px(&self) -> u32 {
         let largest = self.sets.iter().map(|set| set.size).fold(1.0, f32::max);
         CELL_PX * (largest.ceil() as u32).next_power_of_two()
     }
@@ -114,7 +114,7 @@ impl Hatching {
     }
 
     /// Returns whether the marks of any set follow the curvature of the land.
-    pub fn follows_curvature(&self) -> bool {
+    pub(crate) fn follows_curvature(&self) -> bool {
         self.sets.iter().any(|set| set.direction == Direction::Curvature)
     }
 }

@@ -11,7 +11,7 @@ use crate::style::Color;
 use crate::style::parameters::{Range, parameters};
 
 /// Ink of contour lines of height, 0 to 1.
-pub const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
+pub(crate) const HEIGHT_INK: TargetKind = TargetKind::storage("height ink", wgpu::TextureFormat::R32Float);
 
 /// Every fifth contour line is an index contour, which is wider.
 const LINES_PER_INDEX: f64 = 5.0;

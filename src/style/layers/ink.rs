@@ -10,12 +10,12 @@ use crate::style::{Color, StyleError};
 
 /// Largest number of inks of a frame. The composite binds a picture for each, besides position, tone and sky, and a
 /// device need not offer more than 16 pictures to a shader.
-pub const MAX_INKS: usize = 12;
+pub(crate) const MAX_INKS: usize = 12;
 
 /// Ink of one colour that a layer draws. A layer has one ink or several; all of them are channels of the picture that
 /// the layer's passes write.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Ink {
+pub(crate) struct Ink {
     /// Identifier for scripts: the id of the layer in an SVG file, and the property `layer` in a GeoJSON file.
     pub id: &'static str,
     /// Label for people.
@@ -37,7 +37,7 @@ pub struct Ink {
 
 /// The channels of a picture that hold an ink, each 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Channels {
+pub(crate) enum Channels {
     /// The channel with this index, 0 to 3.
     One(usize),
     /// The first `n` channels (1 to 3), one for each family of lines. The families cross each other.
@@ -46,7 +46,7 @@ pub enum Channels {
 
 /// How ink fades with distance and away from the focus.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Fading {
+pub(crate) enum Fading {
     /// The ink fades with the surface below it.
     OnSurface {
         /// Fraction of the ink that remains in full haze.
@@ -70,7 +70,7 @@ pub enum Fading {
 
 /// How ink becomes lines in a vector file.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Trace {
+pub(crate) enum Trace {
     /// The ink is left out; the text names it in the report of what a vector file lacks.
     LeftOut(&'static str),
     /// Lines are traced in the picture of the ink, each family of [`Channels::Crossed`] separately.
@@ -88,7 +88,7 @@ pub enum Trace {
 
 /// What tracing needs to know about a set of hatching marks.
 #[derive(Clone, Debug, PartialEq)]
-pub struct TracedSet {
+pub(crate) struct TracedSet {
     /// Label for people.
     pub label: String,
     /// Whether the marks are dots; then each is traced as a dot, not along its length.
@@ -98,7 +98,7 @@ pub struct TracedSet {
 /// A pass over the pixels of an eye that draws the ink of a layer. Its shader binds the uniform `rules` and the output
 /// `ink`; it may also bind `view`, `surface_id`, `position`, `normal`, `tone` (its fourth channel is the requested
 /// tone), `water` (a single texel in a style without water), and the terrain.
-pub struct InkPass {
+pub(crate) struct InkPass {
     /// Name of the shader, which is also that of the pass.
     pub shader: &'static str,
     /// Bytes of the uniform `rules`, in the layout of the shader's struct.
@@ -109,7 +109,7 @@ pub struct InkPass {
 
 /// An ink of a style with its layer.
 #[derive(Clone, Debug, PartialEq)]
-pub struct StyleInk {
+pub(crate) struct StyleInk {
     /// Index of the layer in [`Style::layers`](crate::style::Style); `None` for the ink of the sky.
     pub layer: Option<usize>,
     /// Number of the layer among those of its kind: 0 for the lowest.
@@ -123,7 +123,7 @@ pub struct StyleInk {
 impl StyleInk {
     /// Returns an identifier for scripts that is unique within the style. `part` is the number of a family of lines or
     /// of a set of marks, from 1.
-    pub fn id(&self, part: Option<usize>) -> String {
+    pub(crate) fn id(&self, part: Option<usize>) -> String {
         let part = part.map_or(String::new(), |part| format!("-{part}"));
         let number = if self.number > 0 { format!("-layer-{}", self.number + 1) } else { String::new() };
         format!("{}{part}{number}", self.ink.id)
@@ -182,7 +182,7 @@ pub(crate) trait LayerBehaviour {
 
 /// The margins of a part of a large picture that a layer needs, because the ink of a pixel depends on other pixels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Margins {
+pub(crate) struct Margins {
     /// The margin that the layer needs by itself; the largest of all layers counts.
     pub margin_px: u32,
     /// A width that is added to the usual margin of a part; the widths of all layers are added up.

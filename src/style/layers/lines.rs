@@ -46,7 +46,7 @@ parameters! {
 
 impl Lines {
     /// Returns the settings for contours of trees in a style that draws all other contours as strokes.
-    pub fn of_trees(strokes: &Strokes) -> Self {
+    pub(crate) fn of_trees(strokes: &Strokes) -> Self {
         Self {
             detector: Detector::Lsa,
             ramp: [0.25, 0.5],
@@ -67,7 +67,7 @@ impl Lines {
     }
 
     /// Returns whether the density filter treats each of the eight directions separately.
-    pub fn has_eight_directions(&self) -> bool {
+    pub(crate) fn has_eight_directions(&self) -> bool {
         self.detector.measure() == Measure::AxisErrors && !self.halved && self.density > 0.0
     }
 }

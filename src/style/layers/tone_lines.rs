@@ -106,18 +106,18 @@ impl LayerBehaviour for ToneLines {
 
 impl ToneLines {
     /// Returns the width of the widest lines, in pixels.
-    pub fn widest_px(&self) -> f32 {
+    pub(crate) fn widest_px(&self) -> f32 {
         (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
     /// Returns the width of the narrowest lines, in pixels.
-    pub fn narrowest_px(&self) -> f32 {
+    pub(crate) fn narrowest_px(&self) -> f32 {
         (self.width_px * (1.0 - (1.0 - LEAST_WIDTH) * self.depth_width)).max(1.0)
     }
 
     /// Returns how far around a pixel its lines depend on the picture, in pixels: the sum of the blur, the search, the
     /// samples of a fit, and the walk along the line.
-    pub fn reach_px(&self) -> u32 {
+    pub(crate) fn reach_px(&self) -> u32 {
         // Distance from the last position of the search to the corners of the square of samples, in line widths.
         const FIT: f32 = std::f32::consts::FRAC_1_SQRT_2;
         let of_widths = self.widest_px() * (REACH * self.blur + 0.5 + FIT);
@@ -125,7 +125,7 @@ impl ToneLines {
     }
 
     /// Returns the fraction of the way to a line that a search step goes.
-    pub fn step_part(&self) -> f32 {
+    pub(crate) fn step_part(&self) -> f32 {
         if self.edges { self.beta } else { 1.0 }
     }
 }

@@ -68,7 +68,7 @@ impl LayerBehaviour for Water {
 
 impl Water {
     /// Returns the largest distance of a line from the shore, in pixels. Distances to the shore are needed up to there.
-    pub fn reach_px(&self) -> f32 {
+    pub(crate) fn reach_px(&self) -> f32 {
         let lines = if self.rules { 0 } else { self.lines };
         let of_lines: f32 = (0..lines).map(|line| self.spacing_px * self.growth.powi(line as i32)).sum();
         let of_rules = if self.rules { RULES_FADE * self.spacing_px } else { 0.0 };

@@ -15,7 +15,7 @@ use crate::style::StyleError;
 ///
 /// # Errors
 /// [`StyleError::MarkImage`] for the first image that fails.
-pub fn check(recipe: &Recipe) -> Result<(), StyleError> {
+pub(crate) fn check(recipe: &Recipe) -> Result<(), StyleError> {
     read(recipe).map(|_| ())
 }
 

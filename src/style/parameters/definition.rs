@@ -7,7 +7,7 @@ use crate::style::layers::keys_of_layers;
 
 /// The definition of a parameter, or of a section of parameters.
 #[derive(Clone, Debug)]
-pub struct Definition {
+pub(crate) struct Definition {
     /// Key within its section.
     pub key: &'static str,
     /// One sentence of help.
@@ -26,7 +26,7 @@ pub struct Definition {
 
 /// The kind of value that a parameter has.
 #[derive(Clone, Debug)]
-pub enum ValueKind {
+pub(crate) enum ValueKind {
     /// A 32-bit floating-point number.
     Number,
     /// A whole number, 0 or greater.
@@ -50,7 +50,7 @@ pub enum ValueKind {
 
 /// One of the names that a parameter accepts.
 #[derive(Clone, Debug)]
-pub struct Choice {
+pub(crate) struct Choice {
     /// The name, as written in a style file.
     pub name: String,
     /// One sentence of help.
@@ -59,7 +59,7 @@ pub struct Choice {
 
 /// A parameter with its full key.
 #[derive(Clone, Debug)]
-pub struct Parameter {
+pub(crate) struct Parameter {
     /// Key with its sections, for example `hatching.sets[0].from`.
     pub key: String,
     /// The definition of the parameter.
@@ -81,7 +81,7 @@ impl Definition {
     }
 
     /// Returns the allowed values in words, for a table.
-    pub fn allowed(&self) -> String {
+    pub(crate) fn allowed(&self) -> String {
         match (&self.kind, self.range) {
             (ValueKind::List(kind), Range::Any) => format!("list of {}", kind.plural()),
             (ValueKind::List(kind), range) => range.to_string().replace("entries", kind.plural()),
@@ -97,7 +97,7 @@ impl Definition {
     }
 
     /// Returns the definitions inside a section or a list of sections; `None` for a value.
-    pub fn section(&self) -> Option<&[Self]> {
+    pub(crate) fn section(&self) -> Option<&[Self]> {
         match &self.kind {
             ValueKind::Section(definitions) | ValueKind::Layers(definitions) => Some(definitions),
             ValueKind::List(kind) => match &**kind {
@@ -111,7 +111,7 @@ impl Definition {
 
 impl ValueKind {
     /// Returns the kind in one to three words, for messages and tables.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Self::Number => "number",
             Self::Whole => "whole number",
@@ -154,7 +154,7 @@ fn unit_of(key: &str) -> Option<&'static str> {
 /// Returns all parameters below a section, in the order of a TOML text: its own values first, then each section
 /// followed by the section's parameters. `item` is the whole document: a list of sections is repeated for each of its
 /// entries there. A list without entries appears once, with the key `[]`.
-pub fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
+pub(crate) fn parameters_of(kind: &ValueKind, item: Option<&Item>) -> Vec<Parameter> {
     let mut all = Vec::new();
     if let ValueKind::Section(definitions) = kind {
         collect(definitions, "", item, &mut all);

@@ -4,7 +4,7 @@ use std::fmt::{Display, Formatter, Result};
 
 /// The allowed values of a parameter, in addition to its type.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Range {
+pub(crate) enum Range {
     /// Every value of the type.
     Any,
     /// A number from the first to the second, both included.
@@ -27,7 +27,7 @@ pub enum Range {
 
 impl Range {
     /// Returns the smallest and the largest allowed number, where they exist.
-    pub fn ends(&self) -> [Option<f32>; 2] {
+    pub(crate) fn ends(&self) -> [Option<f32>; 2] {
         match *self {
             Self::Any | Self::Entries(..) => [None, None],
             Self::Within(low, high) | Self::Span(low, high) => [Some(low), Some(high)],

@@ -9,7 +9,7 @@ use crate::file::toml_text::Wrong;
 use crate::style::Color;
 
 /// The type of a parameter: a value, a list of values, or a section with parameters of its own.
-pub trait Setting: Sized {
+pub(crate) trait Setting: Sized {
     /// Returns the kind of value.
     fn kind() -> ValueKind;
 
@@ -42,12 +42,12 @@ pub trait Setting: Sized {
 }
 
 /// Returns the value of a parameter that the file does not give: its default, if it has one.
-pub fn absent<T: Setting, const N: usize>(default: [T; N]) -> Option<T> {
+pub(crate) fn absent<T: Setting, const N: usize>(default: [T; N]) -> Option<T> {
     default.into_iter().next().or_else(T::default_value)
 }
 
 /// Returns the first entry. The macros pass an optional given value followed by a fallback.
-pub fn first<T: Copy, const N: usize>(all: &[T; N]) -> T {
+pub(crate) fn first<T: Copy, const N: usize>(all: &[T; N]) -> T {
     const { assert!(N > 0, "the array must have at least one entry") };
     all[0]
 }

@@ -10,7 +10,7 @@ use crate::file::toml_text::{self, TomlError, Wrong};
 use crate::style::layers::{add_missing_layer, key_in_document};
 
 /// Returns a style or recipe as TOML text with every parameter that has a value, defaults included.
-pub fn text(of: &impl Setting) -> String {
+pub(crate) fn text(of: &impl Setting) -> String {
     let table = of.item().and_then(|item| item.into_table().ok()).unwrap_or_default();
     DocumentMut::from(table).to_string()
 }
@@ -25,7 +25,7 @@ fn steps(key: &str) -> impl Iterator<Item = (&str, Option<usize>)> {
 
 /// Returns the item at a key, for example `hatching.sets[0].from`. `item` is the whole document; it may have either form
 /// of a style file.
-pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
+pub(crate) fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
     let key = key_in_document(item, key);
     steps(&key).try_fold(item, |item, (name, number)| {
         let named = item.as_table_like()?.get(name)?;
@@ -39,7 +39,7 @@ pub fn find<'a>(item: &'a Item, key: &str) -> Option<&'a Item> {
 /// # Errors
 /// Invalid TOML; a key that no parameter has; the index of a list entry that does not exist. The value itself is only
 /// checked when the text is read.
-pub fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
+pub(crate) fn set<T: Setting>(name: &str, text: &str, key: &str, value: impl Into<Value>) -> Result<String, TomlError> {
     // This reports invalid TOML with line and column, like all other readers.
     toml_text::keys(name, text)?;
     let wrong = |message: String| Wrong::with_message(key, message).in_text(name, text);
@@ -89,7 +89,7 @@ fn known<T: Setting>(key: &str) -> Result<(), String> {
 }
 
 /// A TOML item that serde can serialise, with the keys of the file.
-pub struct Tree<'a>(pub Option<&'a Item>);
+pub(crate) struct Tree<'a>(pub Option<&'a Item>);
 
 impl Serialize for Tree<'_> {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {

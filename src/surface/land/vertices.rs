@@ -3,7 +3,6 @@
 use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::tile::PATCH_QUADS;
 use crate::tiles::selection::{PatchInstance, Selection};
 
@@ -86,11 +85,16 @@ impl PatchMesh {
 /// since only the vertices of the last batch remain.
 ///
 /// # Errors
-/// The same as [`readback::read_buffer`].
-pub(crate) fn read(gpu: &Gpu, positions: &Buffer, patches: usize) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+/// The same as [`crate::gpu::readback::read_buffer`].
+#[cfg(test)]
+pub(crate) fn read(
+    gpu: &crate::gpu::Gpu,
+    positions: &Buffer,
+    patches: usize,
+) -> Result<Option<Vec<[f32; 4]>>, crate::gpu::GpuError> {
     let count = patches * VERTICES as usize;
     if count as u64 * POSITION_BYTES > positions.raw.size() {
         return Ok(None);
     }
-    readback::read_buffer(gpu, &positions.raw, count).map(Some)
+    crate::gpu::readback::read_buffer(gpu, &positions.raw, count).map(Some)
 }

@@ -58,7 +58,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
 
 /// A sample along a mark.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct RowSample {
+pub(crate) struct RowSample {
     /// Position on the targets, in pixels.
     pub px: [f32; 2],
     /// Width across the mark, in pixels; 0 at its ends.

@@ -1,13 +1,11 @@
 //! Draws a frame of a world and reads it back, for all tests of pictures.
 
-use bytemuck::Pod;
 use glam::DVec3;
 use hachure::frame::{Light, Renderer};
 use hachure::frame::{POSITION, Prepared};
 use hachure::gpu::Gpu;
-use hachure::gpu::buffer::BufferKind;
-use hachure::gpu::readback::{read, read_buffer};
-use hachure::gpu::target::Target;
+use hachure::gpu::Target;
+use hachure::internals::read;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
 use hachure::world::Surfaces;
@@ -38,11 +36,6 @@ pub(crate) fn draw(
     gpu.wait();
     gpu.check().unwrap_or_else(|error| panic!("{}: {error}", style.name));
     prepared
-}
-
-/// Reads the first `count` records of a buffer of the strokes.
-pub(crate) fn strokes_left<T: Pod>(gpu: &Gpu, renderer: &Renderer, kind: &BufferKind, count: usize) -> Vec<T> {
-    read_buffer(gpu, &renderer.strokes().unwrap().buffer(kind).unwrap().raw, count).unwrap()
 }
 
 /// Reads a picture of four 16-bit floats per pixel.

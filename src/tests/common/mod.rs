@@ -8,7 +8,6 @@ pub(crate) mod draw;
 pub(crate) mod equations;
 pub(crate) mod field;
 pub(crate) mod hill;
-pub(crate) mod probe;
 pub(crate) mod shot;
 pub(crate) mod silhouette;
 pub(crate) mod stores;
@@ -28,7 +27,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::Pose;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{self, HeightGrid, OpenOptions, Silent, VoidMode, WorldMapping};
-use hachure::style::{self, Style};
+use hachure::style::{self, Layer, Style};
 use hachure::world::{Surfaces, Terrain, TerrainOptions};
 
 /// A device that tests share, with its pipelines and its cache: one for each test that runs at the same time. Returns
@@ -130,8 +129,13 @@ pub(crate) fn filled_grid(path: &Path) -> HeightGrid {
 /// Loads a preset without its cap on crowded lines and strokes, so that it draws all of them.
 pub(crate) fn all_lines(name: &str) -> Style {
     let mut style = Style::load(name).unwrap();
-    style.lines_mut().into_iter().for_each(|lines| lines.crowd = 1.0);
-    style.strokes_mut().into_iter().for_each(|strokes| strokes.crowd = 1.0);
+    for layer in style.layers.iter_mut() {
+        match layer {
+            Layer::Lines(lines) => lines.crowd = 1.0,
+            Layer::Strokes(strokes) => strokes.crowd = 1.0,
+            _ => {}
+        }
+    }
     style
 }
 

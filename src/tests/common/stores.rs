@@ -4,8 +4,8 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
+use hachure::pyramid::PatchStatistics;
 use hachure::pyramid::store::{Cancel, Decode};
-use hachure::pyramid::surface::statistics::PatchStatistics;
 use hachure::pyramid::{LevelSize, PyramidError, TileAddress, TileStore};
 use hachure::source::georeference::Georeference;
 

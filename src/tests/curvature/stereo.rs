@@ -8,9 +8,10 @@ use hachure::style::Style;
 use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge, KIND_SUGGESTIVE};
 
 use crate::tests::common::World;
-use crate::tests::common::draw::{NOON, places_m, strokes_left};
+use crate::tests::common::draw::{NOON, places_m};
 use crate::tests::curvature::suggestive::SIZE_PX;
 use crate::tests::helpers::stroke_lines::missed;
+use crate::tests::helpers::stroke_lines::strokes_left;
 
 const VIEWS: [(&str, &str); 3] = [
     ("dem/geotiff/mt_rainier_90m.tif", "-8000,-12000,+900,30,-25,50"),

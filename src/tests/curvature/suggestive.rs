@@ -8,9 +8,10 @@ use hachure::source::HeightGrid;
 use hachure::style::Style;
 use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge, KIND_SUGGESTIVE};
 
-use crate::tests::common::draw::{NOON, draw, places_m, still, strokes_left};
+use crate::tests::common::draw::{NOON, draw, places_m, still};
 use crate::tests::common::{World, filled_grid, grid_of, real_data};
 use crate::tests::curvature::{LANDS, RADIUS_M, bend, jet, style};
+use crate::tests::helpers::stroke_lines::strokes_left;
 use crate::tests::helpers::stroke_lines::{NEAR_PX, covered};
 
 pub const SIZE_PX: [u32; 2] = [480, 320];

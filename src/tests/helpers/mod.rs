@@ -1,6 +1,7 @@
 //! What the tests of drawing share, as `common`, but with private items of the library.
 
 pub mod forest;
+pub mod probe;
 pub mod shapes;
 pub mod stroke_lines;
 pub mod tones;

@@ -2,7 +2,12 @@
 
 use std::collections::HashMap;
 
+use bytemuck::Pod;
 use glam::DVec2;
+use hachure::frame::Renderer;
+use hachure::gpu::Gpu;
+use hachure::gpu::buffer::BufferKind;
+use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::points::Point;
 
 /// The style's limit: shorter strokes are not drawn.
@@ -79,4 +84,9 @@ pub fn doubled(points: &[Point], size_px: [u32; 2], within_px: f64) -> f64 {
         around(square(*px, within_px)).any(|at| squares.get(&at).is_some_and(|others| others.iter().any(is_other)))
     };
     along.iter().filter(has_other).count() as f64 / along.len().max(1) as f64
+}
+
+/// Reads the first `count` records of a buffer of the strokes.
+pub fn strokes_left<T: Pod>(gpu: &Gpu, renderer: &Renderer, kind: &BufferKind, count: usize) -> Vec<T> {
+    read_buffer(gpu, &renderer.strokes().unwrap().buffer(kind).unwrap().raw, count).unwrap()
 }

@@ -13,7 +13,8 @@ use hachure::surface::edges::Edge;
 use hachure::surface::edges::{EDGE_DRAW, EDGES};
 
 use crate::tests::common::World;
-use crate::tests::common::draw::{NOON, draw, still, strokes_left};
+use crate::tests::common::draw::{NOON, draw, still};
+use crate::tests::helpers::stroke_lines::strokes_left;
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [640, 360];

@@ -14,8 +14,9 @@ use hachure::scene::view::View;
 use hachure::style::Style;
 
 use crate::tests::common::World;
-use crate::tests::common::draw::{NOON, draw, still, strokes_left};
+use crate::tests::common::draw::{NOON, draw, still};
 use crate::tests::common::hill::Hill;
+use crate::tests::helpers::stroke_lines::strokes_left;
 use crate::tests::helpers::stroke_lines::{along_strokes, covered};
 use crate::tests::meshes::shapes;
 

@@ -6,7 +6,8 @@ use glam::{DVec2, DVec3};
 use hachure::gpu::Gpu;
 use hachure::gpu::readback::read_buffer;
 
-use crate::tests::common::{gpu, probe};
+use crate::tests::common::gpu;
+use crate::tests::helpers::probe;
 
 const PROBE: &str = r"
 #import hachure::light_warp::{warp_of, inverse_warp_of, warp_light, scale_less_one}

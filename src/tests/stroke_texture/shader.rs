@@ -6,7 +6,8 @@ use hachure::gpu::readback::read_buffer;
 use hachure::lines::strokes::texture::{Brush, StrokeTexture, grow};
 use hachure::style::texture::Recipe;
 
-use crate::tests::common::{gpu, probe};
+use crate::tests::common::gpu;
+use crate::tests::helpers::probe;
 use crate::tests::stroke_texture::{recipe, recipes};
 
 /// Evaluates the shader's functions at many points, and samples the texture at all levels.

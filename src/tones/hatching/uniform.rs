@@ -64,7 +64,7 @@ const SLOPE_BORDER_DEG: f32 = 3.0;
 impl HatchUniform {
     /// Creates the uniform. `ladder` is the first level and the number of levels, `side` the side of the maps in
     /// texels.
-    pub fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
+    pub(crate) fn new(hatching: &Hatching, ladder: (i32, usize), side: u32) -> Self {
         let sets = &hatching.sets;
         let mut uniform = Self {
             count: sets.len() as u32,

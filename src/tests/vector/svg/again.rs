@@ -139,7 +139,7 @@ fn librsvg_agrees() {
     let [svg, png] = ["a.svg", "a.png"].map(|name| folder.path().join(name));
     let settings = settings(Sheet::pixels(SIZE_PX));
     let (layers, _) = layers(&groups(&drawn.polylines, settings.ink), &settings, None);
-    write_svg(&svg, &drawing(layers, &settings)).unwrap();
+    write_svg(&svg, &drawing(layers, &settings), None).unwrap();
     let done = Command::new("rsvg-convert").arg(&svg).arg("-o").arg(&png).output().unwrap();
     assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
     let picture = hachure::file::png::read_rgba8(&png).unwrap();

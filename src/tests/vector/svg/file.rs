@@ -145,7 +145,7 @@ fn what_is_no_number_is_not_written() {
         strokes: vec![stroke],
     };
     let settings = settings(Sheet { size: [1.0; 2], unit: Unit::Px, units_per_px: 1.0, origin: [0.0; 2] });
-    let write = |stroke: Stroke, path: &Path| write_svg(path, &drawing(vec![with(stroke)], &settings));
+    let write = |stroke: Stroke, path: &Path| write_svg(path, &drawing(vec![with(stroke)], &settings), None);
     let mut nowhere = stroke.clone();
     nowhere.path.line_to((f64::NAN, 0.0));
     for bad in

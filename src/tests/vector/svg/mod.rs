@@ -69,7 +69,7 @@ fn written(polylines: &[Polyline], settings: &Settings) -> (String, DrawingRepor
 pub fn written_layers(layers: Vec<Layer>, settings: &Settings) -> String {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.svg");
-    write_svg(&path, &drawing(layers, settings)).unwrap();
+    write_svg(&path, &drawing(layers, settings), None).unwrap();
     assert_eq!(folder.path().read_dir().unwrap().count(), 1, "no other file may remain");
     std::fs::read_to_string(&path).unwrap()
 }
