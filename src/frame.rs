@@ -85,7 +85,7 @@ pub(crate) fn seen_light(world: &Surfaces, rig: &Rig, style: &Style, light: &Lig
     let earth = terrain.earth_curvature(rig.origin_m.z);
     let focus = light.focus.or_else(|| style.focus.as_ref().map(style::Focus::seen));
     let focus = focus.map(|focus| focus.seen_from(rig.origin_m, |flat_m| earth.bend(flat_m)));
-    Light { focus, ..light.from_above(rig.origin_m.z - f64::from(terrain.range_m()[1])) }
+    Light { focus, ..light.for_eye_above(rig.origin_m.z - f64::from(terrain.range_m()[1])) }
 }
 
 /// Default time from one frame to the next, in seconds.

@@ -1,8 +1,8 @@
 // The surface id of a pixel: the highest bits are a kind of surface, the others a number within that kind. See
 // src/surface/id.rs.
 //
-// A pass that draws surfaces of one kind compares the kind. All other passes ask for a trait, so that they need no list
-// of kinds.
+// A pass that draws surfaces of one kind compares the kind. All other passes test a trait, so that they need no list of
+// kinds.
 #define_import_path hachure::surface_id
 
 // A kind is 1 plus the number of leading ones of its ids, except the sky, whose whole id is 0.

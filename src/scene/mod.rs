@@ -172,7 +172,7 @@ impl Light {
     /// Returns the light for an eye `height_m` above the highest land. Air thins with height, so a map seen from far
     /// above is clear: haze reaches farther by the ratio of the air along a level ray to the air along a ray from the
     /// land.
-    pub(crate) fn from_above(self, height_m: f64) -> Self {
+    pub(crate) fn for_eye_above(self, height_m: f64) -> Self {
         let t = (height_m / THINNING_M).max(1e-6);
         Self { haze_m: self.haze_m * t / -(-t).exp_m1(), ..self }
     }

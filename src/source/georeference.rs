@@ -203,7 +203,7 @@ pub(super) fn from_transform(
     Ok(Georeference { crs_from_grid, crs, geokeys })
 }
 
-/// Returns [`Georeference::crs_from_grid`]; `None` if the tags give no transform. Of several tie points beside a pixel
+/// Returns [`Georeference::crs_from_grid`]; `None` if the tags give no transform. Of several tie points next to a pixel
 /// scale only the first counts.
 fn transform_from_tags(tags: &GeoTags) -> Option<[f64; 6]> {
     let [x0, a, b, y0, c, d] = match (&*tags.pixel_scale, &*tags.tie_points, &*tags.transformation) {
@@ -277,7 +277,7 @@ fn geographic_crs(code: Option<u16>, keys: &GeoKeys, file: &str) -> Result<Crs, 
     if definition.is_some_and(|definition| definition.kind == Kind::Geocentric) {
         return Err(GeoreferenceError::Geocentric);
     }
-    // A code defines its ellipsoid, and the file's keys count only without a code. Units are often changed beside the
+    // A code defines its ellipsoid, and the file's keys count only without a code. Units are often changed next to the
     // code, so there the keys take precedence.
     let ellipsoid = match (definition.and_then(|definition| definition.ellipsoid), ellipsoid_from_keys(keys)?, code) {
         (Some(known), ..) => known,

@@ -6,7 +6,7 @@
 //! 11110.
 //!
 //! `shaders/shared/surface_id.wgsl` defines the kinds and what each of them has (its traits). Passes that draw more than
-//! one kind ask for a trait, so a new kind is one line there, one here, and the passes that draw it.
+//! one kind test a trait, so a new kind is one line there, one here, and the passes that draw it.
 
 /// A kind of surface.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -25,7 +25,7 @@ fn scene(text: &str) -> Result<Scene, String> {
 #[test]
 fn haze_thins_with_height() {
     let light = scene("[world]\nprocedural = { seed = 7 }\n[haze]\ndistance_m = 20000\n").unwrap().light([1e5, 1e5]);
-    let distance_m = |height_m: f64| light.from_above(height_m).haze_m;
+    let distance_m = |height_m: f64| light.for_eye_above(height_m).haze_m;
     // The mean density along a ray that falls through all the air above, step by step.
     let marched = |height_m: f64| {
         let steps = 100_000;

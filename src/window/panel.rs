@@ -184,7 +184,7 @@ fn eyes(ui: &mut Ui, settings: &mut Settings) {
     );
     let apart = Slider::new(&mut settings.pair.ipd_m, 0.001..=1000.0).logarithmic(true).suffix(" m").max_decimals(3);
     ui.add_enabled_ui(!settings.follows_land, |ui| {
-        labelled(ui, "Eye distance", "Distance between the eyes (--ipd)", apart)
+        labelled(ui, "Eye distance", "Distance between the eyes (--ipd)", apart);
     });
     let mut convergence_m = settings.pair.convergence_m.unwrap_or(FARTHEST_M);
     let plane = Slider::new(&mut convergence_m, 0.1..=FARTHEST_M).logarithmic(true).suffix(" m").max_decimals(1);

@@ -86,7 +86,7 @@ pub(crate) enum Trace {
     Strokes,
 }
 
-/// What tracing needs to know about a set of hatching marks.
+/// Description of a set of hatching marks, for tracing.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct TracedSet {
     /// Label for people.

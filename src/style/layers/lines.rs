@@ -118,12 +118,12 @@ choices! {
     }
 }
 
-/// What a detector computes at a pixel. It decides how its result becomes lines.
+/// The quantity that a detector computes at a pixel, which decides how its result becomes lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Measure {
     /// An error along each of four axes.
     AxisErrors,
-    /// One error.
+    /// One error, without a direction.
     Error,
     /// The ink of lines. It needs surfaces with curvature, so trees are drawn by LSA contours.
     Ink,
