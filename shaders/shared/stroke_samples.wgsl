@@ -185,3 +185,23 @@ fn nearest_on(a: vec2<f32>, b: vec2<f32>, px: vec2<f32>) -> Nearest {
     let t = clamp(dot(px - a, along) / max(dot(along, along), 1e-12), 0.0, 1.0);
     return Nearest(t, a + along * t);
 }
+
+// Index of the number of workgroups for all samples in the arguments of a list.
+const ALL_GROUPS: u32 = 12u;
+
+// Returns the number of workgroups of 64 threads with one thread per sample: at least one, whose first thread may write
+// the counters.
+fn groups_of(samples: u32) -> u32 {
+    return max((samples + 63u) / 64u, 1u);
+}
+
+// Returns the arguments of a list: two indirect draws, of strokes of this frame and of fading ones, and two indirect
+// dispatches, with a thread for each fresh sample and for each sample. The first draw is of all `samples`.
+fn arguments_of(fresh: u32, samples: u32) -> array<u32, 16> {
+    return array<u32, 16>(
+        6u, samples, 0u, 0u,
+        6u, 0u, 0u, 0u,
+        groups_of(fresh), 1u, 1u, 0u,
+        groups_of(samples), 1u, 1u, 0u,
+    );
+}

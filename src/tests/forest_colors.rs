@@ -94,9 +94,7 @@ fn colors(world: &mut World, forest: &Forest, models: &[Arc<TreeModel>]) -> BTre
     ] {
         world.surfaces.set_tree_detail(detail);
         let pose = world.pose(camera);
-        for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
-        }
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &NOON);
         let mut levels: BTreeMap<u32, Vec<u32>> = BTreeMap::new();
         for tree in listed(world, &renderer, pose.position_m) {
             levels.entry(tree.instance.id).or_default().push(tree.level);
@@ -293,9 +291,7 @@ fn a_model_of_a_tree_has_its_materials_at_all_levels() {
 fn frame_of(world: &mut World, renderer: &mut Renderer, style: &Style) -> (Vec<[f64; 4]>, Vec<u32>, Vec<u8>, bool) {
     let pose = world.pose("0,0,14,0,-4,50");
     renderer.set_traces(true);
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &NOON);
-    }
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), style, &NOON);
     let used = renderer.trace().iter().flat_map(|pass| pass.reads.iter().chain(&pass.writes));
     let names = ["local color", "tree colors", "tree palette", "tree paints", "mesh colors"];
     let is_colored = used.map(|used| used.name).any(|name| names.contains(&name));

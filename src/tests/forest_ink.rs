@@ -64,7 +64,8 @@ fn ink_of_a_forest_does_not_depend_on_its_distance() {
             let mut style = Style::load(name).unwrap();
             // Haze is not part of this test.
             style.haze.faintest_tone = 1.0;
-            (name, style)
+            // Level land has no rows of hachures; only their blocks would be computed, up to the horizon.
+            (name, if common::full() { style } else { style.without(&["rows"]) })
         })
         .collect();
     let mut of_each = |forest: Option<_>, distances_m: &[f64]| {

@@ -54,9 +54,7 @@ struct Picture {
 fn picture(world: &mut World, renderer: &mut Renderer, camera: &str, detail: f64) -> Picture {
     world.surfaces.set_tree_detail(detail);
     let (style, pose) = (Style::load("plain").unwrap(), world.pose(camera));
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
-    }
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, &NOON);
     let target = renderer.target(&SURFACE_ID).unwrap();
     let ids = read(&world.gpu, target, [0, 0], target.size_px()).unwrap();
     let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();

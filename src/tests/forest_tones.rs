@@ -28,11 +28,9 @@ fn sun(elevation_deg: f64, azimuth_deg: f64) -> Light {
     Light { to_sun, haze_m: 1e6, haze_srgb: None, focus: None }
 }
 
-fn draw_twice(world: &mut World, renderer: &mut Renderer, pose: Pose, style: &str, light: &Light) {
+fn draw_in(world: &mut World, renderer: &mut Renderer, pose: Pose, style: &str, light: &Light) {
     let style = Style::load(style).unwrap();
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, light);
-    }
+    draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, SIZE_PX), &style, light);
 }
 
 fn ids(world: &World, renderer: &Renderer) -> Vec<u32> {
@@ -118,7 +116,7 @@ fn shadows_are_those_of_the_meshes() {
         world.surfaces.set_tree_detail(4.0);
         let light = sun(28.0, 250.0);
         let around = world.pose("40,30,90,0,-89,100");
-        draw_twice(&mut world, &mut renderer, around, "crosshatch", &light);
+        draw_in(&mut world, &mut renderer, around, "crosshatch", &light);
         let trees = listed(&world, &renderer, around.position_m);
         let mut by_id = std::collections::BTreeMap::new();
         for tree in trees.iter().filter(|tree| tree.level != CANOPY) {
@@ -126,7 +124,7 @@ fn shadows_are_those_of_the_meshes() {
         }
         let trees: Vec<DrawnTree> = by_id.into_values().collect();
         let pose = world.pose("40,30,90,0,-89,40");
-        draw_twice(&mut world, &mut renderer, pose, "crosshatch", &light);
+        draw_in(&mut world, &mut renderer, pose, "crosshatch", &light);
         let places = shaded(&world, &renderer, pose.position_m);
         let all = meshes(&trees, grown, None);
         let found = overlap(&places, light.to_sun, &all);
@@ -171,7 +169,7 @@ fn shadows_lean_with_their_trees() {
     world.surfaces.set_wind(Some(wind));
     let light = sun(40.0, 250.0);
     let pose = world.pose("40,30,90,0,-89,60");
-    draw_twice(&mut world, &mut renderer, pose, "crosshatch", &light);
+    draw_in(&mut world, &mut renderer, pose, "crosshatch", &light);
     let trees = listed(&world, &renderer, pose.position_m);
     let trees: Vec<DrawnTree> =
         trees.into_iter().filter(|tree| tree.level != CANOPY && tree.shown == [0.0, 1.0]).collect();
@@ -194,7 +192,7 @@ fn shadows_are_made_where_they_are_asked_for() {
     let pose = world.pose("40,30,60,0,-50,50");
     let shaded = |world: &mut World, style: &str, light: &Light| {
         let mut renderer = Renderer::new(&world.gpu).unwrap();
-        draw_twice(world, &mut renderer, pose, style, light);
+        draw_in(world, &mut renderer, pose, style, light);
         let shadow = renderer.target(&TREE_SHADOW)?;
         Some(read(&world.gpu, shadow, [0, 0], shadow.size_px()).unwrap().iter().filter(|shade| **shade > 127).count())
     };
@@ -210,7 +208,7 @@ fn trees_are_flat_to_marks() {
     world.surfaces.set_forest(Some(of(Form::Broadleaf, 40.0, 20.0)));
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let pose = world.pose("0,0,25,0,-8,50");
-    draw_twice(&mut world, &mut renderer, pose, "crosshatch", &sun(30.0, 250.0));
+    draw_in(&mut world, &mut renderer, pose, "crosshatch", &sun(30.0, 250.0));
     let ids = ids(&world, &renderer);
     let marks_m: Vec<DVec3> = floats::<4>(&world.gpu, renderer.target(&MARK_PLACE).unwrap())
         .into_iter()

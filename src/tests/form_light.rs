@@ -29,13 +29,11 @@ fn sun(azimuth_deg: f64, elevation_deg: f64) -> Light {
     Light { to_sun: Sun { azimuth_deg, elevation_deg }.direction(), haze_m: 1e9, haze_srgb: None, focus: None }
 }
 
-/// Returns the tones of a second frame; `None` in the sky.
+/// Returns the tones of a frame; `None` in the sky.
 fn tones(world: &mut World, style: &Style, light: &Light, camera: &str) -> Vec<Option<f64>> {
     let pose = world.pose(camera);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
-    }
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), style, light);
     let places = places_m(&world.gpu, &renderer, pose.position_m);
     let tones = halves(&world.gpu, renderer.target(&TONE).unwrap());
     tones.iter().zip(places).map(|([.., tone], place)| place.map(|_| *tone)).collect()
@@ -181,9 +179,7 @@ fn level_land_is_paper() {
             }
             let pose = world.pose("0,0,+2500,0,-90,50");
             let mut renderer = Renderer::new(&world.gpu).unwrap();
-            for _ in 0..3 {
-                draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
-            }
+            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
             let paper = style.paper.color.linear().map(f64::from);
             let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
             let half = picture.len() / 2;
@@ -213,9 +209,7 @@ fn a_turn_does_not_move_the_form() {
         let style = style(0, keys);
         let pose = world.pose(&format!("0,-9000,+900,{yaw_deg},-14,50"));
         let mut renderer = Renderer::new(&world.gpu).unwrap();
-        for _ in 0..2 {
-            draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
-        }
+        draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &light);
         let tones: Vec<f64> =
             halves(&world.gpu, renderer.target(&TONE).unwrap()).into_iter().map(|[.., tone]| tone).collect();
         let places = places_m(&world.gpu, &renderer, pose.position_m);

@@ -43,9 +43,7 @@ fn marks(world: &mut World, form_px: f64, calm_deg: f64) -> (Vec<[f32; 4]>, f64)
     let style = Style::parse("marks", &text).unwrap();
     let view = still(world.pose(MAP), SIZE_PX);
     let mut renderer = Renderer::new(&world.gpu).unwrap();
-    for _ in 0..2 {
-        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
-    }
+    draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &NOON);
     let normals: Vec<[f32; 4]> = floats(&world.gpu, renderer.target(&MARK_NORMAL).unwrap());
     let angle_deg = |[x, y, ..]: &[f32; 4]| f64::from(y.atan2(-x).to_degrees().abs());
     let mut angles: Vec<f64> = normals.iter().filter(|texel| texel[3] > 0.0).map(angle_deg).collect();

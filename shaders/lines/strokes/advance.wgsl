@@ -1,7 +1,7 @@
 // Moves strokes with the world between full updates. Pietrok (2021, section 4.3) moves them by the motion field; here
 // each sample knows its distance, so its own motion is exact.
 #import hachure::view::{View, place_at}
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, decayed, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, decayed, arguments_of, FIRST, LAST, FADING, IS_CLOSED, SPACING_PX, WHOLLY_PX}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
@@ -9,13 +9,14 @@
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read_write> list: SampleCounts;
 @group(0) @binding(5) var<storage, read_write> samples: array<Sample>;
-@group(0) @binding(6) var<storage, read_write> draws: array<u32, 8>;
+// Arguments of draws and dispatches; see `arguments_of`.
+@group(0) @binding(6) var<storage, read_write> draws: array<u32, 16>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
         list = old_list;
-        draws = array<u32, 8>(6u, old_list.samples, 0u, 0u, 6u, 0u, 0u, 0u);
+        draws = arguments_of(old_list.fresh, old_list.samples);
     }
     if id.x >= old_list.samples {
         return;

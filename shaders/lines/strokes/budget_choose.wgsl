@@ -1,12 +1,12 @@
 // Finds the shortest length class of strokes for which there is room, if longer strokes come first.
-#import hachure::stroke_samples::{CLASSES, Temporal, SampleCounts}
+#import hachure::stroke_samples::{CLASSES, Temporal, SampleCounts, arguments_of}
 
 @group(0) @binding(0) var<uniform> temporal: Temporal;
 // Samples that the strokes of each length class need; this pass resets them to 0.
 @group(0) @binding(1) var<storage, read_write> classes: array<u32>;
 @group(0) @binding(2) var<storage, read_write> list: SampleCounts;
-// Two indirect draws, of strokes of this frame and of fading ones: vertices, instances, first vertex, first instance.
-@group(0) @binding(3) var<storage, read_write> draws: array<u32, 8>;
+// Arguments of draws and dispatches; see `arguments_of`.
+@group(0) @binding(3) var<storage, read_write> draws: array<u32, 16>;
 
 @compute @workgroup_size(1)
 fn main() {
@@ -26,5 +26,5 @@ fn main() {
     list.fresh = min(total, temporal.capacity);
     list.samples = list.fresh;
     list.least_class = least_class;
-    draws = array<u32, 8>(6u, list.fresh, 0u, 0u, 6u, 0u, 0u, 0u);
+    draws = arguments_of(list.fresh, list.fresh);
 }

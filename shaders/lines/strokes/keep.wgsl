@@ -4,7 +4,7 @@
 // `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world and puts
 // them into the list; 2 sets their number in the list and in the draw arguments.
 #import hachure::view::View
-#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, NEIGHBOURS, to_seed_px}
+#import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, NEIGHBOURS, ALL_GROUPS, to_seed_px, groups_of}
 
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
@@ -15,8 +15,8 @@
 @group(0) @binding(6) var<storage, read_write> places: array<u32>;
 @group(0) @binding(7) var<storage, read_write> list: SampleCounts;
 @group(0) @binding(8) var<storage, read_write> samples: array<Sample>;
-// Two indirect draws: of strokes of this frame, and of fading ones.
-@group(0) @binding(9) var<storage, read_write> draws: array<u32, 8>;
+// Arguments of draws and dispatches; see `arguments_of`.
+@group(0) @binding(9) var<storage, read_write> draws: array<u32, 16>;
 
 // Returns whether the segment from a sample to the next one is retained.
 fn is_kept(number: u32) -> bool {
@@ -34,6 +34,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let fading = select(0u, min(places[count], temporal.capacity - list.fresh), count > 0u);
             list.samples = list.fresh + fading;
             draws[5] = fading;
+            draws[ALL_GROUPS] = groups_of(list.samples);
         }
         return;
     }

@@ -7,7 +7,7 @@
 //! The second eye of a stereo pair has no bars of its own: it reads those of the leading eye at the positions of its
 //! samples in that eye's picture, so that both leave out the same strokes. Surfaces near a stereo pair are not thinned.
 
-use super::samples::{GROUPS, SampleWork};
+use super::samples::SampleWork;
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
@@ -38,7 +38,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
     let counts = || ("counts", cells.counts.binding());
     recorder.pixels("lines/crowd/clear", cells.bars.size_px(), &[crowd(), counts()]);
     let resources = [("view", view.clone()), crowd(), ("depth", depth.into()), work.list(), work.samples(), counts()];
-    recorder.groups("lines/strokes/crowd_count", GROUPS, &resources);
+    let (arguments, offset) = work.per_fresh();
+    recorder.indirect("lines/strokes/crowd_count", arguments, offset, &resources);
     // The second eye counts only to rank its samples.
     if leader.is_none() {
         bar::run(recorder, view, &cells);
@@ -48,6 +49,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
     let (crowd, bars) = (("crowd", of.crowd.clone()), ("bars", (&of.bars).into()));
     let mut resources = vec![("view", view.clone()), crowd, bars, work.list(), work.samples()];
     resources.extend(leader.map(|(view, _)| ("other_view", view.clone())));
-    recorder.groups(Compute { name: "lines/strokes/crowd_thin", definitions }, GROUPS, &resources);
+    recorder.indirect(Compute { name: "lines/strokes/crowd_thin", definitions }, arguments, offset, &resources);
     cells
 }

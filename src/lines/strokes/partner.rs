@@ -12,7 +12,7 @@
 //!
 //! Why: `docs/decisions/stereo.md`.
 
-use super::samples::{GROUPS, SampleList, SampleWork};
+use super::samples::{SampleList, SampleWork};
 use crate::gpu::bind::Resource;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
@@ -67,9 +67,11 @@ pub(crate) fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleW
         ("normal", (&partner.surface.normal).into()),
         work.matches(),
     ];
-    recorder.groups(Compute { name: "lines/strokes/look", definitions: &["PAIR"] }, GROUPS, &resources);
+    let (arguments, offset) = work.per_fresh();
+    let look = Compute { name: "lines/strokes/look", definitions: &["PAIR"] };
+    recorder.indirect(look, arguments, offset, &resources);
     let definitions: &[&str] = if role == Role::Follower { &["FOLLOWER"] } else { &[] };
     let mut resources = vec![work.temporal(), work.list(), work.matches(), work.samples()];
     resources.extend((role == Role::Follower).then(|| ("view", view.clone())));
-    recorder.groups(Compute { name: "lines/strokes/adopt", definitions }, GROUPS, &resources);
+    recorder.indirect(Compute { name: "lines/strokes/adopt", definitions }, arguments, offset, &resources);
 }

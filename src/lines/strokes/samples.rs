@@ -30,8 +30,11 @@ const CLASSES: u64 = crate::gpu::wgsl::shared::stroke_samples::CLASSES as u64;
 /// Index of the number of chains in `StrokeCounts`.
 const CHAINS_INDEX: u32 = 2;
 
-/// Workgroups of 64 threads, with one thread per sample.
-pub(super) const GROUPS: [u32; 2] = [MOST_SAMPLES.div_ceil(64), 1];
+/// Offsets in bytes of the numbers of workgroups in [`SampleList::draws`]: for the samples of this frame, and for these
+/// and the fading ones. A thread for each sample that the list could hold would be several times as slow on a software
+/// driver, where a thread without a sample costs as much as one that has one.
+const FRESH_GROUPS: u64 = 32;
+const ALL_GROUPS: u64 = 4 * crate::gpu::wgsl::shared::stroke_samples::ALL_GROUPS as u64;
 
 impl Sample {
     /// Flag of the first sample of a stroke.
@@ -61,7 +64,7 @@ const CLASSES_OF: BufferKind = BufferKind::storage("stroke classes");
 const STARTS: BufferKind = BufferKind::storage("stroke starts");
 /// The sample that each sample matched in the previous frame, or in the other eye.
 const MATCHES: BufferKind = BufferKind::storage("stroke matches");
-/// Arguments of the draws of a [`SampleList`].
+/// Arguments of the draws and dispatches of a [`SampleList`].
 const DRAWS: BufferKind = BufferKind::indirect("stroke draws");
 
 /// The samples of one frame.
@@ -72,7 +75,7 @@ pub(crate) struct SampleList {
     /// [`SampleCounts`].
     pub counts: Buffer,
     /// Arguments of indirect draws of six vertices per sample: this frame's strokes at byte 0, fading strokes at byte
-    /// 16.
+    /// 16. After them, the workgroups of dispatches with one thread per sample.
     pub draws: Buffer,
 }
 
@@ -82,7 +85,7 @@ impl SampleList {
         Self {
             samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
             counts: Buffer::new(gpu, &COUNTS, size_of::<SampleCounts>() as u64),
-            draws: Buffer::new(gpu, &DRAWS, 32),
+            draws: Buffer::new(gpu, &DRAWS, 64),
         }
     }
 
@@ -120,6 +123,17 @@ impl SampleWork {
             starts: recorder.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
             matches: recorder.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
         }
+    }
+
+    /// Returns the arguments of a dispatch with one thread per sample of this frame, fading ones left out.
+    pub(super) fn per_fresh(&self) -> (&Buffer, u64) {
+        (&self.now.draws, FRESH_GROUPS)
+    }
+
+    /// Returns the arguments of a dispatch with one thread per sample of the previous frame. There are no workgroups if
+    /// there was no frame.
+    pub(super) fn per_old(&self) -> (&Buffer, u64) {
+        (&self.before.draws, ALL_GROUPS)
     }
 
     pub(super) fn named_draws(&self) -> Named {
@@ -205,5 +219,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         work.samples(),
         work.matches(),
     ];
-    recorder.groups("lines/strokes/samples", GROUPS, &resources);
+    let (arguments, offset) = work.per_fresh();
+    recorder.indirect("lines/strokes/samples", arguments, offset, &resources);
 }

@@ -15,7 +15,7 @@
 
 use super::chain::Chains;
 use super::points::Points;
-use super::samples::{GROUPS, MOST_SAMPLES, SampleWork};
+use super::samples::{MOST_SAMPLES, SampleWork};
 use super::{Lists, MOST_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
@@ -35,7 +35,8 @@ const KEPT: BufferKind = BufferKind::storage("kept places");
 pub(crate) fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
     let resources =
         [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
-    recorder.groups("lines/strokes/look", GROUPS, &resources);
+    let (arguments, offset) = work.per_fresh();
+    recorder.indirect("lines/strokes/look", arguments, offset, &resources);
 }
 
 /// Lets the samples of this frame continue the strokes that they found.
@@ -63,7 +64,8 @@ pub(crate) fn take_over(
         work.samples(),
         work.list(),
     ];
-    recorder.groups("lines/strokes/temporal", GROUPS, &resources);
+    let (arguments, offset) = work.per_fresh();
+    recorder.indirect("lines/strokes/temporal", arguments, offset, &resources);
 }
 
 /// Adds to the list of this frame the strokes of the previous frame that remain where `ids` has no stroke of this
@@ -81,7 +83,8 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
         ("depth", depth.into()),
         gone.clone(),
     ];
-    recorder.groups("lines/strokes/fading", GROUPS, &resources);
+    let (arguments, offset) = work.per_old();
+    recorder.indirect("lines/strokes/fading", arguments, offset, &resources);
     for stage in 0_u32..3 {
         let resources = [
             ("stage", recorder.uniform("stage", &stage)),
@@ -95,7 +98,11 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
             work.samples(),
             work.named_draws(),
         ];
-        recorder.groups("lines/strokes/keep", if stage == 2 { [1, 1] } else { GROUPS }, &resources);
+        if stage == 2 {
+            recorder.groups("lines/strokes/keep", [1, 1], &resources);
+        } else {
+            recorder.indirect("lines/strokes/keep", arguments, offset, &resources);
+        }
         if stage == 0 {
             let numbers = &work.before.counts;
             scan::run(recorder, &scan::Inputs { numbers, index: 0, capacity: MOST_SAMPLES, values: &places });
@@ -114,5 +121,6 @@ pub(crate) fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &Sampl
         work.samples(),
         work.named_draws(),
     ];
-    recorder.groups("lines/strokes/advance", GROUPS, &resources);
+    let (arguments, offset) = work.per_old();
+    recorder.indirect("lines/strokes/advance", arguments, offset, &resources);
 }

@@ -145,11 +145,12 @@ impl Inked {
         let reach = (2.4 * sigma).ceil() as i64;
         let bell: Vec<f64> = (-reach..=reach).map(|i| (-0.5 * (i as f64 / sigma).powi(2)).exp()).collect();
         let whole: f64 = bell.iter().sum();
-        // Gaussian sums along rows, then down columns; too near the border there are none.
+        // Gaussian sums along rows in the columns of the windows' middles, then down these columns; too near the border
+        // there are none.
         let inside = |at: usize, size: usize| at as i64 >= reach && (at as i64) < size as i64 - reach;
         let mut rows = vec![0.0; self.ink.len()];
         for y in 0..height {
-            for x in (0..width).filter(|x| inside(*x, width)) {
+            for x in (0..width).step_by(side / 2).filter(|x| inside(*x, width)) {
                 let first = y * width + x - reach as usize;
                 rows[y * width + x] = bell.iter().zip(&self.ink[first..]).map(|(weight, ink)| weight * ink).sum();
             }

@@ -43,14 +43,8 @@ pub fn of(form: Form, trees_per_ha: f64, height_m: f64) -> Forest {
     }
 }
 
-/// Returns the trees that a camera's second frame draws, list by list; tiles are loaded in the first frame.
+/// Returns the trees that a frame draws, list by list.
 pub fn drawn_trees(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
-    drawn_once(world, renderer, pose, size_px);
-    drawn_once(world, renderer, pose, size_px)
-}
-
-/// Returns the trees of one frame, where the tiles are already loaded.
-pub fn drawn_once(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 2]) -> Vec<DrawnTree> {
     let style = Style::load("plain").unwrap();
     draw(&world.gpu, &mut world.surfaces, renderer, &still(pose, size_px), &style, &NOON);
     listed(world, renderer, pose.position_m)

@@ -1,6 +1,6 @@
 //! The mesh of a frame as it was drawn.
 
-use std::collections::HashMap;
+use std::collections::{BTreeSet, HashMap};
 
 use glam::{DVec2, DVec3};
 use hachure::frame::Renderer;
@@ -28,6 +28,8 @@ pub struct Patch {
 pub struct Mesh {
     pub view: View,
     pub patches: HashMap<PatchKey, Patch>,
+    /// The levels of the patches.
+    levels: BTreeSet<i32>,
     /// Whether a part was coarser than its error allows.
     pub late: bool,
 }
@@ -83,7 +85,9 @@ impl Mesh {
             instance: *instance,
             vertices_m: vertices.iter().map(world_m).collect(),
         });
-        Self { view, patches: selection.leaves.iter().copied().zip(patches).collect(), late: prepared.tiles.late }
+        let levels = selection.leaves.iter().map(|key| key.level).collect();
+        let patches = selection.leaves.iter().copied().zip(patches).collect();
+        Self { view, patches, levels, late: prepared.tiles.late }
     }
 
     /// Returns the mesh with a planted error: no morphing. A patch or an edge that is morphing to a coarser level is
@@ -110,7 +114,7 @@ impl Mesh {
     /// Returns height and normal of the mesh at a point.
     pub fn under(&self, grid_projection: &GridProjection, place_m: DVec2) -> Option<(f64, DVec3)> {
         let grid = grid_projection.grid_from_world(place_m);
-        (-12..24_i32).find_map(|level| {
+        self.levels.iter().find_map(|&level| {
             let stride = f64::from(level).exp2();
             let at = grid / stride;
             let patch_of = |k: f64| (k / f64::from(PATCH_QUADS)).floor() as i64;

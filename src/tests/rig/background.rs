@@ -75,7 +75,7 @@ impl Twins {
                 asked.name,
                 world.gpu.pipelines().shader_errors()
             );
-            std::thread::sleep(Duration::from_millis(2));
+            std::thread::sleep(Duration::from_millis(20));
         }
         // The waiting renderer has just drawn its first frame of the style.
         self.waits_ms.push(self.waiting.record_ms());
