@@ -51,7 +51,7 @@ pub mod commands;
 #[doc(hidden)]
 pub mod internals {
     pub use crate::file::message::{chain, one_line, printable};
-    pub use crate::file::standard::complain;
+    pub use crate::file::standard::print_to_stderr;
     pub use crate::gpu::readback::read;
     #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]
     pub use crate::headset::session::{Headset, SessionPhase, VIEWS};
@@ -69,7 +69,7 @@ pub mod internals {
     pub use crate::source::folder::{Kind, kind_of, members};
     pub use crate::source::statistics::statistics;
     pub use crate::style::parameters::document;
-    pub use crate::tiles::budget::most_patches;
+    pub use crate::tiles::budget::max_patches;
     pub use crate::tiles::grid_projection::GridProjection;
     pub use crate::tiles::patches::AllPatches;
     pub use crate::tiles::select::{select, select_within};

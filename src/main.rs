@@ -8,7 +8,7 @@ use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use hachure::commands::misuse::{self, Misuse};
 use hachure::commands::program::Cli;
-use hachure::internals::{chain, complain, printable};
+use hachure::internals::{chain, print_to_stderr, printable};
 use tracing_subscriber::fmt::format::debug_fn;
 
 /// Longest error line, in characters: enough for two long file names and a cause.
@@ -72,7 +72,7 @@ fn hush_libraries() {
 
 /// Prints one line to standard error, escaped and cut to [`LONGEST_LINE`], and returns the exit status.
 fn fail(message: &str, status: u8) -> ExitCode {
-    complain(&format!("hachure: {}", printable(message, LONGEST_LINE)));
+    print_to_stderr(&format!("hachure: {}", printable(message, LONGEST_LINE)));
     ExitCode::from(status)
 }
 

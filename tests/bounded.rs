@@ -17,7 +17,7 @@ use hachure::internals::AllPatches;
 use hachure::internals::GridProjection;
 use hachure::internals::Viewpoint;
 use hachure::internals::largest_lod_error_px;
-use hachure::internals::most_patches;
+use hachure::internals::max_patches;
 use hachure::internals::select;
 use hachure::internals::select_within;
 use hachure::internals::terrain_view;
@@ -52,7 +52,7 @@ fn from_the_edge(side: u32) -> String {
 
 fn budget(grid: &HeightGrid, error_px: f64) -> u64 {
     let pixels = f64::from(SIZE_PX[0] * SIZE_PX[1]);
-    most_patches(pixels, f64::from(grid.width) * f64::from(grid.height), error_px, 512 << 20) as u64
+    max_patches(pixels, f64::from(grid.width) * f64::from(grid.height), error_px, 512 << 20) as u64
 }
 
 /// Draws a picture; `None` without a GPU.

@@ -137,7 +137,7 @@ fn farthest_px(picture: &Picture, world_file: [f64; 6]) -> f64 {
     let (width, height) = (picture.width as usize, picture.height as usize);
     let tone = |x: usize, y: usize| f64::from(picture.rgba[4 * (y * width + x) + 1]);
     let level = tone(width / 2, height / 4);
-    let mut most_px = 0.0_f64;
+    let mut max_px = 0.0_f64;
     for (column, row, _) in PILLARS {
         let [x, y] = px_of(world_file, sample_m(column, row));
         let mut sums = [0.0; 3];
@@ -150,9 +150,9 @@ fn farthest_px(picture: &Picture, world_file: [f64; 6]) -> f64 {
             }
         }
         assert!(sums[0] > 1000.0, "no pillar near {x}, {y}");
-        most_px = most_px.max((sums[1] / sums[0] - x).hypot(sums[2] / sums[0] - y));
+        max_px = max_px.max((sums[1] / sums[0] - x).hypot(sums[2] / sums[0] - y));
     }
-    most_px
+    max_px
 }
 
 #[test]

@@ -9,10 +9,10 @@ use anyhow::{Context, ensure};
 use hachure::file::atomic::AtomicFile;
 
 /// A larger picture is an error.
-const MOST_BYTES: u64 = 400_000;
+const MAX_BYTES: u64 = 400_000;
 
 /// Fewer bits per channel would show as bands.
-const LEAST_BITS: u32 = 6;
+const MIN_BITS: u32 = 6;
 
 /// Rewrites a picture without its alpha channel, and with a palette if rounding to some number of bits leaves at most
 /// 256 colours.
@@ -26,7 +26,7 @@ pub(crate) fn shrink(path: &Path) -> anyhow::Result<()> {
     );
     let pixels: Vec<[u8; 3]> = bytes.chunks_exact(4).map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
     let rounded =
-        (LEAST_BITS..=8).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
+        (MIN_BITS..=8).rev().map(|bits| pixels.iter().map(|pixel| pixel.map(|value| rounded(value, bits))).collect());
     let palette_of = |pixels: &Vec<[u8; 3]>| {
         let mut palette: BTreeMap<[u8; 3], u8> = pixels.iter().map(|pixel| (*pixel, 0)).collect();
         let is_small = palette.len() <= 256;
@@ -52,7 +52,7 @@ pub(crate) fn shrink(path: &Path) -> anyhow::Result<()> {
     writer.finish()?;
     file.commit()?;
     let bytes = std::fs::metadata(path)?.len();
-    ensure!(bytes <= MOST_BYTES, "{bytes} bytes are more than a picture may have");
+    ensure!(bytes <= MAX_BYTES, "{bytes} bytes are more than a picture may have");
     Ok(())
 }
 

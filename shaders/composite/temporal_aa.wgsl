@@ -61,7 +61,7 @@ struct TemporalAa {
 
 // Limits the age, so that in a flight a sixth of the picture is new: older content has been interpolated too often to
 // be sharp.
-const MOST_AGE: f32 = 10.0;
+const MAX_AGE: f32 = 10.0;
 // A contour slides over its surface as the eye moves. Below the first motion per frame `kept` applies fully, above the
 // second not at all.
 const SLOW_PX: f32 = 0.25;
@@ -164,7 +164,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     strokes = textureLoad(ink, pixel, 0).r;
 #endif
     if temporal_aa.rest_weight > 0.0 {
-        age = MOST_AGE;
+        age = MAX_AGE;
         mean = mix(textureLoad(history_before, pixel, 0), now, temporal_aa.rest_weight);
     } else if temporal_aa.has_history == 1u {
         let moved_px = textureLoad(motion, nearest, 0).xy;
@@ -179,7 +179,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let slid_px = length(moved_px - turned_px);
             let kept = select(0.0, temporal_aa.kept * (1.0 - smoothstep(SLOW_PX, QUICK_PX, slid_px)), is_same);
             let clamped = mix(clamp(before.drawn, least, most), before.drawn, kept);
-            age = min(before.age + 1.0, MOST_AGE);
+            age = min(before.age + 1.0, MAX_AGE);
             let hurry = smoothstep(QUICK_PX, FAST_PX, length(moved_px));
             mean = mix(clamped, now, max(2.0 / (age + 2.0), hurry * NEW_FAST));
             strokes = mix(strokes, before.ink, select(0.0, 1.0 - mix(NEW_INK, 1.0, hurry), is_same));

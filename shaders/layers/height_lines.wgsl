@@ -38,17 +38,17 @@ struct HeightLineRules {
 @group(0) @binding(5) var ink: texture_storage_2d<r32float, write>;
 
 // Distance between contour lines below which they are not drawn; from twice that distance on they are drawn fully.
-const LEAST_GAP_PX: f32 = 2.0;
+const MIN_GAP_PX: f32 = 2.0;
 // Distance between contour lines above which the land is so level that a line on it would be a blot.
-const MOST_GAP_PX: f32 = 800.0;
+const MAX_GAP_PX: f32 = 800.0;
 
 // Returns the ink of lines `interval_m` apart at a height that changes by `rise_m` per pixel.
 fn lines(height_m: f32, rise_m: f32, interval_m: f32, width_px: f32) -> f32 {
     let gap_px = interval_m / max(rise_m, 1e-9 * interval_m);
     let away_px = abs(height_m / interval_m - round(height_m / interval_m)) * gap_px;
     let cover = line_ink(away_px, width_px);
-    let are_apart = smoothstep(LEAST_GAP_PX, 2.0 * LEAST_GAP_PX, gap_px / max(width_px, 1.0));
-    return cover * are_apart * (1.0 - smoothstep(0.5 * MOST_GAP_PX, MOST_GAP_PX, gap_px));
+    let are_apart = smoothstep(MIN_GAP_PX, 2.0 * MIN_GAP_PX, gap_px / max(width_px, 1.0));
+    return cover * are_apart * (1.0 - smoothstep(0.5 * MAX_GAP_PX, MAX_GAP_PX, gap_px));
 }
 
 @compute @workgroup_size(8, 8)

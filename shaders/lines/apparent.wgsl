@@ -6,7 +6,7 @@
 // The largest change is the largest singular value of that operator, and its direction is on the picture.
 //
 // Changes from the paper: the sign says whether the surface is convex along that direction, which separates ridges from
-// valleys; and foreshortening is limited to LEAST_FACING.
+// valleys; and foreshortening is limited to MIN_FACING.
 #import hachure::view::{View, place_of_pixel}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{frame_of, form2, principal_of}
@@ -19,7 +19,7 @@
 // the largest.
 @group(0) @binding(3) var apparent: texture_storage_2d<rgba32float, write>;
 
-const LEAST_FACING: f32 = 0.02;
+const MIN_FACING: f32 = 0.02;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -41,7 +41,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let level = to_eye * frame;
     let toward = select(vec2<f32>(1.0, 0.0), level / max(length(level), 1e-12), length(level) > 1e-4);
     let across = vec2<f32>(-toward.y, toward.x);
-    let longer = 1.0 / max(facing, LEAST_FACING);
+    let longer = 1.0 / max(facing, MIN_FACING);
     // Change of the normal per step on the picture, toward the eye and across.
     let by_toward = longer * vec2<f32>(form2(bend, toward, toward), form2(bend, toward, across));
     let by_across = vec2<f32>(form2(bend, toward, across), form2(bend, across, across));

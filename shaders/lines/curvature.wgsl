@@ -31,7 +31,7 @@ struct CurvatureLines {
     // Width of suggestive contours; 0 draws none.
     suggestive_px: f32,
     // Least rise of the curvature toward the eye (y of `radial`) at a suggestive contour.
-    least_rise: f32,
+    min_rise: f32,
     // Cosine between normal and direction to the eye above which there are no suggestive contours.
     largest_cosine: f32,
     // Soft border, as a part of the half width.
@@ -60,7 +60,7 @@ struct CurvatureLines {
 // Largest distance of a block from the pixel's plane, in widths of a block on the ground, to be of the same surface.
 const ON_PLANE: f32 = 2.0;
 // Least curvature, per pixel. It limits the width of lines: flat land at a flat angle has no contour.
-const LEAST_BEND: f32 = 1e-4;
+const MIN_BEND: f32 = 1e-4;
 const TURN: f32 = 6.2831855;
 
 #ifdef TEXTURED
@@ -171,7 +171,7 @@ fn contour_ink(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, bend: f32) -> f32 
     if facing < -0.1 || facing > LARGEST_COSINE {
         return 0.0;
     }
-    var from_contour_px = facing * facing / (2.0 * max(bend, LEAST_BEND));
+    var from_contour_px = facing * facing / (2.0 * max(bend, MIN_BEND));
     if from_contour_px > 0.5 * curvature_lines.width_px && facing < LARGEST_COSINE_BY_SIDES {
         from_contour_px = min(from_contour_px, from_contour_by_sides(pixel, at, n, facing));
     }
@@ -194,7 +194,7 @@ fn suggestive_ink(pixel: vec2<i32>, seen: Between) -> f32 {
     let along = vec2<f32>(seen.slope.y, -seen.slope.x) / steepness;
     let across_px = seen.own.x / steepness - swing_px(pixel, along);
     // Lines fade in and out with the rise.
-    let strength = clamp(seen.own.y / max(curvature_lines.least_rise, 1e-4) - 1.0, 0.0, 1.0);
+    let strength = clamp(seen.own.y / max(curvature_lines.min_rise, 1e-4) - 1.0, 0.0, 1.0);
     return ink_of(pixel, along, across_px, half_px * strength) * min(2.0 * half_px * strength, 1.0);
 }
 

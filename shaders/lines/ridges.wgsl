@@ -15,7 +15,7 @@
 // others are fixed to the surface.
 //
 // Curves are found by marching squares over the blocks of `surface/curvature` (cells.wgsl). A curve ends where the
-// surface bends less than `least_bend` over a feature, where it bends about as much in the other principal direction (a
+// surface bends less than `min_bend` over a feature, where it bends about as much in the other principal direction (a
 // dome has no ridge), and where the surface is so foreshortened that its contour is drawn instead, which shows the same
 // shape.
 //
@@ -33,7 +33,7 @@
 
 struct RidgeRules {
     // Least change of the normal over a feature, in radians.
-    least_bend: f32,
+    min_bend: f32,
     // 1: ridges. -1: valleys, as ridges of the inverted surface.
     orientation: f32,
 }
@@ -51,9 +51,9 @@ struct RidgeRules {
 #endif
 
 // Largest ratio of the curvature in the other principal direction to that across the ridge.
-const MOST_ACROSS: f32 = 0.7;
+const MAX_ACROSS: f32 = 0.7;
 // Cosine between normal and view direction below which the surface's contours are drawn instead.
-const LEAST_FACING: f32 = 0.2;
+const MIN_FACING: f32 = 0.2;
 // Smallest cosine between the directions at a cell's corners. If they agree less, the surface bends about equally in
 // all directions, or several lines meet in the cell.
 const ALIKE: f32 = 0.7;
@@ -94,12 +94,12 @@ fn crest_of(block: vec2<i32>) -> Crest {
         is_whole = is_whole && on_one_surface(view, middle, plain_corner(block + step));
         change += vec2<f32>(step) * magnitude_at(block + step);
     }
-    let least = ridge_rules.least_bend;
+    let least = ridge_rules.min_bend;
     // The w of `shape_bend` is the feature size.
     let bends = (ridge_rules.orientation * own.x * textureLoad(shape_bend, block, 0).w - least) / max(least, 0.01);
     var corner = middle;
     corner.value = dot(change, own.yz);
-    corner.room = min(bends, min(MOST_ACROSS - own.w, facing_of(middle) - LEAST_FACING));
+    corner.room = min(bends, min(MAX_ACROSS - own.w, facing_of(middle) - MIN_FACING));
     corner.is_there = corner.is_there && is_whole;
     return Crest(corner, vec3<f32>(own.yz, 0.0));
 }
@@ -117,10 +117,10 @@ fn crest_of(block: vec2<i32>) -> Crest {
     let found = principal_of(bend);
     let frame = frame_of(seen.xyz);
     let change = ridge_rules.orientation * form3(textureLoad(shape_change, block, 0), found.along, found.along, found.along);
-    let least = ridge_rules.least_bend;
+    let least = ridge_rules.min_bend;
     var corner = corner_at(view, block, seen, change, 0.0);
-    corner.room = min(min((found.most * shape.w - least) / max(least, 0.01), (MOST_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
-        facing_of(corner) - LEAST_FACING);
+    corner.room = min(min((found.most * shape.w - least) / max(least, 0.01), (MAX_ACROSS * found.most - abs(found.least)) * shape.w / max(least, 0.01)),
+        facing_of(corner) - MIN_FACING);
     return Crest(corner, frame * found.along);
 }
 

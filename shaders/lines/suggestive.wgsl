@@ -6,7 +6,7 @@
 // contours, so strokes chain both, and a suggestive contour continues a contour where that ends.
 //
 // Curves are found by marching squares over the blocks of `lines/radial` (cells.wgsl). A curve ends where the rise
-// falls below `least_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
+// falls below `min_rise`, where the surface faces the eye too much for a contour to be near, or where it turns away.
 //
 // Each eye of a stereo pair omits lines that are not suggestive contours for the other eye (He, Wang and Bao 2019,
 // section 4.4: view-dependent lines that differ cannot be fused). The paper searches for a partner in the other eye's
@@ -25,7 +25,7 @@
 
 struct SuggestiveRules {
     // Least rise of the curvature toward the eye (y of `radial`) at a line.
-    least_rise: f32,
+    min_rise: f32,
     // Cosine between normal and direction to the eye above which there are no suggestive contours.
     largest_cosine: f32,
     // Largest distance between the lines of both eyes on the surface, in pixels of this eye; 0 ignores the other eye.
@@ -48,7 +48,7 @@ struct SuggestiveRules {
 // Returns a positive number where a line may be: by its rise, as in `radial`, and by how much the surface faces the
 // eye.
 fn room_of(rise: f32, facing: f32) -> f32 {
-    let rises = (rise - suggestive_rules.least_rise) / max(suggestive_rules.least_rise, 0.01);
+    let rises = (rise - suggestive_rules.min_rise) / max(suggestive_rules.min_rise, 0.01);
     return min(rises, suggestive_rules.largest_cosine - facing);
 }
 

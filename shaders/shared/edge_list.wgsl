@@ -6,7 +6,7 @@
 // - Stage 1 writes the edges, from `place_in_list` on.
 // - Stage 2 only adds the number of new edges to the total (`has_updated_total`).
 #define_import_path hachure::edge_list
-#import hachure::edges::{Edge, MOST_EDGES}
+#import hachure::edges::{Edge, MAX_EDGES}
 #import hachure::ordered::{Order, all_marks, marks_before}
 
 @group(0) @binding(25) var<storage, read_write> edges: array<Edge>;
@@ -38,7 +38,7 @@ fn place_in_list(group: u32, number: u32) -> u32 {
 
 // Writes an edge; edges beyond the list's capacity are dropped.
 fn put_edge(place: u32, edge: Edge) {
-    if place < MOST_EDGES {
+    if place < MAX_EDGES {
         edges[place] = edge;
     }
 }

@@ -38,7 +38,7 @@ fn clearance_m(edge: Edge) -> f32 {
 }
 
 // Capacity of the edge list.
-const MOST_EDGES: u32 = 1048576u;
+const MAX_EDGES: u32 = 1048576u;
 
 // Which edges are collected.
 struct EdgeRules {

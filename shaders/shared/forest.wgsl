@@ -48,8 +48,8 @@ struct Forest {
     padding_b: u32,
 }
 
-// Most species of a forest.
-const MOST_SPECIES: u32 = 8u;
+// Largest number of species of a forest.
+const MAX_SPECIES: u32 = 8u;
 
 struct Species {
     // Part of all trees, 0 to 1.
@@ -79,7 +79,7 @@ struct TreeRules {
     // South-western corner of the cover rasters, in metres from the rig's origin.
     cover_low_m: vec2<f32>,
     cells_per_m: vec2<f32>,
-    // MOST_SPECIES entries.
+    // MAX_SPECIES entries.
     species: array<Species, 8>,
     // Shares that replace a species' own, for each of 255 classes of land cover and each species.
     shares: array<f32, 2040>,

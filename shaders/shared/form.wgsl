@@ -7,17 +7,17 @@
 
 // Levels that can be averaged beyond the coarsest one of the pyramid; and the width of the averaging square in samples,
 // per factor by which a sample should be larger.
-const MOST_BEYOND: f32 = 2.0;
+const MAX_BEYOND: f32 = 2.0;
 const WIDER: f32 = 1.5;
 // Smallest cosine between the surface and the view direction that is used; land at a flatter angle counts as this.
-const LEAST_FACING: f32 = 0.0625;
+const MIN_FACING: f32 = 0.0625;
 
 // Returns the land smoothed at a level. A small DEM has few levels, and a map of it may request more: above the
 // coarsest level the form is the mean over a square.
 fn form_of_level(g: vec2<f32>, level: f32) -> Surface {
     let coarsest = f32(terrain.level_count - 1);
     let wanted = clamp(level, 0.0, coarsest);
-    let beyond = exp2(clamp(level - coarsest, 0.0, MOST_BEYOND));
+    let beyond = exp2(clamp(level - coarsest, 0.0, MAX_BEYOND));
     let along = i32(ceil(beyond));
     let step = WIDER * (beyond - 1.0) / beyond * exp2(coarsest);
     var sum = Surface(0.0, vec2<f32>(0.0), vec3<f32>(0.0));
@@ -43,7 +43,7 @@ fn normal_of_level(flat_place: Unbent, point: GridPoint, level: f32) -> vec3<f32
 fn level_seen(view: View, at: vec3<f32>, flat_place: Unbent, point: GridPoint, sample_px: f32) -> f32 {
     let level = log2(sample_px * distance_from_eye(view, at) / (view.focal_px * terrain.spacing_m));
     let facing = abs(dot(normal_of_level(flat_place, point, level), normalize(view.eye_m - at)));
-    return level - 0.5 * log2(max(facing, LEAST_FACING));
+    return level - 0.5 * log2(max(facing, MIN_FACING));
 }
 
 // Returns the vectors from the point of a pixel, on a plane with that normal, to where the rays of the pixels to the

@@ -5,7 +5,7 @@
 
 // Least weight of a block that sees another face of the land: its form still describes the pixel's face better than one
 // sample of the land does.
-const LEAST_WEIGHT: f32 = 0.05;
+const MIN_WEIGHT: f32 = 0.05;
 
 // Returns the normal to light, and the lightness. `own` is the normal of a pixel that sees `at`, and the lightness of
 // what is there; only land, whose lightness is 1, has a form. `detail` is the weight of the land's own normal, 0 to 1.
@@ -13,5 +13,5 @@ fn lit_normal(view: View, form_normal: texture_2d<f32>, pixel: vec2<i32>, at: ve
     if own.w != 1.0 || detail >= 1.0 {
         return own;
     }
-    return vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, own.xyz, LEAST_WEIGHT), own.xyz, detail)), 1.0);
+    return vec4<f32>(normalize(mix(between_blocks(view, form_normal, pixel, at, own.xyz, MIN_WEIGHT), own.xyz, detail)), 1.0);
 }

@@ -55,26 +55,26 @@ fn block_of(around: Around, i: i32, size: vec2<u32>) -> vec2<i32> {
 }
 
 // Returns the weight of a block for a pixel that sees `at`: how far the block sees the same face of the land. `seen` is
-// the block's normal and depth. A block that is about as far away has a weight of at least `least_weight`, whatever
+// the block's normal and depth. A block that is about as far away has a weight of at least `min_weight`, whatever
 // face it sees.
-fn block_weight(view: View, around: Around, i: i32, block: vec2<i32>, seen: vec4<f32>, at: vec4<f32>, least_weight: f32) -> f32 {
+fn block_weight(view: View, around: Around, i: i32, block: vec2<i32>, seen: vec4<f32>, at: vec4<f32>, min_weight: f32) -> f32 {
     // Allowed distance of the pixel's point from the block's tangent plane: a block's width on the ground.
     let allowed_m = f32(BLOCK_PX) * at.w / view.focal_px;
     let away = at.xyz - place_of_pixel(view, pixel_of_block(view, block), seen.w);
     let miss = dot(away, seen.xyz) / allowed_m;
     let weight = mix(1.0 - around.f, around.f, vec2<f32>(vec2<i32>(i & 1, i >> 1u)));
-    let near = select(0.0, least_weight, abs(seen.w - at.w) < NEAR * at.w);
+    let near = select(0.0, min_weight, abs(seen.w - at.w) < NEAR * at.w);
     return weight.x * weight.y * f32(seen.w > 0.0) * (1.0 / (1.0 + miss * miss * miss * miss) + near);
 }
 
 // Returns a normal interpolated between the four blocks around a pixel; `own` if none sees the pixel's face.
-fn between_blocks(view: View, blocks: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, own: vec3<f32>, least_weight: f32) -> vec3<f32> {
+fn between_blocks(view: View, blocks: texture_2d<f32>, pixel: vec2<i32>, at: vec4<f32>, own: vec3<f32>, min_weight: f32) -> vec3<f32> {
     let around = blocks_around(view, pixel);
     var sum = own * 1e-4;
     for (var i = 0; i < 4; i++) {
         let block = block_of(around, i, textureDimensions(blocks));
         let seen = textureLoad(blocks, block, 0);
-        sum += seen.xyz * block_weight(view, around, i, block, seen, at, least_weight);
+        sum += seen.xyz * block_weight(view, around, i, block, seen, at, min_weight);
     }
     return normalize(sum);
 }

@@ -26,12 +26,12 @@ const FIRST_OCTAVE: i32 = 9922;
 const RELIEF: i32 = 16322;
 const STEPS: f32 = 64.0;
 // Range of the octaves of rows; the steepness of the land determines the octave.
-const LEAST_OCTAVE: i32 = 3;
+const MIN_OCTAVE: i32 = 3;
 const GREATEST_OCTAVE: i32 = 12;
 // Candidates per width of a cell along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
-// Most candidates of a block.
-const MOST_CANDIDATES: u32 = 16384u;
+// Largest number of candidates of a block.
+const MAX_CANDIDATES: u32 = 16384u;
 // Samples of a mark on each side of the middle one.
 const HALF: i32 = 8;
 // Samples from the middle to the border of the row; those beyond serve marks that no other row continues.
@@ -76,11 +76,11 @@ struct RowRules {
     // Part of a mark's length over which it tapers at an end.
     taper: f32,
     // Capacity for marks in this frame.
-    most_marks: u32,
+    max_marks: u32,
     // Size of a cell of level 0 on the picture at a distance of one metre, in pixels.
     cell_px_m: f32,
     // Range of the levels of blocks.
-    least_level: f32,
+    min_level: f32,
     greatest_level: f32,
 }
 

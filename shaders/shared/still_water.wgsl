@@ -192,18 +192,18 @@ fn is_terrace(square: Square, level: i32) -> bool {
     var is_lower = false;
     for (var look = 1; look <= TERRACE_LOOKS && !is_lower; look++) {
         let window = wide_window(level + look, square.centre);
-        let most_m = GENTLE * terrain.spacing_m * exp2(f32(level + look));
-        let gentle = gently(window.row_a, square.height_m, most_m) + gently(window.row_b, square.height_m, most_m)
-            + gently(window.row_c, square.height_m, most_m) + gently(window.row_d, square.height_m, most_m);
+        let max_m = GENTLE * terrain.spacing_m * exp2(f32(level + look));
+        let gentle = gently(window.row_a, square.height_m, max_m) + gently(window.row_b, square.height_m, max_m)
+            + gently(window.row_c, square.height_m, max_m) + gently(window.row_d, square.height_m, max_m);
         is_lower = gentle.x >= TERRACE_SAMPLES || gentle.x + gentle.y >= LEVEL_SAMPLES;
     }
     return is_lower;
 }
 
-// Returns how many samples of a row are lower, and how many higher, but by no more than `most_m`.
-fn gently(row: vec4<f32>, height_m: f32, most_m: f32) -> vec2<f32> {
+// Returns how many samples of a row are lower, and how many higher, but by no more than `max_m`.
+fn gently(row: vec4<f32>, height_m: f32, max_m: f32) -> vec2<f32> {
     let by_m = height_m - row;
-    let gentle = (abs(by_m) > vec4<f32>(LEVEL_WATER_M)) & (abs(by_m) < vec4<f32>(most_m));
+    let gentle = (abs(by_m) > vec4<f32>(LEVEL_WATER_M)) & (abs(by_m) < vec4<f32>(max_m));
     let none = vec4<f32>(0.0);
     let one = vec4<f32>(1.0);
     return vec2<f32>(dot(select(none, one, gentle & (by_m > none)), one), dot(select(none, one, gentle & (by_m < none)), one));

@@ -73,7 +73,7 @@ struct SampleCounts {
     // Number of strokes that continue earlier ones.
     carried: u32,
     // Shortest class of strokes within the budget, four classes per octave of pixels.
-    least_class: u32,
+    shortest_class: u32,
     // Number of chains of this frame, as in StrokeCounts.
     chains: u32,
     padding: u32,

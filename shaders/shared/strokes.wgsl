@@ -71,7 +71,7 @@ struct ChainRules {
     // Largest distance between ends that are joined, D in the CPU twin, in 1/16 px.
     reach_units: u32,
     // cos² of the largest angle A between segments that are joined, in 1/4096.
-    least_cos_squared: u32,
+    min_cos_squared: u32,
     // Largest distance by which an end may be behind the one that it is joined to, in 1/16 px.
     overlap_units: u32,
 }

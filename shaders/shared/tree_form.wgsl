@@ -22,8 +22,8 @@ fn form_of(view: View, tree: TreeInstance, cylinder: vec4<f32>, own: vec3<f32>) 
     let to_place_m = foot_m + place_on_tree(tree, own) - view.eye_m;
     let reaches = dot(to_middle_m, to_middle_m) / max(dot(to_middle_m, to_place_m), 1e-6 * dot(to_middle_m, to_middle_m));
     let along_m = (view.clip_from_camera * vec4<f32>(to_place_m + view.eye_m, 1.0)).w;
-    let most_m = 2.0 * (tree.height_m + tree.width_m);
-    return vec4<f32>(round, clamp((reaches - 1.0) * along_m, -most_m, most_m));
+    let max_m = 2.0 * (tree.height_m + tree.width_m);
+    return vec4<f32>(round, clamp((reaches - 1.0) * along_m, -max_m, max_m));
 }
 
 // Returns the normal for shading. Leaves vary the normal of the body, near the eye as far away, without hiding the

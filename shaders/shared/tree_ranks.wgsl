@@ -4,7 +4,7 @@
 #import hachure::pcg::pcg
 
 // How often four groups of tiles merge into one: WIDEST − SPARSE of src/forest/blocks.rs.
-const MOST_SPARSE: u32 = 5u;
+const MAX_SPARSE: u32 = 5u;
 // Seed of the choice among four tiles, or groups of them: the chosen one has a point in the next level.
 const CHOOSES: u32 = 2654435769u;
 
@@ -24,7 +24,7 @@ fn rank_of(tile: vec2<i32>, number: u32, points: f32) -> f32 {
         return (f32(number) + 0.5) / points;
     }
     var level = 0u;
-    while level < MOST_SPARSE && all(chosen_tile(tile >> vec2<u32>(level + 1u), level + 1u) == tile) {
+    while level < MAX_SPARSE && all(chosen_tile(tile >> vec2<u32>(level + 1u), level + 1u) == tile) {
         level += 1u;
     }
     let own = f32(pcg(bitcast<vec2<u32>>(tile)).y >> 8u) / 16777216.0;

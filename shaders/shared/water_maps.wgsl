@@ -78,9 +78,9 @@ fn shore_in(slot: i32, place: LevelPlace) -> f32 {
 }
 
 // Returns the distance to the shore in metres, at a place where a pixel is `pixel_m` wide: negative on land near the
-// shore, 0 on land farther away, and `most_m` where the shore is out of every map's reach. `narrow` is the smallest
+// shore, 0 on land farther away, and `max_m` where the shore is out of every map's reach. `narrow` is the smallest
 // extent of a sample, relative to the nominal sample size of its level.
-fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, most_m: f32) -> f32 {
+fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, max_m: f32) -> f32 {
     let coarsest = terrain.level_count - 1;
     let wanted = clamp(log2(pixel_m / terrain.spacing_m), 0.0, f32(coarsest));
     let reach = min(f32(SHORE_REACH) * narrow, FAR_WATER);
@@ -88,7 +88,7 @@ fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, most_m: f32) -> f32 {
     var level = min(i32(wanted + 0.25), coarsest);
     var found_m = 0.0;
     var sample_m = 0.0;
-    var least_m = 0.0;
+    var min_m = 0.0;
     var rest = 1.0;
     loop {
         let place = place_on_level(level, g);
@@ -105,8 +105,8 @@ fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, most_m: f32) -> f32 {
         let far = smoothstep(FAR_FROM, FAR_TO, away / reach);
         var left = select(select(1.0, max(above, far), is_made), 0.0, is_last);
         // A coarser level finds the middle of a lake farther from the shore, if anything.
-        least_m = max(least_m, min(away, FAR_FROM * reach) * size_m * rest * (1.0 - above) * far);
-        let here_m = select(away * size_m, max(most_m, away * size_m), is_last && far == 1.0);
+        min_m = max(min_m, min(away, FAR_FROM * reach) * size_m * rest * (1.0 - above) * far);
+        let here_m = select(away * size_m, max(max_m, away * size_m), is_last && far == 1.0);
         found_m += here_m * rest * (1.0 - left);
         sample_m += size_m * rest * (1.0 - left);
         rest *= left;
@@ -115,6 +115,6 @@ fn shore_m(g: vec2<f32>, pixel_m: f32, narrow: f32, most_m: f32) -> f32 {
             break if rest == 0.0;
         }
     }
-    let shore_m = min(select(found_m, max(found_m, least_m), least_m > 0.0), most_m);
-    return select(select(shore_m, -1e-6, shore_m == 0.0), 0.0, found_m <= SEEN_LAND * sample_m && least_m == 0.0);
+    let shore_m = min(select(found_m, max(found_m, min_m), min_m > 0.0), max_m);
+    return select(select(shore_m, -1e-6, shore_m == 0.0), 0.0, found_m <= SEEN_LAND * sample_m && min_m == 0.0);
 }

@@ -1,13 +1,13 @@
 // The motion of trees in wind: a function of the position of a tree, of the height above its foot, and of time. The
 // constants are those of src/scene/wind.rs.
 //
-// A tree bends like a rod fixed at its foot: by the square of the height above it. A lean that would exceed MOST_LEAN
+// A tree bends like a rod fixed at its foot: by the square of the height above it. A lean that would exceed MAX_LEAN
 // of that height is limited. Leaves of meshes also flutter.
 #define_import_path hachure::wind
 #import hachure::trees::TreeInstance
 
 // Largest lean of any part of a tree, in heights above the foot.
-const MOST_LEAN: f32 = 0.2;
+const MAX_LEAN: f32 = 0.2;
 
 // A wave that travels over the land.
 struct Wave {
@@ -64,7 +64,7 @@ fn sway_at(wind: Wind, foot_m: vec2<f32>) -> Sway {
 
 // Returns the lean at a height above the foot, as a factor of the sway.
 fn lean_by_sway(sway: vec2<f32>, up_m: f32) -> f32 {
-    let yields = length(sway) * up_m / MOST_LEAN;
+    let yields = length(sway) * up_m / MAX_LEAN;
     return up_m * up_m * inverseSqrt(1.0 + yields * yields);
 }
 

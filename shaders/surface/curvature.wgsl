@@ -12,7 +12,7 @@
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
-#import hachure::form::{form_of_level, level_seen, MOST_BEYOND}
+#import hachure::form::{form_of_level, level_seen, MAX_BEYOND}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{Shape, frame_of, form2, form3}
 #import hachure::surface_id::{has_trait, ON_GRID}
@@ -98,7 +98,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let point = grid_from_world(flat_place.flat_m.xy);
     let level = level_seen(view, at.xyz, flat_place, point, curvature_rules.feature_px);
     let shape = shape_at(flat_place, point, level);
-    let sample_m = terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MOST_BEYOND));
+    let sample_m = terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MAX_BEYOND));
     textureStore(shape_normal, block, vec4<f32>(shape.normal, at.w));
     textureStore(shape_bend, block, vec4<f32>(shape.bend, sample_m));
     textureStore(shape_change, block, shape.change);

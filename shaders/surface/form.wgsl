@@ -12,7 +12,7 @@
 #import hachure::view::View
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
-#import hachure::form::{form_of_level, form_seen, MOST_BEYOND}
+#import hachure::form::{form_of_level, form_seen, MAX_BEYOND}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::surface_id::{has_trait, ON_GRID}
 
@@ -76,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let xy = vec3<f32>(point.dg_dx.x * point.dg_dy.x, point.dg_dx.x * point.dg_dy.y + point.dg_dx.y * point.dg_dy.x,
             point.dg_dx.y * point.dg_dy.y);
         let bends = vec3<f32>(dot(ridge.curvature, xx), dot(ridge.curvature, xy), dot(ridge.curvature, yy));
-        let turn = -form_rules.turn_rad * turned(bends * terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MOST_BEYOND)));
+        let turn = -form_rules.turn_rad * turned(bends * terrain.spacing_m * exp2(clamp(level, 0.0, f32(terrain.level_count - 1) + MAX_BEYOND)));
         n = vec3<f32>(cos(turn) * n.x - sin(turn) * n.y, sin(turn) * n.x + cos(turn) * n.y, n.z);
     }
     textureStore(form_normal, block, vec4<f32>(n, at.w));

@@ -35,7 +35,7 @@ struct RimRules {
 // Distance from a hole within which land is marked as next to it.
 const NEAR_RIM_PX: f32 = 2.0;
 // Largest distance to the side at which the share is evaluated, in samples; a pixel at a flat angle may cover more.
-const MOST_SAMPLES: f32 = 4.0;
+const MAX_SAMPLES: f32 = 4.0;
 // Largest distance between lattice lines in dashes, and as a part of the longest walk, since rims are not straight; and
 // offset of the lattice in samples, since rims often run along these.
 const LATTICE_DASHES: f32 = 6.0;
@@ -186,7 +186,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let steps = steps_on_plane(view, pixel, at.w, textureLoad(normal, pixel, 0).xyz);
     let right = (point.dg_dx * steps[0].x + point.dg_dy * steps[0].y) * info.scale;
     let down = (point.dg_dx * steps[1].x + point.dg_dy * steps[1].y) * info.scale;
-    let aside = mat2x2<f32>(right / max(1.0, length(right) / MOST_SAMPLES), down / max(1.0, length(down) / MOST_SAMPLES));
+    let aside = mat2x2<f32>(right / max(1.0, length(right) / MAX_SAMPLES), down / max(1.0, length(down) / MAX_SAMPLES));
     let share = share_at(place);
     let here = nearness(share.x);
     let east = nearness(share_at(place + aside[0]).x);

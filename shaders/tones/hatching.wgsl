@@ -24,7 +24,7 @@ const ALONG_ZONE: f32 = 0.5;
 const HALF_OCTAVE: f32 = 0.70710678;
 const GOLDEN: f32 = 0.38196601;
 // Least border of a mark, in thresholds: four quantisation steps, without which a line that begins would be dotted.
-const LEAST_BORDER: f32 = 0.016;
+const MIN_BORDER: f32 = 0.016;
 
 // The camera's position on each axis, in texels of each level: level by level for each axis.
 @group(0) @binding(8) var<storage, read> phases: array<f32>;
@@ -72,7 +72,7 @@ fn mixed(first: Threshold, second: Threshold, w: f32) -> Threshold {
 // Returns the ink where `darkness` meets a threshold. `growth` is the derivative of this darkness with respect to the
 // requested one.
 fn cover_at(found: Threshold, darkness: f32, growth: f32, layer: HatchLayer) -> Cover {
-    let border = max(max(found.border, hatch.softness), LEAST_BORDER);
+    let border = max(max(found.border, hatch.softness), MIN_BORDER);
     // No ink on white paper, and no gap in black.
     let edge = 0.5 * border * (max(1.0 - darkness / 0.03, 0.0) - max(1.0 - (1.0 - darkness) / 0.03, 0.0));
     let reach = (darkness - edge - found.value) / border + 0.5;

@@ -75,7 +75,7 @@ impl Progress for Bar {
             let left = Duration::from_secs_f64((seconds / share * f64::from(1.0 - done)).clamp(0.0, 1e9));
             let left = indicatif::HumanDuration(left);
             let percent = 100.0 * done;
-            standard::complain(&format!("{what}: {percent:.1} %, {millions:.1} M samples/s, {left} left"));
+            standard::print_to_stderr(&format!("{what}: {percent:.1} %, {millions:.1} M samples/s, {left} left"));
         }
     }
 }

@@ -40,7 +40,7 @@ use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
-use crate::vector::pens::MOST_PENS;
+use crate::vector::pens::MAX_PENS;
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
@@ -139,7 +139,7 @@ pub(crate) struct RenderArgs {
     pub sheets: SheetArgs,
     /// SVG and GeoJSON: number of pens to draw with, 1 to 3, each of one width and opaque; the widths are chosen to
     /// suit the picture
-    #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MOST_PENS as u64))]
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MAX_PENS as u64))]
     pub pens: Option<usize>,
     /// Print a report of the picture and its cost as JSON
     #[arg(long)]
@@ -185,7 +185,7 @@ impl RenderArgs {
 }
 
 /// Largest number of frames along a path: more than a day at 60 frames per second.
-const MOST_FRAMES: usize = 10_000_000;
+const MAX_FRAMES: usize = 10_000_000;
 
 /// Parses a size such as `1280x720`.
 ///

@@ -25,7 +25,7 @@ pub(crate) const SEEN: [TargetKind; 2] = [
 const BEFORE_REST: f32 = 3.0;
 /// The weight of samples at rest rises from one to the next, up to this: the first ones continue the mean of the motion
 /// without a jump, and in the end hardly anything of it is left.
-const MOST_WEIGHT: f32 = 4.0;
+const MAX_WEIGHT: f32 = 4.0;
 
 /// Part of a difference between history and the neighbourhood in this frame that is retained on the same surface.
 const KEPT: f32 = 0.85;
@@ -79,8 +79,8 @@ impl Histories {
 /// Returns the weight of a frame at rest in the mean; 0 for a frame in motion.
 fn rest_weight(frames_at_rest: u32) -> f32 {
     let frames = frames_at_rest as f32;
-    let rising = frames.min(MOST_WEIGHT);
-    let sum = 0.5 * rising * (rising + 1.0) + MOST_WEIGHT * (frames - rising);
+    let rising = frames.min(MAX_WEIGHT);
+    let sum = 0.5 * rising * (rising + 1.0) + MAX_WEIGHT * (frames - rising);
     rising / (BEFORE_REST + sum)
 }
 

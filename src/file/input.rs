@@ -34,23 +34,23 @@ pub(crate) struct Bounded {
     file: File,
     bytes: u64,
     read_bytes: u64,
-    most_bytes: u64,
+    max_bytes: u64,
 }
 
 impl Bounded {
     /// Opens a regular file, or a pipe that the shell has opened.
     ///
     /// # Errors
-    /// The same as [`open_regular`]; also fails if the file is larger than `most_bytes`.
-    pub(crate) fn open(path: &Path, most_bytes: u64) -> Result<Self> {
+    /// The same as [`open_regular`]; also fails if the file is larger than `max_bytes`.
+    pub(crate) fn open(path: &Path, max_bytes: u64) -> Result<Self> {
         let metadata = std::fs::metadata(path)?;
         let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
-        if metadata.len() > most_bytes {
+        if metadata.len() > max_bytes {
             let cause =
-                format!("it has {}, but at most {} can be read", size_text(metadata.len()), size_text(most_bytes));
+                format!("it has {}, but at most {} can be read", size_text(metadata.len()), size_text(max_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
-        Ok(Self { file, bytes: metadata.len(), read_bytes: 0, most_bytes })
+        Ok(Self { file, bytes: metadata.len(), read_bytes: 0, max_bytes })
     }
 
     /// Returns the length in bytes that the system reports: 0 for a pipe, and for some virtual files.
@@ -64,20 +64,20 @@ impl Read for Bounded {
         let read = self.file.read(buffer)?;
         self.read_bytes += read as u64;
         // The file may grow while it is read, and some virtual files report no length.
-        if self.read_bytes > self.most_bytes {
-            let cause = format!("it has more than the limit of {}", size_text(self.most_bytes));
+        if self.read_bytes > self.max_bytes {
+            let cause = format!("it has more than the limit of {}", size_text(self.max_bytes));
             return Err(Error::new(ErrorKind::FileTooLarge, cause));
         }
         Ok(read)
     }
 }
 
-/// Returns the bytes of a regular file, or of a pipe that the shell has opened, if there are at most `most_bytes`.
+/// Returns the bytes of a regular file, or of a pipe that the shell has opened, if there are at most `max_bytes`.
 ///
 /// # Errors
 /// The same as [`Bounded`].
-pub(crate) fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
-    let mut file = Bounded::open(path, most_bytes)?;
+pub(crate) fn read_bytes(path: &Path, max_bytes: u64) -> Result<Vec<u8>> {
+    let mut file = Bounded::open(path, max_bytes)?;
     let mut bytes = Vec::new();
     bytes.try_reserve_exact(file.bytes as usize).map_err(|_| Error::from(ErrorKind::OutOfMemory))?;
     file.read_to_end(&mut bytes)?;
@@ -88,8 +88,8 @@ pub(crate) fn read_bytes(path: &Path, most_bytes: u64) -> Result<Vec<u8>> {
 ///
 /// # Errors
 /// The same as [`read_bytes`]; also fails if the bytes are not UTF-8.
-pub(crate) fn read_text(path: &Path, most_bytes: u64) -> Result<String> {
-    String::from_utf8(read_bytes(path, most_bytes)?).map_err(|error| {
+pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
+    String::from_utf8(read_bytes(path, max_bytes)?).map_err(|error| {
         let valid = &error.as_bytes()[..error.utf8_error().valid_up_to()];
         let line = 1 + valid.iter().filter(|&&byte| byte == b'\n').count();
         Error::new(ErrorKind::InvalidData, format!("it is not UTF-8 text (line {line})"))

@@ -6,7 +6,8 @@ use std::path::Path;
 
 use super::FileError;
 
-/// Writes `text` and a line break to standard output. A reader that closes the pipe early (`… | head`) is not an error.
+/// Writes `text`, without whitespace at its end, and a line break to standard output. A reader that closes the pipe
+/// early (`… | head`) is not an error.
 ///
 /// # Errors
 /// Fails if standard output cannot be written for another reason, such as a full disk.
@@ -21,6 +22,6 @@ pub(crate) fn print(text: &str) -> Result<(), FileError> {
 }
 
 /// Writes `text` and a line break to standard error. If that fails, there is nowhere left to report it.
-pub fn complain(text: &str) {
+pub fn print_to_stderr(text: &str) {
     let _ = writeln!(io::stderr().lock(), "{text}");
 }

@@ -13,14 +13,14 @@ use super::points::{Point, Points};
 use super::{BLOCKS, LEVELS_OF_TILE, POINTS, TILE_M};
 #[cfg(test)]
 use crate::gpu::wgsl::shared::tree_ranks::CHOOSES;
-use crate::gpu::wgsl::shared::tree_ranks::MOST_SPARSE;
+use crate::gpu::wgsl::shared::tree_ranks::MAX_SPARSE;
 use crate::scene::frustum::{Bounds, Frustum};
 
 /// From the level above this one, not all tiles have a point in a block: one of four in the next level, and so on.
 pub(crate) const SPARSE: u32 = 6;
 const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
 /// Level of the widest blocks.
-pub(crate) const WIDEST: u32 = SPARSE + MOST_SPARSE;
+pub(crate) const WIDEST: u32 = SPARSE + MAX_SPARSE;
 
 /// A square block of candidate points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

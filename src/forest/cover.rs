@@ -3,7 +3,7 @@
 //! Whatever their reference systems and resolutions, the rasters are resampled once, when a scene opens, to one grid
 //! aligned with the world's axes ([`Cover`]), which a shader then samples. The grid covers the intersection of the
 //! world and all rasters, so a small raster in a large world keeps its detail. Its cells are squares as small as the
-//! samples of the finest raster, or as [`MOST_CELLS`] along a side allow. If the axes agree, cells coincide with the
+//! samples of the finest raster, or as [`MAX_CELLS`] along a side allow. If the axes agree, cells coincide with the
 //! samples of that raster.
 //!
 //! `aligned` maps a position in the world to the samples of a raster, through the samples of the DEM, as mosaics do. A
@@ -32,11 +32,11 @@ use crate::scene::{CoverClass, CoverFiles};
 use crate::source::georeference::Georeference;
 use crate::source::{Holds, SourceError, open_values};
 
-/// Most cells along each side of a cover.
-pub(crate) const MOST_CELLS: u32 = 4096;
+/// Largest number of cells along each side of a cover.
+pub(crate) const MAX_CELLS: u32 = 4096;
 /// Canopy lower than this has no trees, in metres.
 pub(crate) const LOWEST_TREE_M: f32 = 2.0;
-/// Most classes that a warning lists.
+/// Largest number of classes that a warning lists.
 const NAMED_CLASSES: usize = 24;
 
 /// The forest cover of a world from rasters. Outside of it there are no trees.

@@ -66,7 +66,7 @@ pub(crate) struct Level {
 /// Smallest side of a frame, in texels.
 const SMALLEST_PX: u32 = 5;
 /// Largest scale of coverage; with a larger one, the few texels that a thin tree covers would show as spots.
-const MOST_SCALE: f32 = 4.0;
+const MAX_SCALE: f32 = 4.0;
 
 /// A texel of a frame; except for coverage, its values are means over the covered part.
 #[derive(Clone, Copy, Default)]
@@ -186,7 +186,7 @@ fn coverage_scale(frames: &[&[Texel]]) -> f32 {
     }
     let last = (area - 1).min(covered.len() - 1);
     let (_, least, _) = covered.select_nth_unstable_by(last, |a, b| b.total_cmp(a));
-    (0.5 / *least).clamp(1.0, MOST_SCALE)
+    (0.5 / *least).clamp(1.0, MAX_SCALE)
 }
 
 /// Returns the mip levels of a frame that is drawn with `px` × `px` texels, from half that size on.

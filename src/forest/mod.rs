@@ -31,5 +31,5 @@ pub(crate) const LEVELS_OF_TILE: u32 = 4;
 pub(crate) const POINTS: u32 = 4096;
 
 // There is one point for each tree of the highest density.
-const _: () = assert!(POINTS as f64 * 10_000.0 == Forest::MOST_TREES_PER_HA * TILE_M * TILE_M);
+const _: () = assert!(POINTS as f64 * 10_000.0 == Forest::MAX_TREES_PER_HA * TILE_M * TILE_M);
 const _: () = assert!(BLOCKS >> (LEVELS_OF_TILE - 1) == 1);

@@ -13,9 +13,9 @@ use crate::mesh::silhouette::{SIDE_PX, cover};
 use crate::mesh::simplify::simplify;
 use crate::mesh::{Material, Mesh};
 
-/// Most triangles of a near tree.
+/// Largest number of triangles of a near tree.
 pub(crate) const NEAR_TRIANGLES: usize = 1800;
-/// Most triangles of a tree in the middle distance.
+/// Largest number of triangles of a tree in the middle distance.
 pub(crate) const MIDDLE_TRIANGLES: usize = 300;
 
 /// Meshes with more triangles than this get their middle level of detail from the near one, to save time.
@@ -28,12 +28,12 @@ const FOOT: f64 = 0.05;
 /// Height above which the crown begins, relative to the tree's height.
 const CROWN: f64 = 0.35;
 /// Least cosine between a vertex normal and the triangle's normal: see [`super::species`].
-const LEAST_AGREEMENT: f64 = 0.15;
+const MIN_AGREEMENT: f64 = 0.15;
 
 /// Lightness of materials without a chosen colour.
 const PLAIN_LIGHTNESS: f64 = 0.62;
-/// Most colours of a tree; further materials use the first.
-const MOST_COLORS: usize = 255;
+/// Largest number of colours of a tree; further materials use the first.
+const MAX_COLORS: usize = 255;
 /// Smallest and largest lightness of any part of a tree.
 const LIGHTNESS: [f64; 2] = [0.3, 0.97];
 
@@ -87,7 +87,7 @@ impl TreeModel {
         }
         let clump = Shape::of(&near).clump();
         let mut colors: Vec<Option<[f32; 3]>> = mesh.materials.iter().map(chosen_color).collect();
-        colors.truncate(MOST_COLORS);
+        colors.truncate(MAX_COLORS);
         let crown = crown_shares(&near, colors.len());
         let (lightness, color_index) = (lightness_of_crown(&near), colors.len() as u8);
         let toned = |corner: Corner| {
@@ -139,7 +139,7 @@ impl Own {
         let lightness: Vec<f64> = mesh.materials.iter().map(lightness_of).collect();
         // Materials beyond the palette are treated like no material.
         let color_index =
-            |material: u16| u8::try_from(material).ok().filter(|color_index| usize::from(*color_index) < MOST_COLORS);
+            |material: u16| u8::try_from(material).ok().filter(|color_index| usize::from(*color_index) < MAX_COLORS);
         let mut corners: Vec<TreeCorner> = Vec::with_capacity(3 * mesh.triangles.len());
         for triangle in &mesh.triangles {
             let places = triangle.corners.map(|corner| at[corner as usize]);
@@ -154,7 +154,7 @@ impl Own {
             let order = if is_turned { [0, 2, 1] } else { [0, 1, 2] };
             corners.extend(order.map(|corner| {
                 let normal = normals[corner];
-                let lacks = (LEAST_AGREEMENT - normal.dot(face)).max(0.0);
+                let lacks = (MIN_AGREEMENT - normal.dot(face)).max(0.0);
                 TreeCorner {
                     at: places[corner],
                     normal: (normal + face * lacks).normalize_or(face),
@@ -238,8 +238,8 @@ const TIP_ROWS: usize = 9;
 
 // Models of dead trees have a fill of 0.53 and 0.54, all others at least 0.87; tips of conifers have 0.09 to 0.23,
 // those of other trees at least 0.3. Bushes may be pointed, but are wide.
-const LEAST_FILL: f64 = 0.7;
-const LEAST_AREA: f64 = 0.05;
+const MIN_FILL: f64 = 0.7;
+const MIN_AREA: f64 = 0.05;
 const BLUNT_TIP: f64 = 0.265;
 const WIDE: f64 = 0.85;
 
@@ -286,7 +286,7 @@ impl Shape {
 
     /// Returns the generated species with the most similar canopy.
     fn clump(self) -> Grown {
-        if self.fill < LEAST_FILL || self.area < LEAST_AREA {
+        if self.fill < MIN_FILL || self.area < MIN_AREA {
             Grown::Snag
         } else if self.tip < BLUNT_TIP && self.width < WIDE {
             Grown::Conifer

@@ -153,7 +153,7 @@ pub(super) fn add_edges(
     }
     if let Some(feature_px) = strokes.ridge_px {
         let (shapes, _) = curvatures(recorder, feature_px, on, targets);
-        let (shapes, least_bend) = (&shapes, strokes.ridge_bend);
+        let (shapes, min_bend) = (&shapes, strokes.ridge_bend);
         let apparent = strokes.ridge_apparent.then(|| {
             let apparent = targets.sized(recorder.gpu(), &apparent::APPARENT, shapes.normal.size_px());
             apparent::run(recorder, &apparent::Inputs { view, shapes, apparent: &apparent });
@@ -162,7 +162,7 @@ pub(super) fn add_edges(
         let sides = [(false, strokes.ridge_width), (true, strokes.valley_width)];
         for (valleys, _) in sides.into_iter().filter(|(_, width)| *width > 0.0) {
             let apparent = apparent.as_ref();
-            let inputs = ridges::Inputs { view, least_bend, valleys, position, normal, shapes, apparent };
+            let inputs = ridges::Inputs { view, min_bend, valleys, position, normal, shapes, apparent };
             ridges::run(recorder, edges, &inputs);
         }
     }

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use super::Gpu;
 
 /// Largest number of requests in flight; further requests are dropped.
-const MOST_OPEN: usize = 8;
+const MAX_OPEN: usize = 8;
 
 type Mapped = Result<(), wgpu::BufferAsyncError>;
 
@@ -29,7 +29,7 @@ impl AsyncReadback {
     /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
     /// one answer.
     pub(crate) fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
-        if self.open.len() == MOST_OPEN {
+        if self.open.len() == MAX_OPEN {
             return;
         }
         let buffer = self.spare.pop().unwrap_or_else(|| {

@@ -7,7 +7,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::thread::JoinHandle;
 
-const MOST_THREADS: usize = 4;
+const MAX_THREADS: usize = 4;
 
 type Job<T> = Box<dyn FnOnce() -> T + Send>;
 
@@ -33,7 +33,7 @@ impl<T: Send + 'static> Default for Workers<T> {
             std::thread::Builder::new().name("frame worker".to_owned()).spawn(move || work(&waiting, &sender, &is_over))
         };
         // If the system starts no thread at all, jobs stay in the queue; such a system has greater problems.
-        let threads = (0..(cores / 2).clamp(1, MOST_THREADS)).filter_map(|number| start(number).ok()).collect();
+        let threads = (0..(cores / 2).clamp(1, MAX_THREADS)).filter_map(|number| start(number).ok()).collect();
         Self { jobs: Some(jobs), done, threads, is_over, open: 0 }
     }
 }

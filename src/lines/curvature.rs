@@ -37,7 +37,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let lines = CurvatureLines {
         width_px: settings.width_px,
         suggestive_px: settings.width_px * settings.suggestive,
-        least_rise: settings.rise,
+        min_rise: settings.rise,
         largest_cosine: settings.facing_deg.to_radians().cos(),
         taper: settings.taper,
         warp_px: settings.warp_px,

@@ -15,7 +15,7 @@ use crate::surface::edges::EdgeList;
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The least curvature of a ridge: the change of the normal over a feature, in radians.
-    pub least_bend: f32,
+    pub min_bend: f32,
     /// Whether valleys are traced instead of ridges.
     pub valleys: bool,
     pub position: &'a Target,
@@ -28,7 +28,7 @@ pub(crate) struct Inputs<'a> {
 
 /// Adds the ridges or valleys to the edge list.
 pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
-    let rules = RidgeRules { least_bend: inputs.least_bend, orientation: if inputs.valleys { -1.0 } else { 1.0 } };
+    let rules = RidgeRules { min_bend: inputs.min_bend, orientation: if inputs.valleys { -1.0 } else { 1.0 } };
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("ridge_rules", recorder.uniform("ridge rules", &rules)),

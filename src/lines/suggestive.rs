@@ -33,7 +33,7 @@ const AGREE_PX: f32 = 1.5;
 /// Adds the suggestive contours to the edge list.
 pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs<'_>) {
     let rules = SuggestiveRules {
-        least_rise: inputs.settings.suggestive_rise,
+        min_rise: inputs.settings.suggestive_rise,
         largest_cosine: inputs.settings.suggestive_deg.to_radians().cos(),
         agree_px: inputs.other_eye_m.map_or(0.0, |_| AGREE_PX),
         padding: 0.0,

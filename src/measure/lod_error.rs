@@ -11,7 +11,7 @@ use crate::surface::id::Kind;
 use crate::surface::{POSITION, SURFACE_ID};
 use crate::tiles::Terrain;
 
-/// Most pixels that are tested, spread over the picture.
+/// Largest number of pixels that are tested, spread over the picture.
 const SAMPLES: u32 = 2048;
 
 /// Returns the largest projected error on a lattice of pixels of the picture that `renderer` drew last: the height of

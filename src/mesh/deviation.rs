@@ -11,9 +11,9 @@ use super::{Mesh, place};
 /// Distance of points on triangles, as a fraction of the mesh's radius.
 const STEP: f64 = 1.0 / 24.0;
 /// Largest number of steps along a triangle's longest edge.
-const MOST_STEPS: u32 = 8;
+const MAX_STEPS: u32 = 8;
 /// Approximate largest number of vertices, or triangles, of which points are taken.
-const MOST_SAMPLES: usize = 1 << 15;
+const MAX_SAMPLES: usize = 1 << 15;
 /// Number of triangles in a leaf of the tree.
 const LEAF: usize = 4;
 
@@ -35,11 +35,11 @@ fn corners(mesh: &Mesh) -> Vec<Corners> {
 
 /// Returns points on triangles: their corners, and a grid on wide ones.
 fn samples(triangles: &[Corners], step_m: f64) -> Vec<DVec3> {
-    let each = triangles.len().div_ceil(MOST_SAMPLES);
+    let each = triangles.len().div_ceil(MAX_SAMPLES);
     let mut points = Vec::new();
     for [a, b, c] in triangles.iter().step_by(each) {
         let longest_m = a.distance(*b).max(b.distance(*c)).max(c.distance(*a));
-        let steps = ((longest_m / step_m.max(f64::MIN_POSITIVE)).ceil() as u32).clamp(1, MOST_STEPS);
+        let steps = ((longest_m / step_m.max(f64::MIN_POSITIVE)).ceil() as u32).clamp(1, MAX_STEPS);
         for i in 0..=steps {
             for j in 0..=steps - i {
                 let (by_b, by_c) = (f64::from(i) / f64::from(steps), f64::from(j) / f64::from(steps));
@@ -53,7 +53,7 @@ fn samples(triangles: &[Corners], step_m: f64) -> Vec<DVec3> {
 /// Returns the largest distance of points from a mesh.
 fn farthest(points: &[DVec3], tree: &Tree) -> f64 {
     // Distances below the largest so far need not be exact.
-    points.iter().fold(0.0_f64, |most_m2, point| most_m2.max(tree.distance2(*point, most_m2))).sqrt()
+    points.iter().fold(0.0_f64, |max_m2, point| max_m2.max(tree.distance2(*point, max_m2))).sqrt()
 }
 
 /// A bounding volume hierarchy of triangles.

@@ -9,15 +9,15 @@ use super::deviation::deviation;
 use super::simplify::nearest;
 
 /// Largest number of levels of a mesh, the full one included.
-pub(crate) const MOST_LEVELS: usize = 3;
+pub(crate) const MAX_LEVELS: usize = 3;
 /// Divisors of the triangle count for the coarser levels.
-const SHARES: [usize; MOST_LEVELS - 1] = [4, 16];
+const SHARES: [usize; MAX_LEVELS - 1] = [4, 16];
 /// Meshes with fewer triangles have no coarser levels.
-const LEAST_TRIANGLES: usize = 64;
+const MIN_TRIANGLES: usize = 64;
 /// Meshes with more triangles have none either: simplifying them would take minutes.
-const MOST_TRIANGLES: usize = 1 << 19;
+const MAX_TRIANGLES: usize = 1 << 19;
 /// A level with more than this fraction of the triangles of the one before is left out.
-const LEAST_GAIN: f64 = 0.75;
+const MAX_SHARE_OF_FINER: f64 = 0.75;
 /// A level whose error exceeds this fraction of the radius is left out: it would be drawn only on a few pixels.
 const LARGEST_ERROR: f64 = 0.25;
 /// Number of triangles from which simplifying takes noticeably long.
@@ -36,16 +36,16 @@ pub(crate) struct Level {
 pub(crate) fn coarser(mesh: &Mesh) -> Vec<Level> {
     let mut levels: Vec<Level> = Vec::new();
     let whole = mesh.triangles.len();
-    if !(LEAST_TRIANGLES..=MOST_TRIANGLES).contains(&whole) {
+    if !(MIN_TRIANGLES..=MAX_TRIANGLES).contains(&whole) {
         return levels;
     }
     for share in SHARES {
         let last = levels.last();
-        let most = last.map_or(whole, |level| level.mesh.triangles.len()) as f64 * LEAST_GAIN;
-        let least_error_m = last.map_or(0.0, |level| level.error_m);
+        let most = last.map_or(whole, |level| level.mesh.triangles.len()) as f64 * MAX_SHARE_OF_FINER;
+        let min_error_m = last.map_or(0.0, |level| level.error_m);
         let Some(coarse) = nearest(mesh, whole / share, deviation) else { continue };
         let (coarse, error_m) = coarse;
-        let error_m = error_m.max(least_error_m);
+        let error_m = error_m.max(min_error_m);
         if coarse.triangles.len() as f64 <= most && error_m <= LARGEST_ERROR * mesh.radius_m {
             levels.push(Level { mesh: coarse, error_m });
         }

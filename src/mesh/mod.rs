@@ -11,7 +11,7 @@ pub(crate) mod build;
 pub(crate) mod curvature;
 pub(crate) mod deviation;
 pub(crate) mod levels;
-mod lines;
+mod obj_text;
 mod mtl;
 pub(crate) mod normals;
 pub mod obj;

@@ -31,7 +31,7 @@ pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: i
         return;
     }
     let mut groups = Groups((0..3 * triangles.len() as u32).collect());
-    let least_cosine = CREASE_DEG.to_radians().cos();
+    let min_cosine = CREASE_DEG.to_radians().cos();
     for (i, triangle) in triangles.iter().enumerate() {
         let own_face = face(triangle);
         for (edge, across) in triangle.across.into_iter().enumerate() {
@@ -41,7 +41,7 @@ pub(super) fn fill(vertices_m: &[[f32; 3]], triangles: &mut [Triangle], given: i
                 continue;
             }
             let other_face = face(&triangles[other]);
-            if own_face.dot(other_face) < least_cosine * own_face.length() * other_face.length() {
+            if own_face.dot(other_face) < min_cosine * own_face.length() * other_face.length() {
                 continue;
             }
             for own in [edge, (edge + 1) % 3] {

@@ -1,7 +1,7 @@
 //! Wavefront OBJ files.
 //!
-//! `tobj` reads the text: faces with any number of corners (as fans), negative indices, groups. It gets only the lines
-//! that it needs, vertices, normals, faces and groups (`lines`), with continued lines joined, so that materials,
+//! `tobj` reads the text: faces with any number of corners (as fans), negative indices, groups. It gets only the
+//! statements that it needs, vertices, normals, faces and groups (`obj_text`), with continued lines joined, so that materials,
 //! comments in any encoding and other content cannot cause errors. Invalid numbers and indices out of range are
 //! detected by it or here; a panic in it is treated as a damaged file. Vertices are read in f64, because models may be
 //! far from their origin.
@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec3;
 
 use super::build::Soup;
-use super::lines::{MaterialStatements, Stream, numbered};
+use super::obj_text::{GeometryStream, MaterialStatements, numbered_geometry};
 use super::paint::{self, Paint, Place};
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
@@ -112,7 +112,7 @@ impl Cause {
 
 /// Returns the cause, with the number of the line that contains the error.
 fn blamed(cause: String, text: &[u8]) -> String {
-    let (numbers, lines) = numbered(text);
+    let (numbers, lines) = numbered_geometry(text);
     let wrong = wrong_line(numbers.iter().copied().zip(lines.lines()));
     wrong.map_or(cause, |(number, cause)| format!("line {number}: {cause}"))
 }
@@ -134,7 +134,7 @@ fn read_text(
 fn soup_of(from: impl BufRead, read: &dyn Fn(u64)) -> Result<(Soup, MaterialStatements), Cause> {
     let options = tobj::LoadOptions { triangulate: true, single_index: true, ignore_points: true, ignore_lines: true };
     let no_materials = |_: &Path| Err(tobj::LoadError::OpenFileFailed);
-    let mut stream = Stream::new(from, read);
+    let mut stream = GeometryStream::new(from, read);
     let loaded = catch_unwind(AssertUnwindSafe(|| tobj::load_obj_buf(&mut stream, &options, no_materials)));
     let statements = stream.into_material_statements().map_err(|error| Cause::File(error.to_string()))?;
     let (models, _) = match loaded {

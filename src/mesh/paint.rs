@@ -8,8 +8,8 @@ use std::path::Path;
 use rustc_hash::FxHashMap;
 
 use super::Material;
-use super::lines::MaterialStatements;
 use super::mtl::{self, Entry, linear_from_srgb};
+use super::obj_text::MaterialStatements;
 use super::sidecar::find;
 use crate::file::input::read_bytes;
 use crate::file::message::{named, quoted};
@@ -218,8 +218,8 @@ fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32;
 
 /// Returns the existing files that a model's beginning names, which a command reads besides the model.
 pub(crate) fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf> {
-    let mut lines = super::lines::Lines::new(beginning);
-    while let Ok(Some(_)) = lines.step(&mut Vec::new()) {}
+    let mut lines = super::obj_text::LineReader::new(beginning);
+    while let Ok(Some(_)) = lines.read_line(&mut Vec::new()) {}
     let mut place = Place { path, warn: &mut |_| () };
     let mut files = library_files(&lines.into_material_statements().libraries, &mut place);
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();

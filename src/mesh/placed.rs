@@ -4,17 +4,17 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-use super::levels::{Level, MOST_LEVELS};
+use super::levels::{Level, MAX_LEVELS};
 use super::{Mesh, MeshError};
 
 /// Largest number of vertices of all different meshes: as many positions as a binding of 128 MiB holds.
-pub(crate) const MOST: u64 = 1 << 23;
+pub(crate) const MAX_VERTICES: u64 = 1 << 23;
 /// Largest number of triangles of all different meshes, levels included: 40 bytes each in such a binding.
-pub(crate) const MOST_OWN: u64 = (128 << 20) / 40;
+pub(crate) const MAX_TRIANGLES: u64 = (128 << 20) / 40;
 /// Largest number of mesh instances in a world.
-pub(crate) const MOST_STANDING: u64 = 1 << 16;
+pub(crate) const MAX_INSTANCES: u64 = 1 << 16;
 /// Largest number of triangles of all instances, each level counted separately: the number of surface ids for meshes.
-pub(crate) const MOST_NUMBERS: u64 = 1 << 30;
+pub(crate) const MAX_SURFACE_IDS: u64 = 1 << 30;
 /// Number of vertices, and of triangles with edges, that a view has room for, unless twice those of all different
 /// meshes is more.
 const ROOM: u64 = 1 << 22;
@@ -103,7 +103,7 @@ impl Placed {
             numbers: self.all.numbers + mesh.triangles.len() as u64 + levels.sum::<u64>(),
         };
         let standing = self.standing.len() as u64 + 1;
-        for (what, found, most) in [("places", standing, MOST_STANDING), ("triangles", all.numbers, MOST_NUMBERS)] {
+        for (what, found, most) in [("places", standing, MAX_INSTANCES), ("triangles", all.numbers, MAX_SURFACE_IDS)] {
             if found > most {
                 return Err(MeshError::TooMany { what, found, most });
             }
@@ -122,7 +122,8 @@ impl Placed {
     fn add_mesh(&mut self, mesh: &Arc<Mesh>) -> Result<(), MeshError> {
         let over = |placed: &Self| {
             let [vertices, triangles] = placed.own(mesh);
-            let counts = [("different vertices", vertices, MOST), ("different triangles", triangles, MOST_OWN)];
+            let counts =
+                [("different vertices", vertices, MAX_VERTICES), ("different triangles", triangles, MAX_TRIANGLES)];
             counts.into_iter().find(|(_, found, most)| found > most)
         };
         if over(self).is_some() {
@@ -143,9 +144,9 @@ impl Placed {
     /// [`MeshError::TooMany`] if a limit is exceeded.
     pub(crate) fn add_levels(&mut self, mesh: &Arc<Mesh>, levels: Vec<Level>) -> Result<(), MeshError> {
         self.add_mesh(mesh)?;
-        for level in levels.into_iter().take(MOST_LEVELS - 1) {
+        for level in levels.into_iter().take(MAX_LEVELS - 1) {
             let [vertices, triangles] = self.own(&level.mesh);
-            if vertices <= MOST && triangles <= MOST_OWN {
+            if vertices <= MAX_VERTICES && triangles <= MAX_TRIANGLES {
                 self.coarser.last_mut().into_iter().for_each(|levels| levels.push(level.clone()));
             }
         }
@@ -183,7 +184,7 @@ impl Placed {
         let [vertices, triangles] = self.meshes.iter().fold([0, 0], |[vertices, triangles], mesh| {
             [vertices + mesh.vertices_m.len() as u64, triangles + mesh.triangles.len() as u64]
         });
-        let of = |all: u64, own: u64| all.min((2 * own).max(ROOM)).clamp(1, MOST);
+        let of = |all: u64, own: u64| all.min((2 * own).max(ROOM)).clamp(1, MAX_VERTICES);
         let limit = self.limit.unwrap_or(Room { vertices: u64::MAX, triangles: u64::MAX });
         Room {
             vertices: of(self.all.vertices, vertices).min(limit.vertices),

@@ -198,9 +198,8 @@ fn render_eyes<E>(
     let single = parts.is_whole(request.size_px) && width.max(height) <= limit_px;
     let bytes_per_row = eyes * u64::from(width) * (16 + 4 * request.planes.len() as u64);
     let part_px = parts.part_px.max(1);
-    let most_rows = u64::from(part_px);
-    let band_rows =
-        if single { height } else { (BAND_BYTES / bytes_per_row).clamp(most_rows.min(64), most_rows) as u32 };
+    let max_rows = u64::from(part_px);
+    let band_rows = if single { height } else { (BAND_BYTES / bytes_per_row).clamp(max_rows.min(64), max_rows) as u32 };
     let part_columns = if single { width } else { part_px };
     let parallax_px = pair.map_or(0.0, |pair| {
         let camera = View::whole(request.pose, request.pose, request.size_px);

@@ -67,11 +67,11 @@ pub(crate) fn pictures(trace: &[PassTrace]) -> Vec<(&'static str, &wgpu::Texture
 }
 
 /// Reads the image `name` of the last frame's trace; a hyphen in the name matches a space. Of an array, as many layers
-/// are read as fit into `most_px`, and at least one.
+/// are read as fit into `max_px`, and at least one.
 ///
 /// # Errors
 /// [`ShowError`].
-pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]) -> Result<ShownPicture, ShowError> {
+pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, max_px: [u32; 2]) -> Result<ShownPicture, ShowError> {
     let pictures = pictures(trace);
     let wanted = name.replace('-', " ");
     let Some(&(name, texture)) = pictures.iter().find(|(known, _)| known.replace('-', " ") == wanted) else {
@@ -79,7 +79,7 @@ pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, most_px: [u32; 2]
         return Err(ShowError::Unknown { name: name.to_owned(), known });
     };
     let layer_px = [texture.width(), texture.height()];
-    let [columns, rows] = [0, 1].map(|i| (most_px[i] / layer_px[i]).max(1));
+    let [columns, rows] = [0, 1].map(|i| (max_px[i] / layer_px[i]).max(1));
     let layers = texture.depth_or_array_layers().min(columns.saturating_mul(rows));
     let columns = columns.min(layers);
     let size_px = [columns * layer_px[0], layers.div_ceil(columns) * layer_px[1]];

@@ -22,7 +22,7 @@ use super::ink_lines::InkLines;
 use super::{PictureReport, PictureRequest, ink_lines};
 
 /// Largest number of pixels of a picture: about 2.5 GiB on the GPU.
-pub(crate) const MOST_PX: u64 = 32 << 20;
+pub(crate) const MAX_PX: u64 = 32 << 20;
 /// Factor by which each side of the picture is enlarged to trace marks.
 pub(crate) const FINER: u32 = 2;
 
@@ -34,7 +34,7 @@ pub(crate) enum StrokesError {
     Gpu(#[from] GpuError),
     /// The picture would need several parts.
     #[error(
-        "{}x{} is too large for vector output: the limit is {side_px} pixels per side and {MOST_PX} pixels in total; \
+        "{}x{} is too large for vector output: the limit is {side_px} pixels per side and {MAX_PX} pixels in total; \
         use a smaller --size, which costs little precision",
         size_px[0], size_px[1]
     )]
@@ -87,7 +87,7 @@ pub(crate) fn render_strokes(
     let start = std::time::Instant::now();
     let side_px = gpu.device.limits().max_texture_dimension_2d;
     let is_possible = |size_px: [u32; 2]| {
-        size_px[0].max(size_px[1]) <= side_px && u64::from(size_px[0]) * u64::from(size_px[1]) <= MOST_PX
+        size_px[0].max(size_px[1]) <= side_px && u64::from(size_px[0]) * u64::from(size_px[1]) <= MAX_PX
     };
     if !is_possible(request.size_px) {
         return Err(StrokesError::TooLarge { size_px: request.size_px, side_px });

@@ -23,7 +23,7 @@ const SMALL: [f64; 2] = [7.5, 5.5];
 /// Width of the pen for capitals of height 1, and its minimum. A finer line would look grey, which makes small letters
 /// hard to read.
 const PEN: f64 = 0.1;
-const LEAST_PEN: f64 = 1.15;
+const MIN_PEN: f64 = 1.15;
 /// Width of the line under the picture, if it has no border.
 const RULE: f64 = 1.0;
 /// Gap between the text and the scale bar or arrow to its right.
@@ -33,7 +33,7 @@ const ARROW: [f64; 2] = [12.0, 38.0];
 /// Largest length of a scale bar, also as a fraction of the available width, and the least length at which it is drawn.
 const BAR: f64 = 200.0;
 const BAR_PART: f64 = 0.3;
-const LEAST_BAR: f64 = 36.0;
+const MIN_BAR: f64 = 36.0;
 
 /// The contents of a title block.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -73,13 +73,13 @@ pub(crate) fn foot_px(paper: &Paper, px: f64) -> f32 {
     needed.max(paper.foot_px).max(0.0)
 }
 
-/// Returns the largest round length that is at most `most_m`: 1, 2 or 5 times a power of ten, in metres.
-pub(crate) fn round_m(most_m: f64) -> f64 {
-    let power = 10.0_f64.powf(most_m.log10().floor());
+/// Returns the largest round length that is at most `max_m`: 1, 2 or 5 times a power of ten, in metres.
+pub(crate) fn round_m(max_m: f64) -> f64 {
+    let power = 10.0_f64.powf(max_m.log10().floor());
     [5.0, 2.0, 1.0]
         .into_iter()
         .map(|digit| digit * power)
-        .find(|length| *length <= most_m * (1.0 + 1e-9))
+        .find(|length| *length <= max_m * (1.0 + 1e-9))
         .unwrap_or(power)
 }
 
@@ -155,7 +155,7 @@ impl Page {
     }
 
     fn write(&mut self, line: &Line, at: DVec2, height: f64, px: f64) {
-        let width_px = (PEN * height).max(LEAST_PEN * px);
+        let width_px = (PEN * height).max(MIN_PEN * px);
         self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
     }
 
@@ -184,7 +184,7 @@ impl Page {
         let most = (BAR * px).min(BAR_PART * width);
         let bar_m = round_m(most * scale.m_per_px);
         let bar = bar_m / scale.m_per_px;
-        if bar >= LEAST_BAR * px {
+        if bar >= MIN_BAR * px {
             let name = length(bar_m);
             let overhang = 0.5 * SMALL[0] * px * Line::new(&name).width();
             let end = left - overhang;

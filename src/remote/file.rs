@@ -18,7 +18,7 @@ use super::{Cancelled, Fnv, RemoteError, Settings, Traffic, never};
 /// Bytes of the first request: they contain the headers and directories of most files.
 const FIRST_BYTES: u64 = 4 * BLOCK_BYTES;
 /// Largest number of blocks per request.
-const MOST_BLOCKS: u64 = 64;
+const MAX_BLOCKS: u64 = 64;
 /// How long a thread waits for another thread's block before it checks again.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -272,7 +272,7 @@ impl RemoteFile {
         self.arrived.notify_all();
         claims.indices = absent;
         while let Some(&first) = claims.indices.first() {
-            let adjoining = (first..first + MOST_BLOCKS).zip(&claims.indices).take_while(|(a, b)| a == *b).count();
+            let adjoining = (first..first + MAX_BLOCKS).zip(&claims.indices).take_while(|(a, b)| a == *b).count();
             let start = first * BLOCK_BYTES;
             let end = ((first + adjoining as u64) * BLOCK_BYTES).min(self.size);
             let answer = self.fetch(start..end, cancelled)?;

@@ -15,11 +15,11 @@ use super::url::{RemoteUrl, base64};
 use super::{RemoteError, Settings};
 
 /// Largest number of redirects; more count as a circle.
-const MOST_REDIRECTS: usize = 10;
+const MAX_REDIRECTS: usize = 10;
 /// Largest plausible size of a file: a pebibyte.
-const MOST_BYTES: u64 = 1 << 50;
+const MAX_BYTES: u64 = 1 << 50;
 /// Largest answer, in bytes, that is not a range of a file: the credentials of a bucket, for example.
-const MOST_OTHER_BYTES: u64 = 1 << 20;
+const MAX_OTHER_BYTES: u64 = 1 << 20;
 
 /// Connections to the server of one file.
 #[derive(Debug)]
@@ -105,7 +105,7 @@ impl Client {
         let end = Instant::now() + self.whole;
         let mut response = self.head(request, end).await?;
         let (status, headers) = (response.status(), response.headers().clone());
-        let bytes = self.body(&mut response, MOST_OTHER_BYTES, end).await?;
+        let bytes = self.body(&mut response, MAX_OTHER_BYTES, end).await?;
         Ok(Whole { status, headers, bytes })
     }
 
@@ -232,7 +232,7 @@ fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
     let allowed = if is_secret { &["https"][..] } else { &["https", "http"] };
     let refused = if !allowed.contains(&next.scheme()) {
         Some(not_followed(&place))
-    } else if attempt.previous().contains(next) || attempt.previous().len() > MOST_REDIRECTS {
+    } else if attempt.previous().contains(next) || attempt.previous().len() > MAX_REDIRECTS {
         Some("the server redirects in a circle".to_owned())
     } else {
         None
@@ -252,7 +252,7 @@ fn content_range(text: &str) -> Option<(Range<u64>, u64)> {
     let (unit, rest) = text.trim().split_once(' ')?;
     let (range, size) = rest.trim().split_once('/')?;
     let (first, last) = range.split_once('-')?;
-    let number = |text: &str| text.trim().parse::<u64>().ok().filter(|&number| number <= MOST_BYTES);
+    let number = |text: &str| text.trim().parse::<u64>().ok().filter(|&number| number <= MAX_BYTES);
     let (first, last, size) = (number(first)?, number(last)?, number(size)?);
     (unit.eq_ignore_ascii_case("bytes") && first <= last && last < size).then_some((first..last + 1, size))
 }

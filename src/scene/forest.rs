@@ -13,7 +13,7 @@ use super::scene_file::{UpToml, color};
 pub struct Forest {
     /// Seed of the random generator; each seed gives a different forest.
     pub seed: u32,
-    /// Density of the forest where nothing limits it; at most [`Forest::MOST_TREES_PER_HA`].
+    /// Density of the forest where nothing limits it; at most [`Forest::MAX_TREES_PER_HA`].
     pub trees_per_ha: f64,
     /// Height above the sea above which no trees grow, in metres.
     pub tree_line_m: f64,
@@ -23,7 +23,7 @@ pub struct Forest {
     pub steepest_deg: f64,
     /// Whether level land is water without trees, as lakes and the sea are level in elevation data.
     pub level_is_water: bool,
-    /// The species, 1 to [`Forest::MOST_SPECIES`].
+    /// The species, 1 to [`Forest::MAX_SPECIES`].
     pub species: Vec<Species>,
     /// The files that [`Form::Model`] indexes, each listed once.
     pub models: Vec<TreeFile>,
@@ -94,9 +94,9 @@ pub struct TreeFile {
 
 impl Forest {
     /// Highest density: the number of candidate points per hectare.
-    pub(crate) const MOST_TREES_PER_HA: f64 = 625.0;
-    /// Most species that a forest can have.
-    pub(crate) const MOST_SPECIES: usize = 8;
+    pub(crate) const MAX_TREES_PER_HA: f64 = 625.0;
+    /// Largest number of species that a forest can have.
+    pub(crate) const MAX_SPECIES: usize = 8;
 
     /// Returns the species that are models, each with its file.
     pub(crate) fn species_of_models(&self) -> impl Iterator<Item = (&Species, &TreeFile)> {
@@ -229,8 +229,8 @@ impl ForestToml {
     pub(super) fn checked(&self, scene: &Path) -> Result<Forest, WrongKey> {
         let number = |key, value, default, range| within("forest.", key, value, default, range);
         let height_m = number("height_m", self.height_m, 18.0, 0.01..=1000.0)?;
-        if self.species.len() > Forest::MOST_SPECIES {
-            return Err(("forest.species".to_owned(), format!("at most {} are allowed", Forest::MOST_SPECIES)));
+        if self.species.len() > Forest::MAX_SPECIES {
+            return Err(("forest.species".to_owned(), format!("at most {} are allowed", Forest::MAX_SPECIES)));
         }
         let own = self.species.iter().enumerate();
         let mut models = Vec::new();
@@ -245,7 +245,7 @@ impl ForestToml {
         let cover = CoverToml { mask, land_cover, canopy_height, classes }.checked(scene, &species)?;
         Ok(Forest {
             seed: self.seed,
-            trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MOST_TREES_PER_HA)?,
+            trees_per_ha: number("trees_per_ha", self.trees_per_ha, 300.0, 0.0..=Forest::MAX_TREES_PER_HA)?,
             // Higher than any land, so there is no tree line.
             tree_line_m: number("tree_line_m", self.tree_line_m, HIGHEST_M, -HIGHEST_M..=HIGHEST_M)?,
             raggedness_m: number("raggedness_m", self.raggedness_m, 80.0, 0.0..=10_000.0)?,

@@ -13,7 +13,7 @@ pub struct CoverFiles {
     pub mask: Option<PathBuf>,
     /// Land cover: a raster of class numbers.
     pub land_cover: Option<PathBuf>,
-    /// Meanings of the classes of `land_cover`, at most [`CoverFiles::MOST_CLASSES`]. Classes that are not listed have
+    /// Meanings of the classes of `land_cover`, at most [`CoverFiles::MAX_CLASSES`]. Classes that are not listed have
     /// no trees.
     pub classes: Vec<CoverClass>,
     /// Heights of trees above the ground, in metres.
@@ -33,7 +33,7 @@ pub struct CoverClass {
 
 impl CoverFiles {
     /// Class numbers are stored in 8 bits, and 0 is none.
-    pub(crate) const MOST_CLASSES: usize = 255;
+    pub(crate) const MAX_CLASSES: usize = 255;
 
     /// Returns the rasters, each with its key in the scene file.
     pub(crate) fn files(&self) -> impl Iterator<Item = (&'static str, &PathBuf)> {
@@ -97,8 +97,8 @@ impl CoverToml<'_> {
                     "it needs [[forest.classes]], because unlisted classes have no trees".to_owned(),
                 );
             }
-            (_, classes) if classes.len() > CoverFiles::MOST_CLASSES => {
-                return wrong("classes", format!("at most {} are allowed", CoverFiles::MOST_CLASSES));
+            (_, classes) if classes.len() > CoverFiles::MAX_CLASSES => {
+                return wrong("classes", format!("at most {} are allowed", CoverFiles::MAX_CLASSES));
             }
             _ => {}
         }

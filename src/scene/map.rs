@@ -57,9 +57,9 @@ impl FromStr for MapArea {
         if ![east_m, north_m].iter().all(|place_m| place_m.abs() <= LARGEST_COORDINATE_M) {
             return Err(format!("the map's centre must be within {LARGEST_COORDINATE_M} m of the world's origin"));
         }
-        let [least_m, most_m] = WIDTH_RANGE_M;
-        if !(least_m..=most_m).contains(&width_m) {
-            return Err(format!("the map's width must be between {least_m} and {most_m} m"));
+        let [min_m, max_m] = WIDTH_RANGE_M;
+        if !(min_m..=max_m).contains(&width_m) {
+            return Err(format!("the map's width must be between {min_m} and {max_m} m"));
         }
         Ok(Self::Around { centre_m: DVec2::new(east_m, north_m), width_m })
     }
@@ -174,15 +174,15 @@ mod tests {
     /// Largest distance, in pixels, between where a point is seen and where the map has it, over corners and heights.
     fn shift_px(map: &Map, range_m: [f64; 2], pose: &Pose) -> f64 {
         let view = View::whole(*pose, *pose, map.size_px);
-        let mut most_px = 0.0_f64;
+        let mut max_px = 0.0_f64;
         for corner in [[0.0, 0.0], [1.0, 0.0], [0.5, 0.5], [1.0, 1.0]] {
             let px = DVec2::from(corner) * map.size();
             for height_m in [range_m[0], 0.5 * (range_m[0] + range_m[1]), range_m[1]] {
                 let seen = view.place_px(map.world_from_px(px).extend(height_m) - pose.position_m).unwrap();
-                most_px = most_px.max(seen.distance(px));
+                max_px = max_px.max(seen.distance(px));
             }
         }
-        most_px
+        max_px
     }
 
     #[test]

@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::meshes::{MeshPlace, check_stance, height_of};
 use crate::file::input::{LARGEST_PATH_BYTES, read_text};
 use crate::file::message::{named, quoted, shown};
-use crate::mesh::placed::MOST_STANDING;
+use crate::mesh::placed::MAX_INSTANCES;
 
 /// The columns that a list may have.
 const COLUMNS: [&str; 5] = ["x", "y", "z", "yaw", "scale"];
@@ -56,7 +56,7 @@ pub enum MeshListError {
     },
 }
 
-/// Reads the rows of a file, at most [`MOST_STANDING`].
+/// Reads the rows of a file, at most [`MAX_INSTANCES`].
 ///
 /// # Errors
 /// A file that cannot be read or has no header with `x` and `y`; an invalid row; too many rows.
@@ -98,8 +98,8 @@ pub(crate) fn parse(name: &Path, text: &str) -> Result<Vec<MeshRow>, MeshListErr
         if fields.len() != names.len() {
             return Err(wrong(line, format!("found {} fields, but the header has {}", fields.len(), names.len())));
         }
-        if rows.len() as u64 == MOST_STANDING {
-            return Err(wrong(line, format!("there are more than {MOST_STANDING} places")));
+        if rows.len() as u64 == MAX_INSTANCES {
+            return Err(wrong(line, format!("there are more than {MAX_INSTANCES} places")));
         }
         let texts = place_of.map(|at| at.map(|at: usize| fields[at]).filter(|text| !text.is_empty()));
         rows.push(row(texts).map_err(|cause| wrong(line, cause))?);
@@ -163,7 +163,7 @@ mod tests {
         ] {
             assert!(error_of(text).starts_with(cause), "{}", error_of(text));
         }
-        let many = "0,0\n".repeat(MOST_STANDING as usize);
+        let many = "0,0\n".repeat(MAX_INSTANCES as usize);
         assert!(parse(Path::new("huts.csv"), &format!("x,y\n{many}")).is_ok());
         assert!(error_of(&format!("x,y\n{many}0,0\n")).ends_with(":65538: there are more than 65536 places"));
     }

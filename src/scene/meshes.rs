@@ -10,7 +10,7 @@ use serde::Deserialize;
 use super::camera::LARGEST_COORDINATE_M;
 use super::scene_file::UpToml;
 use crate::file::message::quoted;
-use crate::mesh::placed::MOST_STANDING;
+use crate::mesh::placed::MAX_INSTANCES;
 
 /// A model and where it is placed.
 #[derive(Clone, Debug, PartialEq)]
@@ -78,8 +78,8 @@ pub enum Density {
 }
 
 impl Scatter {
-    /// Most points at which one rule may sample the terrain.
-    pub(crate) const MOST_POINTS: u64 = 1 << 22;
+    /// Largest number of points at which one rule may sample the terrain.
+    pub(crate) const MAX_POINTS: u64 = 1 << 22;
 
     /// Returns the area within the limits, in hectares.
     pub(crate) fn area_ha(&self) -> f64 {
@@ -224,8 +224,8 @@ impl ScatterToml {
         let density = match (self.per_ha, self.count) {
             (Some(per_ha), None) => Density::PerHa(within("scatter.per_ha", per_ha, 1e-6..=1e6)?),
             (None, Some(count)) => match u32::try_from(count) {
-                Ok(count) if (1..=MOST_STANDING).contains(&u64::from(count)) => Density::Count(count),
-                _ => return wrong("count", format!("it must be between 1 and {MOST_STANDING}")),
+                Ok(count) if (1..=MAX_INSTANCES).contains(&u64::from(count)) => Density::Count(count),
+                _ => return wrong("count", format!("it must be between 1 and {MAX_INSTANCES}")),
             },
             _ => return wrong("per_ha", "scatter needs either per_ha or count".to_owned()),
         };
@@ -249,12 +249,12 @@ impl ScatterToml {
             up_m: within("scatter.up_m", self.up_m.unwrap_or(0.0), -1e6..=1e6)?,
         };
         if let Density::PerHa(per_ha) = density
-            && per_ha * scatter.area_ha() > Scatter::MOST_POINTS as f64
+            && per_ha * scatter.area_ha() > Scatter::MAX_POINTS as f64
         {
             let points = per_ha * scatter.area_ha();
             return wrong(
                 "per_ha",
-                format!("it makes {points:.0} points to test, but at most {} are allowed", Scatter::MOST_POINTS),
+                format!("it makes {points:.0} points to test, but at most {} are allowed", Scatter::MAX_POINTS),
             );
         }
         Ok(scatter)

@@ -14,7 +14,7 @@ use serde::Deserialize;
 
 use super::forest::{WrongKey, within};
 use super::view::Clock;
-use crate::gpu::wgsl::shared::wind::MOST_LEAN;
+use crate::gpu::wgsl::shared::wind::MAX_LEAN;
 pub(crate) use crate::gpu::wgsl::shared::wind::{Wave as WaveUniform, Wind as WindUniform};
 
 /// Wind over the whole world.
@@ -30,7 +30,7 @@ pub struct Wind {
 const LEAN_PER_M2: f64 = 0.5 / (20.0 * 20.0) / (10.0 * 10.0);
 /// Amplitude of the flutter of leaves in a wind of 10 m/s, and its maximum in any wind, in metres.
 const FLUTTER_M: f64 = 0.04;
-const MOST_FLUTTER_M: f64 = 0.07;
+const MAX_FLUTTER_M: f64 = 0.07;
 
 /// A wave: how much it moves a tree along the wind and across it, as shares of the mean lean.
 struct Wave {
@@ -81,7 +81,7 @@ impl Wind {
             (along + wave.along * phase.sin(), across + wave.across * phase.sin())
         });
         let sway = (toward * along + toward.perp() * across) * self.mean_lean();
-        sway * up_m * up_m / (1.0 + (sway.length() * up_m / f64::from(MOST_LEAN)).powi(2)).sqrt()
+        sway * up_m * up_m / (1.0 + (sway.length() * up_m / f64::from(MAX_LEAN)).powi(2)).sqrt()
     }
 
     /// Returns an upper bound of how far any part of a tree `tall_m` high moves aside, leaves included, in metres.
@@ -89,7 +89,7 @@ impl Wind {
         let (along, across) =
             SWAYS.iter().fold((1.0, 0.0), |(along, across), wave| (along + wave.along, across + wave.across));
         let most = self.mean_lean() * DVec2::new(along, across).length() * tall_m * tall_m;
-        most.min(f64::from(MOST_LEAN) * tall_m) + 2.0 * self.flutter_m()
+        most.min(f64::from(MAX_LEAN) * tall_m) + 2.0 * self.flutter_m()
     }
 
     /// Returns the uniform for shaders, with positions relative to `origin_m`, the rig's origin.
@@ -123,7 +123,7 @@ impl Wind {
     }
 
     fn flutter_m(&self) -> f64 {
-        (FLUTTER_M * self.speed_m_s / 10.0).min(MOST_FLUTTER_M)
+        (FLUTTER_M * self.speed_m_s / 10.0).min(MAX_FLUTTER_M)
     }
 }
 
@@ -185,9 +185,9 @@ mod tests {
     #[test]
     fn a_tree_of_20_m_bends_by_half_a_metre_in_a_wind_of_10_m_s() {
         let at_top = leans(WIND, 20.0);
-        let most_m = at_top.iter().map(|lean| lean.length()).fold(0.0, f64::max);
+        let max_m = at_top.iter().map(|lean| lean.length()).fold(0.0, f64::max);
         assert!((mean(&at_top).dot(WIND.toward()) - 0.5).abs() < 0.03, "{}", mean(&at_top));
-        assert!((0.6..1.0).contains(&most_m) && most_m <= WIND.reach_m(20.0), "{most_m}");
+        assert!((0.6..1.0).contains(&max_m) && max_m <= WIND.reach_m(20.0), "{max_m}");
         // It grows with the square of the height and is 0 at the foot.
         let half = mean(&leans(WIND, 10.0)).length() / mean(&at_top).length();
         assert!((half - 0.25).abs() < 0.01 && mean(&leans(WIND, 0.0)) == DVec2::ZERO, "{half}");
@@ -196,7 +196,7 @@ mod tests {
         assert!(mean(&leans(Wind { from_deg: 60.0, ..WIND }, 20.0)).dot(WIND.toward()) < -0.4);
         // The lean stays bounded in a storm.
         for lean in leans(Wind { speed_m_s: 60.0, ..WIND }, 40.0) {
-            assert!(lean.length() < f64::from(MOST_LEAN) * 40.0 && lean.length() > 6.0, "{lean}");
+            assert!(lean.length() < f64::from(MAX_LEAN) * 40.0 && lean.length() > 6.0, "{lean}");
         }
     }
 

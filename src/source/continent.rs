@@ -89,14 +89,14 @@ impl Continent {
 
     /// Returns how far pieces of relief probably reach above and below the base, in metres, over the `side` × `side`
     /// samples of the base that begin at (`x`, `y`). Samples beyond the base count as its border.
-    pub(crate) fn most_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
+    pub(crate) fn max_relief_m(&self, x: u32, y: u32, side: u32) -> f32 {
         let width = BASE_SAMPLES as usize;
         let span = |first: u32| {
             let last = (first as usize + side as usize + 1).min(width - 1);
             (first as usize).saturating_sub(1).min(last)..=last
         };
         let rows = span(y).map(|row| &self.relief_m[row * width..(row + 1) * width]);
-        MOST_RELIEF * rows.flat_map(|row| &row[span(x)]).copied().fold(0.0, f32::max)
+        MAX_RELIEF * rows.flat_map(|row| &row[span(x)]).copied().fold(0.0, f32::max)
     }
 
     /// Returns probable bounds of the heights in metres over `size` × `size` samples of level 0 that begin at
@@ -109,7 +109,7 @@ impl Continent {
             for at in row * width + first.saturating_sub(1)..=row * width + (last + 1).min(width - 1) {
                 // Pieces of relief are asymmetric: summits rise farther above the base than valleys descend below it.
                 low = low.min(self.base_m[at] - 2.5 * self.relief_m[at]);
-                high = high.max(self.base_m[at] + MOST_RELIEF * self.relief_m[at]);
+                high = high.max(self.base_m[at] + MAX_RELIEF * self.relief_m[at]);
             }
         }
         [low, high]
@@ -154,7 +154,7 @@ impl Continent {
 }
 
 /// Largest height of a summit above the base, as a multiple of the strength of the relief.
-const MOST_RELIEF: f32 = 3.5;
+const MAX_RELIEF: f32 = 3.5;
 
 /// Lift of the base, as a fraction of the strength of the relief.
 const LIFT: f32 = 1.1;

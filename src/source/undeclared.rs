@@ -18,7 +18,7 @@ use super::{OpenOptions, SourceError};
 /// Common no-data values, in metres.
 const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
 /// Smallest distance of a suspicious value from the other heights, in metres…
-const LEAST_GAP_M: f32 = 500.0;
+const MIN_GAP_M: f32 = 500.0;
 /// … and as a fraction of their range.
 const GAP_OF_RANGE: f32 = 0.5;
 
@@ -68,7 +68,7 @@ impl Found {
     /// samples in the grid, since some may have been read twice.
     fn lines(&self, path: &Path, samples: u64) -> Vec<String> {
         let [low_m, high_m] = self.range_m;
-        let gap_m = LEAST_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
+        let gap_m = MIN_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
         let is_outside = |mark: f32| low_m <= high_m && (mark <= low_m - gap_m || mark >= high_m + gap_m);
         let marks = MARKS_M.iter().zip(self.marks).filter(|(mark, count)| *count > 0 && is_outside(**mark));
         let line = |(mark, count): (&f32, u64)| {

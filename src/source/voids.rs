@@ -2,14 +2,14 @@
 //! no-data holes.
 //!
 //! A hole is a set of no-data samples that touch each other, also at their corners. It is filled if land surrounds it
-//! on all sides, it fits in a square of [`MOST_EXTENT`] samples, and it contains no square of more than [`MOST_WIDTH`]
+//! on all sides, it fits in a square of [`MAX_EXTENT`] samples, and it contains no square of more than [`MAX_WIDTH`]
 //! no-data samples. Larger holes stay holes, and so do those that touch the border of the grid: the land beyond a
 //! country's border, a sea, the collar of a rotated raster. A filled hole gets the surface of `spline`. Spikes near
 //! no-data (`spikes`) are treated as no-data and filled.
 //!
 //! Every hole is filled independently, from nothing but itself and the two samples around it, and the rule depends on
 //! nothing farther away. So the result is a function of the position: windows of any size agree bit for bit. For a
-//! window with no-data, about [`MOST_EXTENT`] more samples are read on each side; a window without is read with only
+//! window with no-data, about [`MAX_EXTENT`] more samples are read on each side; a window without is read with only
 //! the few samples that decide about spikes.
 //!
 //! The reasons are in `docs/decisions/voids.md`.
@@ -26,9 +26,9 @@ use super::reader::{HeightReader, Window};
 use super::{SourceError, WorldMapping};
 
 /// Largest extent of a hole that is filled: it must fit in a square of this many samples.
-pub(crate) const MOST_EXTENT: u32 = 256;
+pub(crate) const MAX_EXTENT: u32 = 256;
 /// Largest square of no-data in a hole that is filled, in samples.
-pub(crate) const MOST_WIDTH: u32 = 64;
+pub(crate) const MAX_WIDTH: u32 = 64;
 /// Distance in samples within which heights decide whether a sample is a spike.
 const NEAR: u32 = spikes::REACH + 1;
 
@@ -41,13 +41,13 @@ pub(crate) struct Limits {
 
 impl Limits {
     /// The limits for the file's own samples.
-    pub(crate) const FINEST: Self = Self { extent: MOST_EXTENT, width: MOST_WIDTH };
+    pub(crate) const FINEST: Self = Self { extent: MAX_EXTENT, width: MAX_WIDTH };
 
     /// Returns the limits that select the same holes in an overview whose samples are 2^`level` as far apart; `None` if
     /// the widest of these holes is smaller than a sample.
     pub(crate) fn of_level(level: usize) -> Option<Self> {
-        let level = u32::try_from(level).ok().filter(|level| MOST_WIDTH >> level.min(&31) > 0)?;
-        Some(Self { extent: MOST_EXTENT >> level, width: MOST_WIDTH >> level })
+        let level = u32::try_from(level).ok().filter(|level| MAX_WIDTH >> level.min(&31) > 0)?;
+        Some(Self { extent: MAX_EXTENT >> level, width: MAX_WIDTH >> level })
     }
 
     /// Returns how far around a window holes must be searched: the extent of a hole that reaches into it, the samples

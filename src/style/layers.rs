@@ -351,10 +351,10 @@ impl Style {
 }
 
 /// Least difference in brightness between lettering and paper, as a fraction of that between black and white.
-const LEAST_CONTRAST: f32 = 0.4;
+const MIN_CONTRAST: f32 = 0.4;
 
 fn has_contrast(ink: Color, paper: Color) -> bool {
-    (brightness(ink) - brightness(paper)).abs() > LEAST_CONTRAST
+    (brightness(ink) - brightness(paper)).abs() > MIN_CONTRAST
 }
 
 /// Returns the mean of the sRGB channels of a colour, 0 to 1.

@@ -37,7 +37,7 @@ const RECIPES: Recipes = Recipes {
 pub(crate) const SIDES_PX: [u32; 2] = [64, 1024];
 
 /// Largest number of images in a stack.
-const MOST_IMAGES: usize = 32;
+const MAX_IMAGES: usize = 32;
 
 choices! {
     /// Kind of hatching marks.
@@ -153,8 +153,8 @@ impl Recipe {
     /// Checks the rules that combine several parameters.
     fn fits(&self, _: &str) -> Result<(), Wrong> {
         let (is_stack, images) = (self.kind == Kind::Stack, self.images.len());
-        if is_stack && !(1..=MOST_IMAGES).contains(&images) {
-            return Err(Wrong::new("images", format!(" has {images} entries, not 1 to {MOST_IMAGES}")));
+        if is_stack && !(1..=MAX_IMAGES).contains(&images) {
+            return Err(Wrong::new("images", format!(" has {images} entries, not 1 to {MAX_IMAGES}")));
         }
         if !is_stack && images > 0 {
             return Err(Wrong::new("images", " are given, but kind is not \"stack\""));

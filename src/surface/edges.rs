@@ -10,7 +10,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 pub(crate) use crate::gpu::wgsl::shared::edges::EdgeRules as EdgeRulesUniform;
-pub(crate) use crate::gpu::wgsl::shared::edges::{Edge, MOST_EDGES};
+pub(crate) use crate::gpu::wgsl::shared::edges::{Edge, MAX_EDGES};
 #[cfg(test)]
 pub(crate) use crate::gpu::wgsl::shared::edges::{KIND_RIDGE, KIND_SUGGESTIVE, KIND_VALLEY};
 
@@ -49,7 +49,7 @@ impl EdgeList {
         };
         let list = Self {
             rules: recorder.uniform("edge rules", &uniform),
-            edges: recorder.buffer(&EDGES, u64::from(MOST_EDGES) * size_of::<Edge>() as u64),
+            edges: recorder.buffer(&EDGES, u64::from(MAX_EDGES) * size_of::<Edge>() as u64),
             draw: recorder.buffer(&EDGE_DRAW, size_of_val(&NO_EDGES) as u64),
         };
         recorder.write(&list.draw, &NO_EDGES);

@@ -69,8 +69,8 @@ fn wild_m(spacing_m: f64) -> impl Fn(f64, f64) -> f64 {
 fn every_camera_lens_and_spacing_gives_a_picture() {
     let mut seen = 0;
     let (spacings_m, sizes_px) = ([0.001, 10_000.0, 30.0, 1.0], [[1, 1], [96, 54], [3, 200]]);
-    let (most_spacings, most_sizes) = if common::full() { (4, 3) } else { (3, 2) };
-    for spacing_m in spacings_m.into_iter().take(most_spacings) {
+    let (max_spacings, max_sizes) = if common::full() { (4, 3) } else { (3, 2) };
+    for spacing_m in spacings_m.into_iter().take(max_spacings) {
         let Some(mut world) = World::new(grid_of(521, 403, spacing_m, wild_m(spacing_m)), 1.0) else { return };
         let mut renderer = None;
         let heights = ["+0.1", "-500", "-12000", "1000000", "+2", "20000"];
@@ -78,7 +78,7 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
             for (fov, pitch) in [(1.0, -5.0), (60.0, -30.0), (150.0, -89.9), (90.0, 10.0)] {
                 let view = format!("{},{},{z},{},{pitch},{fov}", 31.3 * spacing_m, -17.1 * spacing_m, 67 * i);
                 let pose = world.pose(&view);
-                for size_px in sizes_px.into_iter().take(most_sizes) {
+                for size_px in sizes_px.into_iter().take(max_sizes) {
                     let shot = shoot(&mut world, &mut renderer, pose, size_px);
                     match is_sound(&shot) {
                         Ok(ground) => seen += usize::from(ground > 0),
@@ -93,7 +93,7 @@ fn every_camera_lens_and_spacing_gives_a_picture() {
         }
     }
     println!("{seen} pictures show ground");
-    assert!(seen > 5 * most_spacings * most_sizes, "only {seen} pictures show ground");
+    assert!(seen > 5 * max_spacings * max_sizes, "only {seen} pictures show ground");
 }
 
 /// Returns land that repeats every 400 samples, so that positions 1e7 m apart have the same surroundings, and whose

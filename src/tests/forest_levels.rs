@@ -54,7 +54,7 @@ fn no_tree_is_missing_in_any_frame_of_a_flight() {
     let forest = of(Form::Conifer, 300.0, 20.0);
     world.surfaces.set_forest(Some(forest.clone()));
     let all = points(14, forest.trees_per_ha);
-    let density = forest.trees_per_ha / hachure::scene::Forest::MOST_TREES_PER_HA;
+    let density = forest.trees_per_ha / hachure::scene::Forest::MAX_TREES_PER_HA;
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     let (mut seen, mut levels, mut lost) = (0, BTreeSet::new(), [0; 4]);
     for step in 0..16 {
@@ -284,7 +284,7 @@ fn impostors_look_like_their_meshes() {
     // pixel.
     let forms =
         [(Form::Conifer, 0.92, 7.0), (Form::Broadleaf, 0.96, 7.0), (Form::Birch, 0.92, 7.0), (Form::Snag, 0.68, 10.0)];
-    for (form, least, most_deg) in forms {
+    for (form, least, max_deg) in forms {
         world.surfaces.set_forest(Some(of(form, 12.0, height_m)));
         let mut all: Vec<Likeness> = Vec::new();
         for i in 0..60 {
@@ -339,7 +339,7 @@ fn impostors_look_like_their_meshes() {
             shifted,
             mean(&|each| each.impostor.of_pixels_deg),
         );
-        assert!(all.len() >= VIEWS && overlap > least && of_means_deg < most_deg && near > 0.93);
+        assert!(all.len() >= VIEWS && overlap > least && of_means_deg < max_deg && near > 0.93);
         assert!(overlap > shifted);
         // Planted errors: an impostor that is turned, and one that is shifted.
         assert!(turned_deg > of_means_deg + 1.0 && aside < near - 0.03);

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use hachure::style::{self, Style};
 
-const MOST_BYTES: u64 = 400_000;
+const MAX_BYTES: u64 = 400_000;
 
 fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("docs")
@@ -52,7 +52,7 @@ fn pictures_of_documents_are_small() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|extension| extension == "png") {
                 let bytes = fs::metadata(&path).unwrap().len();
-                assert!(bytes <= MOST_BYTES, "{} has {bytes} bytes", path.display());
+                assert!(bytes <= MAX_BYTES, "{} has {bytes} bytes", path.display());
                 count += 1;
             }
         }

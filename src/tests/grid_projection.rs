@@ -104,13 +104,13 @@ fn evaluate(local: &LocalProjection, v: Vec2, coefficient: impl Fn(&[f32; 4]) ->
 }
 
 /// Returns the largest error of the expansion at points around a camera, relative to their horizontal distance from the
-/// camera (at least `least_m`): (forward, backward).
+/// camera (at least `min_m`): (forward, backward).
 fn relative(
     mapping: &WorldMapping,
     grid_projection: &GridProjection,
     samples: u32,
     camera_m: DVec2,
-    least_m: f64,
+    min_m: f64,
 ) -> (f64, f64) {
     let anchor = grid_projection.anchor(camera_m);
     let local = grid_projection.around(anchor, camera_m);
@@ -125,7 +125,7 @@ fn relative(
         let g = (grid - anchor).as_vec2();
         let grid = anchor + g.as_dvec2();
         let way_m = mapping.world_from_grid(grid.x, grid.y) - camera_m;
-        let distance_m = way_m.length().max(least_m);
+        let distance_m = way_m.length().max(min_m);
         let forward_m = (world_f32(&local, g).as_dvec2() - way_m).length();
         let back_m = (grid_f32(&local, way_m.as_vec2()) - g).as_dvec2().length() * grid_projection.spacing_m();
         worst = (worst.0.max(forward_m / distance_m), worst.1.max(back_m / distance_m));

@@ -43,7 +43,7 @@ fn grey(world: &mut World, style: &Style, camera: &str) -> Vec<f64> {
 }
 
 /// Returns the largest mean ink of any 64 × 64 pixels: 0 is paper, 1 is black.
-fn most_ink(grey: &[f64]) -> f64 {
+fn max_ink(grey: &[f64]) -> f64 {
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let mut sorted = grey.to_vec();
     let paper = common::quantile(&mut sorted, 0.99);
@@ -73,7 +73,7 @@ fn no_part_of_a_drawing_is_mush() {
         let Some(mut world) = World::real(file, 1.0) else { continue };
         let ink = Style::load("ink").unwrap();
         let drawn = grey(&mut world, &ink, camera);
-        let (most, darkest) = (most_ink(&drawn), drawn.iter().copied().fold(1.0, f64::min));
+        let (most, darkest) = (max_ink(&drawn), drawn.iter().copied().fold(1.0, f64::min));
         println!("{file}: most ink {most:.3}, darkest pixel {darkest:.3}");
         assert!(most <= 0.35, "{file}: mean ink {most}");
         // The ink itself is 0.07, and some near line has nearly all of it. The nearest contours are at least 10 km
@@ -89,7 +89,7 @@ fn no_part_of_a_drawing_is_mush() {
                 text.replace(from, to)
             });
         let raw = grey(&mut world, &Style::parse("raw", &raw).unwrap(), camera);
-        let most = most_ink(&raw);
+        let most = max_ink(&raw);
         println!("{file}: without filter and distance {most:.3}");
         assert!(most > 0.35, "{file}: an unfiltered drawing was not detected: most ink {most}");
     }

@@ -98,8 +98,8 @@ fn a_round_hole_has_a_round_rim() {
         );
         // Samples are up to half the spacing away from the circle; a pixel's centre can be half a pixel away from its
         // ink.
-        let most_px = 0.5 + 0.5 * SPACING_M / pixel_m;
-        assert!(off_px.abs() < 0.5 && spread_px < 1.0 && farthest_px < most_px);
+        let max_px = 0.5 + 0.5 * SPACING_M / pixel_m;
+        assert!(off_px.abs() < 0.5 && spread_px < 1.0 && farthest_px < max_px);
         // Planted: another circle, and the outline of cells that have a no-data corner, which has stairs.
         assert!((off_px + 1.0).abs() > 0.5 && (off_px - 1.0).abs() > 0.5);
         let [_, stairs_m] = mean_and_spread(&stairs());

@@ -225,13 +225,13 @@ proptest! {
     #[test]
     fn the_cache_never_grows_beyond_its_cap(most in 1_u64..12, uses in prop::collection::vec((0_u32..30, any::<bool>()), 1..80)) {
         let mut cache = TileCache::new(most * TILE_BYTES);
-        for (renderer, (x, inserts)) in uses.iter().enumerate() {
+        for (frame, (x, inserts)) in uses.iter().enumerate() {
             let address = TileAddress { level: 0, x: *x, y: 0 };
             if *inserts {
-                cache.insert(address, tile(*x), renderer as u64);
+                cache.insert(address, tile(*x), frame as u64);
                 // The newest tile is never evicted, unless there is room for nothing else.
                 prop_assert!(cache.peek(address).is_some());
-            } else if let Some(found) = cache.get(address, renderer as u64) {
+            } else if let Some(found) = cache.get(address, frame as u64) {
                 prop_assert_eq!(found.tile.samples[0], *x as f32);
             }
             prop_assert!(cache.bytes() <= most * TILE_BYTES);

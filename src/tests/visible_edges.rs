@@ -14,7 +14,7 @@ use hachure::gpu::target::Target;
 use hachure::gpu::timer::Timer;
 use hachure::lines::strokes::id_image::{EDGE_DEPTH, EDGE_IDS};
 use hachure::lines::strokes::{
-    ChainRules, Lists, MOST_SEGMENTS, Segment, StrokeCounts, chain, extract, id_image, image_px, points,
+    ChainRules, Lists, MAX_FRAME_SEGMENTS, Segment, StrokeCounts, chain, extract, id_image, image_px, points,
 };
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
@@ -152,7 +152,7 @@ impl Bench {
         id_image::run(&mut recorder, list, &id_image::Inputs { view, depth, ids, edge_depth });
         extract::run(&mut recorder, lists, list, view, ids);
         if chains {
-            let (rules, capacity) = (ChainRules::default(), MOST_SEGMENTS);
+            let (rules, capacity) = (ChainRules::default(), MAX_FRAME_SEGMENTS);
             let inputs = chain::Inputs { rules, capacity, segments: &lists.segments, counts: &lists.counts };
             let chains = chain::run(&mut recorder, &inputs);
             points::run(&mut recorder, lists, list, &chains);
@@ -178,9 +178,9 @@ fn columns(segments: &[Segment]) -> Vec<[f32; 2]> {
     segments.iter().map(|segment| [segment.a, segment.b].map(|end| end[0] as f32 / 16.0)).collect()
 }
 
-fn assert_columns(segments: &[Segment], wanted: &[[f32; 2]], most_px: f32) {
+fn assert_columns(segments: &[Segment], wanted: &[[f32; 2]], max_px: f32) {
     let found = columns(segments);
-    let is_near = |(found, wanted): (&[f32; 2], &[f32; 2])| (0..2).all(|i| (found[i] - wanted[i]).abs() <= most_px);
+    let is_near = |(found, wanted): (&[f32; 2], &[f32; 2])| (0..2).all(|i| (found[i] - wanted[i]).abs() <= max_px);
     assert!(
         found.len() == wanted.len() && found.iter().zip(wanted).all(is_near),
         "found {found:?}, expected {wanted:?}"
@@ -229,11 +229,11 @@ fn an_edge_that_is_seen_in_two_places_gives_two_segments() {
     let edges = [bench.edge(A_PX, B_PX, 100.0), bench.edge([40.0, 30.5], [280.0, 30.5], 100.0)];
     let middle: Block = ([120, 80, 200, 100], 50.0);
     let halves = [[A_PX[0], 120.0], [200.0, B_PX[0]], [40.0, 280.0]];
-    for (resolution, most_px) in [(1.0, 1.1), (0.5, 2.1), (0.25, 4.1)] {
+    for (resolution, max_px) in [(1.0, 1.1), (0.5, 2.1), (0.25, 4.1)] {
         let depth = bench.depth(400.0, &[middle]);
         let (_, segments) = bench.segments(&edges, &depth, resolution, false);
         println!("at {resolution}: {:?}", columns(&segments));
-        assert_columns(&segments, &halves, most_px);
+        assert_columns(&segments, &halves, max_px);
         // Each segment has the number of its edge, and its distance.
         assert_eq!(segments.iter().map(|segment| segment.edge).collect::<Vec<_>>(), [0, 0, 1]);
         assert!(
@@ -243,7 +243,7 @@ fn an_edge_that_is_seen_in_two_places_gives_two_segments() {
         );
         // Planted: without the block in front there is only one segment, and with a block elsewhere there are others.
         let depth = bench.depth(400.0, &[]);
-        assert_columns(&bench.segments(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], most_px);
+        assert_columns(&bench.segments(&edges, &depth, resolution, false).1, &[[A_PX[0], B_PX[0]], halves[2]], max_px);
         let depth = bench.depth(400.0, &[([60, 80, 140, 100], 50.0)]);
         let found = columns(&bench.segments(&edges, &depth, resolution, false).1);
         assert!((found[0][1] - halves[0][1]).abs() > 20.0, "{found:?}");

@@ -170,9 +170,9 @@ fn ragged() -> HeightGrid {
     let blob = |x: i64, y: i64| {
         let near = |i: i64, j: i64| {
             let (u, v) = (random(i, j), random(j + 900, i));
-            let (recorder, cy) = (40.0 * (i as f64 + u), 40.0 * (j as f64 + v));
+            let (cx, cy) = (40.0 * (i as f64 + u), 40.0 * (j as f64 + v));
             let radius = 22.0 * random(i + 77, j) - 6.0;
-            (x as f64 - recorder).hypot(y as f64 - cy) < radius
+            (x as f64 - cx).hypot(y as f64 - cy) < radius
         };
         (-1..2).any(|i| (-1..2).any(|j| near(x / 40 + i, y / 40 + j)))
     };

@@ -17,9 +17,9 @@ const PX_PER_PATCH: f64 = 32.0;
 /// finer ones, and this number suffices for all but a few views of it.
 const SAMPLES_PER_PATCH: f64 = 16.0;
 /// The smallest budget, for a small picture or a small land.
-const LEAST_PATCHES: f64 = 1024.0;
+const MIN_PATCHES: f64 = 1024.0;
 /// A smaller allowed error raises the budget by its inverse, up to this factor.
-const MOST_TIMES: f64 = 4.0;
+const MAX_FACTOR: f64 = 4.0;
 /// Bytes per patch: its vertices, and the data of its selection.
 const PATCH_BYTES: u64 = 8192;
 /// Speed of the factor, in octaves (powers of 2) per second.
@@ -36,10 +36,10 @@ const EXACT_OCTAVES: f64 = 1.0 / 64.0;
 
 /// Returns the budget of patches for a picture of `pixels` pixels of a land of `samples` samples, with an allowed error
 /// of `error_px` pixels and `tile_memory_bytes` bytes of memory for tiles.
-pub fn most_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes: u64) -> usize {
-    let ordinary = (pixels / PX_PER_PATCH).min(samples / SAMPLES_PER_PATCH).max(LEAST_PATCHES);
+pub fn max_patches(pixels: f64, samples: f64, error_px: f64, tile_memory_bytes: u64) -> usize {
+    let ordinary = (pixels / PX_PER_PATCH).min(samples / SAMPLES_PER_PATCH).max(MIN_PATCHES);
     let room = (tile_memory_bytes / PATCH_BYTES) as f64;
-    (ordinary * (1.0 / error_px).clamp(1.0, MOST_TIMES)).min(room.max(LEAST_PATCHES)) as usize
+    (ordinary * (1.0 / error_px).clamp(1.0, MAX_FACTOR)).min(room.max(MIN_PATCHES)) as usize
 }
 
 /// The method by which the factor is found.
@@ -170,15 +170,15 @@ mod tests {
     #[test]
     fn the_budget_follows_the_picture_and_the_memory() {
         let (small, large, land, memory) = (64.0 * 36.0, 1280.0 * 720.0, 3601.0 * 3601.0, 512 << 20);
-        assert_eq!(most_patches(small, land, 1.0, memory), 1024);
-        assert_eq!(most_patches(large, land, 1.0, memory), 28_800);
-        assert_eq!(most_patches(large, 300.0 * 300.0, 1.0, memory), 5_625);
-        assert_eq!(most_patches(large, 20.0 * 20.0, 4.0, memory), 1024);
-        assert_eq!(most_patches(large, land, 1.0, 80 << 20), 10_240);
-        assert_eq!(most_patches(large, land, 1.0, 1 << 20), 1024);
+        assert_eq!(max_patches(small, land, 1.0, memory), 1024);
+        assert_eq!(max_patches(large, land, 1.0, memory), 28_800);
+        assert_eq!(max_patches(large, 300.0 * 300.0, 1.0, memory), 5_625);
+        assert_eq!(max_patches(large, 20.0 * 20.0, 4.0, memory), 1024);
+        assert_eq!(max_patches(large, land, 1.0, 80 << 20), 10_240);
+        assert_eq!(max_patches(large, land, 1.0, 1 << 20), 1024);
         // A smaller allowed error gets more patches, within bounds.
-        assert_eq!(most_patches(small, land, 0.5, memory), 2048);
-        assert_eq!(most_patches(small, land, 1e-9, memory), 4096);
-        assert_eq!(most_patches(f64::INFINITY, f64::INFINITY, 1e-9, memory), 65_536);
+        assert_eq!(max_patches(small, land, 0.5, memory), 2048);
+        assert_eq!(max_patches(small, land, 1e-9, memory), 4096);
+        assert_eq!(max_patches(f64::INFINITY, f64::INFINITY, 1e-9, memory), 65_536);
     }
 }

@@ -4,42 +4,46 @@ use glam::DVec3;
 
 /// Time in seconds after a jump in which new detail appears at once instead of fading in.
 const JUMP_S: f64 = 1.5;
-/// A step this many times as long as the one before is a jump.
-const JUMP_FACTOR: f64 = 20.0;
-/// The shortest jump, in samples: otherwise the first step of a movement would count as one.
+/// A step is sudden if it is more than this many times as long as the previous velocity and one sample of the terrain
+/// would explain.
+const SUDDEN_FACTOR: f64 = 20.0;
+/// Length from which a sudden step is a jump, in samples of the terrain; otherwise the first step of a movement would be
+/// one.
 const JUMP_SAMPLES: f64 = 256.0;
-/// A pause of this length in seconds ends a movement.
+/// A longer time between frames, in seconds, ends a movement.
 const PAUSE_S: f64 = 1.0;
 
 /// The motion of the camera up to the last frame.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct CameraMotion {
-    before: Option<Step>,
+    last: Option<Step>,
 }
 
 /// The camera's step to a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Step {
+    /// Position of the camera at the frame, in the world.
     camera_m: DVec3,
-    /// Velocity of the camera, averaged over recent steps.
+    /// Velocity of the camera, averaged over recent steps. A sudden step is not averaged with those before it, and after
+    /// a jump or a pause the velocity is 0.
     pub velocity_m_s: DVec3,
     /// Time of the frame, in seconds of the terrain's clock.
     at_s: f64,
-    /// Time since the frame before, in seconds.
-    pub step_s: f64,
-    /// Time of the last jump.
+    /// Time since the previous frame, in seconds.
+    pub elapsed_s: f64,
+    /// Time of the last jump, in seconds of the same clock.
     jumped_s: f64,
 }
 
 impl CameraMotion {
-    /// Advances to a frame at `now_s` with the camera at `camera_m`; samples are `spacing_m` apart. A step much longer
-    /// than the one before is a jump, after which the velocity is 0; the first frame is a jump.
+    /// Advances to a frame at `now_s` with the camera at `camera_m`; `spacing_m` is the distance between the terrain's
+    /// samples, those of full resolution. The first frame is a jump.
     pub(super) fn advance(&mut self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Step {
-        let step = match self.before {
-            None => Step { camera_m, velocity_m_s: DVec3::ZERO, at_s: now_s, step_s: 0.0, jumped_s: now_s },
-            Some(before) => before.next(camera_m, now_s, spacing_m),
+        let step = match self.last {
+            None => Step { camera_m, velocity_m_s: DVec3::ZERO, at_s: now_s, elapsed_s: 0.0, jumped_s: now_s },
+            Some(last) => last.next(camera_m, now_s, spacing_m),
         };
-        self.before = Some(step);
+        self.last = Some(step);
         step
     }
 }
@@ -47,14 +51,17 @@ impl CameraMotion {
 impl Step {
     /// Returns the step that follows this one.
     fn next(&self, camera_m: DVec3, now_s: f64, spacing_m: f64) -> Self {
-        let (step_m, step_s) = (camera_m - self.camera_m, now_s - self.at_s);
-        let distance_m = step_m.length();
-        let is_uneven = distance_m > JUMP_FACTOR * (self.velocity_m_s.length() * step_s + spacing_m);
-        let is_jump = is_uneven && distance_m > JUMP_SAMPLES * spacing_m;
-        let is_start = is_jump || step_s > PAUSE_S;
-        let now_m_s = if is_start { DVec3::ZERO } else { step_m / step_s.max(1e-3) };
-        let velocity_m_s = if is_uneven { now_m_s } else { self.velocity_m_s.lerp(now_m_s, 0.5) };
-        Self { camera_m, velocity_m_s, at_s: now_s, step_s, jumped_s: if is_jump { now_s } else { self.jumped_s } }
+        let (moved_m, elapsed_s) = (camera_m - self.camera_m, now_s - self.at_s);
+        let distance_m = moved_m.length();
+        let is_sudden = distance_m > SUDDEN_FACTOR * (self.velocity_m_s.length() * elapsed_s + spacing_m);
+        let is_jump = is_sudden && distance_m > JUMP_SAMPLES * spacing_m;
+        let velocity_m_s = if is_jump || elapsed_s > PAUSE_S {
+            DVec3::ZERO
+        } else {
+            let of_step_m_s = moved_m / elapsed_s.max(1e-3);
+            if is_sudden { of_step_m_s } else { self.velocity_m_s.lerp(of_step_m_s, 0.5) }
+        };
+        Self { camera_m, velocity_m_s, at_s: now_s, elapsed_s, jumped_s: if is_jump { now_s } else { self.jumped_s } }
     }
 
     /// Returns whether this step was a jump.
@@ -84,10 +91,23 @@ mod tests {
             assert_eq!(step.fades(), f64::from(frame) / 30.0 > JUMP_S);
         }
         let step = at(1000.0, 100.0 / 30.0);
-        assert!((step.velocity_m_s.x - 300.0).abs() < 1.0 && (step.step_s - 1.0 / 30.0).abs() < 1e-9);
+        assert!((step.velocity_m_s.x - 300.0).abs() < 1.0 && (step.elapsed_s - 1.0 / 30.0).abs() < 1e-9);
         let jump = at(50_000.0, 3.4);
         assert!(jump.has_jumped() && !jump.fades() && jump.velocity_m_s == DVec3::ZERO);
         let pause = at(50_010.0, 5.0);
         assert!(!pause.has_jumped() && pause.fades() && pause.velocity_m_s == DVec3::ZERO);
+    }
+
+    #[test]
+    fn a_pause_ends_a_movement() {
+        for (pause_s, velocity_m_s) in [(0.9, 150.0), (1.1, 0.0)] {
+            let mut motion = CameraMotion::default();
+            let mut at = |x_m: f64, now_s: f64| motion.advance(DVec3::X * x_m, now_s, 10.0);
+            for frame in 0..100 {
+                at(10.0 * f64::from(frame), f64::from(frame) / 30.0);
+            }
+            let step = at(990.0, 99.0 / 30.0 + pause_s);
+            assert!((step.velocity_m_s.x - velocity_m_s).abs() < 1.0, "{pause_s} s: {}", step.velocity_m_s);
+        }
     }
 }

@@ -73,15 +73,15 @@ impl EarthCurvature {
             return None;
         }
         let pi = std::f64::consts::PI;
-        let (least_taller, most_taller) =
+        let (min_taller, max_taller) =
             (1.0 + (flat.low_m.z + self.camera_z_m) * k, 1.0 + (flat.high_m.z + self.camera_z_m) * k);
-        let least = sinc(farthest.min(pi)) * least_taller.min(most_taller).max(0.0);
-        let most = sinc(nearest.min(pi)) * most_taller;
+        let least = sinc(farthest.min(pi)) * min_taller.min(max_taller).max(0.0);
+        let most = sinc(nearest.min(pi)) * max_taller;
         let shrink = |v: f64, is_low: bool| if (v > 0.0) == is_low { v * least } else { v * most };
         let bent = |v: DVec2, is_low: bool| DVec2::new(shrink(v.x, is_low), shrink(v.y, is_low));
         Some(Bounds {
-            low_m: bent(low, true).extend(flat.low_m.z - most_taller * versine(farthest.min(pi)) / k),
-            high_m: bent(high, false).extend(flat.high_m.z - least_taller.max(0.0) * versine(nearest.min(pi)) / k),
+            low_m: bent(low, true).extend(flat.low_m.z - max_taller * versine(farthest.min(pi)) / k),
+            high_m: bent(high, false).extend(flat.high_m.z - min_taller.max(0.0) * versine(nearest.min(pi)) / k),
         })
     }
 

@@ -23,9 +23,9 @@ use crate::pyramid::{LoadedTile, PyramidError, TileAddress, TileStore};
 const PRIORITY: u8 = 38;
 
 /// Largest number of fetched tiles that wait for a decoder.
-const MOST_FETCHED: usize = 16;
+const MAX_FETCHED: usize = 16;
 /// Largest number of finished tiles that wait for the frame thread: 17 MB.
-const MOST_FINISHED: usize = 64;
+const MAX_FINISHED: usize = 64;
 
 /// A loaded tile, or the reason why it could not be loaded.
 pub(crate) type Finished = (TileAddress, Result<Arc<LoadedTile>, PyramidError>);
@@ -180,7 +180,7 @@ impl Shared {
     fn fetch_tiles(&self) {
         let mut state = self.lock();
         while !state.stop {
-            let has_room = state.fetched.len() < MOST_FETCHED && state.finished.len() < MOST_FINISHED;
+            let has_room = state.fetched.len() < MAX_FETCHED && state.finished.len() < MAX_FINISHED;
             let next = if has_room { state.wanted.pop() } else { None };
             let Some(address) = next else {
                 state = self.fetch.wait(state).unwrap_or_else(PoisonError::into_inner);
@@ -210,7 +210,7 @@ impl Shared {
     fn decode_tiles(&self) {
         let mut state = self.lock();
         while !state.stop {
-            let has_room = state.finished.len() < MOST_FINISHED;
+            let has_room = state.finished.len() < MAX_FINISHED;
             let next = if has_room { state.fetched.pop_front() } else { None };
             let Some((address, decode)) = next else {
                 state = self.decode.wait(state).unwrap_or_else(PoisonError::into_inner);

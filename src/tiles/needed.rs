@@ -48,11 +48,11 @@ pub(crate) struct TilePlaces {
 }
 
 /// The size at which the cache is cleared: more than any view needs.
-const MOST_PLACES: usize = 1 << 16;
+const MAX_PLACES: usize = 1 << 16;
 
 impl TilePlaces {
     fn of(&mut self, levels: &[LevelSize], grid_projection: &GridProjection, tile: TileAddress) -> (DVec2, DVec2) {
-        if self.places.len() > MOST_PLACES {
+        if self.places.len() > MAX_PLACES {
             self.places.clear();
         }
         *self.places.entry(tile).or_insert_with(|| {

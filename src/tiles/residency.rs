@@ -34,7 +34,7 @@ const ASIDE_RAD: f64 = 0.35;
 const FIRST_PAUSE_S: f64 = 0.2;
 const LONGEST_PAUSE_S: f64 = 30.0;
 /// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
-const MOST_TRIES: u32 = 3;
+const MAX_TRIES: u32 = 3;
 /// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
 const MAP_URGENCY: f32 = 1e-3;
 
@@ -135,13 +135,13 @@ impl Residency {
 
     /// Returns whether a tile is not on the GPU but can still be loaded.
     pub(crate) fn can_come(&self, address: TileAddress) -> bool {
-        let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MOST_TRIES);
+        let given_up = || self.failures.get(&address).is_some_and(|failure| failure.tries >= MAX_TRIES);
         self.atlas.get(address).is_none() && !given_up() && self.needed.len() < self.atlas.slots() as usize
     }
 
     /// Returns whether tiles are being loaded, or will be retried soon.
     pub(crate) fn is_busy(&self, now_s: f64) -> bool {
-        let soon = |failure: &Failure| failure.tries < MOST_TRIES && failure.next_s > now_s - 1.0;
+        let soon = |failure: &Failure| failure.tries < MAX_TRIES && failure.next_s > now_s - 1.0;
         self.loader.pending() > 0 || self.failures.values().any(soon)
     }
 
@@ -210,7 +210,7 @@ impl Residency {
         self.loader.want(&request);
         loaded.loaded = self.send(gpu, &offer, frame, now_s, movement.frame_s);
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
-            let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MOST_TRIES);
+            let given_up = self.failures.get(&tile.address).is_some_and(|failure| failure.tries >= MAX_TRIES);
             *(if given_up { &mut loaded.failed } else { &mut loaded.pending }) += 1;
         }
 
@@ -254,13 +254,13 @@ impl Residency {
 
     fn fail(&mut self, address: TileAddress, error: PyramidError, now_s: f64, streams: bool) {
         let failure = self.failures.entry(address).or_insert(Failure { tries: 0, next_s: 0.0 });
-        let counted = failure.tries >= MOST_TRIES;
+        let counted = failure.tries >= MAX_TRIES;
         // The network code has already retried a request that is finally refused.
-        failure.tries = (failure.tries + 1).max(if error.is_final() { MOST_TRIES } else { 0 });
+        failure.tries = (failure.tries + 1).max(if error.is_final() { MAX_TRIES } else { 0 });
         let pause_s = FIRST_PAUSE_S * f64::from(failure.tries.min(16) - 1).exp2();
         failure.next_s = now_s + pause_s.min(LONGEST_PAUSE_S);
         let text = error.message();
-        if counted || failure.tries < MOST_TRIES {
+        if counted || failure.tries < MAX_TRIES {
             tracing::debug!("{text}");
             return;
         }

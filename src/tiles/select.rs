@@ -19,16 +19,16 @@ pub fn select(
     select_within(patches, grid_projection, anchor, viewpoint, usize::MAX).unwrap_or_default()
 }
 
-/// Selects the patches for a viewpoint. Returns `None` if that takes more than `most_patches`, which is detected
+/// Selects the patches for a viewpoint. Returns `None` if that takes more than `max_patches`, which is detected
 /// without selecting many more.
 pub fn select_within(
     patches: &dyn Patches,
     grid_projection: &GridProjection,
     anchor: DVec2,
     viewpoint: &Viewpoint,
-    most_patches: usize,
+    max_patches: usize,
 ) -> Option<Selection> {
-    let mut walk = Walk::new(patches, grid_projection, viewpoint, most_patches);
+    let mut walk = Walk::new(patches, grid_projection, viewpoint, max_patches);
     let top = patches.strides() as i32 - 1;
     walk.visit(PatchKey { level: top, x: 0, y: 0 }, ParentError::NONE);
     walk.limit_steps();

@@ -14,8 +14,8 @@ use glam::DVec2;
 use crate::scene::frustum::Bounds;
 
 /// The smallest and the largest number of directions.
-const FEWEST: usize = 1024;
-const MOST: usize = 8192;
+const MIN_DIRECTIONS: usize = 1024;
+const MAX_DIRECTIONS: usize = 8192;
 
 /// A part of a patch has to be wider than this many directions to fill any of them from side to side.
 const WIDE_ENOUGH: f64 = 2.5;
@@ -68,7 +68,7 @@ impl Skyline {
     /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian.
     pub(crate) fn new(focal_px: f64) -> Self {
         // The cast saturates.
-        let directions = ((TAU * focal_px) as usize).clamp(FEWEST, MOST);
+        let directions = ((TAU * focal_px) as usize).clamp(MIN_DIRECTIONS, MAX_DIRECTIONS);
         Self { slopes: vec![f32::NEG_INFINITY; directions] }
     }
 

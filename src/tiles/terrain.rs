@@ -58,7 +58,7 @@ impl Default for TerrainOptions {
 const KEEP_MAPS_FRAMES: u64 = 3600;
 
 /// The largest number of samples along a side, up to which f32 counts exactly.
-const MOST_SAMPLES: u32 = 1 << 24;
+const MAX_SAMPLES: u32 = 1 << 24;
 
 /// The reason why a pyramid cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -67,7 +67,7 @@ pub enum TerrainError {
     #[error(transparent)]
     Georeference(#[from] GeoreferenceError),
     /// The grid has more samples than positions on the GPU can count.
-    #[error("{width}×{height} samples are too many for one grid: hachure draws at most {MOST_SAMPLES} along a side")]
+    #[error("{width}×{height} samples are too many for one grid: hachure draws at most {MAX_SAMPLES} along a side")]
     TooWide {
         /// Number of samples per row.
         width: u32,
@@ -106,7 +106,7 @@ pub struct Terrain {
     /// The factor of the allowed error in the last frame.
     coarser: f64,
     /// The smallest allowed error, in pixels, so that all parts of a picture have the same.
-    least_error_px: f64,
+    min_error_px: f64,
     motion: CameraMotion,
     start: Instant,
     frame: u64,
@@ -129,7 +129,7 @@ impl Terrain {
     /// [`TerrainError`] if the pyramid cannot be drawn.
     pub fn new(gpu: &Gpu, store: Arc<dyn TileStore>, options: TerrainOptions) -> Result<Self, TerrainError> {
         let size = store.levels()[0];
-        if size.width.max(size.height) > MOST_SAMPLES {
+        if size.width.max(size.height) > MAX_SAMPLES {
             return Err(TerrainError::TooWide { width: size.width, height: size.height });
         }
         let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
@@ -144,7 +144,7 @@ impl Terrain {
             horizon_rad: 0.0,
             requested: FxHashMap::default(),
             coarser: 1.0,
-            least_error_px: 0.0,
+            min_error_px: 0.0,
             motion: CameraMotion::default(),
             start: Instant::now(),
             frame: 0,

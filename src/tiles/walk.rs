@@ -43,7 +43,7 @@ pub(super) struct Walk<'a> {
     skyline: Skyline,
     spacing_m: f64,
     /// The largest number of patches.
-    most_patches: usize,
+    max_patches: usize,
     visits: usize,
 }
 
@@ -71,12 +71,12 @@ struct VisiblePatch {
 }
 
 impl<'a> Walk<'a> {
-    /// Creates a walk that has selected nothing. It ends early if it would select more than `most_patches`.
+    /// Creates a walk that has selected nothing. It ends early if it would select more than `max_patches`.
     pub(super) fn new(
         patches: &'a dyn Patches,
         grid_projection: &'a GridProjection,
         viewpoint: &'a Viewpoint,
-        most_patches: usize,
+        max_patches: usize,
     ) -> Self {
         Self {
             patches,
@@ -87,7 +87,7 @@ impl<'a> Walk<'a> {
             pinned: FxHashSet::default(),
             skyline: Skyline::new(viewpoint.focal_px),
             spacing_m: grid_projection.spacing_m(),
-            most_patches,
+            max_patches,
             visits: 0,
         }
     }
@@ -95,7 +95,7 @@ impl<'a> Walk<'a> {
     /// Returns whether the walk exceeded the largest number of patches, selected or visited. The selection is then
     /// incomplete, and callers discard it.
     pub(super) fn has_exceeded_limit(&self) -> bool {
-        self.leaves.len() > self.most_patches || self.visits / VISITS_PER_PATCH > self.most_patches
+        self.leaves.len() > self.max_patches || self.visits / VISITS_PER_PATCH > self.max_patches
     }
 
     /// Selects from a patch and its descendants.
@@ -329,8 +329,8 @@ impl<'a> Walk<'a> {
                 // ordinary split.
                 let parent = self.visible(coarse).map_or(ParentError::NONE, |patch| {
                     // A patch whose error is invisible still has a shape of its own.
-                    let least_m = if self.mesh_error_m(coarse) > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
-                    let visible_m = self.visible_error_m(&patch).max(least_m);
+                    let smallest_visible_m = if self.mesh_error_m(coarse) > 0.0 { f64::MIN_POSITIVE } else { 0.0 };
+                    let visible_m = self.visible_error_m(&patch).max(smallest_visible_m);
                     ParentError { allowed_m: self.allowed_m(&patch), visible_m }
                 });
                 for child in coarse.children() {

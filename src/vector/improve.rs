@@ -4,7 +4,7 @@
 //! - **Or-opt**: one stroke is moved to another position in the tour, in either direction.
 //!
 //! Only changes that join two ends are tried, where one is among the nearest neighbours of the other. A change is made
-//! if it shortens the tour. Rounds are repeated until one gains nothing, or until `MOST_MOVES` strokes were moved in
+//! if it shortens the tour. Rounds are repeated until one gains nothing, or until `MAX_MOVES` strokes were moved in
 //! the list. This limit is a number of steps and not a time, so the same strokes always give the same tour.
 
 use super::grid::{Grid, distance};
@@ -23,11 +23,11 @@ pub(crate) struct Stop {
 /// Number of neighbours of an end that are tried.
 const NEIGHBOURS: usize = 8;
 /// Largest number of rounds.
-const MOST_ROUNDS: usize = 30;
+const MAX_ROUNDS: usize = 30;
 /// Largest number of moves of strokes within the list, about one second of work.
-const MOST_MOVES: usize = 200_000_000;
+const MAX_MOVES: usize = 200_000_000;
 /// Smaller gains are rounding errors.
-const LEAST_GAIN: f64 = 1e-9;
+const MIN_GAIN: f64 = 1e-9;
 
 /// Shortens the pen-up travel from `from` through all stops; never lengthens it.
 pub(crate) fn improve(stops: &mut [Stop], from: [f64; 2]) {
@@ -42,7 +42,7 @@ pub(crate) fn improve(stops: &mut [Stop], from: [f64; 2]) {
     let mut at: Vec<usize> = (0..count).collect();
     let names: Vec<usize> = (0..count).collect();
     let mut way = Way { stops, names, from, moves: 0 };
-    for _ in 0..MOST_ROUNDS {
+    for _ in 0..MAX_ROUNDS {
         let mut gains = false;
         for (end, near) in near.iter().enumerate() {
             for &other in near {
@@ -61,7 +61,7 @@ pub(crate) fn improve(stops: &mut [Stop], from: [f64; 2]) {
                 }
             }
         }
-        if !gains || way.moves > MOST_MOVES {
+        if !gains || way.moves > MAX_MOVES {
             break;
         }
     }
@@ -112,7 +112,7 @@ impl Way<'_> {
         let (before, down, up) = (self.before(first), self.stops[first].ends[0], self.stops[last].ends[1]);
         let now = distance(before, down) + self.to(up, last + 1);
         let then = distance(before, up) + self.to(down, last + 1);
-        if then > now - LEAST_GAIN {
+        if then > now - MIN_GAIN {
             return None;
         }
         self.stops[first..=last].reverse();
@@ -139,7 +139,7 @@ impl Way<'_> {
         let out = self.to(self.before(a), a) + self.to(own[1], a + 1) - self.to(self.before(a), a + 1);
         let before = self.before(gap);
         let into = distance(before, moved.ends[0]) + self.to(moved.ends[1], gap) - self.to(before, gap);
-        if into > out - LEAST_GAIN {
+        if into > out - MIN_GAIN {
             return None;
         }
         self.stops[a] = moved;

@@ -7,7 +7,7 @@
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
 /// Largest number of pens.
-pub(crate) const MOST_PENS: usize = 3;
+pub(crate) const MAX_PENS: usize = 3;
 /// Factor by which widths or inks differ from one piece to the next.
 const STEP: f32 = 1.6;
 /// Widths below this fraction of a line's greatest width belong to tapered ends.

@@ -11,7 +11,7 @@ use crate::file::svg::{Layer, Stroke};
 use crate::lettering::Line;
 
 /// Largest number of sheets; nobody glues more together.
-pub(crate) const MOST_SHEETS: f64 = 400.0;
+pub(crate) const MAX_SHEETS: f64 = 400.0;
 /// Width of the strip between the printer's margin and the window, for marks and names.
 const MARKS_MM: f64 = 6.0;
 /// Gap between a window and its marks.
@@ -25,7 +25,7 @@ const PEN_MM: f64 = 0.2;
 /// Height of letters.
 const LETTER_MM: f64 = 3.0;
 /// Least distance between the windows of neighbouring sheets.
-const LEAST_STEP_MM: f64 = 10.0;
+const MIN_STEP_MM: f64 = 10.0;
 
 /// The options of `--sheets`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -101,8 +101,8 @@ impl Sheets {
         // Either both orientations have room or neither has.
         let fewest = lying.filter(|lying| lying.count() < upright.count()).unwrap_or(upright);
         let count = fewest.count();
-        if count > MOST_SHEETS {
-            return Err(format!("--sheets: the picture needs {count} sheets, but the limit is {MOST_SHEETS}"));
+        if count > MAX_SHEETS {
+            return Err(format!("--sheets: the picture needs {count} sheets, but the limit is {MAX_SHEETS}"));
         }
         Ok(fewest)
     }
@@ -113,7 +113,7 @@ impl Sheets {
         let (inset, overlap) = (length(wish.margin_mm + MARKS_MM), length(wish.overlap_mm));
         let window = paper.map(|side| side - 2.0 * inset);
         let steps = window.map(|side| side - overlap);
-        let least = (LEAST_STEP_MM * units_per_mm).max(1.0);
+        let least = (MIN_STEP_MM * units_per_mm).max(1.0);
         if steps.iter().any(|step| *step < least) {
             return None;
         }

@@ -15,9 +15,9 @@ const LOOK_LAG_S: f64 = 0.03;
 /// Longer steps are shortened to this, so that a pause does not become a flight.
 const LONGEST_STEP_S: f64 = 1.0;
 /// Smallest remaining turn; anything less is completed at once.
-const LEAST_TURN_DEG: f64 = 0.002;
+const MIN_TURN_DEG: f64 = 0.002;
 /// Below this fraction of its speed, the camera stops.
-const LEAST_SPEED_PART: f64 = 0.002;
+const MIN_SPEED_PART: f64 = 0.002;
 /// The pitch stays away from zenith and nadir, where yaw and roll coincide.
 const STEEPEST_DEG: f64 = 89.0;
 /// Speed factor of Shift.
@@ -26,7 +26,7 @@ const FAST: f64 = 5.0;
 const SPEED_STEP: f64 = 1.2;
 
 /// Smallest allowed height of the camera above the ground.
-pub(crate) const LEAST_CLEARANCE_M: f64 = 0.5;
+pub(crate) const MIN_CLEARANCE_M: f64 = 0.5;
 /// The lowest and the highest speed, in m/s.
 pub(crate) const SPEED_RANGE_M_S: [f64; 2] = [0.5, 100_000.0];
 /// Range of the field of view for keys and panel, in degrees; the start may be outside of it.
@@ -178,7 +178,7 @@ impl FlyCamera {
         self.look_left_deg += DVec2::from_array(input.look_deg);
         let mut turn_deg = self.look_left_deg * reached(step_s, LOOK_LAG_S);
         self.look_left_deg -= turn_deg;
-        if self.look_left_deg.length() < LEAST_TURN_DEG {
+        if self.look_left_deg.length() < MIN_TURN_DEG {
             turn_deg += self.look_left_deg;
             self.look_left_deg = DVec2::ZERO;
         }
@@ -197,15 +197,15 @@ impl FlyCamera {
         let missing_m_s = wanted_m_s - self.velocity_m_s;
         self.position_m += wanted_m_s * step_s - missing_m_s * (MOVE_LAG_S * reached);
         self.velocity_m_s += missing_m_s * reached;
-        if direction == DVec3::ZERO && self.velocity_m_s.length() < LEAST_SPEED_PART * self.speed_m_s {
+        if direction == DVec3::ZERO && self.velocity_m_s.length() < MIN_SPEED_PART * self.speed_m_s {
             self.velocity_m_s = DVec3::ZERO;
         }
-        let most_m = crate::scene::camera::LARGEST_COORDINATE_M;
-        self.position_m = self.position_m.clamp(DVec3::splat(-most_m), DVec3::splat(most_m));
+        let max_m = crate::scene::camera::LARGEST_COORDINATE_M;
+        self.position_m = self.position_m.clamp(DVec3::splat(-max_m), DVec3::splat(max_m));
     }
 
     fn clear_ground(&mut self, ground_m: impl Fn(DVec2) -> f64) {
-        let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(LEAST_CLEARANCE_M);
+        let lowest_m = ground_m(self.position_m.truncate()) + self.clearance_m.max(MIN_CLEARANCE_M);
         if self.position_m.z < lowest_m {
             self.position_m.z = lowest_m;
             self.velocity_m_s.z = self.velocity_m_s.z.max(0.0);
@@ -314,7 +314,7 @@ mod tests {
         let dive = FlyInput { forward: 1.0, up: -1.0, ..FlyInput::default() };
         for _ in 0..500 {
             camera.advance(&dive, 0.05, slope);
-            assert!(camera.position_m.z >= slope(camera.position_m.truncate()) + LEAST_CLEARANCE_M - 1e-9);
+            assert!(camera.position_m.z >= slope(camera.position_m.truncate()) + MIN_CLEARANCE_M - 1e-9);
         }
         camera.clearance_m = 40.0;
         camera.advance(&FlyInput::default(), 0.0, slope);

@@ -2,7 +2,7 @@
 
 use egui::{Align, Color32, Layout, RichText, Sense, Slider, Ui};
 
-use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, LEAST_CLEARANCE_M, SPEED_RANGE_M_S};
+use super::fly_camera::{FOV_RANGE_DEG, FlyCamera, MIN_CLEARANCE_M, SPEED_RANGE_M_S};
 use super::keys;
 use super::settings::{SCALES, Settings, Styles};
 use super::statistics::{FRAMES, FrameTimes, PassTimes};
@@ -208,7 +208,7 @@ fn camera_section(ui: &mut Ui, stats: &PanelStats<'_>, camera: &mut FlyCamera, r
     let clamping = egui::SliderClamping::Edits;
     let slider = Slider::new(&mut camera.fov_deg, narrowest..=widest).clamping(clamping).suffix("°").max_decimals(1);
     labelled(ui, "Field of view", "Vertical field of view ([ ])", slider);
-    let slider = Slider::new(&mut camera.clearance_m, LEAST_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
+    let slider = Slider::new(&mut camera.clearance_m, MIN_CLEARANCE_M..=1000.0).logarithmic(true).suffix(" m");
     labelled(ui, "Clearance", "Smallest height of the camera above the ground", slider.max_decimals(1));
     let text = camera.camera().to_string();
     ui.add(egui::Label::new(RichText::new(&text).monospace().size(9.5)).wrap().selectable(true))

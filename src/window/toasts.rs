@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use egui::{Align, Layout, Pos2, Rect};
 
 /// Largest number of passing messages; the oldest is dropped.
-const MOST: usize = 4;
+const MAX_PASSING: usize = 4;
 /// Distance from the border of the window and from the panel, in points.
 const MARGIN: f32 = 10.0;
 /// Width in points at which a message is wrapped.
@@ -39,7 +39,7 @@ impl Toasts {
     pub(super) fn say(&mut self, about: About, text: String, until: Instant) {
         self.passing.retain(|(known, said, _)| *known != about || (about == About::File && *said != text));
         self.passing.push((about, text, until));
-        let surplus = self.passing.len().saturating_sub(MOST);
+        let surplus = self.passing.len().saturating_sub(MAX_PASSING);
         self.passing.drain(..surplus);
     }
 

@@ -1,7 +1,7 @@
 //! Water given by a scene: a mask or polygons, rasterised once to the samples of the DEM.
 //!
 //! A cell is a sample of the DEM, or a square of several where the extent of the water would give more than
-//! `MOST_CELLS` cells; it is water if its centre is. Coarser levels have the mean of the four cells under theirs, as
+//! `MAX_CELLS` cells; it is water if its centre is. Coarser levels have the mean of the four cells under theirs, as
 //! heights have. The passes that compute water maps (`surface/lakes`) read these levels in addition to the heights, so
 //! the shore of given water is found, smoothed and measured like that of a lake that heights show.
 //!
@@ -21,11 +21,11 @@ use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
 use crate::source::mosaic::Way;
 
 /// Largest number of cells of the finest level.
-const MOST_CELLS: u64 = 1 << 24;
+const MAX_CELLS: u64 = 1 << 24;
 /// Number of samples beyond the border of the DEM up to which water is rasterised, for shores near its border.
 const BEYOND: i64 = 64;
 /// Largest number of levels of a pyramid.
-const MOST_LEVELS: u32 = 24;
+const MAX_LEVELS: u32 = 24;
 /// Number of words before the tables of levels, and of words of a table.
 const HEAD_WORDS: usize = 4;
 const TABLE_WORDS: usize = 5;
@@ -122,7 +122,7 @@ impl GivenWater {
     /// Computes the coarser levels, and the words of all.
     fn of_levels(finest: Level, first: u32, only_given: bool) -> Self {
         let mut levels = vec![finest];
-        while first + (levels.len() as u32) < MOST_LEVELS {
+        while first + (levels.len() as u32) < MAX_LEVELS {
             let Some(coarser) = levels.last().map(halved) else { break };
             levels.push(coarser);
         }
@@ -202,8 +202,8 @@ fn empty_level([low, high]: [[i64; 2]; 2]) -> (Level, u32) {
         let size = [0, 1].map(|axis| ((high[axis] >> level) - low[axis] + 1) as usize);
         (low, size)
     };
-    let fits = |level: &u32| level_of(*level).1.iter().map(|side| *side as u64).product::<u64>() <= MOST_CELLS;
-    let number = (0..MOST_LEVELS).find(fits).unwrap_or(MOST_LEVELS);
+    let fits = |level: &u32| level_of(*level).1.iter().map(|side| *side as u64).product::<u64>() <= MAX_CELLS;
+    let number = (0..MAX_LEVELS).find(fits).unwrap_or(MAX_LEVELS);
     let (low, size) = level_of(number);
     (Level { low, size, cells: vec![0; size[0] * size[1]] }, number)
 }

@@ -13,7 +13,7 @@ use super::scattered::scattered;
 use crate::file::message::{named, shown};
 use crate::forest::points::Points;
 use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
-use crate::mesh::placed::{MOST_STANDING, Placed, Stance};
+use crate::mesh::placed::{MAX_INSTANCES, Placed, Stance};
 use crate::mesh::{Mesh, MeshError};
 use crate::scene::{Density, MeshPlace, MeshPlacement, MeshPositions, mesh_list};
 use crate::source::Progress;
@@ -39,8 +39,8 @@ pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed
         };
         let stances = stances(world, placement, &mut points)?;
         let found = (placed.standing.len() + stances.len()) as u64;
-        if found > MOST_STANDING {
-            return Err(MeshError::TooMany { what: "places", found, most: MOST_STANDING }.into());
+        if found > MAX_INSTANCES {
+            return Err(MeshError::TooMany { what: "places", found, most: MAX_INSTANCES }.into());
         }
         for stance in stances {
             placed.add(&mesh, &stance)?;

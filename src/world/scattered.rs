@@ -196,10 +196,10 @@ mod tests {
 
     /// Returns the smallest distance, relative to the largest that this many points on the area could have.
     fn evenness(spots: &[Spot], area_m2: f64) -> f64 {
-        let most_m = (2.0 * area_m2 / (3.0_f64.sqrt() * spots.len() as f64)).sqrt();
+        let max_m = (2.0 * area_m2 / (3.0_f64.sqrt() * spots.len() as f64)).sqrt();
         let places: Vec<DVec2> = spots.iter().map(|spot| spot.at_m.truncate()).collect();
         let of = |(i, a): (usize, &DVec2)| places[i + 1..].iter().map(|b| a.distance(*b)).fold(1e9, f64::min);
-        places.iter().enumerate().map(of).fold(1e9, f64::min) / most_m
+        places.iter().enumerate().map(of).fold(1e9, f64::min) / max_m
     }
 
     #[test]

@@ -34,8 +34,8 @@ fn check_statistics(chunked: &Pyramid, whole: &Pyramid, chunk_levels: u32, max_e
                 assert!(near(found.error_m, expected.error_m), "{tile:?} {found:?} {expected:?}");
             } else {
                 assert!(found.error_m >= expected.error_m * (1.0 - 1e-6), "{tile:?} {found:?} {expected:?}");
-                let most_m = if level <= chunk_levels { expected.error_m + doubt_m } else { f32::INFINITY };
-                assert!(found.error_m <= most_m, "{tile:?} {found:?} {expected:?}");
+                let error_bound_m = if level <= chunk_levels { expected.error_m + doubt_m } else { f32::INFINITY };
+                assert!(found.error_m <= error_bound_m, "{tile:?} {found:?} {expected:?}");
                 coarse += i32::from(level > chunk_levels);
             }
         }

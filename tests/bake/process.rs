@@ -112,8 +112,8 @@ fn killed_at_any_time_it_goes_on() {
         assert!(place.bytes("out.tif") == new, "a resumed bake differs");
         assert!(!place.path("out.tif.parts").exists());
     }
-    let (least_killed, least_resumed) = if crate::full() { (5, 20) } else { (3, 11) };
-    assert!(killed > least_killed && resumed > least_resumed, "{killed} killed, {resumed} chunks resumed");
+    let (min_killed, min_resumed) = if crate::full() { (5, 20) } else { (3, 11) };
+    assert!(killed > min_killed && resumed > min_resumed, "{killed} killed, {resumed} chunks resumed");
     // Outside the work folder, a killed process leaves no partial files.
     let expected = ["dem.tif", "new.tif", "new.tif.tiles", "old.tif", "old.tif.tiles", "out.tif", "out.tif.tiles"];
     assert_eq!(place.names(), expected);

@@ -15,11 +15,11 @@
 
 const REACH: i32 = 2;
 // Lowest rank of lines that are not short fragments.
-const LEAST_RANK: f32 = 0.25;
+const MIN_RANK: f32 = 0.25;
 // Length of a stroke that crosses the window diagonally, in sides of the window.
 const THROUGH: f32 = 1.4;
 // Least area assumed for a window that the border cuts, as a part of the whole window.
-const LEAST_AREA: f32 = 0.6;
+const MIN_AREA: f32 = 0.6;
 
 // Returns the number of pixels of a cell on the target.
 fn area_of(cell: vec2<i32>) -> f32 {
@@ -54,7 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // In a corner of the sheet, a single broad stroke that leaves the sheet does not count as a crowd.
     let whole = f32(16u * crowd.cell_px * crowd.cell_px);
     let lone = broadest_px * THROUGH * f32(4u * crowd.cell_px);
-    let room = max(crowd.most * max(area, LEAST_AREA * whole), lone);
+    let room = max(crowd.most * max(area, MIN_AREA * whole), lone);
     // Where all lines fit, the bar is below all ranks.
     var bar = -SOFT;
     var above = 0.0;
@@ -73,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var bin = 0u; bin < BINS; bin++) {
         all += inks[bin];
     }
-    bar = max(bar, mix(-SOFT, LEAST_RANK, smoothstep(0.5, 1.0, all / max(room, 1e-6))));
+    bar = max(bar, mix(-SOFT, MIN_RANK, smoothstep(0.5, 1.0, all / max(room, 1e-6))));
     // Ranks end at 1, so lines that no bar can exclude become paler.
     var left = 0.0;
     for (var bin = 0u; bin < BINS; bin++) {

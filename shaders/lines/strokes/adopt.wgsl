@@ -13,7 +13,7 @@
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, FIRST, LAST, NEIGHBOURS, SPACING_PX}
 
 @group(0) @binding(0) var<uniform> temporal: Temporal;
-@group(0) @binding(1) var<storage, read> list: SampleCounts;
+@group(0) @binding(1) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(2) var<storage, read> matches: array<Match>;
 @group(0) @binding(3) var<storage, read_write> samples: array<Sample>;
 #ifdef FOLLOWER
@@ -52,7 +52,7 @@ fn mean_offset_px(index: u32) -> vec2<f32> {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= list.fresh {
+    if id.x >= sample_counts.fresh {
         return;
     }
     let own = matches[id.x];

@@ -7,7 +7,7 @@
 @group(0) @binding(1) var<uniform> temporal: Temporal;
 @group(0) @binding(2) var<storage, read> old_list: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
-@group(0) @binding(4) var<storage, read_write> list: SampleCounts;
+@group(0) @binding(4) var<storage, read_write> sample_counts: SampleCounts;
 @group(0) @binding(5) var<storage, read_write> samples: array<Sample>;
 // Arguments of draws and dispatches; see `arguments_of`.
 @group(0) @binding(6) var<storage, read_write> draws: array<u32, 16>;
@@ -15,7 +15,7 @@
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
-        list = old_list;
+        sample_counts = old_list;
         draws = arguments_of(old_list.fresh, old_list.samples);
     }
     if id.x >= old_list.samples {

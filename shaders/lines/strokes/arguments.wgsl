@@ -1,6 +1,6 @@
 // Converts counts on the GPU into workgroup counts of indirect dispatches.
 #import hachure::strokes::StrokeCounts
-#import hachure::edges::MOST_EDGES
+#import hachure::edges::MAX_EDGES
 #import hachure::stroke_style::Strokes
 
 @group(0) @binding(0) var<uniform> strokes: Strokes;
@@ -12,7 +12,7 @@
 @compute @workgroup_size(1)
 fn main() {
     counts.edges = edge_draw[0] / 2u;
-    counts.edges_lost = max(counts.edges, MOST_EDGES) - MOST_EDGES;
+    counts.edges_lost = max(counts.edges, MAX_EDGES) - MAX_EDGES;
     counts.segments_lost = max(counts.segments, strokes.segment_capacity) - strokes.segment_capacity;
     counts.segments = min(counts.segments, strokes.segment_capacity);
     counts.points = counts.segments + counts.chains;

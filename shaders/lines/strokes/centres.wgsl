@@ -4,7 +4,7 @@
 #import hachure::stroke_samples::{Sample, SampleCounts, LAST}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> list: SampleCounts;
+@group(0) @binding(1) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(2) var<storage, read> samples: array<Sample>;
 
 struct Vertex {
@@ -24,7 +24,7 @@ fn is_out(own: Sample) -> bool {
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) number: u32) -> Vertex {
     let begin = samples[number];
     let nothing = Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0u);
-    if number + 1u >= list.fresh || (begin.flags & LAST) != 0u {
+    if number + 1u >= sample_counts.fresh || (begin.flags & LAST) != 0u {
         return nothing;
     }
     let end = samples[number + 1u];

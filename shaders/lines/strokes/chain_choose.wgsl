@@ -84,10 +84,10 @@ fn score_of(own: vec4<i32>, other: vec4<i32>) -> u32 {
     }
     let outward = outward_of(own);
     let facing = outward_of(other);
-    var cosine = rules.least_cos_squared;
+    var cosine = rules.min_cos_squared;
     if any(outward != vec2<i32>(0)) && any(facing != vec2<i32>(0)) {
         cosine = cos_squared(outward, -facing);
-        if cosine == UNFIT || cosine < rules.least_cos_squared {
+        if cosine == UNFIT || cosine < rules.min_cos_squared {
             return UNFIT;
         }
     }

@@ -11,7 +11,7 @@
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 // Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(2) var depth: texture_depth_2d;
-@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(3) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
 // CELL_WORDS for each cell.
 @group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
@@ -36,7 +36,7 @@ fn step_at(px: vec2<f32>) -> f32 {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= list.fresh {
+    if id.x >= sample_counts.fresh {
         return;
     }
     let own = samples[id.x];

@@ -11,7 +11,7 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
 @group(0) @binding(2) var bars: texture_2d<f32>;
-@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(3) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(4) var<storage, read_write> samples: array<Sample>;
 #ifdef FOLLOWER
 // The leading eye's view.
@@ -31,7 +31,7 @@ fn bar_of(own: Sample) -> vec2<f32> {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < list.fresh {
+    if id.x < sample_counts.fresh {
         let own = samples[id.x];
         let left = mix(1.0, remaining_part(bar_of(own), own.rank), capped(crowd, own.depth_m));
         // Without pressure a stroke still has a third of its width, so ink falls slower than pressure.

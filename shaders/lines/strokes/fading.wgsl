@@ -19,7 +19,7 @@
 @group(0) @binding(7) var<storage, read_write> gone: array<u32>;
 
 const COVERED_PX: f32 = 1.5;
-const LEAST_ALIKE: f32 = 0.6;
+const MIN_COSINE: f32 = 0.6;
 // A sample is hidden if it is behind the surface by more than this part of its distance.
 const HIDDEN: f32 = 0.01;
 
@@ -62,7 +62,7 @@ fn is_gone(number: u32) -> bool {
         let b = samples[id];
         let near = nearest_on(a.px, b.px, at.xy);
         let cosine = dot(normalize(b.px - a.px + vec2<f32>(1e-6, 0.0)), way);
-        if distance(near.px, at.xy) <= COVERED_PX && abs(cosine) >= LEAST_ALIKE {
+        if distance(near.px, at.xy) <= COVERED_PX && abs(cosine) >= MIN_COSINE {
             return true;
         }
     }

@@ -13,7 +13,7 @@
 @group(0) @binding(4) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(5) var<storage, read> gone: array<u32>;
 @group(0) @binding(6) var<storage, read_write> places: array<u32>;
-@group(0) @binding(7) var<storage, read_write> list: SampleCounts;
+@group(0) @binding(7) var<storage, read_write> sample_counts: SampleCounts;
 @group(0) @binding(8) var<storage, read_write> samples: array<Sample>;
 // Arguments of draws and dispatches; see `arguments_of`.
 @group(0) @binding(9) var<storage, read_write> draws: array<u32, 16>;
@@ -31,10 +31,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = select(0u, old_list.samples, temporal.has_history == 1u);
     if stage == 2u {
         if id.x == 0u {
-            let fading = select(0u, min(places[count], temporal.capacity - list.fresh), count > 0u);
-            list.samples = list.fresh + fading;
+            let fading = select(0u, min(places[count], temporal.capacity - sample_counts.fresh), count > 0u);
+            sample_counts.samples = sample_counts.fresh + fading;
             draws[5] = fading;
-            draws[ALL_GROUPS] = groups_of(list.samples);
+            draws[ALL_GROUPS] = groups_of(sample_counts.samples);
         }
         return;
     }
@@ -47,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         places[id.x] = u32(runs_on || came);
         return;
     }
-    let place = list.fresh + places[id.x];
+    let place = sample_counts.fresh + places[id.x];
     if !(runs_on || came) || place >= temporal.capacity {
         return;
     }

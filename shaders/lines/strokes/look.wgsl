@@ -16,7 +16,7 @@
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> list: SampleCounts;
+@group(0) @binding(1) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(2) var<storage, read> samples: array<Sample>;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 // Number of the other image's sample, plus 1.
@@ -33,9 +33,10 @@
 #endif
 
 const REACH_PX: i32 = 3;
-// cos 45 degrees.
-const LEAST_ALIKE: f32 = 0.7;
-const MOST_DEPTH_RATIO: f32 = 1.25;
+// Smallest cosine between the directions of a sample's line and an old one that match: that of 45 degrees.
+const MIN_COSINE: f32 = 0.7;
+// Largest ratio of their distances between frames.
+const MAX_DEPTH_RATIO: f32 = 1.25;
 // Largest distance of a match, in pixels. A line may move between frames. Ink that is farther away for the other eye
 // does not match, for it is only one or two pixels wide.
 const FRAME_APART_PX: f32 = 2.5;
@@ -71,15 +72,15 @@ fn on_picture(at_m: vec3<f32>) -> vec3<f32> {
 // Returns the stroke drawn near `place` that runs along `way`, or `nothing` if there is none like it.
 fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
 #ifdef PAIR
-    let most_apart_px = PAIR_APART_PX;
+    let max_apart_px = PAIR_APART_PX;
     let depth_cost_px = PAIR_DEPTH_COST_PX;
     // A chain that joins a near edge to a far one has intermediate distances, for one eye more than for the other: a
     // stroke at another distance is better than none.
-    let most_depth_ratio = 1e9;
+    let max_depth_ratio = 1e9;
 #else
-    let most_apart_px = FRAME_APART_PX;
+    let max_apart_px = FRAME_APART_PX;
     let depth_cost_px = FRAME_DEPTH_COST_PX;
-    let most_depth_ratio = MOST_DEPTH_RATIO;
+    let max_depth_ratio = MAX_DEPTH_RATIO;
 #endif
     var found = nothing;
     let size = vec2<i32>(textureDimensions(ids));
@@ -105,9 +106,9 @@ fn look(place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match {
         if is_seam(a.along_px, b.along_px, distance(a.px, b.px)) {
             continue;
         }
-        let is_like = abs(cosine) >= LEAST_ALIKE && max(depth_ratio, 1.0 / depth_ratio) <= most_depth_ratio;
+        let is_like = abs(cosine) >= MIN_COSINE && max(depth_ratio, 1.0 / depth_ratio) <= max_depth_ratio;
         let cost = apart_px + 4.0 * (1.0 - abs(cosine)) + depth_cost_px * abs(log2(depth_ratio));
-        if is_like && apart_px <= most_apart_px && cost < best {
+        if is_like && apart_px <= max_apart_px && cost < best {
             best = cost;
             found.stroke = a.stroke;
             // Beyond an end of the old stroke: its shown part ends there.
@@ -166,7 +167,7 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
     let farther = on_picture(place_at(view, own.px, 2.0 * own.depth_m));
     let along = farther.xy - place.xy;
     // A stroke that runs along its epipolar line has its partner on itself.
-    if length(along) < 1e-3 || abs(dot(normalize(along), way)) > LEAST_ALIKE {
+    if length(along) < 1e-3 || abs(dot(normalize(along), way)) > MIN_COSINE {
         return nothing;
     }
     let step = normalize(along);
@@ -198,7 +199,7 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= list.fresh {
+    if id.x >= sample_counts.fresh {
         return;
     }
     let own = samples[id.x];

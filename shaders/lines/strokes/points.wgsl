@@ -16,7 +16,7 @@
 @group(0) @binding(6) var<storage, read_write> points: array<Point>;
 
 // Largest distance by which smoothing moves a point.
-const MOST_PX: f32 = 1.0;
+const MAX_PX: f32 = 1.0;
 
 // The ends of a segment, in the direction of its chain.
 struct Ends {
@@ -75,7 +75,7 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
         around = (6.0 * own + 4.0 * neighbours + joint(chain, i - 2) + joint(chain, i + 2)) / 16.0;
     }
     let way = around.xy - own.xy;
-    return vec3<f32>(own.xy + way * min(1.0, MOST_PX / max(length(way), 1e-6)), own.z);
+    return vec3<f32>(own.xy + way * min(1.0, MAX_PX / max(length(way), 1e-6)), own.z);
 }
 
 @compute @workgroup_size(256)

@@ -18,7 +18,7 @@
 @group(0) @binding(6) var<storage, read> along_units: array<u32>;
 // First sample of each chain.
 @group(0) @binding(7) var<storage, read> starts: array<u32>;
-@group(0) @binding(8) var<storage, read> list: SampleCounts;
+@group(0) @binding(8) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(9) var<storage, read_write> samples: array<Sample>;
 @group(0) @binding(10) var<storage, read_write> matches: array<Match>;
 // Reversed depth: near / distance; 0 is the sky.
@@ -36,12 +36,12 @@ const FAR_PX: f32 = 1e6;
 // full width; and part of the width that strokes without any step have.
 const SIDE_PX: f32 = 3.0;
 const FULL_STEP: f32 = 0.3;
-const LEAST_WIDTH: f32 = 0.25;
+const MIN_WIDTH: f32 = 0.25;
 
 // Returns the chain of a sample: the last one whose first sample has this number or a lower one.
 fn chain_of(sample: u32) -> u32 {
     var low = 0u;
-    var high = list.chains;
+    var high = sample_counts.chains;
     while high - low > 1u {
         let middle = (low + high) / 2u;
         if starts[middle] <= sample {
@@ -106,7 +106,7 @@ fn width_of(kind: u32) -> f32 {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x >= list.fresh {
+    if id.x >= sample_counts.fresh {
         return;
     }
     let number = chain_of(id.x);
@@ -149,7 +149,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let across = vec2<f32>(-way.y, way.x);
         let px = at.px + view.jitter_px;
         let step = (step_at(px - way_back, across) + step_at(px, across) + step_at(px + way_on, across)) / 3.0;
-        step_part = mix(1.0, mix(LEAST_WIDTH, 1.0, saturate(step / FULL_STEP)), strokes.step_width);
+        step_part = mix(1.0, mix(MIN_WIDTH, 1.0, saturate(step / FULL_STEP)), strokes.step_width);
     }
     let wide_px = strokes.half_width_px * mix(1.0, nearness, strokes.depth_width) * step_part * kind_part
         * (1.0 + strokes.curve_width * bend);

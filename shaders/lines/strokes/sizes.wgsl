@@ -3,19 +3,19 @@
 #import hachure::stroke_samples::{class_of, samples_of}
 
 // `SampleCounts` as an array of words, because its members cannot be atomic.
-@group(0) @binding(4) var<storage, read_write> list: array<atomic<u32>>;
+@group(0) @binding(4) var<storage, read_write> sample_counts: array<atomic<u32>>;
 @group(0) @binding(5) var<storage, read_write> sizes: array<u32>;
 
-// Indices of the members of `SampleCounts` in `list`.
+// Indices of the members of `SampleCounts` in `sample_counts`.
 const STROKES: u32 = 2u;
 const LEFT_OUT: u32 = 3u;
-const LEAST_CLASS: u32 = 5u;
+const SHORTEST_CLASS: u32 = 5u;
 const CHAINS: u32 = 6u;
 
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
-        atomicStore(&list[CHAINS], counts.chains);
+        atomicStore(&sample_counts[CHAINS], counts.chains);
     }
     if id.x >= counts.chains {
         return;
@@ -23,9 +23,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let length_px = chain_length_px(id.x);
     var size = 0u;
     if length_px >= strokes.shortest_px {
-        let is_chosen = class_of(length_px) >= atomicLoad(&list[LEAST_CLASS]);
+        let is_chosen = class_of(length_px) >= atomicLoad(&sample_counts[SHORTEST_CLASS]);
         size = select(0u, samples_of(length_px), is_chosen);
-        atomicAdd(&list[select(LEFT_OUT, STROKES, is_chosen)], 1u);
+        atomicAdd(&sample_counts[select(LEFT_OUT, STROKES, is_chosen)], 1u);
     }
     sizes[id.x] = size;
 }

@@ -15,7 +15,7 @@
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> strokes: Strokes;
-@group(0) @binding(3) var<storage, read> list: SampleCounts;
+@group(0) @binding(3) var<storage, read> sample_counts: SampleCounts;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
 // For a style with a stroke texture; only `textured` reads them. The tile holds pigment and threshold.
 @group(0) @binding(5) var<uniform> brush: Brush;
@@ -39,10 +39,10 @@ struct Vertex {
 const FRINGE_PX: f32 = 0.75;
 // A stroke that continues off the sheet is extended past its last sample by OFF_PX. Between updates the view moves, and
 // the extension grows with the distance to the border, times ASLANT because strokes meet the border obliquely, up to
-// MOST_OFF_PX.
+// MAX_OFF_PX.
 const OFF_PX: f32 = 4.0;
 const ASLANT: f32 = 1.5;
-const MOST_OFF_PX: f32 = 64.0;
+const MAX_OFF_PX: f32 = 64.0;
 // Number of segments that determine the direction of the extension.
 const OFF_SEGMENTS: u32 = 4u;
 // Length of a taper over which strokes turn pale.
@@ -67,7 +67,7 @@ fn is_out(own: Sample) -> bool {
 // Returns the length by which a stroke is extended off the sheet.
 fn off_px(px: vec2<f32>) -> f32 {
     let from_border = min(px, vec2<f32>(view.size_px) - px);
-    return OFF_PX + min(ASLANT * max(min(from_border.x, from_border.y), 0.0), MOST_OFF_PX);
+    return OFF_PX + min(ASLANT * max(min(from_border.x, from_border.y), 0.0), MAX_OFF_PX);
 }
 
 // Returns the direction of a stroke at its last sample, or at its first one.
@@ -81,9 +81,9 @@ fn way_off(number: u32, ends: u32) -> vec2<f32> {
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Vertex {
-    let number = instance + select(0u, list.fresh, stage == 1u);
+    let number = instance + select(0u, sample_counts.fresh, stage == 1u);
     let begin = samples[number];
-    if number + 1u >= list.samples || (begin.flags & LAST) != 0u {
+    if number + 1u >= sample_counts.samples || (begin.flags & LAST) != 0u {
         return nothing();
     }
     let end = samples[number + 1u];

@@ -26,9 +26,9 @@
 @group(0) @binding(6) var<storage, read> heritages: array<Heritage>;
 @group(0) @binding(7) var<storage, read_write> samples: array<Sample>;
 // `SampleCounts` as an array of words, because its members cannot be atomic.
-@group(0) @binding(8) var<storage, read_write> list: array<atomic<u32>>;
+@group(0) @binding(8) var<storage, read_write> sample_counts: array<atomic<u32>>;
 
-// Indices of `fresh` and `carried` in `list`.
+// Indices of `fresh` and `carried` in `sample_counts`.
 const FRESH: u32 = 1u;
 const CARRIED: u32 = 4u;
 // Largest difference between the texture parameters that neighbouring samples find, for their mean to be taken.
@@ -36,13 +36,13 @@ const ALIKE_PX: f32 = 6.0;
 // Fraction of the deviation from an even texture parameter that each update removes.
 const RELAXATION: f32 = 0.03;
 // Deviation from the even texture parameter beyond which the sample belongs to another part of the old stroke.
-const MOST_UNEVEN_PX: f32 = 16.0;
+const MAX_UNEVEN_PX: f32 = 16.0;
 // Weight of the old half width in each update.
 const WIDTH_KEPT: f32 = 0.7;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let fresh = atomicLoad(&list[FRESH]);
+    let fresh = atomicLoad(&sample_counts[FRESH]);
     if id.x >= fresh {
         return;
     }
@@ -64,12 +64,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let heritage = heritages[chain_index];
             if identity == heritage.stroke && inherited.direction_sign == heritage.direction_sign {
                 let even_px = heritage.direction_sign * own.along_px + heritage.offset_px;
-                let is_near = abs(even_px - along_px) <= MOST_UNEVEN_PX;
+                let is_near = abs(even_px - along_px) <= MAX_UNEVEN_PX;
                 along_px = mix(along_px, even_px, select(0.0, RELAXATION, is_near));
             }
         }
         if id.x == first && heritages[chain_index].stroke != 0u {
-            atomicAdd(&list[CARRIED], 1u);
+            atomicAdd(&sample_counts[CARRIED], 1u);
         }
         if was_in_picture(own.position_m) {
             own.shown_px = min(own.shown_px, grown_px(id.x, first, end, along_px));

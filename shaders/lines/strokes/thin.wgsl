@@ -31,7 +31,7 @@
 const KEPT: u32 = 0x80000000u;
 
 // Smallest cosine between the directions of parallel edges: that of 60 degrees.
-const LEAST_ALIKE: f32 = 0.5;
+const MIN_COSINE: f32 = 0.5;
 // Ratio of distances beyond which edges are of different ridges.
 const FARTHER: f32 = 1.25;
 // Edges nearer to each other than this coincide, and the first of the list stays.
@@ -81,7 +81,7 @@ fn takes(other: u32, pixel: vec2<i32>, own: u32, at: Place, out: vec2<f32>) -> b
     let way_px = rival.px - at.px;
     let along_px = dot(vec2<f32>(pixel) + 0.5 - rival.px * strokes.resolution, rival.way);
     let is_parallel = rival.past_px <= PAST_END_PX && length(way_px) <= strokes.merge_px && abs(along_px) <= ALONG_PX;
-    if !is_parallel || abs(dot(rival.way, at.way)) < LEAST_ALIKE {
+    if !is_parallel || abs(dot(rival.way, at.way)) < MIN_COSINE {
         return false;
     }
     let kinds = vec2<u32>(kind_of_edge(edges[other - 1u]), kind_of_edge(edges[own - 1u]));

@@ -36,7 +36,7 @@ struct Along {
 // In the same encoding.
 @group(0) @binding(3) var long_lines: texture_storage_2d<rgba16float, write>;
 
-// Most steps in each direction, and least length of a step.
+// Largest number of steps in each direction, and smallest length of a step.
 const STEPS: i32 = 20;
 const STEP_PX: f32 = 1.5;
 // Opacity below which a walk finds no line: relative to the opacity where it began, and absolute.

@@ -44,12 +44,13 @@ struct Blur {
 
 // Extent of the kernel, in standard deviations.
 const REACH: f32 = 2.3;
-const LEAST: f32 = 1e-3;
+// Part of the kernel that is surface up to which there counts as none.
+const MIN_PART: f32 = 1e-3;
 // Variance that cells of 2 x 2 pixels and interpolation between them already have, along one axis, in square pixels:
 // 0.25 for a cell, and the rest makes curvatures those of pixels.
 const OF_CELL: f32 = 0.6;
-// Least variance left for the kernel: with less, distant lines showed the stairs of cells.
-const LEAST_LEFT: f32 = 0.84;
+// Smallest variance of the kernel, in square pixels: with less, distant lines showed the stairs of cells.
+const MIN_VARIANCE: f32 = 0.84;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -60,10 +61,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let last = grid.size - 1;
     let here = textureLoad(tone_image, cell, 0);
-    let width_px = select(blur.widest_px, here.b / here.a, here.a > LEAST);
+    let width_px = select(blur.widest_px, here.b / here.a, here.a > MIN_PART);
     let asked_px = blur.deviation * width_px;
     let has_cells = blur.cell_px > 1;
-    let left_px = sqrt(select(asked_px * asked_px, max(asked_px * asked_px - OF_CELL, LEAST_LEFT), has_cells));
+    let left_px = sqrt(select(asked_px * asked_px, max(asked_px * asked_px - OF_CELL, MIN_VARIANCE), has_cells));
     let deviation = max(left_px / f32(blur.cell_px), 1e-3);
     let reach = i32(ceil(REACH * deviation));
     // exp(-i^2 / 2 deviation^2), computed from one to the next by a factor that falls by a factor.
@@ -85,13 +86,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var mean = sum / weights;
     if blur.is_last == 1u {
         let surface = mean.a;
-        let whole = mean.rgb / max(surface, LEAST);
+        let whole = mean.rgb / max(surface, MIN_PART);
         mean = vec4<f32>(whole, surface);
         if blur.is_sky_white == 1u {
             mean.r = mix(1.0, whole.r, surface);
             mean.g = whole.g * surface;
         }
-        if surface <= LEAST {
+        if surface <= MIN_PART {
             mean.b = blur.widest_px;
         }
     }

@@ -22,7 +22,7 @@ struct Ink {
 }
 
 // Least difference of curvature assumed between cells when borders are computed, relative to the threshold of lines.
-const LEAST_RANGE: f32 = 0.25;
+const MIN_RANGE: f32 = 0.25;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> ink: Ink;
@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let curvature = dot(near, curvatures);
         let highest = max(max(curvatures.x, curvatures.y), max(curvatures.z, curvatures.w));
         let lowest = min(min(curvatures.x, curvatures.y), min(curvatures.z, curvatures.w));
-        let beyond_px = (vec2<f32>(curvature, -curvature) - 1.0) * side_px / max(highest - lowest, LEAST_RANGE);
+        let beyond_px = (vec2<f32>(curvature, -curvature) - 1.0) * side_px / max(highest - lowest, MIN_RANGE);
         inks = is_surface * saturate(0.5 + beyond_px) * covered * faded * opacity;
     }
     textureStore(tone_ink, pixel, vec4<f32>(inks, 0.0, 0.0));

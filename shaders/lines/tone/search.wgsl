@@ -58,13 +58,13 @@ struct Search {
 
 const STEPS: i32 = 5;
 // Part of the surroundings that must be surface for a tone to be valid.
-const LEAST_SURFACE: f32 = 0.01;
+const MIN_SURFACE: f32 = 0.01;
 // Largest distance of a line that is stored, in cells.
 const FARTHEST: f32 = 64.0;
 // Curvatures relative to the threshold of lines. Cells down to the first are searched too, since the border of a line
 // is between them and their neighbours; curvatures are clamped to the second.
-const LEAST_SEARCHED: f32 = 0.2;
-const MOST: f32 = 1000.0;
+const MIN_SEARCHED: f32 = 0.2;
+const MAX_CURVATURE: f32 = 1000.0;
 
 struct Fit {
     // Greater curvature; lesser curvature; direction of the greater one; gradient along it.
@@ -76,7 +76,7 @@ struct Fit {
 
 fn tone_at(place: vec2<f32>, channel: u32, own: f32) -> f32 {
     let texel = textureSampleLevel(blurred, tone_sampler, place / vec2<f32>(textureDimensions(blurred)), 0.0);
-    let is_there = search.is_sky_toneless == 0u || texel.a > LEAST_SURFACE;
+    let is_there = search.is_sky_toneless == 0u || texel.a > MIN_SURFACE;
     return select(own, select(texel.r, texel.g, channel == 1u), is_there);
 }
 
@@ -138,9 +138,9 @@ fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) ->
             first = way * seen.across;
             is_wanted = select(search.has_highlights, search.has_dark, is_dark) == 1u && !(is_dark && channel == 1u);
             is_line = is_wanted;
-            curvature = clamp(seen.curvature / ramp.x, -MOST, MOST);
+            curvature = clamp(seen.curvature / ramp.x, -MAX_CURVATURE, MAX_CURVATURE);
         }
-        let least = select(1.0, LEAST_SEARCHED, i == 0) * ramp.x;
+        let least = select(1.0, MIN_SEARCHED, i == 0) * ramp.x;
         is_line = is_line && select(-1.0, 1.0, is_dark) * seen.curvature >= least;
         if i < STEPS {
             at += search.beta * way * seen.across;
@@ -161,7 +161,7 @@ fn line_of(grid: Grid, place: vec2<f32>, width: f32, channel: u32, tone: f32) ->
     let side = select(-1.0, 1.0, dot(to_line, left) >= 0.0);
     let offset_px = side * min(length(to_line), FARTHEST) * f32(grid.side_px);
     // Where a search began well and gave up, the border is halfway to the neighbouring cells.
-    let shown_curvature = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= LEAST_SEARCHED);
+    let shown_curvature = select(curvature, 0.0, is_wanted && !is_line && abs(curvature) >= MIN_SEARCHED);
     return Line(shown_curvature, opacity, offset_px, vec2<f32>(left.y, -left.x));
 }
 

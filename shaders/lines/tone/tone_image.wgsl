@@ -51,8 +51,8 @@ struct ToneRules {
 
 // Widths by depth: part of the haze distance at which a line has its nominal width, and the least and greatest factor.
 const AS_ASKED: f32 = 0.05;
-const LEAST_WIDTH: f32 = 0.4;
-const MOST_WIDTH: f32 = 1.6;
+const MIN_WIDTH: f32 = 0.4;
+const MAX_WIDTH: f32 = 1.6;
 // Range of the cosine to the light, at the edge of the shade, over which highlights fade in.
 const TERMINATOR: f32 = 0.2;
 
@@ -102,7 +102,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let is_lit = smoothstep(0.0, TERMINATOR, dot(n.xyz, lit.to_sun));
         specular = tone_rules.specular * is_lit * pow(max(dot(n.xyz, half_way), 0.0), tone_rules.shininess);
     }
-    let nearness = clamp(light.haze_m * AS_ASKED / max(at.w, 1.0), LEAST_WIDTH, MOST_WIDTH);
+    let nearness = clamp(light.haze_m * AS_ASKED / max(at.w, 1.0), MIN_WIDTH, MAX_WIDTH);
     let width_px = max(tone_rules.width_px * mix(1.0, nearness, tone_rules.depth_width), 1.0);
     let part = surfaces / f32(grid.side_px * grid.side_px);
     textureStore(tone_image, cell, vec4<f32>(diffuse, specular, width_px, 1.0) * part);

@@ -16,8 +16,9 @@
 
 // Distance between the pixels that are sampled.
 const STRIDE: i32 = 2;
-const LEAST: f32 = 0.7;
-const MOST: f32 = 3.0;
+// Range of the factors that are returned.
+const MIN_GAIN: f32 = 0.7;
+const MAX_GAIN: f32 = 3.0;
 
 // Returns the requested darkness in a square, summed over pixels.
 fn asked_in(square: vec2<i32>) -> f32 {
@@ -51,5 +52,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             drawn += weight * f32(inks[square.y * squares.x + square.x]) / INK_UNIT;
         }
     }
-    gains[number] = clamp(asked / max(drawn, 1.0), LEAST, MOST);
+    gains[number] = clamp(asked / max(drawn, 1.0), MIN_GAIN, MAX_GAIN);
 }

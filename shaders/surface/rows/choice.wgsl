@@ -61,7 +61,7 @@ fn put_down(number: u32, begin: i32, end: i32, first: vec4<f32>, word: u32) {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = id.x;
-    if number >= min(atomicLoad(&proposed[0]), rules.most_marks) {
+    if number >= min(atomicLoad(&proposed[0]), rules.max_marks) {
         return;
     }
     let at = number * u32(PROPOSAL);

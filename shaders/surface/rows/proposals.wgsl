@@ -14,7 +14,7 @@
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MOST_CANDIDATES, HALF, CORE, SAMPLES, INDEX, INTERVALS, REACH, HEIGHT, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, STEPS, MAX_CANDIDATES, HALF, CORE, SAMPLES, INDEX, INTERVALS, REACH, HEIGHT, WORDS, CLOSED, ELSEWHERE, ALONE, PROPOSAL}
 #import hachure::rows::{cell_m, grid_of, frame_at, world_offset, sample_word, unpack_place, camera_height_m}
 
 // Gaps between neighbours, in spacings, over which a mark between them grows.
@@ -27,7 +27,7 @@ const FADE: f32 = 0.02;
 // Tolerance of the first, approximate test of a position, in octaves and in hundreds of pixels.
 const SLACK: f32 = 0.2;
 // Largest rank of neighbours that is examined.
-const MOST_RANK: i32 = 5;
+const MAX_RANK: i32 = 5;
 // Shortest mark that is proposed, in spacings.
 const SHORTEST: f32 = 1.2;
 // Cosine of the largest turn of a mark from where it is drawn most strongly: 70 degrees.
@@ -40,7 +40,7 @@ const GROWN_AHEAD: f32 = 2.5;
 // Distance along a mark between the points where the gaps are evaluated, in samples.
 const SPAN: i32 = 4;
 // Largest room of a mark, in spacings.
-const MOST_ROOM: f32 = 1.5;
+const MAX_ROOM: f32 = 1.5;
 // Margin around the picture, in spacings.
 const BORDER: f32 = 6.0;
 
@@ -89,7 +89,7 @@ fn neighbour(one: Candidate, index: i32) -> Candidate {
 
 fn rank(one: Candidate, index: i32) -> i32 {
     let is_end = index == 0 || index == one.intervals;
-    return select(i32(firstTrailingBit(u32(index))), MOST_RANK + 1, is_end);
+    return select(i32(firstTrailingBit(u32(index))), MAX_RANK + 1, is_end);
 }
 
 // Returns a position in pixels, and the distance along the view axis.
@@ -121,7 +121,7 @@ fn share(frame: Frame, stand: Stand, one: Candidate) -> f32 {
         return 1.0;
     }
     let z = rank(one, one.index);
-    if z > MOST_RANK {
+    if z > MAX_RANK {
         return 1.0;
     }
     let stride = 1 << u32(z);
@@ -137,7 +137,7 @@ fn gap_on_side(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
     if one.index == end && !one.is_closed {
         return -1.0;
     }
-    let z = min(rank(one, one.index), MOST_RANK);
+    let z = min(rank(one, one.index), MAX_RANK);
     let last = select(end, select(-one.intervals, 2 * one.intervals, side > 0), one.is_closed);
     let far = select(max(one.index - (1 << u32(z)), last), min(one.index + (1 << u32(z)), last), side > 0);
     var gap = gap_px(frame, stand, one, neighbour(one, far));
@@ -157,7 +157,7 @@ fn gap_on_side(frame: Frame, stand: Stand, one: Candidate, side: i32) -> f32 {
 fn room_of(frame: Frame, stand: Stand, one: Candidate) -> f32 {
     let a = gap_on_side(frame, stand, one, -1);
     let b = gap_on_side(frame, stand, one, 1);
-    return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MOST_ROOM * rules.spacing_px);
+    return min(0.5 * (select(a, b, a < 0.0) + select(b, a, b < 0.0)), MAX_ROOM * rules.spacing_px);
 }
 
 // Returns how strongly a block's level is shown at a point: 0 if the point is off-screen. `slack` is a tolerance in
@@ -165,7 +165,7 @@ fn room_of(frame: Frame, stand: Stand, one: Candidate) -> f32 {
 fn level_share(block: RowBlock, at_m: vec3<f32>, slack: f32) -> f32 {
     let cell_px = rules.cell_px_m * exp2(block.level) / length(at_m);
     var f = 1.0 - log2(cell_px / rules.spacing_px);
-    f = select(f, max(f, 0.5), block.level <= rules.least_level);
+    f = select(f, max(f, 0.5), block.level <= rules.min_level);
     f = select(f, min(f, 0.5), block.level >= rules.greatest_level);
     let middle = project(at_m);
     // The longest possible row.
@@ -198,10 +198,10 @@ fn lot(one: Candidate) -> f32 {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = blocks[id.y];
-    if id.x >= min(counts[block.slot], MOST_CANDIDATES) {
+    if id.x >= min(counts[block.slot], MAX_CANDIDATES) {
         return;
     }
-    let one = candidate((block.slot * MOST_CANDIDATES + id.x) * WORDS);
+    let one = candidate((block.slot * MAX_CANDIDATES + id.x) * WORDS);
     if (candidates[one.at + INDEX] & ELSEWHERE) != 0u || one.down + one.up < 2 {
         return;
     }
@@ -313,7 +313,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let number = atomicAdd(&proposed[0], 1u);
-    if number >= rules.most_marks {
+    if number >= rules.max_marks {
         return;
     }
     // Long marks come first, and marks of rows before those that fill gaps: they count as longer, fully grown ones

@@ -33,7 +33,7 @@ fn direction(a: vec2<f32>, b: vec2<f32>) -> vec2<f32> {
 
 @vertex
 fn vertex(@builtin(vertex_index) corner: u32, @builtin(instance_index) instance: u32) -> Vertex {
-    if instance >= rules.most_marks {
+    if instance >= rules.max_marks {
         return Vertex(vec4<f32>(2.0, 2.0, 0.0, 1.0), 0.0, 0.0, 1.0);
     }
     let first = instance * u32(SAMPLES);

@@ -31,7 +31,7 @@ fn gap(own_turn: u32, px: vec2<f32>, across: vec2<f32>) -> f32 {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let number = id.x;
-    if number >= min(atomicLoad(&proposed[0]), rules.most_marks) {
+    if number >= min(atomicLoad(&proposed[0]), rules.max_marks) {
         return;
     }
     let at = number * u32(PROPOSAL);

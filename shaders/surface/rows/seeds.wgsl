@@ -12,12 +12,12 @@
 // gentle land as on steep land. Where land is so folded that no row reaches it, single marks fill the rest: each cell
 // has a seed for one.
 #import hachure::terrain::terrain
-#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, MARGIN_CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MOST_CANDIDATES}
+#import hachure::rows::{RowRules, RowBlock, Frame, CELLS, MARGIN_CELLS, NODES, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, DENSITY, MAX_CANDIDATES}
 #import hachure::rows::{INDEX, INTERVALS, REACH, HEIGHT, SEED, WORDS, CLOSED, ELSEWHERE, ALONE, cell_m, frame_at, world_offset}
 
-// Most cells of a piece, and most pieces that begin in a cell.
-const MOST_STEPS: i32 = 4096;
-const MOST_LINES: i32 = 8;
+// Largest number of cells of a piece, and of pieces that begin in a cell.
+const MAX_STEPS: i32 = 4096;
+const MAX_LINES: i32 = 8;
 // Seeds of single marks in a cell that has rows, and in one that has none.
 const ALONE_WITH_ROWS: i32 = 1;
 const ALONE_WITHOUT_ROWS: i32 = 2;
@@ -99,7 +99,7 @@ fn number_of(step: Step) -> i32 {
 fn leads(line: Line, start: Step) -> bool {
     let own = number_of(start);
     var step = after(line, start);
-    for (var i = 0; i < MOST_STEPS; i++) {
+    for (var i = 0; i < MAX_STEPS; i++) {
         if !is_active(line.first, step.cell, line.octave) {
             return false;
         }
@@ -117,7 +117,7 @@ fn length_in(frame: Frame, a: vec2<f32>, b: vec2<f32>) -> f32 {
 }
 
 fn put(slot: u32, number: u32, index: u32, intervals: u32, height: i32, place: vec2<f32>) {
-    let at = (slot * MOST_CANDIDATES + number) * WORDS;
+    let at = (slot * MAX_CANDIDATES + number) * WORDS;
     candidates[at + INDEX] = index;
     candidates[at + INTERVALS] = intervals;
     candidates[at + REACH] = 0u;
@@ -139,7 +139,7 @@ fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
         var place = begin;
         var gone_m = 0.0;
         var laid = 0u;
-        for (var i = 0; i < MOST_STEPS; i++) {
+        for (var i = 0; i < MAX_STEPS; i++) {
             let h = corners(line.first, step.cell);
             let leave = exit_of(h, step.enter, line.height_m);
             let end = place_on_edge(h, step.cell, leave, line.height_m);
@@ -169,7 +169,7 @@ fn sow(block: RowBlock, line: Line, start: Step, height: i32, is_closed: bool) {
             intervals = DENSITY * max(u32(round(cells)), 1u);
             let wanted = intervals + select(1u, 0u, is_closed);
             first = atomicAdd(&counts[block.slot], wanted);
-            if first + wanted > MOST_CANDIDATES {
+            if first + wanted > MAX_CANDIDATES {
                 return;
             }
         } else if !is_closed {
@@ -203,7 +203,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let octave = octave_at(first, cell);
     for (var i = 0; i < select(ALONE_WITH_ROWS, ALONE_WITHOUT_ROWS, octave == 0); i++) {
         let number = atomicAdd(&counts[block.slot], 1u);
-        if number < MOST_CANDIDATES {
+        if number < MAX_CANDIDATES {
             put(block.slot, number, 0u, ALONE, 0, vec2<f32>(cell) + shaken(cell + CELLS * i));
         }
     }
@@ -215,7 +215,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let low = min(min(h.x, h.y), min(h.z, h.w)) / row_m - 0.5;
     let high = max(max(h.x, h.y), max(h.z, h.w)) / row_m - 0.5;
     let rows = vec2<i32>(i32(ceil(low)), i32(floor(high)));
-    for (var row = rows.x; row <= min(rows.y, rows.x + MOST_LINES - 1); row++) {
+    for (var row = rows.x; row <= min(rows.y, rows.x + MAX_LINES - 1); row++) {
         let height = (2 * row + 1) * (1 << u32(octave - 1));
         let line = Line(first, octave, f32(height) * unit_m);
         for (var enter = 0; enter < 4; enter++) {

@@ -13,7 +13,7 @@
 // Beyond the border of its row a mark continues where the next row has none: where the land stops rising, or falling,
 // before the middle of that row. So crests and valleys between rows are not bare. A mark outside of any row runs as far
 // up and down as one of a row does on land of the surrounding steepness.
-#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MOST_CANDIDATES, INDEX, INTERVALS, REACH, HEIGHT, SEED, WORDS, ELSEWHERE, ALONE, HALF, CORE}
+#import hachure::rows::{RowRules, RowBlock, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, MAX_CANDIDATES, INDEX, INTERVALS, REACH, HEIGHT, SEED, WORDS, ELSEWHERE, ALONE, HALF, CORE}
 #import hachure::rows::{cell_m, frame_at, pack_place, sample_word}
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, horizontal_step}
 
@@ -42,10 +42,10 @@ fn stays_in_row(first: i32, place: vec2<f32>, next: vec2<f32>, octave: i32) -> b
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let block = jobs[id.y];
-    if id.x >= min(counts[block.slot], MOST_CANDIDATES) {
+    if id.x >= min(counts[block.slot], MAX_CANDIDATES) {
         return;
     }
-    let at = (block.slot * MOST_CANDIDATES + id.x) * WORDS;
+    let at = (block.slot * MAX_CANDIDATES + id.x) * WORDS;
     let first = i32(id.y) * RELIEF;
     let seed = vec2<f32>(bitcast<f32>(candidates[at + SEED]), bitcast<f32>(candidates[at + SEED + 1u]));
     let frame = frame_at(block, seed);

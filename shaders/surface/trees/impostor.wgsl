@@ -81,12 +81,12 @@ const COARSER: f32 = 1.2;
 const COARSER_PX: vec2<f32> = vec2<f32>(10.0, 44.0);
 // Shortest step of a search.
 const STEP_PX: f32 = 2.0;
-const LEAST_STEPS: u32 = 5u;
+const MIN_STEPS: u32 = 5u;
 
 // Distance by which a piece of canopy is drawn nearer: relative to its width beyond its height, and limited relative to
 // its distance.
 const NEARER: f32 = 0.5;
-const NEARER_AT_MOST: f32 = 0.05;
+const MAX_NEARER: f32 = 0.05;
 
 // Returns the sphere of a tree's pictures.
 fn sphere_of(tree: TreeInstance) -> vec4<f32> {
@@ -123,7 +123,7 @@ fn curve(lean: Lean, own_z: f32) -> f32 {
 }
 
 // Returns a bound of the remaining part.
-fn most_curve(lean: Lean) -> f32 {
+fn max_curve(lean: Lean) -> f32 {
     return 0.25 * length(lean.straight);
 }
 #endif
@@ -144,7 +144,7 @@ fn vertex(@builtin(vertex_index) index: u32, @builtin(instance_index) instance: 
 #ifdef WIND
     let lean = lean_of(tree, number);
     eye -= vec3<f32>(lean.straight * eye.z, 0.0);
-    sphere.w += most_curve(lean);
+    sphere.w += max_curve(lean);
 #endif
     let toward = normalize(eye - sphere.xyz);
     // A square that faces the eye at the distance of the centre, wide enough for the sphere in perspective.
@@ -178,14 +178,14 @@ fn fragment(in: Vertex) -> Drawn {
     let ray = normalize((in.at - in.eye) * axes);
     let frame_px = f32(textureDimensions(tree_pictures).x) / FRAMES;
     let is_canopy = (tree.bucket & 0xffffu) % TREE_LEVELS == CANOPY;
-    let steps = clamp(u32(in.wide_px / STEP_PX), LEAST_STEPS, select(STEPS, CANOPY_STEPS, is_canopy));
+    let steps = clamp(u32(in.wide_px / STEP_PX), MIN_STEPS, select(STEPS, CANOPY_STEPS, is_canopy));
     let species = tree_species[species_of(tree)];
     let cylinder = select(species.cylinder, species.canopy_cylinder, is_canopy);
     var around = cylinder;
     let own_ray = normalize(in.at - in.eye);
 #ifdef WIND
     let lean = lean_of(tree, in.number);
-    around.x += most_curve(lean);
+    around.x += max_curve(lean);
     let aside = vec3<f32>(lean.curved, 0.0) * axes / sphere.w;
 #endif
     let within = cross_cylinder(around, in.eye, own_ray);
@@ -239,7 +239,7 @@ fn fragment(in: Vertex) -> Drawn {
     own += vec3<f32>(lean.straight * own.z, 0.0);
 #endif
     let clip = view.clip_from_camera * vec4<f32>(bend(tree.flat_m) + place_on_tree(tree, own), 1.0);
-    let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), NEARER_AT_MOST * clip.w);
+    let nearer_m = min(NEARER * max(tree.width_m - tree.height_m, 0.0), MAX_NEARER * clip.w);
     let shown = look_closely(picture, on_picture.xy);
 #ifdef LOCAL_COLOR
     let color = tree_palette[paint_at(picture, on_picture.xy)];

@@ -17,7 +17,7 @@
 #import hachure::earth::bend
 #import hachure::pcg::pcg
 #import hachure::tree_ranks::{chosen_tile, rank_of}
-#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MOST_SPECIES, TreeRules}
+#import hachure::forest::{Forest, Species, Site, random, stray, has_land, site_at, hollow_at, is_still_water, density_of, suits, MAX_SPECIES, TreeRules}
 #import hachure::surface_id::FIRST_TREE
 #import hachure::trees::{TreeInstance, NEAR, MIDDLE, IMPOSTOR, CANOPY, TREE_LEVELS, DRAW_WORDS, SHADOW_PX, HAS_STROKES}
 
@@ -90,14 +90,14 @@ const SHRINKS: vec2<f32> = vec2<f32>(1.5, SHRUNK);
 // Cosines between slope and sun at which trees are fully in the shade, and not at all; and their lightness in the
 // shade.
 const SHADE: vec2<f32> = vec2<f32>(0.0, 0.45);
-const LEAST_LIGHT: f32 = 0.6;
+const MIN_LIGHT: f32 = 0.6;
 // Largest width of a crown, canopies included, in heights of the tree.
 const WIDEST_CROWN: f32 = 0.75;
 // Limits of the heights that a raster may give, relative to the mean height of the species.
 const LOWEST: f32 = 0.3;
 const TALLEST: f32 = 2.5;
 // At flat angles trees hide each other, so fewer give the same coverage; this limits the effect.
-const LEAST_FORESHORTENING: f32 = 0.25;
+const MIN_FORESHORTENING: f32 = 0.25;
 
 // Adds an instance, and returns its index or NOT_DRAWN.
 fn draw(tree: TreeInstance, level: u32, shown: vec2<f32>) -> u32 {
@@ -128,7 +128,7 @@ fn share_of(site: Site, hollow: f32, number: u32, class_of_land: u32) -> f32 {
     var species = tree_question.rules.species[number];
 #ifdef COVER
     if class_of_land > 0u {
-        species.share = tree_question.rules.shares[(class_of_land - 1u) * MOST_SPECIES + number];
+        species.share = tree_question.rules.shares[(class_of_land - 1u) * MAX_SPECIES + number];
     }
 #endif
     return suits(species, site, hollow);
@@ -187,7 +187,7 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
         return;
     }
     // Culling before more expensive steps, with the largest size that the tree could have here.
-    let farther = max(away_m / forest.full_m, 1.0) / sqrt(LEAST_FORESHORTENING);
+    let farther = max(away_m / forest.full_m, 1.0) / sqrt(MIN_FORESHORTENING);
     let tallest_m = forest.tallest_m;
     let about = vec3<f32>(xy_m, site.height_m + 0.5 * tallest_m);
     // A tree is in view if its shadow is.
@@ -202,7 +202,7 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     }
     let foreshortening = abs(dot(toward_eye, vec3<f32>(-site.slope, 1.0)))
         / max(away_m * sqrt(1.0 + dot(site.slope, site.slope)), 1e-3);
-    let full_m = forest.full_m * sqrt(mix(LEAST_FORESHORTENING, 1.0, foreshortening));
+    let full_m = forest.full_m * sqrt(mix(MIN_FORESHORTENING, 1.0, foreshortening));
     let share = min(full_m * full_m / max(away_m * away_m, 1e-6), 1.0);
     // A tree shrinks before it is removed.
     let last = density * share;
@@ -235,7 +235,7 @@ fn examine(tile: vec2<i32>, corner_m: vec2<f32>, point: TreePoint) {
     let id = FIRST_TREE | (pcg(bitcast<vec2<u32>>(own) ^ vec2<u32>(0u, forest.seed)).y >> 3u);
     // A slope that faces away from the sun is in the shade with everything on it.
     let up = normalize(vec3<f32>(-site.slope, 1.0));
-    let light = mix(LEAST_LIGHT, 1.0, smoothstep(SHADE.x, SHADE.y, dot(up, forest.to_sun)));
+    let light = mix(MIN_LIGHT, 1.0, smoothstep(SHADE.x, SHADE.y, dot(up, forest.to_sun)));
     let bucket = kind * TREE_LEVELS | u32(255.0 * light + 0.5) << 16u;
     let own_size = 1.0 + OWN_SIZE * (2.0 * more.y - 1.0);
     let canopy = smoothstep(RISES.x * own_size, RISES.y * own_size, wider);

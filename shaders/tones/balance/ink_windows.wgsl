@@ -2,9 +2,10 @@
 // tone: a step of Newton's method for the mean in a Gaussian window.
 #import hachure::cover::{SIGMA_CELLS, REACH_CELLS}
 
-// Least derivative of ink with respect to darkness that is assumed: with less, few marks end in the window.
-const LEAST_RISE: f32 = 0.4;
-const MOST: f32 = 0.12;
+// Smallest derivative of ink with respect to darkness that is assumed: with less, few marks end in the window.
+const MIN_RISE: f32 = 0.4;
+// Largest change of the darkness.
+const MAX_STEP: f32 = 0.12;
 
 @group(0) @binding(0) var sums: texture_2d<f32>;
 // Correction that is added to the darkness.
@@ -24,6 +25,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             sum += weight * textureLoad(sums, cell + vec2<i32>(x, y), 0).xyz;
         }
     }
-    let step = sum.x / max(max(sum.y, LEAST_RISE * sum.z), 1e-6);
-    textureStore(more, cell, vec4<f32>(clamp(step, -MOST, MOST)));
+    let step = sum.x / max(max(sum.y, MIN_RISE * sum.z), 1e-6);
+    textureStore(more, cell, vec4<f32>(clamp(step, -MAX_STEP, MAX_STEP)));
 }

@@ -31,7 +31,7 @@
 @group(0) @binding(8) var depth_gradient: texture_storage_2d<rgba32float, write>;
 
 // Least cosine between normal and ray; at flatter angles the gradient grows no further.
-const LEAST_FACING: f32 = 0.04;
+const MIN_FACING: f32 = 0.04;
 // Slope, rise over run, from which on land does not count as level.
 const STEEP: f32 = 0.5;
 
@@ -39,7 +39,7 @@ fn seen(pixel: vec2<i32>) -> vec4<f32> {
     let at = textureLoad(position, pixel, 0);
     let n = textureLoad(normal, pixel, 0).xyz;
     let p = from_eye(view, at.xyz);
-    let through = min(dot(n, p), -LEAST_FACING * length(p));
+    let through = min(dot(n, p), -MIN_FACING * length(p));
     let across = vec2<f32>(dot(n, normalize(view.ray_dx)), dot(n, normalize(view.ray_dy)));
     return vec4<f32>(across / through, select(0.0, 1.0 / at.w, at.w > 0.0), 0.0);
 }
@@ -59,7 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let own = seen(pixel);
     let raw = textureLoad(normal, pixel, 0);
     var conductance = 1.0;
-    var least_cosine = 1.0;
+    var min_cosine = 1.0;
     for (var i = 0; i < 4; i++) {
         let offset = select(vec2<i32>(0, i - 2), vec2<i32>(i - 1, 0), i % 2 == 0);
         let neighbour = pixel + offset;
@@ -67,15 +67,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             continue;
         }
         conductance = min(conductance, on_plane(view, own, seen(neighbour), vec2<f32>(offset)));
-        least_cosine = min(least_cosine, dot(raw.xyz, textureLoad(normal, neighbour, 0).xyz));
+        min_cosine = min(min_cosine, dot(raw.xyz, textureLoad(normal, neighbour, 0).xyz));
     }
-    let crease_rad = acos(clamp(least_cosine, -1.0, 1.0));
+    let crease_rad = acos(clamp(min_cosine, -1.0, 1.0));
     conductance *= 1.0 - smoothstep(0.5 * relief_rules.crease_rad, relief_rules.crease_rad, crease_rad);
 
     let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
     let n = lit_normal(view, form_normal, pixel, at, raw, light.detail * clear);
     let p = from_eye(view, at.xyz);
-    let through = min(dot(n.xyz, p), -LEAST_FACING * length(p));
+    let through = min(dot(n.xyz, p), -MIN_FACING * length(p));
     let slope = vec2<f32>(dot(n.xyz, normalize(view.ray_dx)), dot(n.xyz, normalize(view.ray_dy))) / through;
     let steep = length(raw.xy) / max(abs(raw.z), 1e-3);
     let coarser = relief_rules.coarser_far * (1.0 - haze_clear(light, distance_from_eye(view, at.xyz)))

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
-use super::{MOST_FRAMES, RenderArgs, like};
+use super::{MAX_FRAMES, RenderArgs, like};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::imprint::Notes;
@@ -114,9 +114,9 @@ impl Job<'_> {
         };
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
         let frames = path.frame_count(self.args.fps());
-        if frames > MOST_FRAMES {
+        if frames > MAX_FRAMES {
             bail!(
-                "--path: at {} frames per second it has {frames} frames, more than {MOST_FRAMES}; lower --fps",
+                "--path: at {} frames per second it has {frames} frames, more than {MAX_FRAMES}; lower --fps",
                 self.args.fps()
             );
         }

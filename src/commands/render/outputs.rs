@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use super::{MOST_FRAMES, RenderArgs, map};
+use super::{MAX_FRAMES, RenderArgs, map};
 use crate::commands::inputs;
 use crate::file::pattern::OutputKind;
 use crate::scene::Scene;
@@ -31,6 +31,6 @@ pub(super) fn check(
         _ => return Ok(inputs.check(&pattern.path(0))?),
     };
     // An invalid frame rate is refused before the first frame is drawn.
-    let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MOST_FRAMES) as u64;
+    let frames = path.frame_count(args.fps().clamp(0.0, 1000.0)).min(MAX_FRAMES) as u64;
     Ok((0..frames).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
 }

@@ -6,19 +6,19 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::aligned::{AlignedRaster, Ground};
-use super::{CoverError, MOST_CELLS};
+use super::{CoverError, MAX_CELLS};
 use crate::source::Window;
 
-/// Most cells between two nodes.
+/// Largest number of cells between two nodes.
 const NODES_APART: u32 = 16;
 /// A block has at most this many cells along each side…
-const MOST_BLOCK: f64 = 256.0;
+const MAX_SIDE_CELLS: f64 = 256.0;
 /// … and at most this many samples along each side of a tiled raster…
-const MOST_WIDE: f64 = 2048.0;
+const MAX_SIDE_SAMPLES: f64 = 2048.0;
 /// … or this many samples in all, for a raster that is read in whole rows.
-const MOST_SAMPLES: f64 = (1 << 24) as f64;
-/// Most points along the side of a cell.
-const MOST_POINTS: u32 = 32;
+const MAX_SAMPLES: f64 = (1 << 24) as f64;
+/// Largest number of points along the side of a cell.
+const MAX_POINTS: u32 = 32;
 /// If a cell has few samples, each is read at two points per side, up to this many points.
 const TWICE: u32 = 8;
 
@@ -82,8 +82,8 @@ impl Grid {
             cell_m = finest.spacing_m();
         }
         let extent_m = high_m - low_m;
-        let cell_m = cell_m.max(extent_m.max_element() / f64::from(MOST_CELLS)).min(extent_m.max_element());
-        let cells = |extent_m: f64| ((extent_m / cell_m - 1e-6).ceil() as u32).clamp(1, MOST_CELLS);
+        let cell_m = cell_m.max(extent_m.max_element() / f64::from(MAX_CELLS)).min(extent_m.max_element());
+        let cells = |extent_m: f64| ((extent_m / cell_m - 1e-6).ceil() as u32).clamp(1, MAX_CELLS);
         Ok(Self { low_m, cell_m, size: extent_m.to_array().map(cells) })
     }
 
@@ -101,7 +101,7 @@ impl Grid {
         if samples < 1.01 {
             return 1;
         }
-        let samples = samples.ceil().min(f64::from(MOST_POINTS)) as u32;
+        let samples = samples.ceil().min(f64::from(MAX_POINTS)) as u32;
         samples.max((2 * samples).min(TWICE))
     }
 
@@ -109,13 +109,13 @@ impl Grid {
     fn block(&self, raster: &AlignedRaster<'_>) -> [u32; 2] {
         let samples = (self.cell_m / raster.spacing_m()).max(1e-3);
         let even = |cells: f64| {
-            let cells = cells.clamp(1.0, MOST_BLOCK) as u32;
+            let cells = cells.clamp(1.0, MAX_SIDE_CELLS) as u32;
             if cells > NODES_APART { cells / NODES_APART * NODES_APART } else { cells }
         };
         if raster.reader.block()[0] < raster.reader.size()[0] {
-            return [even(MOST_WIDE / samples); 2];
+            return [even(MAX_SIDE_SAMPLES / samples); 2];
         }
-        [self.size[0], even(MOST_SAMPLES / (f64::from(self.size[0]) * samples * samples))]
+        [self.size[0], even(MAX_SAMPLES / (f64::from(self.size[0]) * samples * samples))]
     }
 }
 

@@ -178,7 +178,7 @@ fn densities_are_means_and_classes_those_with_most_trees() {
     let tiled = builder(size, 32610).tile_size(256, 256);
     let path = scratch.tiff(tiled, [600_000.0, 5_200_000.0], [0.25; 2], size, class);
     let cover = dem.load(&land(path.clone())).unwrap();
-    assert!(cover.size[0] <= MOST_CELLS && cover.size[0] > 3900, "{:?}", cover.size);
+    assert!(cover.size[0] <= MAX_CELLS && cover.size[0] > 3900, "{:?}", cover.size);
     let mean = cover.texels.iter().map(|texel| f64::from(texel[0])).sum::<f64>() / cover.texels.len() as f64;
     assert!((mean / 255.0 - 0.1875).abs() < 0.004, "{mean}");
     assert!(cover.texels.iter().filter(|texel| texel[1] == 2).count() > cover.texels.len() * 9 / 10);

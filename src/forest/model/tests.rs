@@ -115,7 +115,7 @@ fn every_model_becomes_a_tree_or_one_line() {
 #[test]
 fn outlines_stay() {
     // The smallest overlaps are 0.996, of a near bob, and 0.848, of a middle spruce.
-    let (least_near, least_middle) = (0.98, 0.82);
+    let (min_near, min_middle) = (0.98, 0.82);
     let named = |path: &PathBuf| (path.file_name().unwrap().to_string_lossy().into_owned(), read(path).unwrap(), false);
     let mut all: Vec<(String, Mesh, bool)> = files("obj").iter().map(named).collect();
     all.extend(Grown::ALL.map(|of| (format!("{of:?}"), grown(of), true)));
@@ -125,15 +125,12 @@ fn outlines_stay() {
         let like = |corners: &[TreeCorner]| overlap(&whole, &seen(corners), views(20, 1.0));
         let (near, middle) = (like(&model.near), like(&model.middle));
         println!("{name}: {} triangles, near {near:.3}, middle {middle:.3}", mesh.triangles.len());
-        assert!(near >= least_near && middle >= least_middle, "{name}");
+        assert!(near >= min_near && middle >= min_middle, "{name}");
         // Planted: a smaller tree, and one that has been tipped over.
         let changed = |place: fn(DVec3) -> DVec3| -> f64 {
             like(&model.near.iter().map(|corner| TreeCorner { at: place(corner.at), ..*corner }).collect::<Vec<_>>())
         };
-        assert!(
-            changed(|at| 0.85 * at) < least_near && changed(|at| DVec3::new(at.z, at.x, at.y)) < least_near,
-            "{name}"
-        );
+        assert!(changed(|at| 0.85 * at) < min_near && changed(|at| DVec3::new(at.z, at.x, at.y)) < min_near, "{name}");
     }
 }
 

@@ -12,7 +12,7 @@ use glam::DVec3;
 use super::{Corner, Part};
 
 /// Least cosine between a vertex normal and the triangle's normal.
-const LEAST_AGREEMENT: f64 = 0.15;
+const MIN_AGREEMENT: f64 = 0.15;
 
 /// A smooth patch of surface, as a mesh.
 #[derive(Clone, Debug, Default)]
@@ -159,7 +159,7 @@ impl Growth {
             let face = face(patch.at(triangle)).normalize();
             self.corners.extend(triangle.map(|place| {
                 let mean = normals[place].normalize_or(face);
-                let lacks = (LEAST_AGREEMENT - mean.dot(face)).max(0.0);
+                let lacks = (MIN_AGREEMENT - mean.dot(face)).max(0.0);
                 Corner { at: patch.places[place], normal: (mean + face * lacks).normalize(), part, sway: 0.0 }
             }));
         }

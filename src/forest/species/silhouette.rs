@@ -99,7 +99,7 @@ fn moved(corners: &[Corner], turn: f64, scale: f64) -> Vec<Corner> {
 #[test]
 fn a_tree_keeps_its_outline_from_near_to_the_middle_distance() {
     for grown in Grown::ALL {
-        let (least_mean, least) = match grown {
+        let (min_mean, least) = match grown {
             Grown::Conifer | Grown::Birch => (0.85, 0.75),
             // It is almost round from above: with a smaller bound a turned tree would pass.
             Grown::Broadleaf => (0.86, 0.8),
@@ -110,7 +110,7 @@ fn a_tree_keeps_its_outline_from_near_to_the_middle_distance() {
         let outlines_near = outlines(&near);
         let is_like = |other: &[Corner]| {
             let (mean, worst) = likeness(&outlines_near, &outlines(other));
-            mean >= least_mean && worst >= least
+            mean >= min_mean && worst >= least
         };
         assert!(is_like(&middle), "{}", grown.name());
         assert!(is_like(&near));

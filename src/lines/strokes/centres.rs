@@ -16,7 +16,7 @@ const DRAW: Draw = Draw {
 
 /// Draws the centre lines of this frame's strokes.
 pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, centres: &Target) {
-    let drawing = recorder.drawing(&DRAW, &[("view", view.clone()), work.list(), work.samples()]);
+    let drawing = recorder.drawing(&DRAW, &[("view", view.clone()), work.sample_counts(), work.samples()]);
     let on = Attachments { colors: &[centres], depth: None, clears: Clears::All };
     recorder.render(DRAW.name, &[&drawing], on, |pass| {
         drawing.set(pass);

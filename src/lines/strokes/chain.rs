@@ -20,7 +20,7 @@ use crate::gpu::recorder::Recorder;
 use crate::gpu::scan::{self, MAX_VALUES};
 use crate::gpu::{Gpu, GpuError};
 
-/// The most segments: they have two ends each, which are scanned at once.
+/// Largest number of segments: they have two ends each, which are scanned at once.
 pub(crate) const MAX_SEGMENTS: u32 = MAX_VALUES / 2;
 
 /// Rounds of ranking: 4¹⁰ is [`MAX_SEGMENTS`].
@@ -111,7 +111,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Chains {
     let uniform = ChainRulesUniform {
         capacity,
         reach_units: rules.reach_units,
-        least_cos_squared: rules.least_cos_squared,
+        min_cos_squared: rules.min_cos_squared,
         overlap_units: ChainRules::OVERLAP_UNITS,
     };
     let rules = ("rules", recorder.uniform("chain rules", &uniform));

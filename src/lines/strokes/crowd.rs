@@ -37,7 +37,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
     let crowd = || ("crowd", cells.crowd.clone());
     let counts = || ("counts", cells.counts.binding());
     recorder.pixels("lines/crowd/clear", cells.bars.size_px(), &[crowd(), counts()]);
-    let resources = [("view", view.clone()), crowd(), ("depth", depth.into()), work.list(), work.samples(), counts()];
+    let resources =
+        [("view", view.clone()), crowd(), ("depth", depth.into()), work.sample_counts(), work.samples(), counts()];
     let (arguments, offset) = work.per_fresh();
     recorder.indirect("lines/strokes/crowd_count", arguments, offset, &resources);
     // The second eye counts only to rank its samples.
@@ -47,7 +48,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
     let definitions: &[&str] = if leader.is_some() { &["FOLLOWER"] } else { &[] };
     let of = leader.map_or(&cells, |(_, cells)| cells);
     let (crowd, bars) = (("crowd", of.crowd.clone()), ("bars", (&of.bars).into()));
-    let mut resources = vec![("view", view.clone()), crowd, bars, work.list(), work.samples()];
+    let mut resources = vec![("view", view.clone()), crowd, bars, work.sample_counts(), work.samples()];
     resources.extend(leader.map(|(view, _)| ("other_view", view.clone())));
     recorder.indirect(Compute { name: "lines/strokes/crowd_thin", definitions }, arguments, offset, &resources);
     cells

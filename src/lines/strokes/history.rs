@@ -51,13 +51,13 @@ pub(crate) struct Step {
 }
 
 /// The largest part of a stroke's coming or going that one frame shows: more would be seen as a jump.
-const MOST_PROGRESS: f64 = 0.5;
+const MAX_PROGRESS: f64 = 0.5;
 
 impl Step {
     /// Returns which part of the time in which a stroke comes or goes passes in this frame, limited to what one frame
     /// may show.
     pub(crate) fn progress(&self, strokes: &style::Strokes) -> f64 {
-        (self.step_s / f64::from(strokes.fade_s.max(1e-6))).min(MOST_PROGRESS)
+        (self.step_s / f64::from(strokes.fade_s.max(1e-6))).min(MAX_PROGRESS)
     }
 }
 

@@ -11,9 +11,9 @@ use crate::gpu::{Gpu, GpuError, readback};
 /// Numbers of edges, segments and strokes that were not drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct LeftOut {
-    /// Edges beyond [`MOST_EDGES`](crate::surface::edges::MOST_EDGES).
+    /// Edges beyond [`MAX_EDGES`](crate::surface::edges::MAX_EDGES).
     pub edges: u32,
-    /// Segments beyond [`MOST_SEGMENTS`](super::MOST_SEGMENTS).
+    /// Segments beyond [`MAX_FRAME_SEGMENTS`](super::MAX_FRAME_SEGMENTS).
     pub segments: u32,
     /// Strokes beyond the style's budget; the shortest are left out.
     pub strokes: u32,
@@ -74,14 +74,14 @@ pub(crate) struct StrokeNumbers {
 /// The numbers of interactive frames, read back asynchronously: no frame waits for its own numbers, and a later one
 /// receives them. There are none at first.
 pub(crate) struct AsyncStrokeNumbers {
-    later: AsyncReadback,
+    readback: AsyncReadback,
     last: Option<StrokeNumbers>,
 }
 
 impl Default for AsyncStrokeNumbers {
     fn default() -> Self {
         let bytes = size_of::<StrokeCounts>() + size_of::<SampleCounts>();
-        Self { later: AsyncReadback::new(bytes as u64), last: None }
+        Self { readback: AsyncReadback::new(bytes as u64), last: None }
     }
 }
 
@@ -89,18 +89,18 @@ impl AsyncStrokeNumbers {
     /// Requests the numbers of the frame that was just drawn. If it has no strokes, earlier numbers are discarded.
     pub(crate) fn request(&mut self, gpu: &Gpu, strokes: Option<DrawnStrokes<'_>>) {
         let Some((strokes, counts)) = strokes.and_then(|strokes| Some((strokes, strokes.buffer(&COUNTS)?))) else {
-            self.later.forget();
+            self.readback.forget();
             self.last = None;
             return;
         };
         let counts = (&counts.raw, size_of::<StrokeCounts>() as u64);
         let samples = (&strokes.samples().counts.raw, size_of::<SampleCounts>() as u64);
-        self.later.request(gpu, &[counts, samples]);
+        self.readback.request(gpu, &[counts, samples]);
     }
 
     /// Returns the latest numbers that have arrived.
     pub(crate) fn last(&mut self) -> Option<StrokeNumbers> {
-        while let Some(bytes) = self.later.take() {
+        while let Some(bytes) = self.readback.take() {
             let (counts, samples) = bytes.split_at(size_of::<StrokeCounts>());
             let counts: StrokeCounts = bytemuck::pod_read_unaligned(counts);
             let samples: SampleCounts = bytemuck::pod_read_unaligned(samples);

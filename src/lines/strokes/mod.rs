@@ -58,8 +58,8 @@ use crate::scene::view::{View, ViewUniform};
 use crate::style;
 use crate::surface::edges::{EdgeList, EdgeRules};
 
-/// The most segments of a frame.
-pub(crate) const MOST_SEGMENTS: u32 = 1 << 19;
+/// Largest number of segments of a frame.
+pub(crate) const MAX_FRAME_SEGMENTS: u32 = 1 << 19;
 
 /// The camera's position is passed to shaders as a whole number of blocks of this size, in metres, and a rest.
 const BLOCK_M: f64 = 4096.0;
@@ -118,7 +118,7 @@ impl StrokesUniform {
         Self {
             resolution: strokes.resolution,
             image_px,
-            segment_capacity: (image_px[0].saturating_mul(image_px[1])).min(MOST_SEGMENTS),
+            segment_capacity: (image_px[0].saturating_mul(image_px[1])).min(MAX_FRAME_SEGMENTS),
             half_width_px: strokes.width_px * 0.5,
             taper_px: strokes.taper_px,
             haze_m: haze_m as f32 * strokes.reach,
@@ -156,7 +156,7 @@ impl StrokeMemory {
     /// # Errors
     /// [`GpuError::Limit`] when the lists are larger than the device can bind.
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        chain::check(gpu, MOST_SEGMENTS)?;
+        chain::check(gpu, MAX_FRAME_SEGMENTS)?;
         let lists = [SampleList::new(gpu), SampleList::new(gpu)];
         let history = History::default();
         let uniform = StrokesUniform::zeroed();
@@ -327,7 +327,7 @@ impl FrameStrokes {
         extract::run(recorder, lists, edges, view, &line_ids);
         let (segments, counts) = (&lists.segments, &lists.counts);
         let chains =
-            &chain::run(recorder, &chain::Inputs { rules: self.rules, capacity: MOST_SEGMENTS, segments, counts });
+            &chain::run(recorder, &chain::Inputs { rules: self.rules, capacity: MAX_FRAME_SEGMENTS, segments, counts });
         let points = &points::run(recorder, lists, edges, chains);
         let view = still_view;
         samples::run(recorder, &samples::Inputs { view, depth, lists, chains, points, work });

@@ -58,7 +58,7 @@ pub(crate) fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleW
     let resources = [
         ("view", view.clone()),
         ("other_view", partner.view.clone()),
-        work.list(),
+        work.sample_counts(),
         work.samples(),
         ("old_samples", partner.samples.samples.binding()),
         ("ids", (&partner.centres).into()),
@@ -71,7 +71,7 @@ pub(crate) fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleW
     let look = Compute { name: "lines/strokes/look", definitions: &["PAIR"] };
     recorder.indirect(look, arguments, offset, &resources);
     let definitions: &[&str] = if role == Role::Follower { &["FOLLOWER"] } else { &[] };
-    let mut resources = vec![work.temporal(), work.list(), work.matches(), work.samples()];
+    let mut resources = vec![work.temporal(), work.sample_counts(), work.matches(), work.samples()];
     resources.extend((role == Role::Follower).then(|| ("view", view.clone())));
     recorder.indirect(Compute { name: "lines/strokes/adopt", definitions }, arguments, offset, &resources);
 }

@@ -1,7 +1,7 @@
 //! Chains → smoothed points with their arc lengths. See `shaders/lines/strokes/points.wgsl` and `lengths.wgsl`.
 
 use super::chain::Chains;
-use super::{Lists, MOST_SEGMENTS};
+use super::{Lists, MAX_FRAME_SEGMENTS};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::scan;
@@ -42,7 +42,7 @@ impl Points {
 /// Computes points and their arc lengths from segments and chains, and counts the points.
 pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, chains: &Chains) -> Points {
     // A chain of n segments has n + 1 points.
-    let most = 2 * u64::from(MOST_SEGMENTS);
+    let most = 2 * u64::from(MAX_FRAME_SEGMENTS);
     let points = Points {
         list: recorder.buffer(&POINTS, most * POINT_BYTES),
         along: recorder.buffer(&LENGTHS, most * 4),
@@ -64,7 +64,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, 
     let numbers = &lists.counts;
     scan::run(
         recorder,
-        &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MOST_SEGMENTS, values: &points.along },
+        &scan::Inputs { numbers, index: POINTS_INDEX, capacity: 2 * MAX_FRAME_SEGMENTS, values: &points.along },
     );
     points
 }

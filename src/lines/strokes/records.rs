@@ -24,7 +24,7 @@ pub(crate) struct ChainRules {
     pub reach_units: u32,
     /// cos² of the widest angle A between one segment's outward direction and the other's onward direction, in 1/4096.
     /// 0 to 4096.
-    pub least_cos_squared: u32,
+    pub min_cos_squared: u32,
 }
 
 impl ChainRules {
@@ -41,7 +41,7 @@ impl ChainRules {
         let widest = Self::WIDEST_REACH_UNITS as f32;
         Self {
             reach_units: (reach_px * UNITS_PER_PX).round().clamp(1.0, widest) as u32,
-            least_cos_squared: (cosine * cosine * 4096.0).round() as u32,
+            min_cos_squared: (cosine * cosine * 4096.0).round() as u32,
         }
     }
 
@@ -49,7 +49,7 @@ impl ChainRules {
     pub(crate) fn in_range(self) -> Self {
         Self {
             reach_units: self.reach_units.clamp(1, Self::WIDEST_REACH_UNITS),
-            least_cos_squared: self.least_cos_squared.min(4096),
+            min_cos_squared: self.min_cos_squared.min(4096),
         }
     }
 }
@@ -57,6 +57,6 @@ impl ChainRules {
 impl Default for ChainRules {
     /// Returns a reach of 4 px and an angle of 60°.
     fn default() -> Self {
-        Self { reach_units: 64, least_cos_squared: 1024 }
+        Self { reach_units: 64, min_cos_squared: 1024 }
     }
 }

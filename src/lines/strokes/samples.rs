@@ -6,7 +6,7 @@
 
 use super::chain::Chains;
 use super::points::Points;
-use super::{Lists, MOST_SEGMENTS};
+use super::{Lists, MAX_FRAME_SEGMENTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
@@ -18,8 +18,8 @@ pub(crate) use crate::gpu::wgsl::shared::stroke_samples::SampleCounts;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Temporal as TemporalUniform;
 use crate::gpu::{Gpu, GpuError, readback};
 
-/// The most samples of a frame: half a million pixels of line.
-pub(crate) const MOST_SAMPLES: u32 = 1 << 18;
+/// Largest number of samples of a frame: half a million pixels of line.
+pub(crate) const MAX_SAMPLES: u32 = 1 << 18;
 /// Largest distance between samples along a stroke, in pixels: `SPACING_PX` in `shaders/shared/stroke_samples.wgsl`.
 pub(crate) const SPACING_PX: f32 = crate::gpu::wgsl::shared::stroke_samples::SPACING_PX;
 /// How far lines grow, or shrink, at each end in a style's `fade_s`, in pixels. They grow from seeds 64 px apart
@@ -83,7 +83,7 @@ impl SampleList {
     /// Allocates an empty list.
     pub(crate) fn new(gpu: &Gpu) -> Self {
         Self {
-            samples: Buffer::new(gpu, &SAMPLES, u64::from(MOST_SAMPLES) * size_of::<Sample>() as u64),
+            samples: Buffer::new(gpu, &SAMPLES, u64::from(MAX_SAMPLES) * size_of::<Sample>() as u64),
             counts: Buffer::new(gpu, &COUNTS, size_of::<SampleCounts>() as u64),
             draws: Buffer::new(gpu, &DRAWS, 64),
         }
@@ -96,7 +96,7 @@ impl SampleList {
     pub(crate) fn read(&self, gpu: &Gpu) -> Result<(SampleCounts, Vec<Sample>), GpuError> {
         let counts: Vec<SampleCounts> = readback::read_buffer(gpu, &self.counts.raw, 1)?;
         let counts = counts.first().copied().unwrap_or_default();
-        let samples = readback::read_buffer(gpu, &self.samples.raw, counts.samples.min(MOST_SAMPLES) as usize)?;
+        let samples = readback::read_buffer(gpu, &self.samples.raw, counts.samples.min(MAX_SAMPLES) as usize)?;
         Ok((counts, samples))
     }
 }
@@ -115,13 +115,13 @@ pub(crate) struct SampleWork {
 impl SampleWork {
     /// Creates the shared buffers of a frame.
     pub(super) fn new(recorder: &mut Recorder<'_>, [now, before]: [&SampleList; 2], uniform: TemporalUniform) -> Self {
-        let uniform = TemporalUniform { capacity: uniform.capacity.clamp(2, MOST_SAMPLES), ..uniform };
+        let uniform = TemporalUniform { capacity: uniform.capacity.clamp(2, MAX_SAMPLES), ..uniform };
         Self {
             now: now.clone(),
             before: before.clone(),
             temporal: recorder.uniform("temporal strokes", &uniform),
-            starts: recorder.buffer(&STARTS, 4 * (u64::from(MOST_SEGMENTS) + 1)),
-            matches: recorder.buffer(&MATCHES, u64::from(MOST_SAMPLES) * size_of::<Match>() as u64),
+            starts: recorder.buffer(&STARTS, 4 * (u64::from(MAX_FRAME_SEGMENTS) + 1)),
+            matches: recorder.buffer(&MATCHES, u64::from(MAX_SAMPLES) * size_of::<Match>() as u64),
         }
     }
 
@@ -145,8 +145,8 @@ impl SampleWork {
     }
 
     /// Returns the binding of this frame's sample counts.
-    pub(super) fn list(&self) -> Named {
-        ("list", self.now.counts.binding())
+    pub(super) fn sample_counts(&self) -> Named {
+        ("sample_counts", self.now.counts.binding())
     }
 
     pub(super) fn samples(&self) -> Named {
@@ -199,13 +199,16 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     recorder.groups(
         "lines/strokes/budget_choose",
         [1, 1],
-        &[work.temporal(), classes(), work.list(), work.named_draws()],
+        &[work.temporal(), classes(), work.sample_counts(), work.named_draws()],
     );
     let sizes = ("sizes", work.starts.binding());
-    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.list(), sizes];
+    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.sample_counts(), sizes];
     recorder.indirect("lines/strokes/sizes", arguments, offset, &resources);
     let numbers = &lists.counts;
-    scan::run(recorder, &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MOST_SEGMENTS, values: &work.starts });
+    scan::run(
+        recorder,
+        &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MAX_FRAME_SEGMENTS, values: &work.starts },
+    );
     let resources = [
         ("view", view.clone()),
         ("depth", depth.into()),
@@ -215,7 +218,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("points", points.list.binding()),
         along(),
         work.starts(),
-        work.list(),
+        work.sample_counts(),
         work.samples(),
         work.matches(),
     ];

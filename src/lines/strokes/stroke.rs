@@ -55,7 +55,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, which: Which, inputs: &Inputs<'_>
         ("view", inputs.view.clone()),
         ("focus", inputs.focus.clone()),
         inputs.lists.strokes(),
-        inputs.work.list(),
+        inputs.work.sample_counts(),
         inputs.work.samples(),
     ];
     let mut kind = &SOLID;

@@ -15,8 +15,8 @@
 
 use super::chain::Chains;
 use super::points::Points;
-use super::samples::{MOST_SAMPLES, SampleWork};
-use super::{Lists, MOST_SEGMENTS};
+use super::samples::{MAX_SAMPLES, SampleWork};
+use super::{Lists, MAX_FRAME_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
@@ -33,8 +33,14 @@ const KEPT: BufferKind = BufferKind::storage("kept places");
 
 /// Finds for each sample what was there in the previous frame, whose stroke ids are `ids`.
 pub(crate) fn look(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target) {
-    let resources =
-        [("view", view.clone()), work.list(), work.samples(), work.old_samples(), ("ids", ids.into()), work.matches()];
+    let resources = [
+        ("view", view.clone()),
+        work.sample_counts(),
+        work.samples(),
+        work.old_samples(),
+        ("ids", ids.into()),
+        work.matches(),
+    ];
     let (arguments, offset) = work.per_fresh();
     recorder.indirect("lines/strokes/look", arguments, offset, &resources);
 }
@@ -48,10 +54,11 @@ pub(crate) fn take_over(
     points: &Points,
     work: &SampleWork,
 ) {
-    let bytes = u64::from(MOST_SEGMENTS) * size_of::<Heritage>() as u64;
+    let bytes = u64::from(MAX_FRAME_SEGMENTS) * size_of::<Heritage>() as u64;
     let heritages = ("heritages", recorder.buffer(&HERITAGES, bytes).binding());
     let (arguments, offset) = points.per_segment();
-    let resources = [work.temporal(), lists.counts(), work.starts(), work.list(), work.matches(), heritages.clone()];
+    let resources =
+        [work.temporal(), lists.counts(), work.starts(), work.sample_counts(), work.matches(), heritages.clone()];
     recorder.indirect("lines/strokes/vote", arguments, offset, &resources);
     let resources = [
         ("view", view.clone()),
@@ -62,7 +69,7 @@ pub(crate) fn take_over(
         work.matches(),
         heritages,
         work.samples(),
-        work.list(),
+        work.sample_counts(),
     ];
     let (arguments, offset) = work.per_fresh();
     recorder.indirect("lines/strokes/temporal", arguments, offset, &resources);
@@ -71,8 +78,8 @@ pub(crate) fn take_over(
 /// Adds to the list of this frame the strokes of the previous frame that remain where `ids` has no stroke of this
 /// frame.
 pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWork, ids: &Target, depth: &Target) {
-    let gone = ("gone", recorder.buffer(&GONE, 4 * u64::from(MOST_SAMPLES)).binding());
-    let places = recorder.buffer(&KEPT, 4 * (u64::from(MOST_SAMPLES) + 1));
+    let gone = ("gone", recorder.buffer(&GONE, 4 * u64::from(MAX_SAMPLES)).binding());
+    let places = recorder.buffer(&KEPT, 4 * (u64::from(MAX_SAMPLES) + 1));
     let resources = [
         ("view", view.clone()),
         work.temporal(),
@@ -94,7 +101,7 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
             work.old_samples(),
             gone.clone(),
             ("places", places.binding()),
-            work.list(),
+            work.sample_counts(),
             work.samples(),
             work.named_draws(),
         ];
@@ -105,7 +112,7 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
         }
         if stage == 0 {
             let numbers = &work.before.counts;
-            scan::run(recorder, &scan::Inputs { numbers, index: 0, capacity: MOST_SAMPLES, values: &places });
+            scan::run(recorder, &scan::Inputs { numbers, index: 0, capacity: MAX_SAMPLES, values: &places });
         }
     }
 }
@@ -117,7 +124,7 @@ pub(crate) fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &Sampl
         work.temporal(),
         work.old_list(),
         work.old_samples(),
-        work.list(),
+        work.sample_counts(),
         work.samples(),
         work.named_draws(),
     ];

@@ -27,8 +27,8 @@ use self::field::Field;
 pub use crate::gpu::wgsl::shared::brush::Brush;
 use crate::style::texture::{Recipe, Touch};
 
-/// The most levels of a tile: the last one still has 4 × 1 texels for the smallest tile.
-const MOST_LEVELS: usize = 6;
+/// Largest number of levels of a tile: the last one still has 4 × 1 texels for the smallest tile.
+const MAX_LEVELS: usize = 6;
 
 impl Brush {
     /// Returns the brush of a recipe.
@@ -115,7 +115,7 @@ pub fn grow(recipe: &Recipe) -> Vec<Level> {
         let ranks = threshold.ranks();
         let texels = tone.values().iter().zip(ranks.values()).map(|(a, b)| [byte(*a), byte(*b)]);
         levels.push(Level { size_px: tone.size_px().map(|side| side as u32), texels: texels.collect() });
-        if levels.len() == MOST_LEVELS || tone.size_px().contains(&1) {
+        if levels.len() == MAX_LEVELS || tone.size_px().contains(&1) {
             return levels;
         }
         (tone, threshold) = (tone.halved(), threshold.halved());

@@ -104,9 +104,9 @@ fn score(from: &End, to: &End, rules: &ChainRules) -> Option<u32> {
     }
     let onward = to.outward.map(|component| -component);
     let cosine = if from.has_direction() && to.has_direction() {
-        cos_squared(from.outward, onward).filter(|cosine| *cosine >= rules.least_cos_squared)?
+        cos_squared(from.outward, onward).filter(|cosine| *cosine >= rules.min_cos_squared)?
     } else {
-        rules.least_cos_squared
+        rules.min_cos_squared
     };
     if is_behind(delta, from.outward) || is_behind(delta.map(|component| -component), to.outward) {
         return None;

@@ -12,7 +12,7 @@ use super::vertices::for_children;
 use crate::file::atomic::AtomicFile;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::cog::CogWriter;
-use crate::pyramid::format::link::Link;
+use crate::pyramid::format::fingerprint::Fingerprint;
 use crate::pyramid::format::pair;
 use crate::pyramid::format::record::{PAGE_BYTES, record_bytes};
 use crate::pyramid::format::sidecar::{LevelSummary, Sidecar, sidecar_path};
@@ -168,7 +168,7 @@ pub(super) fn join(
     }
 
     let mut sidecar = Sidecar {
-        link: Link::to(tif.partial_path()).map_err(PyramidError::io(job.out, "reading back"))?,
+        fingerprint: Fingerprint::of(tif.partial_path()).map_err(PyramidError::io(job.out, "reading back"))?,
         sizes: sizes.clone(),
         max_error_m,
         min_m,
@@ -202,7 +202,7 @@ pub(super) fn join(
         }
     }
     records.sync().map_err(PyramidError::io(&sidecar_file, "writing"))?;
-    let tif_bytes = sidecar.link.tif_bytes;
+    let tif_bytes = sidecar.fingerprint.tif_bytes;
     job.go_on()?;
     pair::commit(tif.partial_path(), records.partial_path(), job.out)?;
     Ok(Joined { sidecar, tif_bytes })

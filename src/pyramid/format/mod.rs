@@ -2,7 +2,7 @@
 //! GeoTIFF has no tags for.
 //!
 //! The modules are listed in order of dependency: each uses only those above it. `encode`, `geotags` and `cog` write
-//! the GeoTIFF, `stored` reads its levels back; `record`, `link` and `sidecar` define the bytes of the sidecar, and
+//! the GeoTIFF, `stored` reads its levels back; `record`, `fingerprint` and `sidecar` define the bytes of the sidecar, and
 //! `pair` finds both files and replaces them together.
 //!
 //! Why: `docs/decisions/cog-pyramid.md`, `docs/decisions/compression.md`.
@@ -13,7 +13,7 @@ pub(crate) mod geotags;
 pub(super) mod cog;
 pub(super) mod stored;
 pub(super) mod record;
-pub(super) mod link;
+pub(super) mod fingerprint;
 pub(super) mod sidecar;
 pub(super) mod pair;
 

@@ -8,7 +8,7 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use super::link::Link;
+use super::fingerprint::Fingerprint;
 use super::sidecar::{HEAD_BYTES, HeaderFault, Sidecar, sidecar_path};
 use crate::file::random_access::RandomAccess;
 use crate::pyramid::error::PyramidError;
@@ -62,8 +62,8 @@ fn open_fitting(tif: &Path, path: &Path) -> Result<(Sidecar, RandomAccess), Pyra
     if sidecar.file_bytes() != file_bytes {
         return Err(corrupt("its length does not match its header"));
     }
-    let link = Link::to(tif).map_err(PyramidError::io(tif, "opening"))?;
-    if link != sidecar.link {
+    let fingerprint = Fingerprint::of(tif).map_err(PyramidError::io(tif, "opening"))?;
+    if fingerprint != sidecar.fingerprint {
         return Err(stale("the GeoTIFF has changed since it was baked"));
     }
     Ok((sidecar, file))

@@ -7,7 +7,7 @@
 //!   u32      version
 //!   u32      bytes of the header: the records begin there
 //!   u64      FNV-1a of the rest of the header
-//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: the link that identifies it
+//!     u64 u64   bytes of the .tif; FNV-1a of its first and last 64 KiB: its fingerprint
 //!     u32 u32   width, height of level 0: all further sizes and counts follow from them
 //!     f64       the error bound of the stored heights in metres; 0 = lossless
 //!     f32 f32   lowest and highest height in metres
@@ -26,7 +26,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use super::bytes::{Cursor, fnv, put_f32s};
-use super::link::Link;
+use super::fingerprint::Fingerprint;
 use super::record::{RECORD_BYTES, Record, parse_record};
 use crate::pyramid::surface::levels::{LevelSize, level_sizes};
 use crate::pyramid::surface::statistics::{PatchStatistics, patch_counts, patch_levels, tile_index};
@@ -61,7 +61,7 @@ pub(crate) struct LevelSummary {
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Sidecar {
     /// The fingerprint of the .tif that the sidecar belongs to.
-    pub link: Link,
+    pub fingerprint: Fingerprint,
     /// The sizes of the levels, finest first.
     pub sizes: Vec<LevelSize>,
     /// The largest difference between stored and original heights, in metres; 0 for lossless.
@@ -137,7 +137,7 @@ impl Sidecar {
     /// Encodes the header. Its length, `header_bytes`, is computed and not read from `self`.
     pub(crate) fn header_to_bytes(&self) -> Result<Vec<u8>, serde_json::Error> {
         let mut body = Vec::new();
-        self.link.put(&mut body);
+        self.fingerprint.put(&mut body);
         body.extend(self.finest().width.to_le_bytes());
         body.extend(self.finest().height.to_le_bytes());
         body.extend(self.max_error_m.to_le_bytes());
@@ -195,7 +195,7 @@ impl Sidecar {
 }
 
 fn parse(mut body: Cursor<'_>, header_bytes: u64) -> Option<Sidecar> {
-    let link = Link::parse(&mut body)?;
+    let fingerprint = Fingerprint::parse(&mut body)?;
     let finest = LevelSize { width: body.u32()?, height: body.u32()? };
     if !(2..=MAX_SIDE).contains(&finest.width) || !(2..=MAX_SIDE).contains(&finest.height) {
         return None;
@@ -225,7 +225,7 @@ fn parse(mut body: Cursor<'_>, header_bytes: u64) -> Option<Sidecar> {
         coarse_patches.push((0..x * y).map(patch).collect::<Option<_>>()?);
     }
     body.bytes.is_empty().then_some(Sidecar {
-        link,
+        fingerprint,
         sizes,
         max_error_m,
         min_m,

@@ -22,10 +22,10 @@ const KEPT_SAMPLES: usize = 2048 * 2048;
 
 /// Number of successive levels that may be averaged region by region; each needs four times as much of the last stored
 /// one.
-const MOST_AVERAGED: u32 = 2;
+const MAX_AVERAGED: u32 = 2;
 
 /// Upper bound of the samples of a block that is decoded for a tile.
-const MOST_BLOCK_SAMPLES: u64 = 2048 * 2048;
+const MAX_BLOCK_SAMPLES: u64 = 2048 * 2048;
 
 /// The origin of a level.
 enum Origin {
@@ -73,7 +73,7 @@ impl CogLevels {
                 (None, None) => Origin::Averaged { of: Finer::Level(level - 1), kept: OnceLock::new() },
             };
             averaged = if matches!(origin, Origin::Averaged { of: Finer::Level(_), .. }) { averaged + 1 } else { 0 };
-            if averaged > MOST_AVERAGED && size.samples() > KEPT_SAMPLES
+            if averaged > MAX_AVERAGED && size.samples() > KEPT_SAMPLES
                 || averaged == 1 && size.samples() <= KEPT_SAMPLES && sizes[level - 1].samples() > 4 * KEPT_SAMPLES
             {
                 let LevelSize { width, height } = sizes[level - averaged as usize];
@@ -91,7 +91,7 @@ impl CogLevels {
         for (_, picture) in used {
             // An image that is a single small block may be one strip.
             let [columns, rows] = [picture.block[0].min(picture.width), picture.block[1].min(picture.height)];
-            if u64::from(columns) * u64::from(rows) > MOST_BLOCK_SAMPLES
+            if u64::from(columns) * u64::from(rows) > MAX_BLOCK_SAMPLES
                 || columns == picture.width && picture.width > 16 * TILE_SAMPLES
             {
                 return Err(too_much(format!("it is stored in blocks of {columns} × {rows} samples, not in tiles")));

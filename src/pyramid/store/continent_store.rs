@@ -170,7 +170,7 @@ impl ContinentStore {
         let Some(above) = address.level.checked_sub(BASE_LEVEL) else { return loaded };
         let first = |tile: u32| (self.offset >> BASE_LEVEL) + ((tile * TILE_SAMPLES) << above);
         let (x, y) = (first(address.x), first(address.y));
-        let relief_m = |x: u32, y: u32, samples: u32| self.scale * self.land.most_relief_m(x, y, samples << above);
+        let relief_m = |x: u32, y: u32, samples: u32| self.scale * self.land.max_relief_m(x, y, samples << above);
         let lost_m = relief_m(x, y, TILE_SAMPLES);
         let LoadedTile { tile, mut statistics, mut patches, .. } = loaded;
         statistics.error_m += lost_m;

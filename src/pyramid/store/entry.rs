@@ -3,7 +3,7 @@
 //! ```text
 //! NAME.tif, NAME.tif.tiles   the pyramid
 //! NAME.tif.from              the origin of the pyramid: 8 bytes "HACHFROM", u64 hash of the key,
-//!                            u64 u64 the link to the .tif, u64 FNV-1a of the numbers
+//!                            u64 u64 the fingerprint of the .tif, u64 FNV-1a of the numbers
 //! .NAME.tif.lock             locked by the process that bakes it
 //! ```
 //!
@@ -22,7 +22,7 @@ use crate::file::atomic;
 use crate::pyramid::bake::parts_path;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;
-use crate::pyramid::format::link::Link;
+use crate::pyramid::format::fingerprint::Fingerprint;
 
 const MAGIC: &[u8; 8] = b"HACHFROM";
 
@@ -116,9 +116,9 @@ impl Entry {
     }
 
     fn origin(&self) -> Result<Vec<u8>, PyramidError> {
-        let link = Link::to(&self.tif).map_err(PyramidError::io(&self.tif, "opening"))?;
+        let fingerprint = Fingerprint::of(&self.tif).map_err(PyramidError::io(&self.tif, "opening"))?;
         let mut numbers = fnv(self.key.as_bytes()).to_le_bytes().to_vec();
-        link.put(&mut numbers);
+        fingerprint.put(&mut numbers);
         let sum = fnv(&numbers).to_le_bytes();
         Ok([MAGIC.as_slice(), &numbers, &sum].concat())
     }

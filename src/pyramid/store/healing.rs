@@ -17,7 +17,7 @@ use crate::pyramid::tile::TileAddress;
 use crate::source::georeference::Georeference;
 
 /// The number of repairs after which damage is assumed to have another cause.
-const MOST_TIMES: u32 = 3;
+const MAX_REPAIRS: u32 = 3;
 /// The interval at which a waiting fetch checks whether it was cancelled.
 const LOOK: Duration = Duration::from_millis(20);
 
@@ -87,7 +87,7 @@ impl Shared {
         cancel: &Cancel,
     ) -> Result<(), PyramidError> {
         let mut state = self.lock();
-        if Arc::ptr_eq(&state.current, damaged) && !state.is_healing && state.times < MOST_TIMES {
+        if Arc::ptr_eq(&state.current, damaged) && !state.is_healing && state.times < MAX_REPAIRS {
             state.times += 1;
             state.is_healing = true;
             warn(&error);

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;
-use crate::pyramid::format::link::LINK_BYTES;
+use crate::pyramid::format::fingerprint::{END_BYTES, Fingerprint};
 use crate::pyramid::format::record::Record;
 use crate::pyramid::format::sidecar::{HEAD_BYTES, HeaderFault, Sidecar};
 use crate::pyramid::surface::levels::LevelSize;
@@ -43,10 +43,10 @@ impl Measured {
             return Err(corrupt("its length does not match its header"));
         }
         let size = tif.size();
-        let end = size.min(LINK_BYTES);
+        let end = size.min(END_BYTES);
         let mut ends = tif.read(0, end as usize, &never)?;
         ends.extend(tif.read(size - end, end as usize, &never)?);
-        if (sidecar.link.tif_bytes, sidecar.link.tif_hash) != (size, fnv(&ends)) || sidecar.sizes != sizes {
+        if sidecar.fingerprint != (Fingerprint { tif_bytes: size, tif_hash: fnv(&ends) }) || sidecar.sizes != sizes {
             return Err(stale("the GeoTIFF has changed since it was baked"));
         }
         // The records have checksums.

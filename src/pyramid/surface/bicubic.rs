@@ -1,13 +1,13 @@
 //! The one surface between samples: bicubic convolution with a = −0.5 (Catmull-Rom, GDAL's `cubic`).
 //!
-//! A coordinate `c` along an axis of `n` samples is in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction `c
-//! − cell`. The fraction is not clamped: coarse levels have coordinates up to half a sample beyond their outermost
+//! A coordinate `c` counts samples along an axis: 0 is the centre of the first one (GDAL's pixel coordinate minus 0.5).
+//! Among `n` samples it is in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction `c − cell`. The fraction is not clamped: coarse levels have coordinates up to half a sample beyond their outermost
 //! sample centres, where the polynomial of the outermost cell is continued (so the surface stays C1). The four samples
 //! of a cell are `cell − 1 ..= cell + 2`, with indices clamped to the level. In f64 the surface passes through the
 //! samples exactly; away from the borders it reproduces planes (and quadratics) up to rounding.
 //!
 //! Everything is evaluated relative to one of the samples, so that a large height above the sea costs no precision; the
-//! f32 twin in the shaders does the same.
+//! same formula in f32 (`shaders/shared/surface.wgsl`) does so too.
 
 /// Returns the weights of the samples −1, 0, 1, 2 at the fraction `t` of the cell between samples 0 and 1.
 pub(crate) fn weights(t: f64) -> [f64; 4] {
@@ -27,7 +27,7 @@ pub(crate) fn derivative_weights(t: f64) -> [f64; 4] {
 /// Returns the cell, and the fraction in it, of the coordinate `c` along an axis of `count` samples (at least 1).
 pub(crate) fn cell(c: f64, count: u32) -> (u32, f64) {
     let last_cell = count.saturating_sub(2);
-    // The cast saturates: negative and NaN coordinates land in cell 0.
+    // The cast saturates: negative coordinates are in cell 0. For NaN, the fraction is NaN.
     let cell = (c.floor() as u32).min(last_cell);
     (cell, c - f64::from(cell))
 }
@@ -48,22 +48,22 @@ pub(crate) fn height_and_gradient(samples: &[[f32; 4]; 4], fx: f64, fy: f64) -> 
     let origin = f64::from(samples[1][1]);
     let (wx, wy) = (weights(fx), weights(fy));
     let (dx, dy) = (derivative_weights(fx), derivative_weights(fy));
-    let mut above = 0.0;
+    let mut above_origin = 0.0;
     let mut slope_x = 0.0;
     let mut slope_y = 0.0;
     for (row, (wy, dy)) in samples.iter().zip(wy.iter().zip(dy)) {
-        let mut across = 0.0;
-        let mut along = 0.0;
+        let mut row_height = 0.0;
+        let mut row_slope = 0.0;
         for (sample, (wx, dx)) in row.iter().zip(wx.iter().zip(dx)) {
             let difference = f64::from(*sample) - origin;
-            across += wx * difference;
-            along += dx * difference;
+            row_height += wx * difference;
+            row_slope += dx * difference;
         }
-        above += wy * across;
-        slope_x += wy * along;
-        slope_y += dy * across;
+        above_origin += wy * row_height;
+        slope_x += wy * row_slope;
+        slope_y += dy * row_height;
     }
-    (origin + above, slope_x, slope_y)
+    (origin + above_origin, slope_x, slope_y)
 }
 
 #[cfg(test)]
@@ -71,12 +71,12 @@ mod tests {
     use super::*;
 
     fn surface(heights: &[f32], width: u32, height: u32, x: f64, y: f64) -> (f64, f64, f64) {
-        let (recorder, fx) = cell(x, width);
+        let (cx, fx) = cell(x, width);
         let (cy, fy) = cell(y, height);
         let mut samples = [[0.0; 4]; 4];
         for (k, row) in samples.iter_mut().enumerate() {
             for (i, sample) in row.iter_mut().enumerate() {
-                let (column, row) = (neighbour(recorder, i as u32, width), neighbour(cy, k as u32, height));
+                let (column, row) = (neighbour(cx, i as u32, width), neighbour(cy, k as u32, height));
                 *sample = heights[(row * width + column) as usize];
             }
         }

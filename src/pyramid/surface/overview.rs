@@ -1,8 +1,8 @@
 //! The next coarser level: averages over the area of each coarse sample.
 //!
-//! A coarse sample covers `n/m` fine samples along an axis (2, or a little less for odd `n`), so up to three of them,
-//! the outer ones partly; these shares are the weights. No-data carries no weight, and a coarse sample is valid where
-//! at least half of the area under it is.
+//! An axis of `n` fine samples has `m = ⌈n/2⌉` coarse ones, and a coarse sample covers `n/m` fine ones: 2 for even `n`,
+//! less for odd `n`. So it covers up to three of them, the outer ones partly; the shares of its width are the weights.
+//! No-data carries no weight. A coarse sample is valid if at least half of its area is.
 
 use rayon::prelude::*;
 
@@ -17,18 +17,18 @@ struct Cover {
     shares: [f64; 3],
 }
 
-/// Rounding may leave a sliver of a sample at the end of a footprint; smaller shares count as 0.
-const SLIVER: f64 = 1e-9;
+/// Tolerance for rounding errors: at the ends of a cover in fine samples, and of the valid part of a coarse sample.
+const ROUNDING: f64 = 1e-9;
 
 impl Cover {
-    /// Returns the samples of an axis of `fine` samples under the sample `c` of `coarse` samples.
+    /// Returns the cover of coarse sample `c` on an axis with `fine` fine and `coarse` coarse samples.
     fn new(c: u32, fine: u32, coarse: u32) -> Self {
         let ratio = f64::from(fine) / f64::from(coarse);
         // One multiplication and one division each: exact where the ratio is 1 or 2.
         let start = f64::from(c) * f64::from(fine) / f64::from(coarse);
         let end = f64::from(c + 1) * f64::from(fine) / f64::from(coarse);
-        let first = (start + SLIVER).floor() as usize;
-        let last = ((end - SLIVER).ceil() as usize).min(fine as usize);
+        let first = (start + ROUNDING).floor() as usize;
+        let last = ((end - ROUNDING).ceil() as usize).min(fine as usize);
         let mut shares = [0.0; 3];
         for (k, share) in shares.iter_mut().enumerate().take(last - first) {
             let sample = (first + k) as f64;
@@ -49,8 +49,8 @@ pub(crate) fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -
     Region { x, y, width, height }
 }
 
-/// Averages a level into a region of the next coarser one. `field` contains at least [`cover_region`] of it; NaN is
-/// no-data, there and in the result.
+/// Averages a level into `region` of the next coarser one. `field` must contain the [`cover_region`] of `region`; NaN is
+/// no-data, in `field` and in the result.
 pub(crate) fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
     let mut heights_m = vec![f32::NAN; region.samples()];
     average_into(field, fine, coarse, region, &mut heights_m);
@@ -71,6 +71,7 @@ pub(crate) fn average_into(field: &Field, fine: LevelSize, coarse: LevelSize, re
     });
 }
 
+/// Returns the height of the coarse sample that covers these columns and rows; NaN if it is not valid.
 fn average(field: &Field, column: &Cover, row: &Cover) -> f32 {
     let mut valid = 0.0;
     let mut sum = 0.0;
@@ -83,7 +84,7 @@ fn average(field: &Field, column: &Cover, row: &Cover) -> f32 {
             }
         }
     }
-    if valid >= 0.5 - SLIVER { (sum / valid) as f32 } else { f32::NAN }
+    if valid >= 0.5 - ROUNDING { (sum / valid) as f32 } else { f32::NAN }
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ const SLOPE: f64 = 0.5;
 /// Smallest rise of a spike as a fraction of the relief around it.
 const OF_RELIEF: f64 = 0.8;
 /// Samples with fewer valid neighbours than this are not judged.
-const LEAST_NEIGHBOURS: usize = 3;
+const MIN_NEIGHBOURS: usize = 3;
 
 /// Returns the ascending indices of spikes in the heights of a window.
 pub(super) fn find(heights_m: &[f32], window: Window, spacing_m: f64) -> Vec<u32> {
@@ -49,7 +49,7 @@ fn stands_out(heights_m: &[f32], [width, height]: [usize; 2], index: usize, spac
             }
         }
     }
-    if count < LEAST_NEIGHBOURS {
+    if count < MIN_NEIGHBOURS {
         return false;
     }
     let around = &mut around[..count];

@@ -25,7 +25,7 @@ const TENSION: f64 = 1.0 / 576.0;
 /// Residual, relative to the initial one, at which the equations count as solved.
 const TOLERANCE: f64 = 1e-7;
 /// Largest number of iterations; a hole of the largest width needs fewer.
-const MOST_STEPS: u32 = 3000;
+const MAX_STEPS: u32 = 3000;
 
 /// Offsets in columns and rows from a sample to those that share a second difference with it.
 const OFFSETS: [[i32; 2]; 13] =
@@ -179,7 +179,7 @@ impl Equations {
         let mut direction = residual.clone();
         let mut square = dot(&residual, &residual);
         let enough = square * TOLERANCE * TOLERANCE;
-        for _ in 0..MOST_STEPS {
+        for _ in 0..MAX_STEPS {
             if square <= enough {
                 break;
             }

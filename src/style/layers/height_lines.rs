@@ -40,7 +40,7 @@ parameters! {
 /// Returns the smallest contour interval, in metres, of a map with pixels of `pixel_m` metres, before it is rounded. At
 /// large scales, lines on a slope of 45° are about three pixels apart or more. Small scales have gentler slopes and use
 /// the intervals of topographic maps from 1 : 50 000 to 1 : 1 000 000, on a screen of 96 dots per inch.
-fn least_m(pixel_m: f64) -> f64 {
+fn min_m(pixel_m: f64) -> f64 {
     (3.0 * pixel_m).min(8.4 * pixel_m.powf(0.6))
 }
 
@@ -78,10 +78,10 @@ impl LayerBehaviour for HeightLines {
     /// Replaces an interval of 0 with 1, 2 or 5 times a power of ten.
     fn prepare_for_map(&mut self, pixel_m: f64) {
         if self.interval_m == 0.0 {
-            let least_m = least_m(pixel_m);
-            let decade_m = 10.0_f64.powf(least_m.log10().floor());
+            let min_m = min_m(pixel_m);
+            let decade_m = 10.0_f64.powf(min_m.log10().floor());
             // An interval that is less than 1 % too small is also taken.
-            let round = [1.0, 2.0, 5.0, 10.0].into_iter().find(|times| times * decade_m >= least_m * 0.99);
+            let round = [1.0, 2.0, 5.0, 10.0].into_iter().find(|times| times * decade_m >= min_m * 0.99);
             self.interval_m = (decade_m * round.unwrap_or(10.0)) as f32;
         }
     }

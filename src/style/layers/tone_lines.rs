@@ -2,7 +2,7 @@
 
 use super::{Channels, Fading, Ink, LayerBehaviour, Margins, Trace};
 use crate::gpu::wgsl::lines::tone::blur::REACH;
-use crate::gpu::wgsl::lines::tone::tone_image::{LEAST_WIDTH, MOST_WIDTH};
+use crate::gpu::wgsl::lines::tone::tone_image::{MAX_WIDTH, MIN_WIDTH};
 use crate::style::Color;
 use crate::style::parameters::{Range, choices, parameters};
 
@@ -107,12 +107,12 @@ impl LayerBehaviour for ToneLines {
 impl ToneLines {
     /// Returns the width of the widest lines, in pixels.
     pub(crate) fn widest_px(&self) -> f32 {
-        (self.width_px * (1.0 + (MOST_WIDTH - 1.0) * self.depth_width)).max(1.0)
+        (self.width_px * (1.0 + (MAX_WIDTH - 1.0) * self.depth_width)).max(1.0)
     }
 
     /// Returns the width of the narrowest lines, in pixels.
     pub(crate) fn narrowest_px(&self) -> f32 {
-        (self.width_px * (1.0 - (1.0 - LEAST_WIDTH) * self.depth_width)).max(1.0)
+        (self.width_px * (1.0 - (1.0 - MIN_WIDTH) * self.depth_width)).max(1.0)
     }
 
     /// Returns how far around a pixel its lines depend on the picture, in pixels: the sum of the blur, the search, the

@@ -1,4 +1,5 @@
-//! Position and normal of the meshes, written over those of the land. See `shaders/surface/meshes/resolve.wgsl`.
+//! Computes the attributes of each pixel of a mesh from its surface id: position and normal, written over those of the
+//! land, and in some styles the local colour. See `shaders/surface/meshes/resolve.wgsl`.
 
 use std::convert::Infallible;
 use std::sync::Arc;
@@ -14,8 +15,8 @@ use crate::mesh::placed::Placed;
 use crate::mesh::{Material, Mesh};
 use crate::surface::local_color;
 
-/// Hue of each triangle of the meshes.
-const COLORS: BufferKind = BufferKind::storage("mesh colors");
+/// Local colour of each triangle of the meshes ([`local_color::packed`]).
+const LOCAL_COLORS: BufferKind = BufferKind::storage("mesh colors");
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -27,27 +28,29 @@ pub(crate) struct Inputs<'a> {
     pub depth: &'a Target,
     pub position: &'a Target,
     pub normal: &'a Target,
-    /// [`LOCAL_COLOR`](local_color::LOCAL_COLOR), if the style needs it.
+    /// Target for local colours, [`LOCAL_COLOR`](local_color::LOCAL_COLOR), if the style needs them.
     pub local_color: Option<&'a Target>,
 }
 
-/// The hues of all triangles of a world's meshes.
-struct MeshColors {
+/// The local colours of all triangles of a world's meshes, on the GPU.
+struct MeshLocalColors {
     placed: Arc<Placed>,
     colors: Buffer,
 }
 
-/// Returns the hues in the order of the triangles.
-fn colors_of(placed: &Placed) -> Vec<u32> {
+/// Returns the local colour of each triangle, in their order on the GPU.
+fn local_colors_of(placed: &Placed) -> Vec<u32> {
     let of_mesh = |mesh: &Mesh| {
-        let colors: Vec<u32> = mesh.materials.iter().map(color_of).collect();
+        let colors: Vec<u32> = mesh.materials.iter().map(local_color_of).collect();
         mesh.triangles.iter().map(move |triangle| colors[usize::from(triangle.material)]).collect::<Vec<_>>()
     };
     let levels = (0..placed.meshes.len()).flat_map(|mesh| levels_of(placed, mesh));
     levels.flat_map(|level| of_mesh(level.mesh)).collect()
 }
 
-fn color_of(material: &Material) -> u32 {
+/// Returns the local colour of a material. A material without a colour of its own has none: it is coloured as the land
+/// is.
+fn local_color_of(material: &Material) -> u32 {
     if material.color == Material::PLAIN_COLOR { local_color::NONE } else { local_color::packed(material.color) }
 }
 
@@ -65,10 +68,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     if let Some(local_color) = inputs.local_color {
         let placed = &inputs.meshes.meshes.placed;
         let made = recorder.cached(
-            |known: &MeshColors| Arc::ptr_eq(&known.placed, placed),
+            |known: &MeshLocalColors| Arc::ptr_eq(&known.placed, placed),
             |gpu| {
-                let colors = Buffer::with(gpu, &COLORS, &colors_of(placed));
-                Ok::<_, Infallible>(MeshColors { placed: Arc::clone(placed), colors })
+                let colors = Buffer::with(gpu, &LOCAL_COLORS, &local_colors_of(placed));
+                Ok::<_, Infallible>(MeshLocalColors { placed: Arc::clone(placed), colors })
             },
         );
         let Ok(made) = made;

@@ -14,7 +14,7 @@ use rustc_hash::FxHashMap;
 use super::{PlannedPool, RowPlan, proposals};
 use crate::gpu::Gpu;
 use crate::gpu::buffer::{Buffer, BufferKind};
-use crate::gpu::wgsl::shared::rows::{CELLS, MOST_CANDIDATES, RowBlock, RowRules, WORDS};
+use crate::gpu::wgsl::shared::rows::{CELLS, MAX_CANDIDATES, RowBlock, RowRules, WORDS};
 use crate::pyramid::TileStore;
 use crate::scene::view::{Rig, View};
 use crate::style::Rows;
@@ -31,7 +31,7 @@ const POOLS: std::ops::RangeInclusive<usize> = 2..=12;
 /// Factor by which the spacing is widened at a time.
 const WIDER: f32 = 1.19;
 /// Level of the finest blocks: the side of their cells is 2^−6 of a sample.
-const LEAST_LEVEL: i32 = -6;
+const MIN_LEVEL: i32 = -6;
 /// Mean width of a cell, in spacings.
 const MEAN_CELL: f32 = 1.4;
 /// Cross-fade beyond the range of a level, in octaves (`FADE` of `marks.wgsl`).
@@ -111,23 +111,23 @@ impl RowMemory {
         let spacing_m = terrain.grid_projection().spacing_m();
         let focal_px = rig.eyes.iter().map(View::focal_px).fold(0.0, f64::max);
         let greatest_level = greatest_level(terrain);
-        let most_blocks = POOL_SLOTS * POOLS.end();
+        let max_blocks = POOL_SLOTS * POOLS.end();
         let mut spacing_px = rows.spacing_px;
         let mut wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
-        while wanted.len() > most_blocks {
+        while wanted.len() > max_blocks {
             spacing_px *= WIDER;
             wanted = blocks(selection, spacing_m * focal_px / f64::from(spacing_px), greatest_level);
         }
-        let most_marks = (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32;
+        let max_marks = (4096.0 + pixels.fold(0.0, f32::max) * MARKS_PER_SPACING / spacing_px.powi(2)) as u32;
         let rules = RowRules {
             spacing_px,
             row_cells: rows.length / MEAN_CELL,
             level: rows.level_deg.to_radians().tan(),
             darkest: rows.darkest,
             taper: rows.taper,
-            most_marks: most_marks.min(proposals::most_marks(gpu)),
+            max_marks: max_marks.min(proposals::max_marks(gpu)),
             cell_px_m: (spacing_m * focal_px) as f32,
-            least_level: LEAST_LEVEL as f32,
+            min_level: MIN_LEVEL as f32,
             greatest_level: greatest_level as f32,
         };
         let store = terrain.store();
@@ -140,7 +140,7 @@ impl RowMemory {
         }
         let pools = wanted.len().div_ceil(POOL_SLOTS).clamp(*POOLS.start(), *POOLS.end());
         while self.pools.len() < pools {
-            let bytes = POOL_SLOTS as u64 * u64::from(MOST_CANDIDATES * WORDS) * 4;
+            let bytes = POOL_SLOTS as u64 * u64::from(MAX_CANDIDATES * WORDS) * 4;
             self.pools.push([Buffer::new(gpu, &COUNTS, 4 * POOL_SLOTS as u64), Buffer::new(gpu, &CANDIDATES, bytes)]);
         }
         let mut plan: Vec<PlannedPool> = self
@@ -249,7 +249,7 @@ fn blocks(selection: &Selection, cells_m: f64, greatest_level: i32) -> Vec<Addre
     for (patch, [near_m, far_m]) in selection.leaves.iter().zip(&selection.distances_m) {
         let finest = (level_at(*near_m) - 1.0 - BEYOND).floor() as i32 + 1;
         let coarsest = (level_at(*far_m) + BEYOND).ceil() as i32 - 1;
-        let [finest, coarsest] = [finest, coarsest].map(|level| level.clamp(LEAST_LEVEL, greatest_level));
+        let [finest, coarsest] = [finest, coarsest].map(|level| level.clamp(MIN_LEVEL, greatest_level));
         let (first, side) = patch.area();
         for level in finest..=coarsest {
             let cell = f64::from(level).exp2();

@@ -39,7 +39,7 @@ pub(crate) fn run(
             ("proposals", proposals.all.binding()),
             ("raster", raster.binding()),
         ];
-        recorder.groups("surface/rows/choice", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+        recorder.groups("surface/rows/choice", [plan.rules.max_marks.div_ceil(64), 1], &resources);
     }
     resources
 }

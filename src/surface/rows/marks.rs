@@ -40,7 +40,7 @@ pub(crate) struct Marks {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = recorder.buffer(&DRAWN, 16);
-    let samples = recorder.buffer(&MARKS, 16 * u64::from(plan.rules.most_marks) * SAMPLES as u64);
+    let samples = recorder.buffer(&MARKS, 16 * u64::from(plan.rules.max_marks) * SAMPLES as u64);
     recorder.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
     let resources = [
         ("view", inputs.view.clone()),
@@ -52,7 +52,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
         ("marks", samples.binding()),
         ("tone", inputs.tone.into()),
     ];
-    recorder.groups("surface/rows/marks", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+    recorder.groups("surface/rows/marks", [plan.rules.max_marks.div_ceil(64), 1], &resources);
     Marks { drawn, samples }
 }
 

@@ -6,14 +6,14 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
-use crate::gpu::wgsl::shared::rows::{MOST_CANDIDATES, PROPOSAL};
+use crate::gpu::wgsl::shared::rows::{MAX_CANDIDATES, PROPOSAL};
 
 /// Number of proposals.
 const PROPOSED: BufferKind = BufferKind::storage("row proposed");
 const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
 
 /// Returns how many proposals a binding can hold.
-pub(crate) fn most_marks(gpu: &Gpu) -> u32 {
+pub(crate) fn max_marks(gpu: &Gpu) -> u32 {
     let limits = gpu.device.limits();
     let bytes = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
     u32::try_from(bytes / (16 * PROPOSAL as u64)).unwrap_or(u32::MAX)
@@ -42,7 +42,7 @@ pub(crate) struct Proposals {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);
-    let all = recorder.buffer(&PROPOSALS, 16 * u64::from(plan.rules.most_marks) * PROPOSAL as u64);
+    let all = recorder.buffer(&PROPOSALS, 16 * u64::from(plan.rules.max_marks) * PROPOSAL as u64);
     recorder.write(&count, &[0_u32; 4]);
     let prewarms = recorder.prewarms();
     for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || prewarms) {
@@ -57,7 +57,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals
             ("position", inputs.position.into()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
-        recorder.groups("surface/rows/proposals", [MOST_CANDIDATES / 64, pool.seen.len() as u32], &resources);
+        recorder.groups("surface/rows/proposals", [MAX_CANDIDATES / 64, pool.seen.len() as u32], &resources);
     }
     Proposals { count, all }
 }

@@ -22,6 +22,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, plan: &RowPlan, places: &[Named],
     recorder.clear(&inks);
     let mut resources = places.to_vec();
     resources.extend([("inks", inks.binding()), ("tone", tone.into())]);
-    recorder.groups("surface/rows/rooms", [plan.rules.most_marks.div_ceil(64), 1], &resources);
+    recorder.groups("surface/rows/rooms", [plan.rules.max_marks.div_ceil(64), 1], &resources);
     inks
 }

@@ -2,9 +2,9 @@
 
 use crate::gpu::bind::Named;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::wgsl::shared::rows::MOST_CANDIDATES;
+use crate::gpu::wgsl::shared::rows::MAX_CANDIDATES;
 
 /// Traces the marks of the blocks' candidates.
 pub(crate) fn run(recorder: &mut Recorder<'_>, blocks: u32, resources: &[Named]) {
-    recorder.groups("surface/rows/trace", [MOST_CANDIDATES / 64, blocks], resources);
+    recorder.groups("surface/rows/trace", [MAX_CANDIDATES / 64, blocks], resources);
 }

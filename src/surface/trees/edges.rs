@@ -1,7 +1,7 @@
 //! Contours and open borders of near trees → the edge list. See `shaders/surface/trees/edges.wgsl`.
 
 use super::DrawnTrees;
-use super::near::{self, MOST_NEAR};
+use super::near::{self, MAX_NEAR};
 use super::sway::Swaying;
 use crate::forest::edges::edges;
 use crate::forest::model::TreeCorner;
@@ -102,6 +102,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<
     resources.extend(swaying.into_iter().flat_map(Swaying::resources));
     let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
     let shader = Compute { name: "surface/trees/edges", definitions };
-    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MOST_NEAR * of_species.groups };
+    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MAX_NEAR * of_species.groups };
     Ordered { shader, find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
 }

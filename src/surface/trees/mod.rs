@@ -20,7 +20,7 @@ pub(crate) mod sway;
 
 use std::sync::Arc;
 
-use self::place::MOST_TREES;
+use self::place::MAX_TREES;
 pub(crate) use self::place::TreeInstance;
 use self::shared::{Look, Shared};
 use crate::forest::model::TreeModel;
@@ -72,8 +72,8 @@ impl DrawnTrees {
         let lists = u64::from(TREE_LISTS) * forest.species.len() as u64;
         Some(Self {
             shared,
-            instances: recorder.buffer(&INSTANCES, u64::from(MOST_TREES) * size_of::<TreeInstance>() as u64),
-            order: recorder.buffer(&ORDER, lists * u64::from(MOST_TREES) * 4),
+            instances: recorder.buffer(&INSTANCES, u64::from(MAX_TREES) * size_of::<TreeInstance>() as u64),
+            order: recorder.buffer(&ORDER, lists * u64::from(MAX_TREES) * 4),
             draws: recorder.buffer(&DRAWS, (lists + 1) * u64::from(DRAW_WORDS) * 4),
         })
     }
@@ -85,7 +85,7 @@ impl DrawnTrees {
 
     /// Returns the instance numbers of a list.
     fn order_of(&self, list: u32) -> Buffer {
-        let bytes = u64::from(MOST_TREES) * 4;
+        let bytes = u64::from(MAX_TREES) * 4;
         self.order.slice(u64::from(list) * bytes, bytes)
     }
 

@@ -2,14 +2,14 @@
 //! `shaders/surface/trees/near.wgsl`.
 
 use super::DrawnTrees;
-use super::place::MOST_TREES;
+use super::place::MAX_TREES;
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::surface::trees::near::{NEAR_GROUPS, NearTrees};
 
-/// The most trees that have strokes; the nearest ones have them.
-pub(crate) const MOST_NEAR: u32 = 1 << 12;
+/// Largest number of trees that have strokes; the nearest ones have them.
+pub(crate) const MAX_NEAR: u32 = 1 << 12;
 
 /// Number of trees, then their instance numbers, from near to far.
 const NEAR_ORDER: BufferKind = BufferKind::storage("near trees");
@@ -27,8 +27,8 @@ pub(crate) struct Near {
 /// Selects the trees, for a pass that has `groups_of_tree` workgroups per tree.
 pub(crate) fn run(recorder: &mut Recorder<'_>, view: &Resource, trees: &DrawnTrees, groups_of_tree: u32) -> Near {
     let uniform =
-        NearTrees { species: trees.shared.species.len() as u32, capacity: MOST_TREES, room: MOST_NEAR, groups_of_tree };
-    let order = recorder.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MOST_NEAR)));
+        NearTrees { species: trees.shared.species.len() as u32, capacity: MAX_TREES, room: MAX_NEAR, groups_of_tree };
+    let order = recorder.buffer(&NEAR_ORDER, 4 * (1 + u64::from(MAX_NEAR)));
     let dispatch = recorder.buffer(&NEAR_DISPATCH, 16);
     let resources = [
         ("view", view.clone()),

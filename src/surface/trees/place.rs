@@ -14,7 +14,7 @@ use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MOST_SPECIES, Species as SpeciesRecord, TreeRules};
+use crate::gpu::wgsl::shared::forest::{Forest as ForestUniform, MAX_SPECIES, Species as SpeciesRecord, TreeRules};
 pub(crate) use crate::gpu::wgsl::shared::trees::TreeInstance;
 use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR, TREE_LEVELS};
 pub(super) use crate::gpu::wgsl::surface::trees::place::TreePoint;
@@ -24,9 +24,9 @@ use crate::scene::view::View;
 use crate::scene::{CoverFiles, Forest, Wind};
 use crate::tiles::Terrain;
 
-/// The most trees and pieces of canopy that are drawn for an eye. If there would be more, thinning begins nearer to the
+/// Largest number of trees and pieces of canopy that are drawn for an eye. If there would be more, thinning begins nearer to the
 /// eye.
-pub(crate) const MOST_TREES: u32 = 1 << 18;
+pub(crate) const MAX_TREES: u32 = 1 << 18;
 /// Height on the picture below which fewer and wider trees are drawn, in pixels.
 pub(crate) const FULL_PX: f64 = 22.0;
 /// The largest distance at which forests are drawn, in metres.
@@ -48,7 +48,7 @@ const LONGEST_SHADOW: f64 = 4.0;
 /// Multiple of the distance up to which all trees are drawn, beyond which forest is drawn as canopy only.
 const LAST_ALONE: f64 = (SHRUNK * (1.0 + OWN_SIZE)) as f64;
 /// One share for each land class and each species.
-const SHARES: usize = CoverFiles::MOST_CLASSES * Forest::MOST_SPECIES;
+const SHARES: usize = CoverFiles::MAX_CLASSES * Forest::MAX_SPECIES;
 /// Workgroups in a row of a dispatch.
 const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
@@ -56,7 +56,7 @@ const GROUPS_IN_ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 const TREE_QUESTION: BufferKind = BufferKind::storage("tree question");
 /// Species records of a forest.
 const TREE_SPECIES: BufferKind = BufferKind::storage("tree species");
-const _: () = assert!(MOST_SPECIES as usize == Forest::MOST_SPECIES);
+const _: () = assert!(MAX_SPECIES as usize == Forest::MAX_SPECIES);
 
 /// Inputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -107,7 +107,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     let (height_m, focal_px) = (forest.height_m(), eye.focal_px());
     // A raster may give trees more than their species' mean height.
     let tallest_m = height_m * if forest.cover.canopy_height.is_some() { TALLEST_OF_RASTER } else { TALLEST };
-    let density = forest.trees_per_ha / Forest::MOST_TREES_PER_HA;
+    let density = forest.trees_per_ha / Forest::MAX_TREES_PER_HA;
     let shadow_reach = if has_shadows { shadow_reach(to_sun) } else { 0.0 };
     let sways_m = wind.map_or(0.0, |wind| wind.reach_m(tallest_m));
     let mut sight = Sight {
@@ -121,10 +121,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
         sways_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
-    let most_trees = f64::from(MOST_TREES) / DRAWN_TWICE;
+    let max_trees = f64::from(MAX_TREES) / DRAWN_TWICE;
     let (mut blocks, mut most) = blocks::in_view(&sight, &shared.points);
-    while most as f64 > most_trees {
-        sight.thinning.full_m *= 0.95 * (most_trees / most as f64).sqrt();
+    while most as f64 > max_trees {
+        sight.thinning.full_m *= 0.95 * (max_trees / most as f64).sqrt();
         (blocks, most) = blocks::in_view(&sight, &shared.points);
     }
     // Beyond this distance there is only canopy, which does not sway.
@@ -150,7 +150,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     let uniform = ForestUniform {
         seed: forest.seed,
         blocks: count,
-        capacity: MOST_TREES,
+        capacity: MAX_TREES,
         species: forest.species.len() as u32,
         density: density as f32,
         tree_line_m: forest.tree_line_m as f32,
@@ -263,15 +263,15 @@ fn empty_draws(trees: &DrawnTrees) -> Vec<u32> {
 /// Returns the shares of the species in each land class.
 fn shares(forest: &Forest) -> [f32; SHARES] {
     let mut shares = [0.0; SHARES];
-    for (own, class) in shares.chunks_exact_mut(Forest::MOST_SPECIES).zip(&forest.cover.classes) {
+    for (own, class) in shares.chunks_exact_mut(Forest::MAX_SPECIES).zip(&forest.cover.classes) {
         own.iter_mut().zip(&class.shares).for_each(|(own, share)| *own = *share as f32);
     }
     shares
 }
 
 /// Returns the records of the species.
-fn species_records(forest: &Forest, trees: &DrawnTrees) -> [SpeciesRecord; Forest::MOST_SPECIES] {
-    let mut records = [SpeciesRecord::default(); Forest::MOST_SPECIES];
+fn species_records(forest: &Forest, trees: &DrawnTrees) -> [SpeciesRecord; Forest::MAX_SPECIES] {
+    let mut records = [SpeciesRecord::default(); Forest::MAX_SPECIES];
     for ((record, species), model) in records.iter_mut().zip(&forest.species).zip(&trees.shared.species) {
         let Species { share, height_m, heights_m: [low_m, high_m], aspect_deg, by_aspect, by_hollow, .. } = species;
         let (east, north) = aspect_deg.to_radians().sin_cos();

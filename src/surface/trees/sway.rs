@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 
-use super::place::{IMPOSTOR_PX, MIDDLE_PX, MOST_TREES};
+use super::place::{IMPOSTOR_PX, MAX_TREES, MIDDLE_PX};
 use super::{DrawnTrees, TREE_LISTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
@@ -63,7 +63,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: Inputs<'_>) -> Swaying {
         ..wind.uniform(origin_m.truncate(), clock)
     };
     let wind = recorder.uniform("wind", &uniform);
-    let sways = recorder.buffer(&SWAYS, u64::from(MOST_TREES) * size_of::<Sway>() as u64).binding();
+    let sways = recorder.buffer(&SWAYS, u64::from(MAX_TREES) * size_of::<Sway>() as u64).binding();
     let resources = [
         ("wind", wind.clone()),
         ("tree_instances", trees.instances.binding()),

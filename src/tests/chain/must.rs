@@ -28,7 +28,7 @@ pub fn assert_chains(segments: &[Segment], chained: &Chained, rules: &ChainRules
         assert!(length(delta) <= f64::from(rules.reach_units), "{left} to {entered} is too far");
         let (u, v) = (vector(end(left ^ 1), end(left)), vector(end(entered), end(entered ^ 1)));
         if length(u) > 0.0 && length(v) > 0.0 {
-            let widest = (f64::from(rules.least_cos_squared) / 4096.0).sqrt().acos();
+            let widest = (f64::from(rules.min_cos_squared) / 4096.0).sqrt().acos();
             let angle = ((u[0] * v[0] + u[1] * v[1]) / length(u) / length(v)).clamp(-1.0, 1.0).acos();
             // Directions are rounded to 1/64 at worst, at each of the two ends.
             assert!(angle <= widest + 0.04, "{left} to {entered} turns by {angle}");

@@ -44,7 +44,7 @@ fn ten_thousand_inputs_are_chained_as_by_the_twin() {
         rules = match plane {
             17 => ChainRules::new(1.0, 0.5),
             18 => ChainRules::new(20.0, 1.5),
-            19 => ChainRules { reach_units: 1023, least_cos_squared: 0 },
+            19 => ChainRules { reach_units: 1023, min_cos_squared: 0 },
             _ => ChainRules::default(),
         };
         bench.rules = rules;
@@ -98,7 +98,7 @@ fn a_loop_is_one_closed_chain() {
     }
     // Two segments face each other, with a turn of nearly 90 degrees at each end; each end is a little before the
     // other.
-    let rules = ChainRules { reach_units: 200, least_cos_squared: 0 };
+    let rules = ChainRules { reach_units: 200, min_cos_squared: 0 };
     let segments = [segment([0, 0], [300, 0], 9), segment([300, 0], [0, 0], 4)];
     assert_eq!(twin::chain(&segments, &rules).chains.len(), 2, "a reversal was joined");
     let segments = [segment([0, 0], [0, 0], 9), segment([3, 0], [3, 0], 4)];

@@ -1,7 +1,7 @@
 //! The checks on samples and ink that were read back; each error names the place.
 
 use glam::{Vec2, Vec3};
-use hachure::lines::strokes::samples::{MOST_SAMPLES, SPACING_PX, Sample, SampleCounts};
+use hachure::lines::strokes::samples::{MAX_SAMPLES, SPACING_PX, Sample, SampleCounts};
 use hachure::scene::view::View;
 use hachure::style::Style;
 
@@ -53,17 +53,17 @@ pub fn evenly_apart(samples: &[Sample]) -> Result<(), String> {
         }
         let [a, b] = [pair[0], pair[1]].map(|own| Vec2::from(own.px) - Vec2::from(own.held_px));
         let apart_px = a.distance(b);
-        let is_even = (LEAST_PX..MOST_PX).contains(&apart_px);
+        let is_even = (MIN_PX..MAX_PX).contains(&apart_px);
         check(is_even, || named(at, samples, &format!("is {apart_px:.2} px from the next one")))?;
     }
     Ok(())
 }
 
 /// Least distance between samples: the shortest stroke, a little longer than 4 px, has three segments.
-const LEAST_PX: f32 = 4.0 / 3.0 - 0.08;
+const MIN_PX: f32 = 4.0 / 3.0 - 0.08;
 /// Largest distance between samples: lengths are rounded to 1/16 px, and in ten frames of a slow flight neighbours move
 /// apart by less than the rest of the margin.
-const MOST_PX: f32 = SPACING_PX + 0.1;
+const MAX_PX: f32 = SPACING_PX + 0.1;
 
 /// Returns how far lines grow in a frame of 1/30 s, in pixels.
 pub fn growth_px(style: &Style) -> f32 {
@@ -120,7 +120,7 @@ const FRAME_PX: f32 = 2.0;
 /// Checks that all numbers are finite and in their ranges.
 pub fn finite(counts: &SampleCounts, samples: &[Sample]) -> Result<(), String> {
     let all = counts.samples as usize;
-    let fit = counts.samples <= MOST_SAMPLES && counts.fresh <= counts.samples && all == samples.len();
+    let fit = counts.samples <= MAX_SAMPLES && counts.fresh <= counts.samples && all == samples.len();
     check(fit, || format!("{} samples were read, which does not match {counts:?}", samples.len()))?;
     samples.iter().enumerate().try_for_each(|(at, own)| {
         let numbers = [own.pressure, own.along_px, own.half_width_px, own.shown_px, own.depth_m];

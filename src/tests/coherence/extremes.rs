@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use hachure::gpu::readback::read_as;
-use hachure::lines::strokes::samples::{MOST_SAMPLES, Sample, SampleCounts};
+use hachure::lines::strokes::samples::{MAX_SAMPLES, Sample, SampleCounts};
 use hachure::lines::strokes::stroke::{INK, STROKE_IDS};
 use hachure::scene::view::Pose;
 use hachure::style::{self, Style};
@@ -88,7 +88,7 @@ fn numbers_that_are_none_or_too_large_are_found() {
         assert!(error.starts_with(&format!("sample {at} ")) && error.contains(expected), "{expected}: {error}");
     }
     for wrong in [
-        SampleCounts { samples: MOST_SAMPLES + 1, ..counts },
+        SampleCounts { samples: MAX_SAMPLES + 1, ..counts },
         SampleCounts { fresh: counts.samples + 1, ..counts },
         SampleCounts { samples: counts.samples - 1, ..counts },
     ] {

@@ -11,7 +11,7 @@ use crate::tests::coherence::{Flight, SIZE_PX, mountains, pose, strokes};
 use crate::tests::common::{World, full};
 
 /// Largest fraction of the line that may flicker in a turn of 30 degrees per second.
-const MOST_FLICKER: f64 = 5e-4;
+const MAX_FLICKER: f64 = 5e-4;
 
 /// Measures how steady a style is along `poses`.
 fn steadiness(world: &mut World, style: Style, poses: &[Pose]) -> Metrics {
@@ -109,7 +109,7 @@ fn a_turn_brings_its_strokes_with_it() {
         assert!(coverage > 0.01, "{coverage}");
         all
     };
-    let is_still = |flicker: f64| flicker <= MOST_FLICKER;
+    let is_still = |flicker: f64| flicker <= MAX_FLICKER;
     assert!(is_still(flickers(&|_, _| ())));
     // Planted error: in every second frame the land that has entered the picture has no strokes yet.
     let width = SIZE_PX[0] as usize;

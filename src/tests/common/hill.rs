@@ -13,7 +13,7 @@ const BUMPS: [(f64, f64, f64, f64); 3] =
 const STEEPEST: f64 = 0.2889 + 0.2100 + 0.1214;
 
 /// Bound on the second derivative: the sum of height / σ².
-const MOST_BENT_PER_M: f64 = 0.001_134 + 0.001_332 + 0.000_667;
+const MAX_BEND_PER_M: f64 = 0.001_134 + 0.001_332 + 0.000_667;
 
 /// The hill with its position in the world.
 #[derive(Clone, Copy, Debug)]
@@ -81,7 +81,7 @@ impl Hill {
             }
             // clear + opening t − bend t² / 2 is below the true clearance, and so is clear − closing t.
             let opening = ray.z - self.slope(at.x, at.y).dot(ray.truncate());
-            let bend = MOST_BENT_PER_M * across * across;
+            let bend = MAX_BEND_PER_M * across * across;
             let root = (opening * opening + 2.0 * bend * clear_m).sqrt();
             let curved = if opening > 0.0 { (opening + root) / bend } else { 2.0 * clear_m / (root - opening) };
             t += curved.max(clear_m / closing).max(1e-7 * (1.0 + t));

@@ -15,10 +15,10 @@ type Height = fn(DVec2) -> f64;
 
 const SPACING_M: f64 = 20.0;
 /// The least turn of the normal over a feature, in radians.
-const LEAST_BEND: f64 = 0.008;
+const MIN_BEND: f64 = 0.008;
 /// The limits of the pass.
-const LEAST_FACING: f64 = 0.2;
-const MOST_ACROSS: f64 = 0.7;
+const MIN_FACING: f64 = 0.2;
+const MAX_ACROSS: f64 = 0.7;
 
 /// Returns the height of dunes whose crests wander and differ in height.
 fn dunes_m(at: DVec2) -> f64 {
@@ -71,13 +71,13 @@ fn apparent(height_m: Height, map: DVec2, eye_m: DVec3, foreshortens: bool) -> A
     Apparent { turn: sign * turn, on_picture, step: in_world.truncate(), facing, across: least / turn }
 }
 
-/// The limits of what is drawn: the normal turns by at least `least_bend` over a feature, the cosine to the eye is at
-/// least `least_facing`, and the turn across is at most a fraction `most_across` of the largest one.
+/// The limits of what is drawn: the normal turns by at least `min_bend` over a feature, the cosine to the eye is at
+/// least `min_facing`, and the turn across is at most a fraction `max_across` of the largest one.
 #[derive(Clone, Copy)]
 struct Bounds {
-    least_bend: f64,
-    least_facing: f64,
-    most_across: f64,
+    min_bend: f64,
+    min_facing: f64,
+    max_across: f64,
 }
 
 /// Returns the points of the picture on crests of that curvature, in pixels; `side` −1 finds valleys.
@@ -120,9 +120,9 @@ fn crests(
             }
             // At a maximum the curvature falls along its direction.
             let falls = (change_b - change_a) * a.on_picture.dot(place_b - place_a) < 0.0;
-            let is_asked = side * a.turn * SPACING_M >= bounds.least_bend
-                && a.facing >= bounds.least_facing
-                && a.across <= bounds.most_across;
+            let is_asked = side * a.turn * SPACING_M >= bounds.min_bend
+                && a.facing >= bounds.min_facing
+                && a.across <= bounds.max_across;
             if falls && is_asked {
                 let t = change_a / (change_a - change_b);
                 found.push(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) + t * step);
@@ -140,7 +140,7 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
         let mut style = crate::tests::common::all_lines("strokes");
         style.set_water(None);
         let strokes = style.strokes_mut().unwrap();
-        (strokes.ridge_px, strokes.ridge_bend, strokes.ridge_apparent) = (Some(1.0), LEAST_BEND as f32, true);
+        (strokes.ridge_px, strokes.ridge_bend, strokes.ridge_apparent) = (Some(1.0), MIN_BEND as f32, true);
         (strokes.ridge_width, strokes.valley_width) = (1.0, 1.0);
         for camera in ["0,-1500,900,0,-30,50", "-900,-1300,1300,35,-37,50"] {
             let pose = world.pose(camera);
@@ -160,9 +160,9 @@ fn apparent_ridges_are_crests_of_the_curvature_that_the_picture_shows() {
             };
             // The limits are sharp in the pass, so points near a limit may be drawn or not.
             let bounds = |by: f64| Bounds {
-                least_bend: LEAST_BEND * by,
-                least_facing: LEAST_FACING * by,
-                most_across: MOST_ACROSS / by.sqrt(),
+                min_bend: MIN_BEND * by,
+                min_facing: MIN_FACING * by,
+                max_across: MAX_ACROSS / by.sqrt(),
             };
             let (sure, may_be) = (bounds(1.5), bounds(1.0 / 1.5));
             let at = |side: f64, bounds: Bounds, foreshortens: bool| -> Vec<DVec2> {

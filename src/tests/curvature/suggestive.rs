@@ -38,16 +38,16 @@ fn toward(bends: Bends<'_>, map: DVec2, eye_m: DVec3) -> Toward {
     Toward { curvature: bend(&jet, tangent.truncate(), tangent.truncate()), tangent, facing }
 }
 
-/// Returns the points of the picture where the curvature toward the eye is zero and rises by at least `least_rise` over
+/// Returns the points of the picture where the curvature toward the eye is zero and rises by at least `min_rise` over
 /// a feature of `feature_m`. The cosine between land and eye is at most `largest_cosine`, and the foreshortened feature
-/// has at least `least_px` pixels.
+/// has at least `min_px` pixels.
 fn zeros(
     shape: &Shape<'_>,
     places_m: &[Option<DVec3>],
     eye_m: DVec3,
-    least_rise: f64,
+    min_rise: f64,
     largest_cosine: f64,
-    least_px: f64,
+    min_px: f64,
 ) -> Vec<DVec2> {
     let &Shape { bends, feature_m, sign, .. } = shape;
     let [width, height] = SIZE_PX.map(|side| side as usize);
@@ -76,7 +76,7 @@ fn zeros(
             let [ahead, behind] = [step_m, -step_m].map(|step_m| toward(bends, map + step_m, eye_m).curvature);
             let rise = sign * (ahead - behind) / feature_m * feature_m * feature_m;
             let feature_px = FOCAL_PX * feature_m / place_a.distance(eye_m) * a.facing;
-            if rise > least_rise && a.facing < largest_cosine && a.facing > 0.02 && feature_px >= least_px {
+            if rise > min_rise && a.facing < largest_cosine && a.facing > 0.02 && feature_px >= min_px {
                 let t = a.curvature / (a.curvature - b.curvature);
                 found.push(DVec2::new(x as f64 + 0.5, y as f64 + 0.5) + t * step);
             }
@@ -121,7 +121,7 @@ struct Shape<'a> {
     is_known: &'a dyn Fn(DVec2) -> bool,
     feature_m: f64,
     /// Smaller features, in pixels, are not compared.
-    least_px: f64,
+    min_px: f64,
     /// With -1, lines are expected where the curvature falls toward the eye (a planted error).
     sign: f64,
 }
@@ -139,7 +139,7 @@ fn compare(world: &mut World, camera: &str, style: &Style, shape: &Shape<'_>, ey
     let strokes = style.strokes().unwrap();
     let (rise, facing) = (f64::from(strokes.suggestive_rise), f64::from(strokes.suggestive_deg).to_radians().cos());
     let eye_m = pose.position_m + eye_off_m;
-    let sure = zeros(shape, &places_m, eye_m, rise * MARGIN, facing - 0.03, shape.least_px);
+    let sure = zeros(shape, &places_m, eye_m, rise * MARGIN, facing - 0.03, shape.min_px);
     let all = zeros(shape, &places_m, eye_m, rise / MARGIN, facing + 0.03, 0.0);
     let mut drawn = drawn(world, &renderer, &view, pose, KIND_SUGGESTIVE);
     let is_seen = |px: &DVec2| {
@@ -168,7 +168,7 @@ fn they_lie_where_the_radial_curvature_of_closed_forms_is_zero() {
         };
         let is_inside = |map: DVec2| map.abs().max_element() < 4.0 * RADIUS_M - 4.0 * spacing_m;
         let is_known = |map: DVec2| is_inside(map) && (land.principal)(map).is_some();
-        let shape = Shape { bends: &bends, is_known: &is_known, feature_m: spacing_m, least_px: 0.0, sign: 1.0 };
+        let shape = Shape { bends: &bends, is_known: &is_known, feature_m: spacing_m, min_px: 0.0, sign: 1.0 };
         let mut at = |camera: &str, eye_off_m| compare(&mut world, camera, &style, &shape, eye_off_m);
         for camera in ["150,-1500,500,3,-12,50", "-600,-1000,800,30,-25,55"] {
             let Found { recall, precision, zeros, drawn } = at(camera, DVec3::ZERO);
@@ -258,7 +258,7 @@ fn they_lie_where_that_of_real_land_is_zero() {
         let Some(mut world) = World::new(grid, 0.5) else { return };
         let style = style(1.0);
         let bends = |map: DVec2| spline(&copy, spacing_m, map);
-        let shape = Shape { bends: &bends, is_known: &|_| true, feature_m: spacing_m, least_px: 10.0, sign: 1.0 };
+        let shape = Shape { bends: &bends, is_known: &|_| true, feature_m: spacing_m, min_px: 10.0, sign: 1.0 };
         let mut at = |shape: &Shape<'_>| compare(&mut world, camera, &style, shape, DVec3::ZERO);
         let Found { recall, precision, zeros, drawn } = at(&shape);
         println!(

@@ -38,7 +38,7 @@ fn place(world: &mut World, mesh: &Arc<Mesh>, (away_m, radius_m): (f64, f64), z_
 
 /// Least fraction of the ink of `charcoal` that must remain in a cell. Its texture has gaps, whose positions change
 /// where a stroke takes over another identity.
-const LEAST_LEFT: f64 = 0.3;
+const MIN_LEFT: f64 = 0.3;
 
 /// Draws each eye alone, without agreement between them.
 fn draw_alone(world: &mut World, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
@@ -47,10 +47,10 @@ fn draw_alone(world: &mut World, style: &Style, rig: &Rig) -> Vec<DrawnFrame> {
 }
 
 /// Returns the fraction of ink, relative to each eye alone, in the cell of 30 × 30 pixels where it is least.
-fn least_left(pair: &[DrawnFrame], alone: &[DrawnFrame]) -> f64 {
+fn min_left(pair: &[DrawnFrame], alone: &[DrawnFrame]) -> f64 {
     const CELL_PX: u32 = 30;
     // Cells with fewer pixels of ink hold only ends of lines.
-    const LEAST_INK: f64 = 30.0;
+    const MIN_INK: f64 = 30.0;
     let cells = |eye: &DrawnFrame| {
         let mut sums = vec![0.0; (SIZE_PX[0] / CELL_PX * (SIZE_PX[1] / CELL_PX)) as usize];
         for (pixel, ink) in (0..).zip(eye.ink.as_ref().unwrap()) {
@@ -60,14 +60,14 @@ fn least_left(pair: &[DrawnFrame], alone: &[DrawnFrame]) -> f64 {
         sums
     };
     let left = pair.iter().zip(alone).flat_map(|(pair, alone)| cells(pair).into_iter().zip(cells(alone)));
-    left.filter(|(_, alone)| *alone >= LEAST_INK).map(|(pair, alone)| pair / alone).fold(f64::INFINITY, f64::min)
+    left.filter(|(_, alone)| *alone >= MIN_INK).map(|(pair, alone)| pair / alone).fold(f64::INFINITY, f64::min)
 }
 
 struct Measured {
     orphans: f64,
     alone: f64,
     correlation: f64,
-    least_left: f64,
+    min_left: f64,
     /// The pair as drawn with agreement.
     eyes: Vec<DrawnFrame>,
 }
@@ -76,7 +76,7 @@ fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
     // Without the limit on crowded lines, which omits lines in both eyes, no contour may be lost to agreement.
     let all = all_lines(style);
     let all_eyes = draw(&world.gpu, &mut world.surfaces, &all, rig);
-    let least_left = least_left(&all_eyes, &draw_alone(world, &all, rig));
+    let min_left = min_left(&all_eyes, &draw_alone(world, &all, rig));
     let style = Style::load(style).unwrap();
     let eyes = draw(&world.gpu, &mut world.surfaces, &style, rig);
     let eyes_alone = draw_alone(world, &style, rig);
@@ -85,7 +85,7 @@ fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
     let orphans = [&pair, &alone].map(|metrics| part(metrics, "orphans"));
     println!(
         "{thing}, {}: coverage {:.3} %, orphans {:.3} %, alone {:.3} %; correlation of ink {:.3}, alone {:.3}; coverage {:.3} of that \
-         alone, in a cell at least {least_left:.3}; other identity {:.2} %, other width {:.2} %",
+         alone, in a cell at least {min_left:.3}; other identity {:.2} %, other width {:.2} %",
         style.name,
         100.0 * part(&pair, "line_coverage"),
         100.0 * orphans[0],
@@ -97,7 +97,7 @@ fn measure(world: &mut World, thing: &str, style: &str, rig: &Rig) -> Measured {
         100.0 * part(&pair, "other_width"),
     );
     let correlation = part(&pair, "line_correlation");
-    Measured { orphans: orphans[0], alone: orphans[1], correlation, least_left, eyes }
+    Measured { orphans: orphans[0], alone: orphans[1], correlation, min_left, eyes }
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             // At a hand's breadth, the whole ball is between the contours of both eyes.
             let most = if away_m < 0.5 { 0.1 } else { 0.01 };
             assert!(lines.orphans <= most && strokes.orphans <= most, "{thing}: lines without a partner");
-            assert!(lines.least_left >= 0.8 && strokes.least_left >= LEAST_LEFT, "{thing}: a cell lost its ink");
+            assert!(lines.min_left >= 0.8 && strokes.min_left >= MIN_LEFT, "{thing}: a cell lost its ink");
             // Strokes that run off the picture leave it at different places in each eye.
             assert!(away_m < 0.5 || strokes.correlation >= 0.93, "{thing}: the correlation of strokes is below 0.93");
             let mut eyes = strokes.eyes;
@@ -124,7 +124,7 @@ fn near_things_have_the_same_lines_for_both_eyes() {
             let mut lost = eyes.clone();
             let columns = (210..270).flat_map(|column| (0..SIZE_PX[1] as usize).map(move |row| (row, column)));
             columns.for_each(|(row, column)| lost[0].ink.as_mut().unwrap()[row * SIZE_PX[0] as usize + column] = 0.0);
-            assert!(least_left(&lost, &eyes) < LEAST_LEFT && least_left(&eyes, &eyes) == 1.0, "{thing}");
+            assert!(min_left(&lost, &eyes) < MIN_LEFT && min_left(&eyes, &eyes) == 1.0, "{thing}");
             // Planted error: strokes of the right eye that are four pixels lower.
             eyes[1].ink.as_mut().unwrap().rotate_right(4 * SIZE_PX[0] as usize);
             let lower = agreement(&eyes);
@@ -152,8 +152,8 @@ fn models_have_the_same_lines_for_both_eyes() {
                 // gives it another width.
                 let most = if style == "charcoal" && at.0 < 1.0 { 0.02 } else { 0.01 };
                 assert!(measured.orphans <= most, "{thing}, {style}: lines without a partner");
-                let least = if style == "charcoal" { LEAST_LEFT } else { 0.8 };
-                assert!(measured.least_left >= least, "{thing}, {style}: a cell lost its ink");
+                let least = if style == "charcoal" { MIN_LEFT } else { 0.8 };
+                assert!(measured.min_left >= least, "{thing}, {style}: a cell lost its ink");
                 assert!(
                     measured.orphans <= (0.5 * measured.alone).max(0.001),
                     "{thing}, {style}: agreement does not halve the lines without a partner"

@@ -19,7 +19,7 @@ const FIXED_DEG: f64 = 33.0;
 const LEVEL: f64 = 0.14;
 
 /// Windows within which the direction changes by more than this are skipped.
-const MOST_BENT_DEG: f64 = 20.0;
+const MAX_BEND_DEG: f64 = 20.0;
 
 /// Returns the allowed deviation from the wanted direction, in degrees, at the median and at the 90th percentile.
 /// Directions that follow the land have charts at every 11.25 degrees, a quarter of which is the deviation at the
@@ -52,7 +52,7 @@ fn wanted(land: &Land, window: &Window, to: Wanted, turn_deg: f64) -> Option<DVe
         (rise.length() > LEVEL).then(|| land.tangent(at_m, to))
     };
     let middle = tangent(window.place_m)?;
-    let bends = |corner_m: &DVec3| tangent(*corner_m).is_none_or(|to| between_deg(to, middle) > MOST_BENT_DEG);
+    let bends = |corner_m: &DVec3| tangent(*corner_m).is_none_or(|to| between_deg(to, middle) > MAX_BEND_DEG);
     (!window.corners_m.iter().any(bends)).then_some(middle)
 }
 

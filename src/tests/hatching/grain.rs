@@ -177,14 +177,14 @@ pub fn between_deg(a: DVec3, b: DVec3) -> f64 {
 #[derive(Clone, Copy, Debug)]
 pub struct Off {
     pub median_deg: f64,
-    pub most_deg: f64,
+    pub percentile_90_deg: f64,
     pub count: usize,
     /// Number of windows without a direction.
     pub without: usize,
 }
 
 impl Off {
-    /// Compares windows for which `wanted` returns a direction. `most_deg` is the 90th percentile.
+    /// Compares windows for which `wanted` returns a direction. `percentile_90_deg` is the 90th percentile.
     pub fn of(windows: &[Window], wanted: impl Fn(&Window) -> Option<DVec3>) -> Self {
         let (mut angles, mut without) = (Vec::new(), 0);
         for window in windows {
@@ -196,11 +196,14 @@ impl Off {
             }
         }
         let count = angles.len();
-        Self { median_deg: quantile(&mut angles, 0.5), most_deg: quantile(&mut angles, 0.9), count, without }
+        Self { median_deg: quantile(&mut angles, 0.5), percentile_90_deg: quantile(&mut angles, 0.9), count, without }
     }
 
     /// Returns whether the directions are within the given bounds, and most windows have one.
-    pub fn holds(&self, [median_deg, most_deg]: [f64; 2]) -> bool {
-        self.median_deg <= median_deg && self.most_deg <= most_deg && self.count > 40 && self.without * 4 < self.count
+    pub fn holds(&self, [median_deg, percentile_90_deg]: [f64; 2]) -> bool {
+        self.median_deg <= median_deg
+            && self.percentile_90_deg <= percentile_90_deg
+            && self.count > 40
+            && self.without * 4 < self.count
     }
 }

@@ -58,7 +58,7 @@ pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnT
     let words: Vec<u32> =
         read_buffer(&world.gpu, &renderer.buffer(&DRAWS).unwrap().raw, (DRAW_WORDS * (lists + 1)) as usize).unwrap();
     let count = words[(lists * DRAW_WORDS) as usize] as usize;
-    let capacity = hachure::surface::trees::place::MOST_TREES as usize;
+    let capacity = hachure::surface::trees::place::MAX_TREES as usize;
     assert!(count <= capacity, "{count} trees, more than the capacity of {capacity}");
     if count == 0 {
         return Vec::new();
@@ -94,7 +94,7 @@ pub fn listed(world: &World, renderer: &Renderer, origin_m: DVec3) -> Vec<DrawnT
 /// `reach` of the origin.
 pub fn points(reach: i32, trees_per_ha: f64) -> Vec<(DVec3, f64)> {
     let all = Points::new();
-    let density = trees_per_ha / Forest::MOST_TREES_PER_HA;
+    let density = trees_per_ha / Forest::MAX_TREES_PER_HA;
     let some: Vec<_> = all.points[..POINTS as usize].iter().filter(|point| point.rank() < density).copied().collect();
     let tiles = (-reach..reach).flat_map(|y| (-reach..reach).map(move |x| IVec2::new(x, y)));
     tiles

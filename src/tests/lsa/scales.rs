@@ -26,8 +26,8 @@ const JUMP_PART: f64 = 0.02;
 const JUMP_PX: f64 = 8.0;
 const JUMP_FLOW: f64 = 4.0;
 /// Least jump of any kind.
-const LEAST_JUMP_PART: f64 = 0.002;
-const LEAST_JUMP_FLOW: f64 = 1.5;
+const MIN_JUMP_PART: f64 = 0.002;
+const MIN_JUMP_FLOW: f64 = 1.5;
 
 /// Points on contours and on jumps of any kind, as parts of the picture's sides.
 #[derive(Default)]
@@ -60,7 +60,7 @@ fn truth(view: &View, depths_m: &[f64]) -> Truth {
             let flow_m = if flow_m.is_finite() { flow_m } else { 0.0 };
             let jump_m = far_m - near_m;
             let place = DVec2::new((x as f64 + middle[0]) / width as f64, (y as f64 + middle[1]) / height as f64);
-            if jump_m > (LEAST_JUMP_PART * near_m).max(LEAST_JUMP_FLOW * flow_m) {
+            if jump_m > (MIN_JUMP_PART * near_m).max(MIN_JUMP_FLOW * flow_m) {
                 truth.jumps.push(place);
             }
             if jump_m > (JUMP_PART.max(JUMP_PX * px_m) * near_m).max(JUMP_FLOW * flow_m) {

@@ -96,7 +96,7 @@ fn brute(mesh: &Mesh, drawn: &[[f32; 3]]) -> (Found, HashSet<[Bits; 2]>) {
         }
     }
     let (mut found, mut unsure) = (Found::new(), HashSet::new());
-    let least_cosine = f64::from(CREASE_DEG).to_radians().cos();
+    let min_cosine = f64::from(CREASE_DEG).to_radians().cos();
     for (ends, sides) in edges {
         let [one, other] = sides.as_slice() else {
             found.insert((ends, 1));
@@ -104,12 +104,12 @@ fn brute(mesh: &Mesh, drawn: &[[f32; 3]]) -> (Found, HashSet<[Bits; 2]>) {
         };
         let turned = if one.is_forward == other.is_forward { -1.0 } else { 1.0 };
         let cosine = turned * one.normal.dot(other.normal);
-        if !one.is_sure || !other.is_sure || (cosine - least_cosine).abs() < 1e-5 {
+        if !one.is_sure || !other.is_sure || (cosine - min_cosine).abs() < 1e-5 {
             unsure.insert(ends);
         }
         if (one.faces == other.faces) == (turned < 0.0) {
             found.insert((ends, 0));
-        } else if cosine < least_cosine && (one.faces || !mesh.is_solid) {
+        } else if cosine < min_cosine && (one.faces || !mesh.is_solid) {
             found.insert((ends, 2));
         }
     }

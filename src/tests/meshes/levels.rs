@@ -96,9 +96,9 @@ fn moved(one: &[Option<u32>], other: &[Option<u32>]) -> [f64; 2] {
 }
 
 /// Allowed ratio of changed pixels to pixels on an outline.
-const MOST_MOVED: f64 = 0.1;
+const MAX_MOVED: f64 = 0.1;
 /// Allowed ratio of changed pixels that are farther than a pixel from an outline.
-const MOST_FAR: f64 = 0.002;
+const MAX_FAR: f64 = 0.002;
 
 #[test]
 fn a_level_moves_no_outline_by_more_than_a_pixel() {
@@ -131,15 +131,12 @@ fn a_level_moves_no_outline_by_more_than_a_pixel() {
         );
         assert!(all.instances == 24 && fewer.instances == 24 && all.triangles == 24 * mesh.triangles.len() as u32);
         assert!(counts.is_empty() || fewer.triangles < all.triangles);
-        assert!(
-            differ <= MOST_MOVED && far <= MOST_FAR,
-            "{name}: {differ} of the outline pixels differ, {far} are far"
-        );
+        assert!(differ <= MAX_MOVED && far <= MAX_FAR, "{name}: {differ} of the outline pixels differ, {far} are far");
         // Planted: a coarse level that claims to be exact.
         let liar = Level { mesh: simplify(&mesh, mesh.triangles.len() / 100), error_m: 0.0 };
         let [differ, far] = moved(&whole, &bench.numbers(&crowd(&mesh, vec![liar], &pose), pose).0);
         println!("    planted: {differ:.3}, {far:.4}");
-        assert!(differ > MOST_MOVED || far > MOST_FAR, "{name}: a wrong level was not detected: {differ}, {far}");
+        assert!(differ > MAX_MOVED || far > MAX_FAR, "{name}: a wrong level was not detected: {differ}, {far}");
     }
     assert!(fewest > 0);
 }

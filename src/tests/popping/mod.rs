@@ -43,7 +43,7 @@ const FPS: f64 = 30.0;
 const SPEED_M_PER_S: f64 = 300.0;
 const SPACING_M: f64 = 10.0;
 /// Largest motion that the frame guarantees.
-const MOST_PX: f64 = 1.0;
+const MAX_PX: f64 = 1.0;
 /// Vertices along a side of a patch.
 const SIDE: usize = PATCH_QUADS as usize + 1;
 
@@ -51,7 +51,7 @@ const SIDE: usize = PATCH_QUADS as usize + 1;
 #[derive(Default)]
 struct Flight {
     all: Motions,
-    /// Numbers of pairs of frames in which *whole*, *across* and *in place* exceed [`MOST_PX`] somewhere.
+    /// Numbers of pairs of frames in which *whole*, *across* and *in place* exceed [`MAX_PX`] somewhere.
     frames_over: [usize; 3],
     /// Planted: each 30th frame compared with the one 30 frames before.
     seldom: Motions,
@@ -93,7 +93,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
     for (number, pair) in meshes.windows(2).enumerate() {
         let moved = motions(&pair[0], &pair[1], &grid_projection);
         for kind in 0..3 {
-            flight.frames_over[kind] += usize::from(moved.most(kind) > MOST_PX);
+            flight.frames_over[kind] += usize::from(moved.most(kind) > MAX_PX);
         }
         flight.all.append(moved);
         if plants && number < 15 {
@@ -115,7 +115,7 @@ fn fly(name: &str, gpu: &Gpu, world: &mut Surfaces, poses: &[Pose], plants: bool
         println!("{}", flight.seldom.line("planted: 30 frames"));
         println!("{}", flight.unmorphed.line("planted: no morphing"));
     }
-    println!("pairs of frames with more than {MOST_PX} px: {:?}", flight.frames_over);
+    println!("pairs of frames with more than {MAX_PX} px: {:?}", flight.frames_over);
     flight
 }
 
@@ -123,7 +123,7 @@ impl Flight {
     /// Asserts the guarantee for all three motions.
     fn assert_nothing_pops(&self) {
         for (kind, name) in ["whole", "across", "in place"].into_iter().enumerate() {
-            assert!(self.all.most(kind) <= MOST_PX, "{name}: {:?}", self.all.worst[kind]);
+            assert!(self.all.most(kind) <= MAX_PX, "{name}: {:?}", self.all.worst[kind]);
         }
         let (pairs, lone) = (self.all.whole.len(), self.all.without_partner);
         assert!(pairs > 1_000_000 && lone * 50 < pairs, "{pairs} pairs of vertices, {lone} without partner");
@@ -161,7 +161,7 @@ fn nothing_pops_over_rough_land() {
     let flight = fly("rough land", &world.gpu, &mut world.surfaces, &poses, true);
     flight.assert_nothing_pops();
     for planted in [&flight.seldom, &flight.unmorphed] {
-        assert!((0..3).all(|kind| planted.most(kind) > MOST_PX), "planted: {:?}", planted.worst);
+        assert!((0..3).all(|kind| planted.most(kind) > MAX_PX), "planted: {:?}", planted.worst);
     }
 }
 
@@ -187,7 +187,7 @@ fn nothing_pops_along_the_valley() {
     flight.assert_nothing_pops();
     // Smooth land hardly moves across itself even with planted errors, but its vertices do.
     for planted in [&flight.seldom, &flight.unmorphed] {
-        assert!(planted.most(0) > MOST_PX, "planted: {:?}", planted.worst);
+        assert!(planted.most(0) > MAX_PX, "planted: {:?}", planted.worst);
     }
 }
 

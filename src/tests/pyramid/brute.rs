@@ -46,15 +46,15 @@ impl Level {
             if t <= 1.0 { 1.5 * t.powi(3) - 2.5 * t * t + 1.0 } else { -0.5 * t.powi(3) + 2.5 * t * t - 4.0 * t + 2.0 }
         };
         let cell = |c: f64, count: usize| (c.floor() as isize).clamp(0, (count as isize - 2).max(0));
-        let (recorder, cy) = (cell(x, self.width), cell(y, self.height));
+        let (cx, cy) = (cell(x, self.width), cell(y, self.height));
         // Beyond the outermost samples the polynomial is extrapolated, which the kernel does not do, so the Hermite
         // form is used there.
-        let (fx, fy) = (x - recorder as f64, y - cy as f64);
+        let (fx, fy) = (x - cx as f64, y - cy as f64);
         if (0.0..=1.0).contains(&fx) && (0.0..=1.0).contains(&fy) {
             let mut sum = 0.0;
             for j in -1..3 {
                 for i in -1..3 {
-                    sum += kernel(fx - i as f64) * kernel(fy - j as f64) * self.at(recorder + i, cy + j);
+                    sum += kernel(fx - i as f64) * kernel(fy - j as f64) * self.at(cx + i, cy + j);
                 }
             }
             return sum;
@@ -67,7 +67,7 @@ impl Level {
                 + (3.0 * t2 - 2.0 * t3) * p[2]
                 + (t3 - t2) * m1
         };
-        let row = |j: isize| hermite([-1, 0, 1, 2].map(|i| self.at(recorder + i, cy + j)), fx);
+        let row = |j: isize| hermite([-1, 0, 1, 2].map(|i| self.at(cx + i, cy + j)), fx);
         hermite([-1, 0, 1, 2].map(row), fy)
     }
 }

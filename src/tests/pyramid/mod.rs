@@ -263,8 +263,8 @@ fn ground_queries_follow_the_surface() {
     let mut voids = 0;
     for i in 0..4000 {
         let (x, y) = (f64::from(i) * 600.0 / 3999.0, f64::from(i * 37 % 4000) * 486.0 / 3999.0);
-        let (recorder, cy) = ((x as usize).min(599), (y as usize).min(485));
-        let void = [(0, 0), (1, 0), (0, 1), (1, 1)].iter().any(|(i, k)| level.void(recorder + i, cy + k));
+        let (cx, cy) = ((x as usize).min(599), (y as usize).min(485));
+        let void = [(0, 0), (1, 0), (0, 1), (1, 1)].iter().any(|(i, k)| level.void(cx + i, cy + k));
         match pyramid.height_m(x, y) {
             None => voids += i32::from(void),
             Some(height) => assert!(!void && (height - level.surface(x, y)).abs() < 1e-9),

@@ -25,7 +25,7 @@ fn tones(world: &mut World, camera: &str, style: &Style, light: &Light) -> Vec<[
     halves(&world.gpu, renderer.target(&TONE).unwrap())
 }
 
-fn most_apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
+fn max_apart(a: &[[f64; 4]], b: &[[f64; 4]]) -> f64 {
     a.iter().zip(b).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f64::max)
 }
 
@@ -41,7 +41,7 @@ fn without_alpha_the_picture_is_the_plain_one_to_the_bit() {
         let [plain, nothing, warped] = ["0.0", "1e-30", "20.0"].map(&mut drawn);
         assert_eq!(plain, nothing);
         // Planted: a visible warp.
-        assert!(most_apart(&plain, &warped) > 0.05);
+        assert!(max_apart(&plain, &warped) > 0.05);
     }
 }
 
@@ -107,7 +107,7 @@ fn flat_ground_and_the_ends_of_all_parameters_are_calm() {
     for camera in [ABOVE, "0,-2000,+300,0,-20,40"] {
         let [plain, warped] = ["0.0", "1000.0"]
             .map(|alpha_px| tones(&mut flat, camera, &style(&format!("alpha_px = {alpha_px}")), &north_west()));
-        let own = most_apart(&plain, &warped);
+        let own = max_apart(&plain, &warped);
         println!("{camera}: flat ground changes by {own:.1e} at alpha 1000 px");
         assert!(own < 0.02, "{own}");
     }

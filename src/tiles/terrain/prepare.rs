@@ -14,7 +14,7 @@ use glam::DVec3;
 use super::{Loading, Terrain};
 use crate::gpu::Gpu;
 use crate::scene::frustum::Frustum;
-use crate::tiles::budget::{Budget, Search, most_patches};
+use crate::tiles::budget::{Budget, Search, max_patches};
 use crate::tiles::needed::LevelRule;
 use crate::tiles::page_table::PageTable;
 use crate::tiles::patches::ResidentPatches;
@@ -30,7 +30,7 @@ const LEVEL_SHARE: f64 = 0.5;
 
 /// Tiles for the mesh are loaded level by level; a frame that requests tiles more often than this uses the existing
 /// ones.
-const MOST_ROUNDS: u32 = 1000;
+const MAX_ROUNDS: u32 = 1000;
 
 /// The smallest allowed error, in pixels, that affects the choice of tiles: finer heights are not visible in a picture.
 const FINEST_LEVEL_ERROR_PX: f64 = 1.0 / 64.0;
@@ -91,7 +91,7 @@ impl Terrain {
     /// all parts of a picture have the error of the part with the largest. 0 removes it.
     pub fn hold_error_px(&mut self, error_px: f64) {
         // The same factor must be found again, however the quotient is rounded.
-        self.least_error_px = error_px * (1.0 + 1e-12);
+        self.min_error_px = error_px * (1.0 + 1e-12);
     }
 
     /// Returns the accuracy of a view's mesh, as [`Terrain::prepare`] finds it, without drawing.
@@ -134,7 +134,7 @@ impl Terrain {
         let step = self.motion.advance(view.camera_m, now_s, self.grid_projection.spacing_m());
         let fades = streams && step.fades();
         // While nothing fades, new tiles appear at once.
-        let fade_step_s = streams.then_some(if fades { step.step_s } else { f64::INFINITY });
+        let fade_step_s = streams.then_some(if fades { step.elapsed_s } else { f64::INFINITY });
         let mut tiles = Loaded::default();
         let mut idle = 0;
         let mut rounds = 0;
@@ -143,7 +143,7 @@ impl Terrain {
             let movement = Movement {
                 rule: rule.clone(),
                 velocity_m_s: step.velocity_m_s,
-                frame_s: step.step_s,
+                frame_s: step.elapsed_s,
                 requested,
                 needs_map_neighbours,
             };
@@ -168,7 +168,7 @@ impl Terrain {
             let is_continuous = streams && !step.has_jumped();
             let mut selection = None;
             let searches = match (streams, is_continuous) {
-                (true, true) => &[Search::GoOn { step_s: step.step_s }][..],
+                (true, true) => &[Search::GoOn { step_s: step.elapsed_s }][..],
                 (true, false) => &[Search::Exactly],
                 // The tiles for the smallest factor are loaded after those for a larger one.
                 (false, _) => &[Search::Roughly, Search::Exactly],
@@ -177,7 +177,7 @@ impl Terrain {
             for search in searches {
                 selection = Some(self.select(view, fades.then_some(now_s), *search));
                 let can_come = || self.requested.keys().any(|tile| self.residency.can_come(*tile));
-                waits_on = waits && idle < 3 && rounds < MOST_ROUNDS && can_come();
+                waits_on = waits && idle < 3 && rounds < MAX_ROUNDS && can_come();
                 // A factor of 1 is exact.
                 if waits_on || self.coarser == 1.0 {
                     break;
@@ -215,8 +215,8 @@ impl Terrain {
         let anchor = self.grid_projection.anchor(camera_m.truncate());
         let samples = self.store.levels()[0].samples() as f64;
         let budget = Budget::new(
-            most_patches(view.pixels, samples, lod_error_px, self.options.tile_memory_bytes),
-            if self.least_error_px > lod_error_px * (1.0 + 1e-9) { self.least_error_px / lod_error_px } else { 1.0 },
+            max_patches(view.pixels, samples, lod_error_px, self.options.tile_memory_bytes),
+            if self.min_error_px > lod_error_px * (1.0 + 1e-9) { self.min_error_px / lod_error_px } else { 1.0 },
         );
         let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
         let ((selection, requested), coarser) = budget.find(search, self.coarser, |coarser, most| {

@@ -7,8 +7,8 @@ use crate::gpu::target::Target;
 use crate::gpu::wgsl::tones::relief::diffuse::DiffuseStep;
 use crate::style::Relief;
 
-/// The most steps.
-const MOST_STEPS: i32 = 12;
+/// Largest number of steps.
+const MAX_STEPS: i32 = 12;
 
 /// Returns the distance of the neighbours of a step, in pixels: 1, 1, 2, 2, 4, 4 ...
 fn stride_px(step: i32) -> i32 {
@@ -20,7 +20,7 @@ fn stride_px(step: i32) -> i32 {
 fn steps(sigma_px: f32) -> Vec<DiffuseStep> {
     let mut variance = 0.0;
     let mut all = Vec::new();
-    for step in 0..MOST_STEPS {
+    for step in 0..MAX_STEPS {
         if variance >= sigma_px * sigma_px {
             break;
         }

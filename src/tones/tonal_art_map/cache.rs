@@ -24,7 +24,7 @@ use crate::style::marks::{Kind, Recipe};
 const MAGIC: &[u8; 8] = b"HACHTAM1";
 const HEAD_BYTES: usize = 8 + 8 + 4 + 8;
 /// A user who edits a recipe generates many maps; the oldest files are removed.
-const MOST_FILES: usize = 64;
+const MAX_FILES: usize = 64;
 
 /// Returns the recipe's map from `folder`; if it is not there, generates and stores it.
 ///
@@ -81,7 +81,7 @@ fn unpack(bytes: &[u8], key: u64) -> Option<TonalArtMap> {
     is_whole.then(|| TonalArtMap { side_px, thresholds: thresholds.to_vec() })
 }
 
-/// Removes the oldest files beyond [`MOST_FILES`]. Files that cannot be removed stay.
+/// Removes the oldest files beyond [`MAX_FILES`]. Files that cannot be removed stay.
 fn trim(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut maps: Vec<_> = entries
@@ -91,7 +91,7 @@ fn trim(folder: &Path) {
         .map(|path| (fs::metadata(&path).and_then(|metadata| metadata.modified()).unwrap_or(UNIX_EPOCH), path))
         .collect();
     maps.sort();
-    let too_many = maps.len().saturating_sub(MOST_FILES);
+    let too_many = maps.len().saturating_sub(MAX_FILES);
     for (_, path) in &maps[..too_many] {
         let _ = fs::remove_file(path);
     }

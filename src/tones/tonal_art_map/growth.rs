@@ -9,9 +9,9 @@
 //! `powf`.
 
 /// Marks are added up to this ink; from there on they only widen.
-const MOST_INK: f64 = 1.3;
+const MAX_INK: f64 = 1.3;
 /// The least swell, so that marks of one width still close up when nothing else is left to ink.
-const LEAST_SWELL: f64 = 0.125;
+const MIN_SWELL: f64 = 0.125;
 /// Entries of the table of widths, and entries per width.
 const TABLE: usize = 4096;
 const PER_WIDTH: f32 = 512.0;
@@ -49,7 +49,7 @@ impl Growth {
     pub(super) fn new(mid_ink: f32, mid_count: f32, width_px: f32, swell: f32) -> Self {
         let (mid_ink, mid_count) = (f64::from(mid_ink), f64::from(mid_count).max(1.0));
         let swell = (f64::from(swell) * 16.0).round() / 16.0;
-        let widening = 1.0 / swell.max(LEAST_SWELL);
+        let widening = 1.0 / swell.max(MIN_SWELL);
         let ink = |entry: usize| (mid_ink * power(entry as f64 / f64::from(PER_WIDTH), widening)).min(1e3) as f32;
         let widths = (0..=TABLE).map(ink).collect();
         Self { mid_ink, swell, mid_count, thin_ink: mid_ink / mid_count / f64::from(width_px.max(1.0)), widths }
@@ -57,7 +57,7 @@ impl Growth {
 
     /// Returns the number of marks when no more are added.
     pub(super) fn count(&self) -> usize {
-        let more = power((MOST_INK / self.mid_ink).max(1.0), 1.0 - self.swell);
+        let more = power((MAX_INK / self.mid_ink).max(1.0), 1.0 - self.swell);
         (self.mid_count * more).round().max(1.0) as usize
     }
 

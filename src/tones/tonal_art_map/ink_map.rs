@@ -8,9 +8,9 @@ use super::growth::Growth;
 
 /// Half a pixel: the part of a mark that exists as soon as the mark does.
 const CORE_PX: f32 = 0.5;
-/// The ink over which a mark grows to its width: this fraction of the ink at its beginning, plus `GROWING_LEAST`.
+/// The ink over which a mark grows to its width: this fraction of the ink at its beginning, plus `MIN_GROWING`.
 const GROWING: f32 = 0.3;
-const GROWING_LEAST: f32 = 0.01;
+const MIN_GROWING: f32 = 0.01;
 /// The value of texels that no mark has reached.
 const UNREACHED: f32 = 1e9;
 
@@ -39,7 +39,7 @@ impl MarkPoint {
         let half_px = self.half_px.max(CORE_PX);
         let rim_px = (half_px * growth.width_at(self.begin) - CORE_PX).max(0.25);
         let across = ((self.away_px - CORE_PX).max(0.0) / rim_px).min(1.0);
-        let growing = (GROWING * self.begin + GROWING_LEAST) * (0.5 * across * across + 0.5 * self.along * self.along);
+        let growing = (GROWING * self.begin + MIN_GROWING) * (0.5 * across * across + 0.5 * self.along * self.along);
         let widened = if self.away_px <= CORE_PX { 0.0 } else { growth.widened(self.away_px / half_px) };
         (self.begin + growing).max(widened)
     }

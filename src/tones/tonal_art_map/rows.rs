@@ -17,7 +17,7 @@ use crate::style::marks::Recipe;
 pub(super) struct Family {
     /// Direction, as integers without a common divisor.
     pub(super) direction: [i32; 2],
-    /// The most rows; when they are reached, rows only widen.
+    /// Largest number of rows; when they are reached, rows only widen.
     pub(super) most: usize,
     /// Ink before the first row begins.
     pub(super) after: f32,

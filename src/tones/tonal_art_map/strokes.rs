@@ -9,8 +9,8 @@ use crate::style::marks::{Kind, Recipe};
 /// Number of candidate places if placement is regular, and if it is random.
 const CANDIDATES: [f32; 2] = [40.0, 4.0];
 
-/// The most marks, which take some two seconds; what is left open is closed by marks that widen.
-const MOST_MARKS: usize = 120_000;
+/// Largest number of marks, which take some two seconds; what is left open is closed by marks that widen.
+const MAX_MARKS: usize = 120_000;
 
 /// A mark around its middle.
 struct Shape {
@@ -117,7 +117,7 @@ pub(super) fn draw(recipe: &Recipe, map: &mut InkMap) {
     let candidates = (few * (CANDIDATES[0] + (CANDIDATES[1] - CANDIDATES[0]) * recipe.jitter)).round() as usize;
     let first_px = (4.0 * (1.0 - recipe.jitter)).max(0.25);
     let reach_px = 0.5 * recipe.spacing_px + 1.0;
-    for before in 0..growth.count().min(MOST_MARKS) {
+    for before in 0..growth.count().min(MAX_MARKS) {
         let shape = match recipe.kind {
             Kind::Scribble => curl(recipe, &mut chance),
             Kind::Stipple | Kind::Dots => widths(vec![[0.0, 0.0]], 1.0, recipe, &mut chance),

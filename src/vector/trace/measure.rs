@@ -5,7 +5,7 @@ use super::follow::Chain;
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 
 /// Pixels with less ink are ignored.
-const LEAST_INK: f32 = 0.03;
+const MIN_INK: f32 = 0.03;
 /// Lines with less ink, in pixels, are dropped as speckle.
 const CRUMB_PX: f32 = 0.7;
 /// Number of pixels on each side over which position and width of a line are averaged.
@@ -92,7 +92,7 @@ fn given(picture: &InkPicture, chains: &[Chain]) -> Vec<Ink> {
             for there in y.saturating_sub(1)..(y + 2).min(rows) {
                 for across in x.saturating_sub(1)..(x + 2).min(width) {
                     let other = there * width + across;
-                    if !is_given[other] && picture.ink[other] > LEAST_INK {
+                    if !is_given[other] && picture.ink[other] > MIN_INK {
                         is_given[other] = true;
                         next.push((other, owner));
                     }

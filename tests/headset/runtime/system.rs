@@ -9,7 +9,7 @@ use super::state::{INSTANCE, SYSTEM, State, array, hold, status_of, text};
 
 const VIEWS: xr::ViewConfigurationType = xr::ViewConfigurationType::PRIMARY_STEREO;
 /// Larger than any size that is requested.
-const MOST_PX: u32 = 8192;
+const MAX_PX: u32 = 8192;
 
 pub(crate) unsafe extern "system" fn enumerate_extensions(
     layer: *const c_char,
@@ -170,8 +170,8 @@ pub(crate) unsafe extern "system" fn system_properties(
         out.system_id = system;
         out.vendor_id = 1;
         text("no headset at all", &mut out.system_name);
-        out.graphics_properties.max_swapchain_image_width = MOST_PX;
-        out.graphics_properties.max_swapchain_image_height = MOST_PX;
+        out.graphics_properties.max_swapchain_image_width = MAX_PX;
+        out.graphics_properties.max_swapchain_image_height = MAX_PX;
         out.graphics_properties.max_layer_count = 16;
         out.tracking_properties.orientation_tracking = xr::TRUE;
         out.tracking_properties.position_tracking = xr::TRUE;
@@ -232,9 +232,9 @@ pub(crate) unsafe extern "system" fn configuration_views(
             let view = unsafe { &mut *out.add(i) };
             state.check(CALL, (view.ty, view.next), xr::ViewConfigurationView::TYPE)?;
             view.recommended_image_rect_width = width;
-            view.max_image_rect_width = MOST_PX;
+            view.max_image_rect_width = MAX_PX;
             view.recommended_image_rect_height = height;
-            view.max_image_rect_height = MOST_PX;
+            view.max_image_rect_height = MAX_PX;
             // More samples than hachure uses, as some runtimes recommend.
             view.recommended_swapchain_sample_count = 4;
             view.max_swapchain_sample_count = 4;

@@ -43,10 +43,10 @@ fn strokes_are_read_back_with_their_numbers() {
         };
         line.points.windows(2).map(step).sum::<f32>()
     };
-    let least_px = |drawn: &Drawn| drawn.polylines.iter().map(length).fold(f32::INFINITY, f32::min);
+    let min_px = |drawn: &Drawn| drawn.polylines.iter().map(length).fold(f32::INFINITY, f32::min);
     let long = strokes_of(&mut world, HILL, |strokes| strokes.shortest_px = 250.0);
     assert!(!long.polylines.is_empty());
-    assert!(least_px(&drawn) < 240.0 && least_px(&long) > 249.0, "{} {}", least_px(&drawn), least_px(&long));
+    assert!(min_px(&drawn) < 240.0 && min_px(&long) > 249.0, "{} {}", min_px(&drawn), min_px(&long));
 }
 
 #[test]
