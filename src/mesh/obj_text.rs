@@ -2,8 +2,9 @@
 //! those about materials (`mtllib`, `usemtl`) are collected here, and all others, texture coordinates included, are left
 //! out.
 //!
-//! The mesh reader sees nothing but geometry, so materials can neither make a file unreadable nor change its triangles. The material of each triangle follows from counting instead: a face of n corners becomes n - 2
-//! triangles, in the order of the file. A backslash at the end of a line continues it in the next one.
+//! The mesh reader sees nothing but geometry, so materials can neither make a file unreadable nor change its triangles.
+//! The material of each triangle follows from counting instead: a face of n corners becomes n - 2 triangles, in the
+//! order of the file. A backslash at the end of a line continues it in the next one.
 
 use std::io::{BufRead, Error, Read, Result};
 

@@ -5,7 +5,7 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
-@group(0) @binding(2) var<storage, read> old_list: SampleCounts;
+@group(0) @binding(2) var<storage, read> old_sample_counts: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read_write> sample_counts: SampleCounts;
 @group(0) @binding(5) var<storage, read_write> samples: array<Sample>;
@@ -15,10 +15,10 @@
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if id.x == 0u {
-        sample_counts = old_list;
-        draws = arguments_of(old_list.fresh, old_list.samples);
+        sample_counts = old_sample_counts;
+        draws = arguments_of(old_sample_counts.fresh, old_sample_counts.samples);
     }
-    if id.x >= old_list.samples {
+    if id.x >= old_sample_counts.samples {
         return;
     }
     var own = old_samples[id.x];
@@ -51,7 +51,7 @@ fn to_end_px(number: u32) -> f32 {
     }
     for (var i = 0u; f32(i) * SPACING_PX < WHOLLY_PX; i++) {
         let is_first = i <= number && (old_samples[number - min(i, number)].flags & FIRST) != 0u;
-        let is_last = number + i < old_list.samples && (old_samples[number + i].flags & LAST) != 0u;
+        let is_last = number + i < old_sample_counts.samples && (old_samples[number + i].flags & LAST) != 0u;
         if is_first || is_last {
             return f32(i) * SPACING_PX + 0.5;
         }

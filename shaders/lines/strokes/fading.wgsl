@@ -9,7 +9,7 @@
 // The view without jitter; the depth is jittered.
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> temporal: Temporal;
-@group(0) @binding(2) var<storage, read> old_list: SampleCounts;
+@group(0) @binding(2) var<storage, read> old_sample_counts: SampleCounts;
 @group(0) @binding(3) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(4) var<storage, read> samples: array<Sample>;
 // Number of this frame's sample, plus 1.
@@ -71,7 +71,7 @@ fn is_gone(number: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if id.x < old_list.samples && temporal.has_history == 1u {
+    if id.x < old_sample_counts.samples && temporal.has_history == 1u {
         gone[id.x] = u32(is_gone(id.x));
     }
 }

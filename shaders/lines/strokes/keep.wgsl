@@ -9,7 +9,7 @@
 @group(0) @binding(0) var<uniform> stage: u32;
 @group(0) @binding(1) var<uniform> view: View;
 @group(0) @binding(2) var<uniform> temporal: Temporal;
-@group(0) @binding(3) var<storage, read> old_list: SampleCounts;
+@group(0) @binding(3) var<storage, read> old_sample_counts: SampleCounts;
 @group(0) @binding(4) var<storage, read> old_samples: array<Sample>;
 @group(0) @binding(5) var<storage, read> gone: array<u32>;
 @group(0) @binding(6) var<storage, read_write> places: array<u32>;
@@ -20,7 +20,7 @@
 
 // Returns whether the segment from a sample to the next one is retained.
 fn is_kept(number: u32) -> bool {
-    if number + 1u >= old_list.samples || (old_samples[number].flags & LAST) != 0u {
+    if number + 1u >= old_sample_counts.samples || (old_samples[number].flags & LAST) != 0u {
         return false;
     }
     return gone[number] == 0u || gone[number + 1u] == 0u;
@@ -28,7 +28,7 @@ fn is_kept(number: u32) -> bool {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let count = select(0u, old_list.samples, temporal.has_history == 1u);
+    let count = select(0u, old_sample_counts.samples, temporal.has_history == 1u);
     if stage == 2u {
         if id.x == 0u {
             let fading = select(0u, min(places[count], temporal.capacity - sample_counts.fresh), count > 0u);

@@ -33,9 +33,10 @@
 #endif
 
 const REACH_PX: i32 = 3;
-// Smallest cosine between the directions of a sample's line and an old one that match: that of 45 degrees.
+// Smallest cosine between the directions of two strokes that match, and between a stroke and the epipolar line that it
+// counts as running along: that of 45 degrees.
 const MIN_COSINE: f32 = 0.7;
-// Largest ratio of their distances between frames.
+// Largest ratio between the distances of two strokes that match from one frame to the next.
 const MAX_DEPTH_RATIO: f32 = 1.25;
 // Largest distance of a match, in pixels. A line may move between frames. Ink that is farther away for the other eye
 // does not match, for it is only one or two pixels wide.

@@ -154,8 +154,8 @@ impl SampleWork {
     }
 
     /// Returns the binding of the previous frame's sample counts.
-    pub(super) fn old_list(&self) -> Named {
-        ("old_list", self.before.counts.binding())
+    pub(super) fn old_sample_counts(&self) -> Named {
+        ("old_sample_counts", self.before.counts.binding())
     }
 
     pub(super) fn old_samples(&self) -> Named {

@@ -83,7 +83,7 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
     let resources = [
         ("view", view.clone()),
         work.temporal(),
-        work.old_list(),
+        work.old_sample_counts(),
         work.old_samples(),
         work.samples(),
         ("ids", ids.into()),
@@ -97,7 +97,7 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
             ("stage", recorder.uniform("stage", &stage)),
             ("view", view.clone()),
             work.temporal(),
-            work.old_list(),
+            work.old_sample_counts(),
             work.old_samples(),
             gone.clone(),
             ("places", places.binding()),
@@ -122,7 +122,7 @@ pub(crate) fn advance(recorder: &mut Recorder<'_>, view: &Resource, work: &Sampl
     let resources = [
         ("view", view.clone()),
         work.temporal(),
-        work.old_list(),
+        work.old_sample_counts(),
         work.old_samples(),
         work.sample_counts(),
         work.samples(),

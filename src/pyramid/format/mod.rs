@@ -2,8 +2,8 @@
 //! GeoTIFF has no tags for.
 //!
 //! The modules are listed in order of dependency: each uses only those above it. `encode`, `geotags` and `cog` write
-//! the GeoTIFF, `stored` reads its levels back; `record`, `fingerprint` and `sidecar` define the bytes of the sidecar, and
-//! `pair` finds both files and replaces them together.
+//! the GeoTIFF, `stored` reads its levels back; `record`, `fingerprint` and `sidecar` define the bytes of the sidecar,
+//! and `pair` finds both files and replaces them together.
 //!
 //! Why: `docs/decisions/cog-pyramid.md`, `docs/decisions/compression.md`.
 
