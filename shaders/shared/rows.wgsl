@@ -27,7 +27,7 @@ const RELIEF: i32 = 16322;
 const STEPS: f32 = 64.0;
 // Range of the octaves of rows; the steepness of the land determines the octave.
 const MIN_OCTAVE: i32 = 3;
-const GREATEST_OCTAVE: i32 = 12;
+const MAX_OCTAVE: i32 = 12;
 // Candidates per width of a cell along the middle of a row; the picture chooses among them.
 const DENSITY: u32 = 4u;
 // Largest number of candidates of a block.

@@ -1,10 +1,10 @@
 //! Wavefront OBJ files.
 //!
 //! `tobj` reads the text: faces with any number of corners (as fans), negative indices, groups. It gets only the
-//! statements that it needs, vertices, normals, faces and groups (`obj_text`), with continued lines joined, so materials,
-//! comments in any encoding and other content cannot cause errors. Invalid numbers and indices out of range are
-//! detected by it or here; a panic in it is treated as a damaged file. Vertices are read in f64, because models may be
-//! far from their origin.
+//! statements that it needs, vertices, normals, faces and groups (`obj_text`), with continued lines joined, so
+//! materials, comments in any encoding and other content cannot cause errors. Invalid numbers and indices out of range
+//! are detected by it or here; a panic in it is treated as a damaged file. Vertices are read in f64, because models may
+//! be far from their origin.
 //!
 //! A file is read in one pass and never held in memory as a whole. Only if it is damaged it is read again, to find the
 //! line with the error.

@@ -1,6 +1,6 @@
 //! Sorts the lines of an OBJ text: statements about geometry (`v`, `vn`, `f`, `o`, `g`) are passed to the mesh reader,
-//! those about materials (`mtllib`, `usemtl`) are collected here, and all others, texture coordinates included, are left
-//! out.
+//! those about materials (`mtllib`, `usemtl`) are collected here, and all others, texture coordinates included, are
+//! left out.
 //!
 //! The mesh reader sees nothing but geometry, so materials can neither make a file unreadable nor change its triangles.
 //! The material of each triangle follows from counting instead: a face of n corners becomes n - 2 triangles, in the
@@ -10,9 +10,9 @@ use std::io::{BufRead, Error, Read, Result};
 
 use rustc_hash::FxHashMap;
 
-/// Largest number of faces of a group. A larger group is split, because the mesh reader stores the faces of a group in a
-/// form that takes five times the memory of their text. The mesh stays the same; only if some corners of the group have
-/// normals and others have none, more of the normals are used than without the split.
+/// Largest number of faces of a group. A larger group is split, because the mesh reader stores the faces of a group in
+/// a form that takes five times the memory of their text. The mesh stays the same; only if some corners of the group
+/// have normals and others have none, more of the normals are used than without the split.
 const MAX_GROUP_FACES: u32 = 1 << 18;
 /// Number of bytes that are passed on at once.
 const BATCH_BYTES: usize = 1 << 16;
@@ -179,8 +179,8 @@ impl<R: BufRead> LineReader<R> {
     }
 }
 
-/// Returns the geometry statements of a text, one in each line, and the number of the line in which each begins, counted
-/// from 1.
+/// Returns the geometry statements of a text, one in each line, and the number of the line in which each begins,
+/// counted from 1.
 pub(super) fn numbered_geometry(text: &[u8]) -> (Vec<usize>, String) {
     let mut lines = LineReader::new(text);
     let (mut numbers, mut geometry) = (Vec::new(), Vec::new());

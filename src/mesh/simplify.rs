@@ -8,7 +8,8 @@
 //!   Where two materials meet, both sides collapse together, so their border stays closed. If the shape of the mesh
 //!   does not permit as few triangles as required, borders of materials may collapse too.
 //! - **Clustering**: the vertices in a cell of a grid become one (meshoptimizer's sloppy mode), for each material
-//!   separately. It is coarse, and never exceeds the required number, but may leave nothing of a small material or mesh.
+//!   separately. It is coarse, and never exceeds the required number, but may leave nothing of a small material or
+//!   mesh.
 //! - **Thinning** for foliage, which consists of many small loose parts none of which can lose a triangle: of
 //!   neighbouring parts a half, a quarter or an eighth remains, and is enlarged to the area of all (Cook and others,
 //!   *Stochastic Simplification of Aggregate Detail*, 2007). The rest collapses as above.
@@ -28,8 +29,8 @@ use super::paint::Paint;
 use super::silhouette::{overlap, views};
 use super::{Mesh, place};
 
-/// Number of directions from which silhouettes are compared, and the angle by which the first is rotated, so that none is
-/// along the walls of buildings.
+/// Number of directions from which silhouettes are compared, and the angle by which all are rotated, so that none
+/// is along the walls of buildings.
 const VIEWS: usize = 12;
 const VIEWS_ROTATION_RAD: f64 = 0.006;
 /// Largest size of a small part, relative to the mesh.
@@ -40,8 +41,8 @@ const MIN_PARTS: usize = 12;
 const FEW_TRIANGLES: usize = 512;
 /// Numbers of cells along a side of the grid for remeshing; each is tried.
 const REMESH_CELLS: [u32; 3] = [12, 24, 48];
-/// Smallest cosine between the normal of a new triangle and one of the original normals at its vertex, for the latter to
-/// be used: that of 60°. At larger angles it belongs to another side of an edge.
+/// Smallest cosine between the normal of a new triangle and one of the original normals at its vertex, for the latter
+/// to be used: that of 60°. At larger angles it belongs to another side of an edge.
 const MIN_COSINE: f64 = 0.5;
 
 /// Returns a mesh that looks like `mesh`, with the same materials and at most `triangles` triangles (at least one).
@@ -133,8 +134,8 @@ impl Draft {
         Self { places_m: self.places_m.clone(), origins: self.origins.clone(), corners }
     }
 
-    /// Simplifies by edge collapses; with `moves`, vertices may also move. Returns `None` if the shape does not permit as
-    /// few triangles.
+    /// Simplifies by edge collapses; with `moves`, vertices may also move. Returns `None` if the shape does not permit
+    /// as few triangles.
     fn collapsed(&self, max_triangles: usize, moves: bool) -> Option<Self> {
         if self.triangles() <= max_triangles {
             return Some(self.clone());
@@ -204,8 +205,8 @@ impl Draft {
         draft
     }
 
-    /// Builds a surface around all parts on a grid of `cells` cells along a side, and collapses it. Returns `None` if that
-    /// fails.
+    /// Builds a surface around all parts on a grid of `cells` cells along a side, and collapses it. Returns `None` if
+    /// that fails.
     fn remeshed(&self, mesh: &Mesh, cells: u32, max_triangles: usize) -> Option<Self> {
         let soup = meshopt::remesh_decoder(&self.corners, &self.places_m, cells, RemeshOptions::Solve);
         let mut numbers: FxHashMap<[u32; 3], u32> = FxHashMap::default();

@@ -7,8 +7,8 @@ const JUMP_S: f64 = 1.5;
 /// A step is sudden if it is more than this many times as long as the previous velocity and one sample of the terrain
 /// would explain.
 const SUDDEN_FACTOR: f64 = 20.0;
-/// Length from which a sudden step is a jump, in samples of the terrain; otherwise the first step of a movement would be
-/// one.
+/// Length from which a sudden step is a jump, in samples of the terrain; otherwise the first step of a movement would
+/// be one.
 const JUMP_SAMPLES: f64 = 256.0;
 /// A longer time between frames, in seconds, ends a movement.
 const PAUSE_S: f64 = 1.0;
@@ -24,8 +24,8 @@ pub(super) struct CameraMotion {
 pub(super) struct Step {
     /// Position of the camera at the frame, in the world.
     camera_m: DVec3,
-    /// Velocity of the camera, averaged over recent steps. A sudden step is not averaged with those before it, and after
-    /// a jump or a pause the velocity is 0.
+    /// Velocity of the camera, averaged over recent steps. A sudden step is not averaged with those before it, and
+    /// after a jump or a pause the velocity is 0.
     pub velocity_m_s: DVec3,
     /// Time of the frame, in seconds of the terrain's clock.
     at_s: f64,

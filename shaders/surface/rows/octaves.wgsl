@@ -7,7 +7,7 @@
 // blocks agree.
 #import hachure::terrain::{terrain, is_in_grid}
 #import hachure::rows::{RowRules, RowBlock, Frame, MARGIN, OCTAVES, FIRST_OCTAVE, RELIEF, STEPS, HALF, CORE}
-#import hachure::rows::{MIN_OCTAVE, GREATEST_OCTAVE, cell_m, grid_of, frame_at}
+#import hachure::rows::{MIN_OCTAVE, MAX_OCTAVE, cell_m, grid_of, frame_at}
 #import hachure::row_form::{LONGEST, relief, row_form, steepness, horizontal_step}
 
 // Number of octaves that are tried.
@@ -23,7 +23,7 @@ const GATHERED: f32 = 0.4;
 fn octave_by_slope(first: i32, cell: vec2<i32>) -> i32 {
     let slope = steepness(first, vec2<f32>(cell) + 0.5);
     let steps = STEPS * rules.row_cells * sqrt(max(slope, 1e-8));
-    return clamp(i32(round(log2(steps))), MIN_OCTAVE, GREATEST_OCTAVE);
+    return clamp(i32(round(log2(steps))), MIN_OCTAVE, MAX_OCTAVE);
 }
 
 // Takes one step of the midpoint rule up or down the slope.

@@ -1,10 +1,11 @@
 //! The one surface between samples: bicubic convolution with a = −0.5 (Catmull-Rom, GDAL's `cubic`).
 //!
 //! A coordinate `c` counts samples along an axis: 0 is the centre of the first one (GDAL's pixel coordinate minus 0.5).
-//! Among `n` samples it is in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction `c − cell`. The fraction is not clamped: coarse levels have coordinates up to half a sample beyond their outermost
-//! sample centres, where the polynomial of the outermost cell is continued (so the surface stays C1). The four samples
-//! of a cell are `cell − 1 ..= cell + 2`, with indices clamped to the level. In f64 the surface passes through the
-//! samples exactly; away from the borders it reproduces planes (and quadratics) up to rounding.
+//! Among `n` samples it is in the cell `floor(c)`, clamped to `[0, n − 2]`, at the fraction `c − cell`. The fraction is
+//! not clamped: coarse levels have coordinates up to half a sample beyond their outermost sample centres, where the
+//! polynomial of the outermost cell is continued (so the surface stays C1). The four samples of a cell are `cell − 1
+//! ..= cell + 2`, with indices clamped to the level. In f64 the surface passes through the samples exactly; away from
+//! the borders it reproduces planes (and quadratics) up to rounding.
 //!
 //! Everything is evaluated relative to one of the samples, so that a large height above the sea costs no precision; the
 //! same formula in f32 (`shaders/shared/surface.wgsl`) does so too.

@@ -49,8 +49,8 @@ pub(crate) fn cover_region(region: Region, fine: LevelSize, coarse: LevelSize) -
     Region { x, y, width, height }
 }
 
-/// Averages a level into `region` of the next coarser one. `field` must contain the [`cover_region`] of `region`; NaN is
-/// no-data, in `field` and in the result.
+/// Averages a level into `region` of the next coarser one. `field` must contain the [`cover_region`] of `region`; NaN
+/// is no-data, in `field` and in the result.
 pub(crate) fn next_level(field: &Field, fine: LevelSize, coarse: LevelSize, region: Region) -> Field {
     let mut heights_m = vec![f32::NAN; region.samples()];
     average_into(field, fine, coarse, region, &mut heights_m);
