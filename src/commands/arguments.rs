@@ -73,7 +73,7 @@ pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
 pub(crate) fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     let Some(world) = world.filter(|world| !world.contains("://")) else { return Ok(()) };
     if world.is_empty() {
-        return Err(Misuse("WORLD is empty; leave it out for the embedded world".to_owned()).into());
+        return Err(Misuse("WORLD is empty; leave it out for the built-in world".to_owned()).into());
     }
     // A file that may not be looked at is reported when it is opened.
     if Path::new(world).try_exists().unwrap_or(true) {

@@ -43,19 +43,19 @@ pub(crate) struct BakeArgs {
     /// Continue with the parts that an earlier call left in the work folder
     #[arg(long)]
     pub resume: bool,
-    /// Distance between the samples of a heightmap, in metres [default: the sidecar file's, or 1]
+    /// Distance between the samples of a heightmap (PNG or raw), in metres [default: from its NAME.ext.toml, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub spacing: Option<f64>,
-    /// Width and height of a raw heightmap, in samples [default: the sidecar file's, or a square]
+    /// Width and height of a raw heightmap, in samples [default: from its NAME.ext.toml, or a square]
     #[arg(long, value_name = "WxH", value_parser = super::render::parse_size)]
     pub raw_size: Option<[u32; 2]>,
-    /// Whether the samples of a raw heightmap are big-endian: true or false [default: the sidecar file's, or false]
+    /// Whether the samples of a raw heightmap are big-endian: true or false [default: from its NAME.ext.toml, or false]
     #[arg(long)]
     pub raw_big_endian: Option<bool>,
-    /// Metres per integer step of a heightmap [default: the sidecar file's, or 1]
+    /// Metres per integer step of a heightmap (16-bit PNG or raw) [default: from its NAME.ext.toml, or 1]
     #[arg(long, value_name = "METRES", value_parser = arguments::not_0, allow_hyphen_values = true)]
     pub height_scale: Option<f64>,
-    /// Height of a heightmap's value 0, in metres [default: the sidecar file's, or 0]
+    /// Height of the value 0 of a heightmap (16-bit PNG or raw), in metres [default: from its NAME.ext.toml, or 0]
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
     /// How to read height files.

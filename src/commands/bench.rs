@@ -14,7 +14,7 @@ mod style_run;
 
 use std::path::PathBuf;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use clap::Args;
 
 use self::pairs::{Checks, PairPlan};
@@ -57,14 +57,15 @@ pub(crate) struct BenchArgs {
     /// ascent)
     #[arg(long)]
     pub path: PathBuf,
-    /// Presets or style files, separated by commas; the report compares times with those of the first
+    /// Presets (`hachure styles` lists them) or style files, separated by commas; the report compares times with those
+    /// of the first
     #[arg(long, value_delimiter = ',', default_value = "ink")]
     pub styles: Vec<String>,
     /// Number of frames, spread evenly over the path [default: 30 per second of the path]
     #[arg(long, value_parser = arguments::whole::<u32>(1, 1_000_000))]
     pub frames: Option<u32>,
     /// Size of the picture in pixels; of one eye for a stereo pair
-    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// Which eyes are drawn.
     #[command(flatten)]
@@ -98,6 +99,9 @@ pub(crate) struct BenchArgs {
 /// Fails if an input is invalid, if the GPU fails, or if the folder cannot be written.
 pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     args.stereo.check()?;
+    if args.output.exists() && !args.output.is_dir() {
+        bail!("{}: is a file, and bench writes its report into a folder", named(&args.output));
+    }
     let styles = args.styles.iter().map(|name| arguments::style(name)).collect::<Result<Vec<_>, _>>()?;
     args.world.check()?;
     // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read

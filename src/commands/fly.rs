@@ -23,7 +23,7 @@ pub(crate) struct FlyArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
-    /// Preset or style file
+    /// Preset (`hachure styles` lists them) or style file
     #[arg(long, default_value = "ink")]
     pub style: String,
     /// Camera at the start: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in
@@ -32,7 +32,7 @@ pub(crate) struct FlyArgs {
     #[arg(long, allow_hyphen_values = true)]
     pub camera: Option<Camera>,
     /// Size of the window in pixels
-    #[arg(long, default_value = "1280x720", value_parser = parse_size)]
+    #[arg(long, value_name = "WIDTHxHEIGHT", default_value = "1280x720", value_parser = parse_size)]
     pub size: [u32; 2],
     /// Which eyes are drawn.
     #[command(flatten)]

@@ -12,7 +12,7 @@ pub(crate) struct HeightArgs {
     /// How a terrain-RGB picture, or a folder of terrain-RGB tiles, encodes heights as colours: mapbox or terrarium
     #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
-    /// Additional no-data value, in metres, besides those that the DEM declares
+    /// Additional no-data value, besides those that the DEM declares: a height in metres, after scale, offset and unit
     #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
     pub nodata: Option<f64>,
     /// Treatment of no-data: fill closes small holes smoothly, holes leaves them open [default: fill]

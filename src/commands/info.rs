@@ -23,13 +23,13 @@ use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
-use crate::source::{self, OpenOptions};
+use crate::source::{self, Kind, OpenOptions};
 use crate::style::Style;
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// DEM, baked pyramid, scene, style or camera path; or the name of a built-in scene
+    /// DEM, baked pyramid, scene file, style file or camera path; or the name of a built-in scene or path
     pub file: PathBuf,
     /// How to read height files.
     #[command(flatten)]
@@ -117,6 +117,9 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     // Anything but a regular file must not be opened here: a pipe would wait forever. The height reader reports what it
     // is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
+    if metadata.is_dir() && source::kind_of(file) == Kind::Folder {
+        bail!("{}: is a folder; hachure info describes one file of it", named(file));
+    }
     if !metadata.is_file() || metadata.len() == 0 {
         return dem(file, options, None);
     }

@@ -15,8 +15,8 @@ pub(crate) struct LightArgs {
     /// scene's, or 315,40]
     #[arg(long, value_name = "AZIMUTH,ELEVATION", value_parser = Sun::from_str, allow_hyphen_values = true)]
     pub sun: Option<Sun>,
-    /// Azimuth of the sun relative to the camera, in degrees to the right of its view (negative: left); the elevation
-    /// stays. A flight uses its first camera
+    /// Azimuth of the sun relative to the first camera, in degrees to the right of its view (negative: left), while the
+    /// sun's elevation stays the same
     #[arg(
         long,
         value_name = "DEGREES",
@@ -32,8 +32,8 @@ pub(crate) struct LightArgs {
     /// Location for --date, if the heights have none, in degrees
     #[arg(long, value_name = "LAT,LON", requires = "date", value_parser = LatLon::from_str, allow_hyphen_values = true)]
     pub place: Option<LatLon>,
-    /// Centre (east, north) and radius in metres of an area of full contrast; far from it, contrast is reduced by
-    /// STRENGTH, 0 to 1 [default strength: 0.7]
+    /// Centre (east, north) and radius in metres of an area of full contrast; around it contrast falls, and from about
+    /// three radii on it is reduced by STRENGTH, 0 to 1 [default strength: 0.7]
     #[arg(long, value_name = "EAST,NORTH,RADIUS[,STRENGTH]", value_parser = SceneFocus::from_str, allow_hyphen_values = true)]
     pub focus: Option<SceneFocus>,
 }

@@ -69,18 +69,20 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
             // clap suggests options that begin and end alike, so a slip of the finger would become another option.
             let of = known.and_then(|known| program.find_subcommand(known)).unwrap_or(program);
             let options = of.get_arguments().filter_map(|argument| argument.get_long());
-            let meant = nearest(name.trim_start_matches('-'), options).map(|option| format!("--{option}"));
-            let suggested = meant.unwrap_or_else(|| text(ContextKind::SuggestedArg));
-            let suggested = suggested.split([' ', '=']).next().unwrap_or_default();
+            // clap also knows the options of all commands, and of those below this one.
+            let of_clap = text(ContextKind::SuggestedArg);
+            let of_clap = of_clap.split([' ', '=']).next().unwrap_or_default().trim_start_matches('-');
+            let meant =
+                nearest(name.trim_start_matches('-'), options.chain([of_clap])).filter(|meant| !meant.is_empty());
             let is_option = argument.starts_with('-');
             match OF_COMMANDS.iter().find(|(option, _)| *option == name) {
                 Some((_, command)) if known.is_none() => {
                     format!("{name} is an option of a command: hachure {command} …")
                 }
-                _ if is_option && !suggested.is_empty() && suggested != "--" => {
-                    format!("unknown option {}; did you mean {suggested}?", quoted(name))
-                }
-                _ if is_option => format!("unknown option {}; see {} --help", quoted(name), command(known)),
+                _ if is_option => match meant {
+                    Some(meant) => format!("unknown option {}; did you mean --{meant}?", quoted(name)),
+                    None => format!("unknown option {}; see {} --help", quoted(name), command(known)),
+                },
                 _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
             }
         }

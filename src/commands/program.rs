@@ -13,7 +13,7 @@ pub struct Cli {
     pub(crate) command: Option<Command>,
     #[command(flatten)]
     pub(crate) fly: fly::FlyArgs,
-    /// GPU for drawing: best, software, or part of a GPU's name
+    /// GPU for drawing: best, software, or part of a GPU's name; commands that draw nothing ignore it
     #[arg(long, global = true, default_value = "best")]
     pub(crate) adapter: AdapterWish,
     /// Print more; -vv prints everything

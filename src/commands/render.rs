@@ -49,19 +49,19 @@ pub(crate) struct RenderArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
-    /// Output file: .png, .exr, .mp4, .svg (strokes and marks), with --map also .tif or .geojson; or frames, named by a
-    /// pattern like dir/%05d.png
+    /// Output file: .png, .exr, .mp4, .svg (of a style with strokes or marks, such as --style strokes), with --map also
+    /// .tif or .geojson; or frames, named by a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
     /// Repeat a picture that hachure wrote (.png, .exr, .svg or .mp4), with its world, camera, sun, style, size and
     /// resolution; other options override these
     #[arg(long, value_name = "FILE")]
     pub like: Option<PathBuf>,
-    /// Preset or style file [default: ink]
+    /// Preset (`hachure styles` lists them) or style file [default: ink]
     #[arg(long)]
     pub style: Option<String>,
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
-    #[arg(long, value_parser = parse_size)]
+    #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
     /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi,
     /// are multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
@@ -99,9 +99,9 @@ pub(crate) struct RenderArgs {
     /// Largest error of the drawn surface, in pixels [default: 1]
     #[arg(long, value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub lod_error: Option<f64>,
-    /// Additional EXR channels, separated by commas: depth, position, normal, surface, motion, lsa, strokes, tone,
-    /// hatch (the tone after hatching)
-    #[arg(long, default_value = "")]
+    /// Additional EXR channels, separated by commas: depth, position, normal, surface, motion, lsa (error and line of
+    /// the contour detector lsa), strokes, tone, hatch (the tone after hatching) [default: none]
+    #[arg(long, default_value = "", hide_default_value = true)]
     pub aov: String,
     /// Names of the channels of --aov: hachure (depth.V, position.X, normal.X), or standard (Z, P.X, N.X) for
     /// compositors, where P is the position in the world: metres east, north, up
@@ -125,7 +125,7 @@ pub(crate) struct RenderArgs {
     /// --dpi. An .svg without --dpi is scaled to fit, in the orientation of the picture
     #[arg(long)]
     pub paper: Option<String>,
-    /// Landscape orientation of --paper (the default)
+    /// Landscape orientation of --paper (the default, except of an .svg without --dpi)
     #[arg(long, conflicts_with = "portrait")]
     pub landscape: bool,
     /// Portrait orientation of --paper

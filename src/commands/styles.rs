@@ -9,6 +9,7 @@ use anyhow::{Context, bail};
 use clap::{Args, Subcommand};
 use serde::Serialize;
 
+use super::misuse::Misuse;
 use super::{print, print_json};
 use crate::file::atomic;
 use crate::file::input::{LARGEST_STYLE_BYTES, read_text};
@@ -30,9 +31,9 @@ pub(crate) struct StylesArgs {
 enum Action {
     /// List the presets, with a line about each (the default)
     List,
-    /// Print a style as TOML with its layers as [[layers]], or every parameter of it
+    /// Print a style as TOML in the current form, or every parameter of it
     Show {
-        /// Preset or style file
+        /// Preset (`hachure styles` lists them) or style file
         name: String,
         /// Print every parameter with its value, unit, range, default and meaning
         #[arg(long)]
@@ -43,11 +44,12 @@ enum Action {
         /// Style file
         file: PathBuf,
     },
-    /// Print a style file with its ink layers as [[layers]]; comments are kept, and the file itself is not changed
+    /// Print a style file in the current form; comments are kept, and the file itself is not changed
     ///
-    /// Older style files have a section for each kind of layer ([strokes], [cuts]). They are still read, but only
-    /// [[layers]] can be reordered and, for some kinds, repeated. [[hatching.layers]] become [[layers.sets]], and
-    /// [[cuts.layers]] become [[layers.families]]. A file that `hachure styles check` refuses is not migrated.
+    /// In the current form, ink layers are a list, [[layers]]. Older style files have a section for each kind of layer
+    /// ([strokes], [cuts]). They are still read, but only [[layers]] can be reordered and, for some kinds, repeated.
+    /// [[hatching.layers]] become [[layers.sets]], and [[cuts.layers]] become [[layers.families]]. A file that `hachure
+    /// styles check` refuses is not migrated.
     Migrate {
         /// Style file
         file: PathBuf,
@@ -109,12 +111,29 @@ pub(crate) fn run(args: &StylesArgs) -> anyhow::Result<()> {
             let text = &style::migrated(name, &text)?;
             if args.json { print_json(&Shown { name, text }) } else { print(text.trim_end_matches('\n')) }
         }
-        Some(Action::Migrate { file, output }) => migrate(file, output.as_deref(), args.json),
+        Some(Action::Migrate { file, output }) => {
+            check_no_preset(file, "migrate")?;
+            migrate(file, output.as_deref(), args.json)
+        }
         Some(Action::Check { file }) => {
+            check_no_preset(file, "check")?;
             let style = read(file)?;
             let checked = Checked { file, name: style.name, holds: true };
             if args.json { print_json(&checked) } else { print(&format!("{}: valid", named(file))) }
         }
+    }
+}
+
+/// Checks that `file` is not the name of a preset, since `action` reads a file.
+///
+/// # Errors
+/// Returns [`Misuse`] for the name of a preset, unless a file of that name exists.
+fn check_no_preset(file: &Path, action: &str) -> Result<(), Misuse> {
+    match file.to_str().filter(|name| style::names().contains(name) && !file.exists()) {
+        Some(name) => Err(Misuse(format!(
+            "{name} is a preset, but hachure styles {action} reads a file; hachure styles show {name} prints the preset"
+        ))),
+        None => Ok(()),
     }
 }
 

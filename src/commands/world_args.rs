@@ -13,8 +13,8 @@ use crate::world;
 /// The world that is drawn.
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct WorldArgs {
-    /// Scene file, DEM, folder, baked pyramid, URL, or built-in scene (continent, forest, hut) [default: the
-    /// embedded world]
+    /// Scene file, DEM, folder, baked pyramid, URL, or built-in scene (continent, forest, hut) [default: the built-in
+    /// world, procedural mountains]
     #[arg(id = "world", value_name = "WORLD")]
     pub name: Option<String>,
     /// How to read height files.
@@ -32,18 +32,19 @@ pub(crate) struct WorldArgs {
 }
 
 impl WorldArgs {
-    /// Returns the name of the world; `None` is the embedded world.
+    /// Returns the name of the world; `None` is the built-in world.
     #[must_use]
     pub(crate) fn name(&self) -> Option<&str> {
         self.name.as_deref()
     }
 
-    /// Checks that the world exists, if it is a file: see [`arguments::check_world`].
+    /// Checks that the world exists, if it is a file (see [`arguments::check_world`]), and the file of `--water`.
     ///
     /// # Errors
-    /// Those of [`arguments::check_world`].
+    /// Those of [`arguments::check_world`] and [`WaterArgs::check`].
     pub(crate) fn check(&self) -> anyhow::Result<()> {
-        arguments::check_world(self.name())
+        arguments::check_world(self.name())?;
+        self.water.check()
     }
 
     /// Reads the scene of the world; the options replace what it says.

@@ -16,13 +16,21 @@ pub(crate) const LARGEST_SCENE_BYTES: u64 = 16 << 20;
 /// much memory.
 pub(crate) const LARGEST_PATH_BYTES: u64 = 16 << 20;
 
+/// Returns an error of the system; if it is that a file does not exist, with a cause in plain words.
+pub(crate) fn plain(error: Error) -> Error {
+    match error.kind() {
+        ErrorKind::NotFound => Error::new(ErrorKind::NotFound, "there is no such file"),
+        _ => error,
+    }
+}
+
 /// Opens a regular file for reading.
 ///
 /// # Errors
 /// Passes on the system's errors; rejects a folder, named pipe, device or socket and names its kind.
 pub(crate) fn open_regular(path: &Path) -> Result<File> {
     // This check comes before opening, which blocks on a named pipe until another process writes to it.
-    let metadata = std::fs::metadata(path)?;
+    let metadata = std::fs::metadata(path).map_err(plain)?;
     if !metadata.is_file() {
         return Err(Error::new(ErrorKind::InvalidInput, format!("it is {}, not a file", kind(metadata.file_type()))));
     }
@@ -43,7 +51,7 @@ impl Bounded {
     /// # Errors
     /// The same as [`open_regular`]; also fails if the file is larger than `max_bytes`.
     pub(crate) fn open(path: &Path, max_bytes: u64) -> Result<Self> {
-        let metadata = std::fs::metadata(path)?;
+        let metadata = std::fs::metadata(path).map_err(plain)?;
         let file = if is_open_pipe(path, &metadata) { File::open(path)? } else { open_regular(path)? };
         if metadata.len() > max_bytes {
             let cause =
@@ -97,7 +105,7 @@ pub(crate) fn read_text(path: &Path, max_bytes: u64) -> Result<String> {
 }
 
 /// Returns the kind of a path that is not a regular file, with its article.
-fn kind(file_type: FileType) -> &'static str {
+pub(crate) fn kind(file_type: FileType) -> &'static str {
     #[cfg(unix)]
     {
         use std::os::unix::fs::FileTypeExt;
@@ -151,7 +159,8 @@ mod tests {
         assert_eq!(error.to_string(), "it has 14 bytes, but at most 13 bytes can be read");
         let error = read_bytes(folder.path(), 13).unwrap_err();
         assert_eq!(error.to_string(), "it is a folder, not a file");
-        assert_eq!(read_text(&folder.path().join("y"), 1).unwrap_err().kind(), ErrorKind::NotFound);
+        let error = read_text(&folder.path().join("y"), 1).unwrap_err();
+        assert_eq!((error.kind(), error.to_string().as_str()), (ErrorKind::NotFound, "there is no such file"));
         assert_eq!([size_text(3), size_text(1 << 14), size_text((16 << 20) + 1)], ["3 bytes", "16 KiB", "17 MiB"]);
     }
 

@@ -72,7 +72,12 @@ pub(crate) fn read_rewritten<T: DeserializeOwned>(
             };
             mistake.path.splice(..3, [key]);
         }
-        toml_error(name, text, &mistake)
+        let mut error = toml_error(name, text, &mistake);
+        // Only styles have tones; the command does not list the keys of recipes.
+        if mistake.is_unknown_without_hint() && table.get_ref().contains_key("tone") {
+            error.cause.push_str("; hachure styles show NAME --all lists the keys of a style");
+        }
+        error
     })
 }
 
@@ -129,8 +134,17 @@ impl Wrong {
 fn parse<'a>(name: &str, text: &'a str) -> Result<Spanned<DeTable<'a>>, TomlError> {
     DeTable::parse(text).map_err(|error| {
         let at = error.span().map(|span| position(text, span.start));
-        TomlError { name: name.to_owned(), at, cause: printable(error.message(), 120) }
+        TomlError { name: name.to_owned(), at, cause: printable(&plain(error.message()), 120) }
     })
+}
+
+/// Replaces the parser's words for a text without a closing quotation mark.
+fn plain(message: &str) -> String {
+    let unclosed = ["invalid basic string, expected `\"`", "invalid literal string, expected `'`"];
+    match unclosed.contains(&message) {
+        true => "the text is not closed with a quotation mark on its line".to_owned(),
+        false => message.to_owned(),
+    }
 }
 
 fn toml_error(name: &str, text: &str, mistake: &Mistake) -> TomlError {

@@ -8,7 +8,7 @@
 //! ```toml
 //! version = 1                  # of this format: 2 for a map, 3 with a title, focus or water; readers reject newer ones
 //! hachure = "0.1.0"            # version of the program that wrote it
-//! world = "mountain.tif"       # as on the command line; without it, the embedded world
+//! world = "mountain.tif"       # as on the command line; without it, the built-in world
 //! camera = "0,-2000,+300,0,-10,50"
 //! sun = "315,40"               # azimuth and elevation in degrees
 //! size = [1280, 720]           # in pixels, of one eye
@@ -72,7 +72,7 @@ pub enum ImprintError {
 /// All settings with which a picture was drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Imprint {
-    /// World, as on the command line; `None` is the embedded world.
+    /// World, as on the command line; `None` is the built-in world.
     pub world: Option<String>,
     /// Camera, as it was given: a height above ground stays relative to the ground, also in another world.
     pub camera: Camera,

@@ -182,7 +182,8 @@ impl Client {
             401 | 403 => RemoteError::Denied { name, cause: number.to_string() },
             416 => RemoteError::Unusable { name, cause: "is empty, or shorter than it was".into() },
             200 => {
-                let cause = "the server does not support requests for a part of a file".into();
+                let cause =
+                    "the server does not support range requests (for parts of a file); download the file first".into();
                 RemoteError::Unusable { name, cause }
             }
             300..=399 => {

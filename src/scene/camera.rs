@@ -40,10 +40,9 @@ pub struct Camera {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// There are too few or too many fields.
-    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but `{}` has {found}", shown(text))]
+    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but the number of fields is {found}")]
     FieldCount {
-        text: String,
-        /// Number of fields in it.
+        /// Number of fields in the text.
         found: usize,
     },
     /// A field is not a number, or is out of range.
@@ -138,7 +137,7 @@ impl FromStr for Camera {
         let fields: Vec<&str> = text.split(',').collect();
         match <[&str; 6]>::try_from(fields) {
             Ok(fields) => Self::from_fields(fields),
-            Err(fields) => Err(CameraError::FieldCount { text: text.to_owned(), found: fields.len() }),
+            Err(fields) => Err(CameraError::FieldCount { found: fields.len() }),
         }
     }
 }

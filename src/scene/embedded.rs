@@ -60,6 +60,11 @@ pub(crate) fn scene_names() -> String {
     SCENES.iter().map(|scene| scene.name).collect::<Vec<_>>().join(", ")
 }
 
+/// Returns the names of all built-in camera paths, for messages.
+pub(crate) fn path_names() -> String {
+    PATHS.map(|(name, _)| name).join(", ")
+}
+
 impl EmbeddedScene {
     /// Parses the scene.
     ///

@@ -7,7 +7,7 @@
 //! Two rows with the same time are a jump: one curve ends at the first row and another begins at the second, and at
 //! that time the second row applies. No tangent takes a slope across a jump.
 
-use std::io::Read;
+use std::io::{self, ErrorKind, Read};
 use std::path::{Path, PathBuf};
 
 use glam::DVec3;
@@ -47,7 +47,7 @@ pub enum PathError {
         /// Path of the file.
         path: PathBuf,
         #[source]
-        cause: std::io::Error,
+        cause: io::Error,
     },
     /// A line is wrong.
     #[error("{}:{line}: {cause}", named(path))]
@@ -128,7 +128,17 @@ impl CameraPath {
         if let Some(text) = embedded::path(path) {
             return Ok(text.to_owned());
         }
-        read_text(path, LARGEST_PATH_BYTES).map_err(|cause| PathError::Open { path: path.to_owned(), cause })
+        read_text(path, LARGEST_PATH_BYTES).map_err(|cause| {
+            // A bare name may be meant as that of a built-in path.
+            let is_bare = !path.to_string_lossy().contains(['.', '/', '\\']);
+            let cause = match cause.kind() {
+                ErrorKind::NotFound if is_bare => {
+                    io::Error::new(cause.kind(), format!("{cause}; the built-in paths are {}", embedded::path_names()))
+                }
+                _ => cause,
+            };
+            PathError::Open { path: path.to_owned(), cause }
+        })
     }
 
     /// Returns the path of a camera that does not move.
@@ -261,12 +271,11 @@ fn rows(name: &Path, text: impl Read) -> Result<Vec<Row>, PathError> {
             && !is_jump(&rows, time_s)
         {
             let before = previous.time_s;
-            return Err(wrong(
-                line,
-                format!(
-                    "t is {time_s} after {before}; times must increase by at least 1 µs (rows with equal t are a jump)"
-                ),
-            ));
+            let cause = match time_s == before {
+                true => format!("t is {time_s} again; a jump is two rows with equal t, and not the first two"),
+                false => format!("t is {time_s} after {before}; times must increase by at least 1 µs"),
+            };
+            return Err(wrong(line, cause));
         }
         let camera = Camera::from_fields(camera).map_err(|error| wrong(line, error.to_string()))?;
         rows.push(Row { line, time_s, camera });

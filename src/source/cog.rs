@@ -14,7 +14,7 @@ use tiff_reader::source::SharedSource;
 use tiff_reader::{OpenOptions, TiffError, TiffFile};
 
 use super::georeference::{self, Georeference};
-use super::geotiff::{decode_error, geo_tags, meaning, panic_text};
+use super::geotiff::{damaged, decode_error, geo_tags, meaning, panic_text};
 use super::geotiff_layout::{check, check_image, is_overview};
 use super::masked::Mask;
 use super::samples::{Meaning, Tally};
@@ -61,14 +61,12 @@ impl Pictures {
     fn open_unguarded(source: SharedSource, name: &Path, decoded_bytes: usize) -> Result<Self, SourceError> {
         let file_bytes = source.len();
         let options = OpenOptions { block_cache_bytes: decoded_bytes, ..OpenOptions::default() };
-        let file = TiffFile::from_source_with_options(source, options)
-            .map_err(|source| SourceError::Damaged { path: name.into(), source })?;
+        let file = TiffFile::from_source_with_options(source, options).map_err(damaged(name))?;
         let file = Arc::new(file);
         let cache = tiff_blocks::cache(decoded_bytes);
         let layout = check(&file, file_bytes, name, Holds::Heights)?;
         let (width, sample_type) = (layout.width, layout.blocks.samples.decoded);
-        let damaged = |source| SourceError::Damaged { path: name.into(), source };
-        let ifd = file.ifd(layout.blocks.ifd).map_err(damaged)?;
+        let ifd = file.ifd(layout.blocks.ifd).map_err(damaged(name))?;
         let tags = geo_tags(ifd);
         let meaning = meaning(ifd, sample_type, &tags.geokeys, name);
         let located = |source| SourceError::Georeference { path: name.into(), source };

@@ -2,10 +2,10 @@
 //! evaluated on its own. The 10¹¹ heights are never stored; a base of 1280 × 1280 and an exemplar of 2048 × 2048
 //! samples suffice.
 //!
-//! 1. `base`: ranges, plains and great valleys, 2.56 km apart and 3,277 km wide, grown as the embedded world is: by
+//! 1. `base`: ranges, plains and great valleys, 2.56 km apart and 3,277 km wide, grown as the built-in world is: by
 //!    uplift and river incision (Cordonnier et al., "Large scale terrain generation from tectonic uplift and fluvial
 //!    erosion", 2016). Between its samples the surface is bicubic; its averages are the levels above.
-//! 2. `exemplar`: the embedded world itself, without features wider than 5 km: 20 km of eroded land with ridges,
+//! 2. `exemplar`: the built-in world itself, without features wider than 5 km: 20 km of eroded land with ridges,
 //!    gullies and gravel floors, and its averages at every level.
 //! 3. `tiling`: pieces of the exemplar are laid over the base on a lattice of triangles and blended so that their
 //!    variance is preserved (Heitz and Neyret, "High-performance by-example noise using a histogram-preserving blending

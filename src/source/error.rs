@@ -22,8 +22,12 @@ pub enum SourceError {
         source: std::io::Error,
     },
     /// The path is a folder, a pipe or a device.
-    #[error("{}: is not a regular file", named(path))]
-    NotAFile { path: PathBuf },
+    #[error("{}: is {kind}, not a file", named(path))]
+    NotAFile {
+        path: PathBuf,
+        /// The kind of the path, with its article, for example "a folder".
+        kind: &'static str,
+    },
     /// The file has zero bytes.
     #[error("{}: is empty", named(path))]
     Empty { path: PathBuf },

@@ -84,7 +84,7 @@ impl FlatReader {
         if end > u128::from(length) {
             return Err(inconsistent(
                 path,
-                format!("{width}×{height} samples need {end} bytes, but it has {length}: it is truncated"),
+                format!("it must have {end} bytes for its {width}×{height} samples, but has {length}: it is truncated"),
             ));
         }
         Ok(Self {

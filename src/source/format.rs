@@ -9,6 +9,7 @@ use super::SourceError;
 use super::place::{cannot_open, ending};
 use super::sidecar::{OpenOptions, sidecar_path};
 use super::{dted, ehdr, hgt, usgs_dem, xyz};
+use crate::file::input;
 
 /// Number of bytes that are examined: enough for every signature and for the header words of the text formats.
 const HEAD_BYTES: u64 = 2048;
@@ -97,7 +98,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     let metadata = std::fs::metadata(path).map_err(cannot_open(path))?;
     // This check comes before opening: opening a pipe without a writer would wait forever.
     if !metadata.is_file() {
-        return Err(SourceError::NotAFile { path: path.into() });
+        return Err(SourceError::NotAFile { path: path.into(), kind: input::kind(metadata.file_type()) });
     }
     if metadata.len() == 0 {
         return Err(SourceError::Empty { path: path.into() });

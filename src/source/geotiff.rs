@@ -68,7 +68,7 @@ impl GeoTiffReader {
     }
 
     fn open_unguarded(path: &Path, holds: Holds) -> Result<Values, SourceError> {
-        let damaged = |source| SourceError::Damaged { path: path.into(), source };
+        let damaged = damaged(path);
         let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
         let options = OpenOptions {
             block_cache_bytes: CACHE_BYTES,
@@ -245,8 +245,43 @@ pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, pat
     }
 }
 
+/// Returns a function that converts an error of the TIFF reader.
+pub(super) fn damaged(path: &Path) -> impl Fn(TiffError) -> SourceError + Copy + '_ {
+    |source| SourceError::Damaged { path: path.into(), source: plain(source) }
+}
+
+/// Names of tags in messages.
+const TAG_NAMES: [(u16, &str); 4] =
+    [(273, "StripOffsets"), (279, "StripByteCounts"), (324, "TileOffsets"), (325, "TileByteCounts")];
+
+/// Replaces messages that only a programmer of the decoder understands by a plain cause.
+fn plain(error: TiffError) -> TiffError {
+    let is_of_program = |words: &str| words.contains("usize") || words.contains("budget");
+    let words = match &error {
+        // A feature that is not supported is no damage. An error of the file system may name any file.
+        TiffError::DecompressionFailed { reason, .. } if reason.contains("nsupported") => return error,
+        TiffError::Io(..) => return error,
+        TiffError::DecompressionFailed { index, reason } => {
+            // Most reasons begin with the name of the codec.
+            let codec = reason.split_once(": ").map_or("", |(codec, _)| codec);
+            let is_name = !codec.is_empty() && codec.chars().all(char::is_alphanumeric);
+            let codec = if is_name { codec } else { "compressed" };
+            format!("the {codec} data of strip or tile {index} cannot be decoded")
+        }
+        TiffError::InvalidTagValue { tag, reason } if is_of_program(reason) => {
+            let name = TAG_NAMES.iter().find(|(known, _)| known == tag);
+            let name = name.map_or(String::new(), |(_, name)| format!(" ({name})"));
+            format!("tag {tag}{name} claims more values than can be read")
+        }
+        other if is_of_program(&other.to_string()) => "it claims more data than can be read".to_owned(),
+        _ => return error,
+    };
+    tracing::debug!("{error}");
+    TiffError::Other(words)
+}
+
 pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
-    match source {
+    match plain(source) {
         TiffError::UnsupportedCompression(code) => {
             SourceError::Unsupported { path: path.into(), what: format!("compression {code}") }
         }
@@ -269,4 +304,43 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
 pub(super) fn panic_text(panic: &(dyn Any + Send)) -> &str {
     let text = panic.downcast_ref::<&str>().copied();
     text.or_else(|| panic.downcast_ref::<String>().map(String::as_str)).unwrap_or("no message")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn causes_are_in_plain_words() {
+        let undecoded = |reason: &str| TiffError::DecompressionFailed { index: 3, reason: reason.to_owned() };
+        let tag = |tag, reason: &str| TiffError::InvalidTagValue { tag, reason: reason.to_owned() };
+        for (error, expected) in [
+            (
+                undecoded(
+                    "ZSTD: Failed to parse block header: DecodeSequenceError(ExtraBits { bits_remaining: 1656 })",
+                ),
+                "the ZSTD data of strip or tile 3 cannot be decoded",
+            ),
+            (
+                undecoded("decoded block is too small: expected at least 9 bytes, found 8"),
+                "the compressed data of strip or tile 3 cannot be decoded",
+            ),
+            (
+                tag(273, "value byte length overflows usize"),
+                "tag 273 (StripOffsets) claims more values than can be read",
+            ),
+            (
+                tag(270, "value byte length 4278302410 exceeds parse budget 134217728"),
+                "tag 270 claims more values than can be read",
+            ),
+            (
+                TiffError::InvalidImageLayout("strip count overflows usize".into()),
+                "it claims more data than can be read",
+            ),
+            // Plain already.
+            (tag(330, "expected 2 values, found 1"), "invalid TIFF tag 330: expected 2 values, found 1"),
+        ] {
+            assert_eq!(plain(error).to_string(), expected);
+        }
+    }
 }

@@ -12,7 +12,7 @@ use tiff_reader::{OpenOptions, TiffFile};
 
 use super::SourceError;
 use super::georeference::Georeference;
-use super::geotiff::{decode_error, guarded};
+use super::geotiff::{damaged, decode_error, guarded};
 use super::geotiff_layout::{Layout, MAX_BLOCK_BYTES, check_mask, is_mask};
 use super::place::{self, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
@@ -85,10 +85,9 @@ impl Mask {
 
     /// Opens the first picture of a mask file; returns `None` (with a warning) if it has another size.
     fn open(path: &Path, size: [u32; 2]) -> Result<Option<Self>, SourceError> {
-        let damaged = |source| SourceError::Damaged { path: path.into(), source };
         let file_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
         let options = OpenOptions { block_cache_bytes: CACHE_BYTES, ..OpenOptions::default() };
-        let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged)?);
+        let file = Arc::new(TiffFile::open_with_options(path, options).map_err(damaged(path))?);
         let ifd = file.ifds().first().ok_or_else(|| inconsistent(path, "it contains no picture"))?;
         if [ifd.width(), ifd.height()] != size {
             tracing::warn!("{}: this mask has another size than its DEM and is ignored", path.display());

@@ -154,12 +154,12 @@ fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightRea
         return Ok(Box::new(tile_folder::TileFolderReader::open(path, options)?));
     }
     let format = format::of(path, options)?;
-    // Options that apply to every format are left out of the comparison.
-    let special = OpenOptions { no_data: None, voids: VoidMode::default(), ..*options };
-    if special != OpenOptions::default() && !matches!(format, Format::Png | Format::Raw) {
+    let ignored = options.for_heightmaps();
+    if !ignored.is_empty() && !matches!(format, Format::Png | Format::Raw) {
         tracing::warn!(
-            "{}: the file declares its own size, spacing and heights; the options for them are ignored",
-            path.display()
+            "{}: ignored, because they apply only to PNG and raw heightmaps: {}",
+            path.display(),
+            ignored.join(", ")
         );
     }
     let info = || sidecar::RasterInfo::of(path, options);

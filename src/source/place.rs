@@ -7,6 +7,7 @@ use std::time::UNIX_EPOCH;
 use super::georeference::{self, Georeference};
 use super::reader::Window;
 use super::{GeoKeys, SourceError, WorldMapping, geokeys as key};
+use crate::file::input;
 use crate::file::message::printable;
 use key::GeoKey;
 
@@ -93,7 +94,7 @@ pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
 
 /// Returns a function that converts an error of the file system.
 pub(super) fn cannot_open(path: &Path) -> impl Fn(std::io::Error) -> SourceError + '_ {
-    |source| SourceError::Open { path: path.into(), source }
+    |source| SourceError::Open { path: path.into(), source: input::plain(source) }
 }
 
 /// Returns the existing file that has the name of `path` with another extension, in lower or upper case: `dem.bil` and

@@ -44,7 +44,7 @@ const UPLIFT_M: f32 = 520.0;
 const LOWEST_M: f32 = 320.0;
 const HIGHEST_M: f32 = 3_150.0;
 
-/// Generates the embedded world: [`SIZE_SAMPLES`]² samples, [`SPACING_M`] apart, about 300 to 3,200 m high.
+/// Generates the built-in world: [`SIZE_SAMPLES`]² samples, [`SPACING_M`] apart, about 300 to 3,200 m high.
 ///
 /// The result is bit-identical for the same seed, on any number of threads.
 pub fn generate(seed: u32, progress: &dyn Progress) -> HeightGrid {

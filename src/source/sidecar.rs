@@ -47,6 +47,21 @@ pub struct OpenOptions {
     pub voids: VoidMode,
 }
 
+impl OpenOptions {
+    /// Returns the names of the given options that only PNG and raw files need.
+    pub(super) fn for_heightmaps(&self) -> Vec<&'static str> {
+        let given = [
+            ("spacing", self.spacing_m.is_some()),
+            ("size", self.size.is_some()),
+            ("height scale", self.height_scale_m.is_some()),
+            ("height offset", self.height_offset_m.is_some()),
+            ("byte order", self.big_endian.is_some()),
+            ("encoding", self.encoding.is_some()),
+        ];
+        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
+    }
+}
+
 /// The encodings of heights in the colours of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]

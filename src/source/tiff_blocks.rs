@@ -260,10 +260,10 @@ impl Blocks {
             let samples = rows as usize * self.block[0] as usize * self.samples.interleaved();
             return Ok(cache.insert(key, vec![0; samples * self.samples.decoded.bytes()]));
         }
-        let failed = |reason: String| TiffError::DecompressionFailed { index: block, reason };
         let mut packed = self.unpacked(file, block, place, needed)?;
         if packed.len() < needed {
-            return Err(failed(format!("it has {} bytes, but its samples need {needed}", packed.len())));
+            let cause = format!("strip or tile {block} has {} bytes, but its samples need {needed}", packed.len());
+            return Err(TiffError::Other(cause));
         }
         packed.truncate(needed);
         let samples = self.samples.unpack(packed, row_bytes, self.block[0] as usize, file.byte_order())?;
@@ -283,8 +283,8 @@ impl Blocks {
         let most = if self.codec == CODEC_NONE { needed } else { whole.saturating_mul(4).saturating_add(1 << 16) };
         let available = file.source().len().saturating_sub(offset);
         if count > most as u64 && (self.codec != CODEC_NONE || count > available) {
-            let reason = format!("{count} bytes are more than a block can have");
-            return Err(TiffError::DecompressionFailed { index: block, reason });
+            let cause = format!("strip or tile {block} has {count} bytes, more than its samples can need");
+            return Err(TiffError::Other(cause));
         }
         let mut stored = file.source().read_exact_at(offset, count.min(most as u64) as usize)?;
         if self.is_reversed {

@@ -10,6 +10,7 @@ use half::f16;
 use tiff_reader::{ByteOrder, ExtraSample, Ifd, TiffError, filters};
 
 use super::SourceError;
+use super::geotiff::damaged;
 use super::samples::SampleType;
 
 /// Codecs with which the predictor tag is valid: LZW, DEFLATE (two codes), Zstandard, LZMA. libtiff ignores the tag
@@ -45,7 +46,7 @@ impl Samples {
     /// # Errors
     /// Fails if tags contradict each other, or if the kind of samples is not supported.
     pub(super) fn of(ifd: &Ifd, path: &Path) -> Result<Self, SourceError> {
-        let damaged = |source| SourceError::Damaged { path: path.into(), source };
+        let damaged = damaged(path);
         let unsupported = |what: String| SourceError::Unsupported { path: path.into(), what };
         let all_bits = ifd.bits_per_sample().map_err(damaged)?;
         let formats = ifd.sample_format().map_err(damaged)?;

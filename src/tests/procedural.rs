@@ -1,4 +1,4 @@
-//! Tests the embedded world: a seed always gives the same bits, and the land drains.
+//! Tests the built-in world: a seed always gives the same bits, and the land drains.
 
 use hachure::source::procedural::generate_sized;
 use hachure::source::{HeightGrid, Silent};

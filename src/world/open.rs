@@ -1,4 +1,4 @@
-//! An open world, ready to be drawn: a scene file, a DEM, a baked pyramid, or by default the embedded world.
+//! An open world, ready to be drawn: a scene file, a DEM, a baked pyramid, or by default the built-in world.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -136,24 +136,32 @@ fn failures_are_one_line_that_names_the_file() {
     place.file("other.toml", "[package]\nname = \"x\"\n");
     place.file("scene.toml", "[world]\ndem = \"a.tif\"\n[sun]\nelevation_deg = 99\n");
     place.file("path.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n1,0,0,here,0,0,50\n");
+    place.file("twice.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n0,0,0,+10,0,0,50\n");
     place.file("good.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n");
     for (arguments, name, cause) in [
-        (&["info", "nowhere.tif"][..], "nowhere.tif", "cannot be opened"),
-        (&["info", "."], ".", "not a regular file"),
+        (&["info", "nowhere.tif"][..], "nowhere.tif", "cannot be opened: there is no such file"),
+        (&["info", "."], ".", "is a folder; hachure info describes one file of it"),
         (&["info", "notes.md"], "notes.md", "text file"),
         (&["info", "empty.tif"], "empty.tif", "empty"),
         (&["info", "broken.toml"], "broken.toml:2", ""),
         (&["info", "other.toml"], "other.toml", "neither a scene"),
         (&["info", "scene.toml"], "scene.toml", "sun.elevation_deg"),
         (&["info", "path.csv"], "path.csv:3", "here"),
-        (&["bake", "nowhere.tif", "-o", "out.tif"], "nowhere.tif", "cannot be opened"),
+        (&["bake", "nowhere.tif", "-o", "out.tif"], "nowhere.tif", "cannot be opened: there is no such file"),
         (&["bake", "notes.md", "-o", "out.tif"], "notes.md", "text file"),
         (&["bake", "empty.tif", "-o", "nowhere/out.tif"], "out.tif", "no folder"),
         (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "empty.tif", "empty"),
         (&["bake", "empty.tif", "-o", "out.tif", "--shard", "1/2"], "empty.tif", "empty"),
-        (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "cannot read"),
+        (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "there is no such file"),
+        (
+            &["bench", "--path", "nopath", "-o", "out"],
+            "nopath",
+            "there is no such file; the built-in paths are ascent, ",
+        ),
         (&["bench", "--path", "path.csv", "-o", "out"], "path.csv:3", "here"),
-        (&["styles", "check", "nowhere.toml"], "nowhere.toml", "cannot read"),
+        (&["bench", "--path", "good.csv", "-o", "notes.md"], "notes.md", "is a file, and bench writes"),
+        (&["info", "twice.csv"], "twice.csv:3", "t is 0 again; a jump is two rows with equal t, and not the first two"),
+        (&["styles", "check", "nowhere.toml"], "nowhere.toml", "cannot read the style: there is no such file"),
         (&["styles", "check", "broken.toml"], "broken.toml:2:", ""),
     ] {
         let line = place.error(arguments);

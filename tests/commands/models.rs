@@ -55,6 +55,11 @@ fn trees_of_a_forest_are_listed_and_read() {
     assert!(printed.contains("species   tree.obj: 4 triangles, 21.5 m tall, share 3\n"), "{printed}");
     assert!(printed.contains("species   birch, 18 m tall, share 1\n"), "{printed}");
     assert_eq!(printed.matches("species").count(), 2, "{printed}");
+    // The default species, whose heights are products, and the default haze.
+    place.file("default.toml", "[world]\nprocedural = { seed = 1 }\n[forest]\n");
+    let default = String::from_utf8(place.hachure(&["info", "default.toml"]).stdout).unwrap();
+    assert!(default.contains("species   broadleaf, 15.3 m tall, share 3\n"), "{default}");
+    assert!(default.contains("haze      0.45 of the diagonal of the extent, at most 30 km\n"), "{default}");
     assert!(
         printed.contains("forest    at most 300 trees per hectare, on slopes up to 38°; level ground is water\n"),
         "{printed}"

@@ -1,4 +1,4 @@
-//! The built-in camera path `tour` over the embedded world.
+//! The built-in camera path `tour` over the built-in world.
 
 use std::path::Path;
 

@@ -39,6 +39,8 @@ fn toml_has_places_and_near_names() {
             "f.toml: cannot read the mesh hut.obj: line 5: the face uses vertex 9, but there are 3",
         ),
         (format!("{WORLD}[sun\n"), "f.toml:3:5: unclosed table"),
+        (format!("{WORLD}[camera]\nstart = \"tour\n"), ": the text is not closed with a quotation mark on its line"),
+        (format!("{WORLD}[camera]\nstart = 'tour\n"), ": the text is not closed with a quotation mark on its line"),
         (
             "[world]\ndem = \"a\\u001b[31m.tif\"\n[[meshes]]\nfile = \"b.obj\"\nat = [1, 2, 3]\n".to_owned(),
             "f.toml: a\\u{1b}[31m.tif, b.obj do not exist",
@@ -50,6 +52,10 @@ fn toml_has_places_and_near_names() {
         (
             format!("{STYLE}[strokes]\nwidth = 3\n"),
             "f.toml:6:1: unknown key \"strokes.width\"; did you mean \"width_px\"?",
+        ),
+        (
+            format!("{STYLE}[strokes]\nquality = 3\n"),
+            "f.toml:6:1: unknown key \"strokes.quality\"; hachure styles show NAME --all lists the keys of a style",
         ),
         (format!("{STYLE}[strokes]\nwidth_px = 99\n"), "f.toml:6:12: strokes.width_px is 99, not between 0.5 and 64"),
         (

@@ -85,7 +85,7 @@ pub(crate) const KINDS: &[(&str, Expected)] = &[
     ("redirects without a place", Error("without a Location header")),
     ("redirects to nobody", Error("no connection")),
     // Wrong data.
-    ("the whole file, 200", Error("does not support requests for a part")),
+    ("the whole file, 200", Error("does not support range requests")),
     ("the whole file, 206", Error("instead of")),
     ("no Content-Range", Error("does not say which part")),
     ("Content-Range of another part", Error("instead of")),
@@ -93,7 +93,7 @@ pub(crate) const KINDS: &[(&str, Expected)] = &[
     ("Content-Range of 2^64 bytes", Error("invalid Content-Range")),
     ("several parts", Error("does not say which part")),
     ("bytes of another part", Error("damaged data for tile")),
-    ("zeros", Error("damaged data for a GeoTIFF")),
+    ("zeros", Error("is not a GeoTIFF, and only GeoTIFFs")),
     ("bytes changed in every answer", Error("")),
     ("compressed", Error("sends the file compressed")),
     ("a file twice as long", Either),

@@ -47,6 +47,6 @@ pub(super) fn run(args: &FlyArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
 
 /// Returns the title of the window: the name of the world's file without its folder.
 fn title(world: Option<&str>) -> String {
-    let Some(world) = world else { return "the embedded world".to_owned() };
+    let Some(world) = world else { return "the built-in world".to_owned() };
     Path::new(world).file_name().map_or_else(|| world.to_owned(), |name| name.to_string_lossy().into_owned())
 }

@@ -299,9 +299,9 @@ impl ForestInfo {
     fn lines(&self) -> String {
         let Self { trees_per_ha, tree_line_m, steepest_deg, level_ground, grown } = self;
         let below = tree_line_m.map(|line_m| format!(" below {line_m} m")).unwrap_or_default();
-        let species = grown
-            .iter()
-            .map(|GrownInfo { form, height_m, share }| format!("species   {form}, {height_m} m tall, share {share}\n"));
+        let species = grown.iter().map(|GrownInfo { form, height_m, share }| {
+            format!("species   {form}, {} m tall, share {share}\n", rounded(*height_m))
+        });
         format!(
             "forest    at most {trees_per_ha} trees per hectare{below}, on slopes up to {steepest_deg}°; level ground is \
              {level_ground}\n{}",
@@ -310,9 +310,15 @@ impl ForestInfo {
     }
 }
 
+/// Returns a length in metres rounded to millimetres, without the errors of products such as 0.85 × 18.
+fn rounded(length_m: f64) -> f64 {
+    (length_m * 1000.0).round() / 1000.0
+}
+
 impl TreeInfo {
     fn line(&self) -> String {
         let Self { file, height_m, share, triangles, .. } = self;
+        let height_m = rounded(*height_m);
         format!("species   {}: {triangles} triangles, {height_m} m tall, share {share}\n", named(file))
     }
 }
@@ -326,7 +332,7 @@ impl SceneInfo {
         };
         let haze = match self.haze_distance_m {
             Some(distance_m) => format!("{distance_m} m"),
-            None => "the diagonal of the extent".to_owned(),
+            None => "0.45 of the diagonal of the extent, at most 30 km".to_owned(),
         };
         let meshes: String = self.meshes.iter().map(MeshInfo::line).collect();
         let sun = match (&self.sun_date, self.sun_azimuth_deg.zip(self.sun_elevation_deg)) {

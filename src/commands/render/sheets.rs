@@ -26,7 +26,8 @@ const MARGIN_MM: f64 = 6.0;
 #[derive(Clone, Debug, Default, Args)]
 pub(crate) struct SheetArgs {
     /// Also cut a .png or .svg with --paper or --dpi into sheets of this paper size (as in --paper, in either
-    /// orientation), with crop marks and at the same scale: NAME-A1.png, NAME-A2.png and so on, next to the output
+    /// orientation), with crop marks and at the same scale. Next to the output, NAME-B3.png is the sheet in the second
+    /// row (B) and third column (3)
     #[arg(long, value_name = "PAPER")]
     pub sheets: Option<String>,
     /// Overlap of neighbouring --sheets for gluing, in millimetres [default: 10]

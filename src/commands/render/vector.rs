@@ -45,12 +45,12 @@ impl SvgOptions {
             matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
         if !is_svg {
             let given = [
-                ("--margin", args.margin.is_some()),
-                ("--tolerance-px", args.tolerance_px.is_some() && !is_on_earth),
-                ("--pens", args.pens.is_some() && !is_on_earth),
+                ("--margin", args.margin.is_some(), "an .svg"),
+                ("--tolerance-px", args.tolerance_px.is_some() && !is_on_earth, "an .svg or .geojson"),
+                ("--pens", args.pens.is_some() && !is_on_earth, "an .svg or .geojson"),
             ];
-            if let Some((option, _)) = given.into_iter().find(|(_, is_given)| *is_given) {
-                return Err(Misuse(format!("{option}: applies only to an .svg, and the output is {output}")).into());
+            if let Some((option, _, outputs)) = given.into_iter().find(|(_, is_given, _)| *is_given) {
+                return Err(Misuse(format!("{option}: applies only to {outputs}, and the output is {output}")).into());
             }
         }
         if !is_svg && !is_on_earth {

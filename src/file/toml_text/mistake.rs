@@ -103,6 +103,11 @@ impl Mistake {
         }
     }
 
+    /// Returns whether the message says that a key is unknown, but not which ones are known.
+    pub(super) fn is_unknown_without_hint(&self) -> bool {
+        matches!(&self.kind, Kind::UnknownKey { key, known } if meant(key, known).is_empty())
+    }
+
     /// Returns the message.
     pub(super) fn cause(&self) -> String {
         let section =

@@ -327,7 +327,7 @@ fn a_raster_that_cannot_be_aligned_is_named() {
         is(dem.load(&land(path.clone())), "raster.tif: ");
     }
     is(dem.load(&land(scratch.path("none.tif"))), "none.tif: cannot be opened");
-    is(dem.load(&mask(scratch.0.path().into())), "is not a regular file");
+    is(dem.load(&mask(scratch.0.path().into())), "is a folder, not a file");
     let path = scratch.png(ColorType::Rgb, BitDepth::Eight, [2, 2], &[0; 12]);
     is(dem.load(&mask(path.clone())), "mask.png: holds a picture in colours, not shades of grey");
     let path = scratch.png(

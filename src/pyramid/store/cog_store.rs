@@ -95,6 +95,11 @@ impl CogStore {
         let opened = Self::open_carefully(&file, sidecar, decoded_bytes, voids);
         file.read_twice(false);
         opened.map_err(of_network).map_err(|error| match error {
+            // The header was read twice, so it was not damaged on the way: the server has another kind of file.
+            PyramidError::Source(SourceError::Damaged { source: TiffError::InvalidMagic, .. }) if file.is_remote() => {
+                let cause = "is not a GeoTIFF, and only GeoTIFFs are read over a network; download the file first";
+                PyramidError::Remote(RemoteError::Unusable { name: file.name().to_owned(), cause: cause.to_owned() })
+            }
             PyramidError::Source(SourceError::Damaged { .. }) | PyramidError::Decode { .. } if file.is_remote() => {
                 error.sent(file.name().as_ref(), "a GeoTIFF")
             }

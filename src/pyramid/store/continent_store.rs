@@ -24,7 +24,7 @@ use crate::source::{HeightGrid, Progress, Window, procedural};
 /// The version of the continent, part of the keys in the cache.
 const VERSION: u32 = 1;
 
-/// The seed of the embedded world that is the exemplar of all continents.
+/// The seed of the built-in world that is the exemplar of all continents.
 const EXEMPLAR_SEED: u32 = 1;
 
 /// The smallest number of samples along a side.

@@ -27,7 +27,7 @@ const SIZE_PX: [u32; 2] = [320, 180];
 const START: &str = "-300,-2500,+350,20,-6,60";
 const STEP_M: f64 = 1.0;
 
-/// Returns mountains like those of the embedded world, but smaller.
+/// Returns mountains like those of the built-in world, but smaller.
 fn mountains() -> Option<World> {
     World::new(procedural::generate_sized(1, 512, 24.0, &Silent), 1.0)
 }

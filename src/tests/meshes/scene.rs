@@ -146,7 +146,7 @@ fn a_scene_opens_with_its_meshes_or_says_what_is_wrong() {
 
     std::fs::write(folder.path().join("broken.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n").unwrap();
     for (file, cause) in
-        [("broken.obj", "line 4: the face uses vertex 9, but there are 3"), ("none.obj", "No such file")]
+        [("broken.obj", "line 4: the face uses vertex 9, but there are 3"), ("none.obj", "there is no such file")]
     {
         write(file);
         let error = open().map(|_| ()).unwrap_err().to_string();

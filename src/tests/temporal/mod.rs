@@ -342,7 +342,7 @@ fn a_place_is_where_its_ray_went_through() {
 
 #[test]
 fn a_real_drawing_is_measured() {
-    // The same seed as the embedded world, at a smaller size.
+    // The same seed as the built-in world, at a smaller size.
     let grid = procedural::generate_sized(1, 512, 24.0, &Silent);
     let Some(mut world) = common::World::new(grid, 1.0) else { return };
     let size_px = [320, 180];
