@@ -114,7 +114,8 @@ fn path_errors_name_file_line_and_cause() {
     for (text, expected) in [
         ("t,x,y\n0,0,0\n".to_owned(), "flight.csv:1: the header is `t,x,y`"),
         (header.to_owned(), "flight.csv:2: a camera path needs at least one row"),
-        (format!("{header}{row}{row}"), "flight.csv:3: t is 0 after 0"),
+        (format!("{header}{row}{row}"), "flight.csv:3: t is 0 again"),
+        (format!("{header}{row}1,0,0,0,0,0,60\n0.5,0,0,0,0,0,60\n"), "flight.csv:4: t is 0.5 after 1"),
         (format!("{header}{row}1,0,0\n"), "flight.csv:3: found 3 fields"),
         (format!("{header}{row}1,0,0,0,0,0,abc\n"), "flight.csv:3: the camera's fov is `abc`: not a number"),
         (format!("{header}{row}1,0,0,+5,0,0,60\n"), "flight.csv:3: z is above the ground"),

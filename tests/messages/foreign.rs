@@ -44,7 +44,6 @@ fn foreign_texts_are_cut_and_escaped() {
         format!("[world]\n\"{long}\" = 3\n"),
         format!("[world]\ndem = \"\\u001b{long}\"\n"),
         format!("{WORLD}[sun]\nazimuth_deg = \"\\u001b{long}\"\n"),
-        format!("{WORLD}[camera]\nstart = \"\\u001b{long}\"\n"),
         format!("{STYLE}[paper]\ncolor = \"\\u001b{long}\"\n"),
         format!("{STYLE}[strokes]\nwidth_px = 1\ntexture = \"\\u001b{long}\"\n"),
         format!("{STYLE}[[hatching.layers]]\nmarks = \"\\u001b{long}\"\n"),
@@ -52,4 +51,6 @@ fn foreign_texts_are_cut_and_escaped() {
         place.file("f.toml", &text);
         place.refused_within(&["info", "f.toml"], 1, &["…"], 260);
     }
+    place.file("f.toml", format!("{WORLD}[camera]\nstart = \"\\u001b{long}\"\n"));
+    place.refused_within(&["info", "f.toml"], 1, &["f.toml:", "the number of fields is 1"], 260);
 }
