@@ -20,7 +20,7 @@ use super::obj_text::{GeometryStream, MaterialStatements, numbered_geometry};
 use super::paint::{self, Paint, Place};
 use super::wrong_line::wrong_line;
 use super::{Mesh, MeshError};
-use crate::file::input::{Bounded, read_bytes};
+use crate::file::input::{Bounded, plain, read_bytes};
 use crate::file::message::shown;
 use crate::file::one_line;
 use crate::source::{Progress, Silent};
@@ -51,7 +51,7 @@ pub fn read_with(path: &Path, progress: &dyn Progress, warn: &mut dyn FnMut(Stri
     let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
     let place = Some(Place { path, warn });
     // A pipe can be read only once.
-    if !std::fs::metadata(path).map_err(unread)?.is_file() {
+    if !std::fs::metadata(path).map_err(|error| unread(plain(error)))?.is_file() {
         let text = read_bytes(path, LARGEST_BYTES).map_err(unread)?;
         let read = read_text(name, text.as_slice(), place, &|_| (), &|_| ()).map_err(Cause::into_message);
         return read.map_err(|cause| wrong(blamed(cause, &text)));
