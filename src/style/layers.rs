@@ -40,8 +40,7 @@ pub(crate) use hatching::Hatching;
 #[cfg(test)]
 pub(crate) use height_lines::HEIGHT_INK;
 pub use height_lines::HeightLines;
-pub(crate) use ink::LayerBehaviour;
-pub(crate) use ink::{Channels, Fading, Ink, InkPass, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
+pub(crate) use ink::{Channels, Fading, Ink, InkPass, LayerBehaviour, MAX_INKS, Margins, StyleInk, Trace, TracedSet};
 pub(crate) use lines::Measure;
 pub use lines::{Detector, Epsilon, Lines, Stereo};
 pub use rims::Rims;

@@ -114,7 +114,8 @@ fn lines(world: &mut World, renderer: &mut Renderer, pose: Pose, size_px: [u32; 
     texels.into_iter().map(f64::from).collect()
 }
 
-/// Returns the detectors, the full method first, as the paper compares them: all but its full method thin out crowded lines at half strength.
+/// Returns the detectors as the paper compares them, its full method first: the others thin out crowded lines at half
+/// strength.
 /// None has a cap of crowded lines, which would remove what detectors find.
 fn detectors() -> Vec<(&'static str, Style)> {
     let of = |mut style: Style, is_full: bool| {
