@@ -9,7 +9,7 @@ use crate::pyramid::format::{LevelSummary, sidecar_path};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::pyramid::{LevelSize, Pyramid};
 use crate::source::georeference::Georeference;
-use crate::source::{GeoreferenceError, HeightReader, Statistics, WorldMapping};
+use crate::source::{GeoreferenceError, GroundScale, HeightReader, ScaleRange, Statistics, WorldMapping};
 
 /// Properties of a grid of heights.
 #[derive(Serialize)]
@@ -24,6 +24,8 @@ pub(super) struct Heights {
     pub extent_m: [f64; 2],
     /// Coordinate reference system, and its projection to metres.
     pub crs: String,
+    /// Scale of the file's projection and of the world's against the ground; absent if the projection is unknown.
+    pub scale: Option<GroundScale>,
     /// Lowest height in the file, in metres.
     pub min_m: f32,
     /// Highest height in the file, in metres.
@@ -109,6 +111,7 @@ impl Heights {
             spacing_m: [step(DVec2::X), step(DVec2::Y)],
             extent_m: (high - low).to_array(),
             crs: mapping.describe(),
+            scale: mapping.ground_scale().copied(),
             min_m,
             max_m,
             void_samples,
@@ -138,11 +141,13 @@ impl Heights {
             "samples   {width} × {height}, {dx_m:.3} × {dy_m:.3} m apart\n\
              extent    {:.3} × {:.3} km\n\
              place     {}\n\
+             scale     {}\n\
              heights   {:.2} to {:.2} m\n\
              no-data   {voids}\n",
             east_m / 1000.0,
             north_m / 1000.0,
             self.crs,
+            self.scale.as_ref().map_or_else(|| "unknown; lengths are those of the file".to_owned(), scale_text),
             self.min_m,
             self.max_m,
         )
@@ -197,6 +202,19 @@ impl Levels {
             );
         }
         lines
+    }
+}
+
+/// Returns scale factors as text: those of the file's projection, and how far world metres are from ground metres.
+fn scale_text(scale: &GroundScale) -> String {
+    let percent = 100.0 * scale.world.departure();
+    let digits = (1.0 - percent.max(1e-6).log10().ceil()).clamp(0.0, 5.0) as usize;
+    let within = format!("lengths are ground metres within {percent:.digits$} %");
+    match &scale.file {
+        None => within,
+        Some(ScaleRange { centre, min, max }) => {
+            format!("{centre:.4} at the centre, {min:.4} to {max:.4} over the extent; {within}")
+        }
     }
 }
 

@@ -53,6 +53,9 @@ pub(crate) struct MapScale {
     pub m_per_px: f64,
     /// Millimetres on paper per pixel, if the paper has a size.
     pub mm_per_px: Option<f64>,
+    /// Direction of true north at the middle of the map, in radians clockwise from the top of the sheet; `None` if it
+    /// is unknown, so that the arrow shows the north of the grid.
+    pub true_north_rad: Option<f64>,
 }
 
 /// A title block, ready to be drawn.
@@ -172,14 +175,21 @@ impl Page {
             return right;
         }
         let [arrow_width, arrow_height] = ARROW;
+        let half_length = 0.5 * (arrow_height - 10.0);
+        // A turned arrow needs more room to its sides.
+        let (sine, cosine) = scale.true_north_rad.unwrap_or(0.0).sin_cos();
+        let arrow_width = (2.0 * (half_length + 4.0 + SMALL[0]) * sine.abs()).max(arrow_width);
         let middle = right - 0.5 * arrow_width * px;
-        let (tip, foot) = (at(middle, 24.0), at(middle, 14.0 + arrow_height));
-        self.strokes.push(line(foot, tip, 1.2));
+        let centre = at(middle, 24.0 + half_length);
+        let turned = |x: f64, y: f64| centre + px * DVec2::new(cosine * x - sine * y, sine * x + cosine * y);
+        let tip = turned(0.0, -half_length);
+        self.strokes.push(line(turned(0.0, half_length), tip, 1.2));
         for way in [-1.0, 1.0] {
-            let barb = tip + px * DVec2::new(0.42 * way * arrow_width, 11.0);
-            self.strokes.push(line(tip, barb, 1.2));
+            self.strokes.push(line(tip, turned(0.42 * way * ARROW[0], 11.0 - half_length), 1.2));
         }
-        self.small("N", at(middle, 20.0), px, 0.5);
+        // The letter is upright, with its middle in the arrow's direction.
+        let letter = turned(0.0, -half_length - 4.0 - 0.5 * SMALL[0]) + DVec2::new(0.0, 0.5 * SMALL[0] * px);
+        self.small(if scale.true_north_rad.is_some() { "N" } else { "GN" }, letter, px, 0.5);
         let mut left = right - arrow_width * px - GAP * px;
         let most = (BAR * px).min(BAR_PART * width);
         let bar_m = round_m(most * scale.m_per_px);

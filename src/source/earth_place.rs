@@ -1,11 +1,9 @@
 //! The position of a world's origin on the earth, and the angle between its grid north and true north.
 
 use glam::DVec2;
-use proj4rs::Proj;
-use proj4rs::transform::transform;
 
 use super::WorldMapping;
-use super::georeference::{Crs, Georeference};
+use super::georeference::Georeference;
 
 /// A position on the earth, in degrees.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,41 +16,15 @@ pub struct EarthPlace {
     pub grid_north_deg: f64,
 }
 
-/// Distance in metres over which grid north is measured.
-const STEP_M: f64 = 100.0;
-
 impl EarthPlace {
     /// Returns the position of the centre of a grid. Returns `None` for a grid without georeference, or in a projection
-    /// that the catalogue does not know or that cannot be inverted. Datums other than WGS 84 are treated as WGS 84,
-    /// which is an error of a few hundred metres.
+    /// that is not known or that cannot be inverted. Datums other than WGS 84 are treated as WGS 84, which is an error
+    /// of a few hundred metres.
     pub fn of_grid(georeference: &Georeference, width: u32, height: u32) -> Option<Self> {
-        let origin = WorldMapping::new(georeference, width, height).ok()?.origin_crs();
-        match &georeference.crs {
-            Crs::Local => None,
-            // The central meridian of the world passes through its centre, where grid north is true north.
-            Crs::Geographic { radians_per_unit, .. } => Self::checked(origin * radians_per_unit.to_degrees(), 0.0),
-            Crs::Projected { metres_per_unit, name } => {
-                let code = name.strip_prefix("EPSG:")?.parse().ok()?;
-                let projected = Proj::from_proj_string(crs_definitions::from_code(code)?.proj4).ok()?;
-                let geographic = Proj::from_proj_string("+proj=longlat +datum=WGS84 +no_defs").ok()?;
-                let degrees = |place: DVec2| {
-                    let mut point = (place.x, place.y, 0.0);
-                    transform(&projected, &geographic, &mut point).ok()?;
-                    Some(DVec2::new(point.0.to_degrees(), point.1.to_degrees()))
-                };
-                let here = degrees(origin)?;
-                let way = degrees(origin + DVec2::new(0.0, STEP_M / metres_per_unit))? - here;
-                let north_deg = (way.x * here.y.to_radians().cos()).atan2(way.y).to_degrees();
-                Self::checked(here, north_deg)
-            }
-        }
-    }
-
-    fn checked(longitude_latitude_deg: DVec2, grid_north_deg: f64) -> Option<Self> {
-        let DVec2 { x, y } = longitude_latitude_deg;
-        let is_there = x.is_finite() && y.abs() <= 90.0 && grid_north_deg.is_finite();
-        let longitude_deg = (x + 180.0).rem_euclid(360.0) - 180.0;
-        is_there.then_some(Self { latitude_deg: y, longitude_deg, grid_north_deg })
+        let mapping = WorldMapping::new(georeference, width, height).ok()?;
+        let place = mapping.longitude_latitude_rad(DVec2::ZERO)?;
+        let grid_north_deg = -mapping.true_north_rad(DVec2::ZERO)?.to_degrees();
+        Some(Self { latitude_deg: place.y.to_degrees(), longitude_deg: place.x.to_degrees(), grid_north_deg })
     }
 }
 
@@ -62,6 +34,7 @@ mod tests {
 
     use super::*;
     use crate::source::GeoKeys;
+    use crate::source::georeference::Crs;
 
     fn place(code: u16, origin: [f64; 2]) -> Option<EarthPlace> {
         let crs = Crs::Projected { metres_per_unit: 1.0, name: format!("EPSG:{code}") };

@@ -17,6 +17,7 @@ pub(crate) mod continent;
 mod crs_catalogue;
 mod dted;
 mod earth_place;
+mod earth_projection;
 mod ehdr;
 mod envi;
 mod erosion;
@@ -81,6 +82,7 @@ pub(crate) use values::{Holds, open_values};
 use voids::Filled;
 pub use voids::VoidMode;
 pub use world_mapping::WorldMapping;
+pub(crate) use world_mapping::{GroundScale, ScaleRange};
 
 /// A height field in memory, on the grid of its file, not resampled.
 #[derive(Clone, Debug)]

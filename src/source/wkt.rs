@@ -77,6 +77,12 @@ pub(super) fn keys(text: &str) -> Option<GeoKeys> {
     Some(GeoKeys::from_keys(keys))
 }
 
+/// Returns the keys of the geographic CRS on which a projected one is based.
+pub(super) fn base_geographic_keys(text: &str) -> Option<Vec<GeoKey>> {
+    let root = parse(&mut &*text, 0)?;
+    root.find(&PROJECTED)?.find(&GEOGRAPHIC).map(geographic_keys)
+}
+
 /// Parses one node at the front of `text`, and removes it from there.
 fn parse(text: &mut &str, depth: usize) -> Option<Node> {
     let end = text.find(['[', '('])?;

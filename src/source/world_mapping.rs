@@ -1,20 +1,26 @@
 //! Maps grid coordinates to world metres and back.
 //!
-//! The world's origin is the centre of the sample lattice; x runs east, y north. A projected grid is only scaled to
-//! metres. A geographic grid is projected to a transverse Mercator projection whose centre is the origin, on the file's
-//! own ellipsoid; a grid that is too wide for it uses the equidistant cylindrical projection.
+//! The world's origin is the centre of the sample lattice; x runs east, y along the grid's north. A world metre is a
+//! metre on the ground, within the bounds of [`GroundScale`]:
+//!
+//! - A projected grid whose scale departs little from 1 is only scaled to metres.
+//! - Other grids are projected to a transverse Mercator projection whose centre is the origin, on the file's own
+//!   ellipsoid. For a projected grid it is rotated so that y runs along the file's own northings.
+//! - A grid that is too wide for that stays in the file's plane, which gets the ground's lengths at the origin; for a
+//!   geographic grid that is the equidistant cylindrical projection.
+//!
+//! Why: `docs/decisions/ground-metres.md`.
 
+mod ground_scale;
 mod picture;
+mod plane;
 
 use glam::DVec2;
-use proj4rs::Proj;
-use proj4rs::transform::transform;
 
+use super::earth_projection::EarthProjection;
 use super::georeference::{Crs, Georeference, GeoreferenceError};
-
-/// Largest angle from the central meridian at which the transverse Mercator projection is used, in radians. At 60° its
-/// scale is 2.
-const TRANSVERSE_MERCATOR_REACH_RAD: f64 = 60.0 / 180.0 * std::f64::consts::PI;
+pub(crate) use ground_scale::ScaleRange;
+use plane::{Frame, Plane};
 
 /// The mapping between a height grid's (column, row), its CRS, and world metres.
 ///
@@ -28,15 +34,27 @@ pub struct WorldMapping {
     /// Vectors of one step along columns and along rows, in CRS units.
     step_column_crs: DVec2,
     step_row_crs: DVec2,
-    projection: Projection,
+    /// The file's coordinates on the earth, if they are known.
+    earth: Option<Earth>,
+    plane: Plane,
+    ground_scale: Option<GroundScale>,
     crs_name: String,
 }
 
+/// How the metres of a file and of its world compare with metres on the ground.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub(crate) struct GroundScale {
+    /// Metres of the file's projection per metre on the ground; `None` for longitudes and latitudes.
+    pub file: Option<ScaleRange>,
+    /// World metres per metre on the ground.
+    pub world: ScaleRange,
+}
+
+/// Converts between offsets from a grid's centre and longitudes relative to the centre's, with latitudes, in radians.
 #[derive(Clone, Debug)]
-enum Projection {
-    Scaled { metres_per_unit: f64 },
-    TransverseMercator { radians_per_unit: f64, centre_latitude_rad: f64, geographic: Box<Proj>, projected: Box<Proj> },
-    EquidistantCylindrical { radians_per_unit: f64, centre_latitude_rad: f64, radius_m: f64 },
+enum Earth {
+    Degrees { radians_per_unit: f64, ellipsoid: [f64; 2] },
+    Projected { projection: Box<EarthProjection>, centre_rad: DVec2 },
 }
 
 impl WorldMapping {
@@ -60,19 +78,31 @@ impl WorldMapping {
         if !corners.iter().all(|corner| corner.is_finite()) {
             return Err(GeoreferenceError::PixelSize);
         }
-        let (projection, crs_name) = match &georeference.crs {
-            Crs::Local => (Projection::Scaled { metres_per_unit: 1.0 }, "a local grid".to_owned()),
-            Crs::Projected { metres_per_unit, name } => {
-                (Projection::Scaled { metres_per_unit: *metres_per_unit }, name.clone())
-            }
-            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name } => {
-                // Half a step beyond ±90° is allowed for files whose corners, not centres, are on the pole.
-                let slack = (c.abs() + d.abs()) / 2.0;
-                let ellipsoid = [*semi_major_axis_m, *inverse_flattening];
-                (geographic_projection(centre_crs, &corners, slack, *radians_per_unit, ellipsoid)?, name.clone())
-            }
+        let (metres_per_unit, crs_name) = match &georeference.crs {
+            Crs::Local => (1.0, "a local grid".to_owned()),
+            Crs::Projected { metres_per_unit, name } => (*metres_per_unit, name.clone()),
+            Crs::Geographic { name, .. } => (1.0, name.clone()),
         };
-        Ok(Self { centre_grid, centre_crs, step_column_crs, step_row_crs, projection, crs_name })
+        let mut mapping = Self {
+            centre_grid,
+            centre_crs,
+            step_column_crs,
+            step_row_crs,
+            earth: Earth::of(georeference, centre_crs),
+            plane: Plane::Scaled { metres_per_unit },
+            ground_scale: None,
+            crs_name,
+        };
+        if let Crs::Geographic { radians_per_unit, .. } = georeference.crs {
+            // Half a step beyond ±90° is allowed for files whose corners, not centres, are on the pole.
+            let slack = (c.abs() + d.abs()) / 2.0;
+            check_latitudes(corners.map(|corner| corner.y * radians_per_unit), slack * radians_per_unit)?;
+        }
+        if let Some(earth) = &mapping.earth {
+            let frame = Frame { earth, last, centre_crs, steps_crs: [step_column_crs, step_row_crs] };
+            (mapping.plane, mapping.ground_scale) = frame.choose(metres_per_unit)?;
+        }
+        Ok(mapping)
     }
 
     /// Returns world metres (east, north) at a grid position; whole numbers are sample centres.
@@ -104,115 +134,140 @@ impl WorldMapping {
         self.centre_crs
     }
 
+    /// Returns how world metres compare with metres on the ground; `None` if the file's projection is unknown.
+    pub(crate) fn ground_scale(&self) -> Option<&GroundScale> {
+        self.ground_scale.as_ref()
+    }
+
+    /// Returns longitude (−π to π) and latitude in radians, on the file's own datum, at a world position in metres.
+    /// Returns `None` if the file's projection is unknown or has no such place.
+    pub(crate) fn longitude_latitude_rad(&self, world_m: DVec2) -> Option<DVec2> {
+        let earth = self.earth.as_ref()?;
+        let mut place = earth.relative_rad(self.centre_crs, self.offset_from_world(world_m));
+        place.x += match earth {
+            Earth::Degrees { radians_per_unit, .. } => self.centre_crs.x * radians_per_unit,
+            Earth::Projected { centre_rad, .. } => centre_rad.x,
+        };
+        place.x = wrapped(place.x);
+        (place.is_finite() && place.y.abs() <= std::f64::consts::FRAC_PI_2).then_some(place)
+    }
+
+    /// Returns the azimuth of true north at a world position in metres: the angle in radians, clockwise from the
+    /// world's y axis. Returns `None` if the file's projection is unknown, and at a pole.
+    pub(crate) fn true_north_rad(&self, world_m: DVec2) -> Option<f64> {
+        let earth = self.earth.as_ref()?;
+        let place = earth.relative_rad(self.centre_crs, self.offset_from_world(world_m));
+        let world = |rad: DVec2| self.world_from_offset(earth.offset(self.centre_crs, rad));
+        let derivative = ground_scale::map_from_ground(earth.ellipsoid(), place, world)?;
+        let north = derivative.y_axis;
+        (north.length() > 0.0).then(|| north.x.atan2(north.y))
+    }
+
     /// Returns a description for users in one line: the projection and the origin.
     #[must_use]
     pub(crate) fn describe(&self) -> String {
         let (name, origin) = (&self.crs_name, self.centre_crs);
-        let degrees = |radians_per_unit: f64| {
-            let degrees = origin * radians_per_unit.to_degrees();
-            format!("longitude {:.6}°, latitude {:.6}°", degrees.x, degrees.y)
+        let unit = match &self.plane {
+            Plane::Scaled { metres_per_unit } if *metres_per_unit != 1.0 => format!("× {metres_per_unit} m"),
+            _ => "m".to_owned(),
         };
-        match &self.projection {
-            Projection::Scaled { metres_per_unit } => {
-                let unit = if *metres_per_unit == 1.0 { "m".to_owned() } else { format!("× {metres_per_unit} m") };
-                format!("{name}, origin at ({:.3}, {:.3}) {unit}", origin.x, origin.y)
+        let at = match self.earth {
+            Some(Earth::Degrees { radians_per_unit, .. }) => {
+                let degrees = origin * radians_per_unit.to_degrees();
+                format!("longitude {:.6}°, latitude {:.6}°", degrees.x, degrees.y)
             }
-            Projection::TransverseMercator { radians_per_unit, .. } => {
-                format!("transverse Mercator of {name} about {}", degrees(*radians_per_unit))
-            }
-            Projection::EquidistantCylindrical { radians_per_unit, .. } => {
-                format!("equidistant cylindrical projection of {name} about {}", degrees(*radians_per_unit))
+            _ => format!("({:.3}, {:.3}) {unit}", origin.x, origin.y),
+        };
+        match &self.plane {
+            Plane::Scaled { .. } => format!("{name}, origin at {at}"),
+            Plane::Fitted { .. } => format!("{name} scaled to ground metres at its origin, {at}"),
+            Plane::TransverseMercator { .. } => format!("transverse Mercator of {name} about {at}"),
+            Plane::EquidistantCylindrical { .. } => {
+                format!("equidistant cylindrical projection of {name} about {at}")
             }
         }
     }
 
     /// Converts an offset from the centre in CRS units to world metres.
     fn world_from_offset(&self, offset: DVec2) -> DVec2 {
-        match &self.projection {
-            Projection::Scaled { metres_per_unit } => offset * *metres_per_unit,
-            Projection::TransverseMercator { radians_per_unit, centre_latitude_rad, geographic, projected } => {
-                let longitude_latitude = offset * *radians_per_unit + DVec2::new(0.0, *centre_latitude_rad);
-                project(geographic, projected, longitude_latitude)
-            }
-            Projection::EquidistantCylindrical { radians_per_unit, centre_latitude_rad, radius_m } => {
-                offset * *radians_per_unit * *radius_m * DVec2::new(centre_latitude_rad.cos(), 1.0)
-            }
-        }
+        self.plane.world(offset, |offset| self.relative_rad(offset))
     }
 
     /// Converts world metres to an offset from the centre in CRS units.
     fn offset_from_world(&self, world_m: DVec2) -> DVec2 {
-        match &self.projection {
-            Projection::Scaled { metres_per_unit } => world_m / *metres_per_unit,
-            Projection::TransverseMercator { radians_per_unit, centre_latitude_rad, geographic, projected } => {
-                let longitude_latitude = project(projected, geographic, world_m);
-                (longitude_latitude - DVec2::new(0.0, *centre_latitude_rad)) / *radians_per_unit
+        self.plane.offset(world_m, |rad| self.earth.as_ref().map_or(DVec2::NAN, |it| it.offset(self.centre_crs, rad)))
+    }
+
+    fn relative_rad(&self, offset: DVec2) -> DVec2 {
+        self.earth.as_ref().map_or(DVec2::NAN, |earth| earth.relative_rad(self.centre_crs, offset))
+    }
+}
+
+impl Earth {
+    fn of(georeference: &Georeference, centre_crs: DVec2) -> Option<Self> {
+        match &georeference.crs {
+            Crs::Local => None,
+            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => Some(Self::Degrees {
+                radians_per_unit: *radians_per_unit,
+                ellipsoid: [*semi_major_axis_m, *inverse_flattening],
+            }),
+            Crs::Projected { .. } => {
+                let projection = EarthProjection::of(georeference)?;
+                let centre_rad = projection.longitude_latitude_rad(centre_crs);
+                centre_rad.is_finite().then(|| Self::Projected { projection: Box::new(projection), centre_rad })
             }
-            Projection::EquidistantCylindrical { radians_per_unit, centre_latitude_rad, radius_m } => {
-                world_m / (*radians_per_unit * *radius_m * DVec2::new(centre_latitude_rad.cos(), 1.0))
+        }
+    }
+
+    /// Returns semi-major axis in metres and inverse flattening, 0 for a sphere.
+    fn ellipsoid(&self) -> [f64; 2] {
+        match self {
+            Self::Degrees { ellipsoid, .. } => *ellipsoid,
+            Self::Projected { projection, .. } => projection.ellipsoid,
+        }
+    }
+
+    /// Returns the longitude relative to the centre's, and the latitude, in radians.
+    fn relative_rad(&self, centre_crs: DVec2, offset: DVec2) -> DVec2 {
+        match self {
+            // Longitudes are relative to the centre's here, so that the date line is never crossed.
+            Self::Degrees { radians_per_unit, .. } => {
+                offset * *radians_per_unit + DVec2::new(0.0, centre_crs.y * radians_per_unit)
+            }
+            Self::Projected { projection, centre_rad } => {
+                let place = projection.longitude_latitude_rad(centre_crs + offset);
+                DVec2::new(wrapped(place.x - centre_rad.x), place.y)
+            }
+        }
+    }
+
+    /// Returns the offset from the centre in CRS units: the inverse of [`Self::relative_rad`].
+    fn offset(&self, centre_crs: DVec2, relative_rad: DVec2) -> DVec2 {
+        match self {
+            Self::Degrees { radians_per_unit, .. } => {
+                (relative_rad - DVec2::new(0.0, centre_crs.y * radians_per_unit)) / *radians_per_unit
+            }
+            Self::Projected { projection, centre_rad } => {
+                projection.crs(relative_rad + DVec2::new(centre_rad.x, 0.0)) - centre_crs
             }
         }
     }
 }
 
-fn project(from: &Proj, to: &Proj, point: DVec2) -> DVec2 {
-    let mut point = (point.x, point.y, 0.0);
-    match transform(from, to, &mut point) {
-        Ok(()) => DVec2::new(point.0, point.1),
-        Err(_) => DVec2::NAN,
-    }
+/// Returns an angle from −π to π.
+fn wrapped(angle_rad: f64) -> f64 {
+    let half = std::f64::consts::PI;
+    if angle_rad.abs() <= half { angle_rad } else { (angle_rad + half).rem_euclid(2.0 * half) - half }
 }
 
-/// Chooses the projection of a geographic grid. `slack` is how far the latitudes may reach beyond a pole. `slack`,
-/// `centre_crs` and `corners` are in units of the CRS.
-fn geographic_projection(
-    centre_crs: DVec2,
-    corners: &[DVec2; 4],
-    slack: f64,
-    radians_per_unit: f64,
-    ellipsoid: [f64; 2],
-) -> Result<Projection, GeoreferenceError> {
-    let latitudes = corners.map(|corner| corner.y * radians_per_unit);
-    let south = latitudes.into_iter().fold(f64::INFINITY, f64::min);
-    let north = latitudes.into_iter().fold(f64::NEG_INFINITY, f64::max);
+/// Checks that latitudes, in radians, are at most `slack_rad` beyond a pole.
+fn check_latitudes(latitudes_rad: [f64; 4], slack_rad: f64) -> Result<(), GeoreferenceError> {
+    let south = latitudes_rad.into_iter().fold(f64::INFINITY, f64::min);
+    let north = latitudes_rad.into_iter().fold(f64::NEG_INFINITY, f64::max);
     let pole = std::f64::consts::FRAC_PI_2;
-    if north.max(-south) > pole + slack * radians_per_unit * (1.0 + 1e-9) {
+    if north.max(-south) > pole + slack_rad * (1.0 + 1e-9) {
         let (south_degrees, north_degrees) = (south.to_degrees(), north.to_degrees());
         return Err(GeoreferenceError::BeyondPole { south_degrees, north_degrees });
     }
-    let half_width = corners.map(|it| (it.x - centre_crs.x).abs() * radians_per_unit).into_iter().fold(0.0, f64::max);
-    // The angle from the central meridian is largest where the parallels are longest.
-    let widest_latitude = if south <= 0.0 && north >= 0.0 { 0.0 } else { south.abs().min(north.abs()) };
-    let reach = (widest_latitude.cos() * half_width.min(pole).sin()).clamp(-1.0, 1.0).asin();
-    let [semi_major_axis_m, inverse_flattening] = ellipsoid;
-    let centre_latitude_rad = centre_crs.y * radians_per_unit;
-    if reach > TRANSVERSE_MERCATOR_REACH_RAD || half_width >= pole || north.max(-south) > pole {
-        tracing::warn!(
-            "{:.0}° of longitude are too wide for a transverse Mercator projection; east–west distances are only true \
-             along the parallel through the centre",
-            2.0 * half_width.to_degrees()
-        );
-        return Ok(Projection::EquidistantCylindrical {
-            radians_per_unit,
-            centre_latitude_rad,
-            radius_m: semi_major_axis_m,
-        });
-    }
-    // Longitudes are relative to the centre's here, so the central meridian is 0 and the date line is never crossed.
-    // `etmerc` is Poder and Engsager's exact algorithm; it does not support a sphere, for which `tmerc` is exact.
-    let (shape, algorithm) = match inverse_flattening {
-        0.0 => (format!("+R={semi_major_axis_m}"), "tmerc"),
-        _ => (format!("+a={semi_major_axis_m} +rf={inverse_flattening}"), "etmerc"),
-    };
-    let set_up = |text: String| {
-        let failed = |error: proj4rs::errors::Error| GeoreferenceError::Projection { reason: error.to_string() };
-        Proj::from_proj_string(&text).map(Box::new).map_err(failed)
-    };
-    let latitude_degrees = centre_latitude_rad.to_degrees();
-    Ok(Projection::TransverseMercator {
-        radians_per_unit,
-        centre_latitude_rad,
-        geographic: set_up(format!("+proj=longlat {shape}"))?,
-        projected: set_up(format!("+proj={algorithm} +lat_0={latitude_degrees} +lon_0=0 +k=1 {shape}"))?,
-    })
+    Ok(())
 }

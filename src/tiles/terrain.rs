@@ -122,6 +122,9 @@ pub struct Terrain {
     water_requested_in: u64,
 }
 
+/// Departure of the world's scale from 1 above which a warning is printed.
+const WARNED_DEPARTURE: f64 = 0.02;
+
 impl Terrain {
     /// Creates a terrain for a world. Its tiles are loaded when views are drawn.
     ///
@@ -133,6 +136,14 @@ impl Terrain {
             return Err(TerrainError::TooWide { width: size.width, height: size.height });
         }
         let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
+        let departure = mapping.ground_scale().map_or(0.0, |scale| scale.world.departure());
+        if departure > WARNED_DEPARTURE {
+            tracing::warn!(
+                "{}: the extent is too wide for one plane: lengths and slopes are off by up to {:.0} % toward its edge",
+                store.name(),
+                100.0 * departure
+            );
+        }
         let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
         Ok(Self {
             ground: Ground::new(Arc::clone(&store)),

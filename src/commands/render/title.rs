@@ -54,11 +54,13 @@ impl Job<'_> {
                     Some(svg) => svg.mm_per_px(),
                     None => self.args.dpi.map(|dpi| super::paper::MM_PER_INCH / dpi),
                 };
-                let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px };
-                // The code of the picture's reference system; over a geographic DEM that is a projection without a
-                // code.
+                let mapping = self.world.surfaces.terrain.mapping();
+                let middle_m = map.map.world_from_px(0.5 * map.map.size());
+                let true_north_rad = mapping.true_north_rad(middle_m);
+                let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px, true_north_rad };
+                // The code of the picture's reference system; a picture in the world's own projection has none.
                 let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
-                (format!("{code}{}", style.name), Some(scale))
+                (format!("{code}{}{}", convergence(true_north_rad), style.name), Some(scale))
             }
             None => (format!("{} · {}", self.seen_from(pose), style.name), None),
         };
@@ -105,8 +107,39 @@ impl Job<'_> {
             Crs::Projected { .. } => format!("E {}, N {}", grouped(crs.x), grouped(crs.y)),
             Crs::Local => format!("x {} m, y {} m", grouped(at_m.x), grouped(at_m.y)),
         };
-        let heading_deg = pose.yaw_deg().rem_euclid(360.0);
+        let true_north_deg = terrain.mapping().true_north_rad(at_m.truncate()).unwrap_or(0.0).to_degrees();
+        let heading_deg = (pose.yaw_deg() - true_north_deg).rem_euclid(360.0);
         let name = COMPASS[(heading_deg / 22.5).round() as usize % COMPASS.len()];
         format!("{place}, height {} m, looking {name} ({:.0}°)", grouped(at_m.z), heading_deg.round() % 360.0)
+    }
+}
+
+/// Smallest convergence of the meridians that a title block states, in degrees.
+const STATED_CONVERGENCE_DEG: f64 = 0.5;
+
+/// Returns what a title block says of the angle between the top of the sheet and true north; empty if that is small.
+fn convergence(true_north_rad: Option<f64>) -> String {
+    match true_north_rad.map(f64::to_degrees) {
+        None => "grid north up · ".to_owned(),
+        Some(deg) if deg.abs() <= STATED_CONVERGENCE_DEG => String::new(),
+        // True north to the right of grid north means that grid north is west of it.
+        Some(deg) => {
+            let side = if deg > 0.0 { "W" } else { "E" };
+            format!("grid north {:.1}° {side} of true north · ", deg.abs())
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn convergence_is_stated_beyond_half_a_degree() {
+        let text = |deg: f64| convergence(Some(deg.to_radians()));
+        assert_eq!(text(30.9), "grid north 30.9° W of true north · ");
+        assert_eq!(text(-2.04), "grid north 2.0° E of true north · ");
+        assert_eq!([text(0.4), text(-0.5)], ["", ""]);
+        assert_eq!(convergence(None), "grid north up · ");
     }
 }

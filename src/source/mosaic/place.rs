@@ -5,7 +5,7 @@ use proj4rs::Proj;
 use proj4rs::transform::transform;
 
 use super::super::georeference::{Crs, Georeference};
-use super::super::{Window, WorldMapping};
+use super::super::{Window, WorldMapping, earth_projection};
 
 /// Offsets from a whole number of samples below this count as zero.
 const ALIGNED_SAMPLES: f64 = 1e-3;
@@ -202,27 +202,11 @@ impl Way {
 
 impl Side {
     fn new(place: &Georeference) -> Result<Self, String> {
-        let (text, per_unit) = match &place.crs {
-            Crs::Local => return Err("some members have a coordinate reference system and others have none".into()),
-            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => {
-                let shape = match *inverse_flattening {
-                    0.0 => format!("+R={semi_major_axis_m}"),
-                    inverse => format!("+a={semi_major_axis_m} +rf={inverse}"),
-                };
-                (format!("+proj=longlat {shape} +no_defs"), *radians_per_unit)
+        let (text, per_unit) = match earth_projection::text(place) {
+            Err(_) if place.crs == Crs::Local => {
+                return Err("some members have a coordinate reference system and others have none".into());
             }
-            Crs::Projected { metres_per_unit, name } => {
-                let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
-                let known = code.and_then(crs_definitions::from_code);
-                let known = known
-                    .ok_or_else(|| format!("no transformation is known from {name} to other reference systems"))?;
-                // All lengths are in metres: the file's own unit takes precedence over that of the code.
-                let words = known
-                    .proj4
-                    .split_whitespace()
-                    .filter(|word| !word.starts_with("+units=") && !word.starts_with("+to_meter="));
-                (words.chain(["+units=m"]).collect::<Vec<_>>().join(" "), *metres_per_unit)
-            }
+            found => found?,
         };
         let proj =
             Proj::from_proj_string(&text).map_err(|error| format!("its reference system cannot be set up: {error}"))?;

@@ -1,15 +1,17 @@
 //! The georeference of a picture of the world from straight above, north up, as world files, GeoTIFF tags and a `.prj`
 //! state it.
 //!
-//! A picture of a projected grid has the file's own CRS. A picture of a geographic grid has the projection in which the
-//! world has its metres, a transverse Mercator that is written with its parameters; if the world is too wide for that,
-//! the picture has the file's longitudes and latitudes.
+//! A picture of a grid in ground metres has the file's own CRS. Pictures of other grids have the projection in which the
+//! world has its metres, a transverse Mercator that is written with its parameters, or, if the world is too wide for
+//! that, the file's own coordinates.
 
 use glam::DVec2;
 
+use super::super::crs_catalogue as catalogue;
 use super::super::geokeys::{self as key, GeoKey, GeoKeys, USER_DEFINED};
 use super::super::georeference::{Crs, Georeference};
-use super::{Projection, WorldMapping};
+use super::super::wkt;
+use super::{Earth, Plane, WorldMapping};
 
 /// GeoKeys of a geographic CRS.
 const GEOGRAPHIC_KEYS: std::ops::RangeInclusive<u16> = 2048..=2061;
@@ -35,61 +37,81 @@ impl WorldMapping {
             let geokeys = GeoKeys::from_keys(keys);
             Georeference { crs_from_grid: north_up(first, step), crs: world.crs.clone(), geokeys }
         };
-        match &self.projection {
-            Projection::Scaled { metres_per_unit } => {
+        match &self.plane {
+            Plane::Scaled { metres_per_unit } => {
                 plain(self.crs_from_world(first_m), DVec2::splat(pixel_m / metres_per_unit))
             }
-            Projection::EquidistantCylindrical { .. } => {
+            Plane::EquidistantCylindrical { .. } => {
                 let step = self.offset_from_world(DVec2::splat(pixel_m));
                 plain(self.crs_from_world(first_m), step)
             }
-            Projection::TransverseMercator { radians_per_unit, .. } => {
-                let geokeys = GeoKeys::from_keys(self.transverse_mercator_keys(world, *radians_per_unit));
+            Plane::Fitted { world_from_offset } => {
+                let first = self.crs_from_world(first_m);
+                let [x, y] = [world_from_offset.inverse() * DVec2::X, world_from_offset.inverse() * -DVec2::Y];
+                let [x, y] = [x, y].map(|step| step * pixel_m);
+                let crs_from_grid = [first.x, x.x, y.x, first.y, x.y, y.y];
+                Georeference { crs_from_grid, ..plain(first, DVec2::ONE) }
+            }
+            Plane::TransverseMercator { world_from_projected, .. } => {
+                let geokeys = GeoKeys::from_keys(self.transverse_mercator_keys(world));
                 let crs = Crs::Projected { metres_per_unit: 1.0, name: self.describe() };
-                Georeference { crs_from_grid: north_up(first_m, DVec2::splat(pixel_m)), crs, geokeys }
+                let projected = world_from_projected.transpose();
+                let [first, x, y] = [first_m, DVec2::X * pixel_m, -DVec2::Y * pixel_m].map(|at| projected * at);
+                Georeference { crs_from_grid: [first.x, x.x, y.x, first.y, x.y, y.y], crs, geokeys }
             }
         }
     }
 
     /// Returns the GeoKeys of the world's projection: on the file's own geographic CRS, centred on the world's origin.
-    fn transverse_mercator_keys(&self, world: &Georeference, radians_per_unit: f64) -> Vec<GeoKey> {
-        let turn = std::f64::consts::TAU / radians_per_unit;
-        let longitude = (self.centre_crs.x + 0.5 * turn).rem_euclid(turn) - 0.5 * turn;
+    fn transverse_mercator_keys(&self, world: &Georeference) -> Vec<GeoKey> {
+        let radians_per_unit = match &world.crs {
+            Crs::Geographic { radians_per_unit, .. } => *radians_per_unit,
+            Crs::Projected { .. } | Crs::Local => 1f64.to_radians(),
+        };
+        let origin = self.longitude_latitude_rad(DVec2::ZERO).unwrap_or(DVec2::NAN) / radians_per_unit;
         let citation = format!("hachure: {}", self.describe());
         let mut keys = vec![GeoKey::short(key::MODEL_TYPE, 1), GeoKey::ascii(key::CITATION, &citation)];
         let own = world.geokeys.keys.iter().filter(|key| GEOGRAPHIC_KEYS.contains(&key.id));
         keys.extend(own.cloned());
         if !keys.iter().any(|key| key.id == key::GEOGRAPHIC_CRS) {
-            keys.extend(named_geographic_keys(&world.crs));
+            keys.extend(self.geographic_keys(&world.crs));
         }
         keys.extend([
             GeoKey::short(key::PROJECTED_CRS, USER_DEFINED),
             GeoKey::short(key::PROJECTION, USER_DEFINED),
             GeoKey::short(key::PROJECTION_METHOD, TRANSVERSE_MERCATOR),
             GeoKey::short(key::LINEAR_UNITS, key::METRE),
-            GeoKey::double(ORIGIN_LONGITUDE, longitude),
-            GeoKey::double(ORIGIN_LATITUDE, self.centre_crs.y),
+            GeoKey::double(ORIGIN_LONGITUDE, origin.x),
+            GeoKey::double(ORIGIN_LATITUDE, origin.y),
             GeoKey::double(FALSE_EASTING, 0.0),
             GeoKey::double(FALSE_NORTHING, 0.0),
             GeoKey::double(SCALE, 1.0),
         ]);
         keys
     }
-}
 
-/// Returns the GeoKeys of a geographic CRS for files that have none.
-fn named_geographic_keys(crs: &Crs) -> Vec<GeoKey> {
-    let Crs::Geographic { semi_major_axis_m, inverse_flattening, name, .. } = crs else { return Vec::new() };
-    match name.strip_prefix("EPSG:").and_then(|code| code.parse().ok()) {
-        Some(code) => vec![GeoKey::short(key::GEOGRAPHIC_CRS, code)],
-        None => vec![
-            GeoKey::short(key::GEOGRAPHIC_CRS, USER_DEFINED),
-            GeoKey::ascii(key::GEOGRAPHIC_CITATION, name),
-            GeoKey::short(key::GEOGRAPHIC_DATUM, USER_DEFINED),
-            GeoKey::short(key::ANGULAR_UNITS, key::DEGREE),
-            GeoKey::short(key::ELLIPSOID, USER_DEFINED),
-            GeoKey::double(key::SEMI_MAJOR_AXIS, *semi_major_axis_m),
-            GeoKey::double(key::INVERSE_FLATTENING, *inverse_flattening),
-        ],
+    /// Returns the GeoKeys of the geographic CRS for files that have none.
+    fn geographic_keys(&self, crs: &Crs) -> Vec<GeoKey> {
+        let (Crs::Geographic { name, .. } | Crs::Projected { name, .. }) = crs else { return Vec::new() };
+        let code = name.strip_prefix("EPSG:").and_then(|code| code.parse().ok());
+        let ellipsoid = self.earth.as_ref().map(Earth::ellipsoid);
+        match (crs, code) {
+            (Crs::Geographic { .. }, Some(code)) => vec![GeoKey::short(key::GEOGRAPHIC_CRS, code)],
+            (Crs::Projected { .. }, Some(code)) => {
+                catalogue::text(code).and_then(wkt::base_geographic_keys).unwrap_or_default()
+            }
+            _ => {
+                let [semi_major_axis_m, inverse_flattening] = ellipsoid.unwrap_or_default();
+                vec![
+                    GeoKey::short(key::GEOGRAPHIC_CRS, USER_DEFINED),
+                    GeoKey::ascii(key::GEOGRAPHIC_CITATION, name),
+                    GeoKey::short(key::GEOGRAPHIC_DATUM, USER_DEFINED),
+                    GeoKey::short(key::ANGULAR_UNITS, key::DEGREE),
+                    GeoKey::short(key::ELLIPSOID, USER_DEFINED),
+                    GeoKey::double(key::SEMI_MAJOR_AXIS, semi_major_axis_m),
+                    GeoKey::double(key::INVERSE_FLATTENING, inverse_flattening),
+                ]
+            }
+        }
     }
 }
