@@ -28,8 +28,11 @@ const MIN_PEN: f64 = 1.15;
 const RULE: f64 = 1.0;
 /// Gap between the text and the scale bar or arrow to its right.
 const GAP: f64 = 20.0;
-/// Width and height of the north arrow.
-const ARROW: [f64; 2] = [12.0, 38.0];
+/// Width and length of the north arrow, the distance from its tip to its letter, and the height of its middle below
+/// the picture. It has room in every direction.
+const ARROW: [f64; 2] = [12.0, 28.0];
+const LETTER_GAP: f64 = 3.0;
+const ARROW_MIDDLE: f64 = 36.0;
 /// Largest length of a scale bar, also as a fraction of the available width, and the least length at which it is drawn.
 const BAR: f64 = 200.0;
 const BAR_PART: f64 = 0.3;
@@ -175,12 +178,12 @@ impl Page {
             return right;
         }
         let [arrow_width, arrow_height] = ARROW;
-        let half_length = 0.5 * (arrow_height - 10.0);
+        let half_length = 0.5 * arrow_height;
         // A turned arrow needs more room to its sides.
         let (sine, cosine) = scale.true_north_rad.unwrap_or(0.0).sin_cos();
-        let arrow_width = (2.0 * (half_length + 4.0 + SMALL[0]) * sine.abs()).max(arrow_width);
+        let arrow_width = (2.0 * (half_length + LETTER_GAP + SMALL[0]) * sine.abs()).max(arrow_width);
         let middle = right - 0.5 * arrow_width * px;
-        let centre = at(middle, 24.0 + half_length);
+        let centre = at(middle, ARROW_MIDDLE);
         let turned = |x: f64, y: f64| centre + px * DVec2::new(cosine * x - sine * y, sine * x + cosine * y);
         let tip = turned(0.0, -half_length);
         self.strokes.push(line(turned(0.0, half_length), tip, 1.2));
@@ -188,7 +191,7 @@ impl Page {
             self.strokes.push(line(tip, turned(0.42 * way * ARROW[0], 11.0 - half_length), 1.2));
         }
         // The letter is upright, with its middle in the arrow's direction.
-        let letter = turned(0.0, -half_length - 4.0 - 0.5 * SMALL[0]) + DVec2::new(0.0, 0.5 * SMALL[0] * px);
+        let letter = turned(0.0, -half_length - LETTER_GAP - 0.5 * SMALL[0]) + DVec2::new(0.0, 0.5 * SMALL[0] * px);
         self.small(if scale.true_north_rad.is_some() { "N" } else { "GN" }, letter, px, 0.5);
         let mut left = right - arrow_width * px - GAP * px;
         let most = (BAR * px).min(BAR_PART * width);
@@ -279,7 +282,7 @@ mod tests {
         assert_eq!(lengths, [0.5, 1.0, 1.0, 2.0, 5.0, 500.0, 20_000.0]);
         assert_eq!([length(0.5), length(500.0), length(20_000.0)], ["0.5 m", "500 m", "20 km"]);
         assert_eq!([grouped(50_000.0), grouped(999.6), grouped(-1234.0)], ["50 000", "1 000", "−1 234"]);
-        let scale = |m_per_px, mm_per_px| fraction(&MapScale { m_per_px, mm_per_px });
+        let scale = |m_per_px, mm_per_px| fraction(&MapScale { m_per_px, mm_per_px, true_north_rad: Some(0.0) });
         assert_eq!(scale(5.0, Some(0.1)), Some("1 : 50 000".to_owned()));
         assert_eq!(scale(4.9876, Some(0.1)), Some("1 : 49 900".to_owned()));
         assert_eq!(scale(5.0, None), None);
@@ -298,12 +301,13 @@ mod tests {
     #[test]
     fn a_scale_bar_has_its_length() {
         for (m_per_px, bar_m) in [(1.0, 100.0), (7.3, 1000.0), (0.011, 2.0), (1300.0, 200_000.0)] {
-            let scale = Some(MapScale { m_per_px, mm_per_px: None });
+            let scale = Some(MapScale { m_per_px, mm_per_px: None, true_north_rad: Some(0.3) });
             let words = Words { title: "A map".into(), below: "ink".into(), scale };
             let found_m = bar_px(&block(&words, [640, 400], &paper(0.0), Color::default(), 1.0)) * m_per_px;
             assert!((found_m / bar_m - 1.0).abs() < 1e-6, "{m_per_px} m: {found_m} m and not {bar_m}");
             // Planted: another scale.
-            let other = Words { scale: Some(MapScale { m_per_px: 1.1 * m_per_px, mm_per_px: None }), ..words };
+            let scale = scale.map(|scale| MapScale { m_per_px: 1.1 * m_per_px, ..scale });
+            let other = Words { scale, ..words };
             let other_m = bar_px(&block(&other, [640, 400], &paper(0.0), Color::default(), 1.0)) * m_per_px;
             assert!((other_m / bar_m - 1.0).abs() > 0.05);
         }
@@ -315,7 +319,12 @@ mod tests {
         for (size, margin) in
             [([640, 400], 0.0), ([640, 400], 30.0), ([200, 300], 0.0), ([90, 200], 5.0), ([900, 700], 120.0)]
         {
-            for scale in [None, Some(MapScale { m_per_px: 12.0, mm_per_px: Some(0.1) })] {
+            let scale = |turn: f64| MapScale {
+                m_per_px: 12.0,
+                mm_per_px: Some(0.1),
+                true_north_rad: (turn < 8.0).then_some(turn * std::f64::consts::FRAC_PI_4),
+            };
+            for scale in (0..9).map(|turn| Some(scale(f64::from(turn)))).chain([None]) {
                 let words = Words { title: long.into(), below: long.into(), scale };
                 let paper = paper(margin);
                 let found = block(&words, size, &paper, Color::default(), 1.0);

@@ -36,11 +36,14 @@ impl EarthProjection {
         // Web Mercator applies the formulas of the sphere to latitudes on the ellipsoid.
         let is_sphere = value("R").is_some() || value("a").is_some_and(|a| value("b") == Some(a));
         let shape = match (is_sphere, ellipsoid) {
-            (true, [radius_m, _]) => format!("+R={}", value("R").or(value("a")).map_or(radius_m.to_string(), Into::into)),
+            (true, [radius_m, _]) => {
+                format!("+R={}", value("R").or(value("a")).map_or(radius_m.to_string(), Into::into))
+            }
             (false, [radius_m, 0.0]) => format!("+R={radius_m}"),
             (false, [axis_m, inverse]) => format!("+a={axis_m} +rf={inverse}"),
         };
-        let is_shape = |word: &&str| SHAPE_WORDS.contains(&word.trim_start_matches('+').split('=').next().unwrap_or(""));
+        let is_shape =
+            |word: &&str| SHAPE_WORDS.contains(&word.trim_start_matches('+').split('=').next().unwrap_or(""));
         let bare = words().filter(|word| !is_shape(word)).collect::<Vec<_>>().join(" ");
         let projected = Proj::from_proj_string(&format!("{bare} {shape}")).ok()?;
         let geographic = Proj::from_proj_string(&format!("+proj=longlat {shape} +no_defs")).ok()?;
@@ -177,7 +180,10 @@ fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
     let degrees = match keys.short(key::ANGULAR_UNITS) {
         Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE)?.to_degrees(),
         Some(code) => catalogue::radians_per_angular_unit(code)?.to_degrees(),
-        None => 1.0,
+        None => {
+            let base = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != USER_DEFINED);
+            base.and_then(catalogue::look_up).map_or(1.0, |base| base.unit.to_degrees())
+        }
     };
     let first = |ids: &[u16]| ids.iter().find_map(|&id| keys.double(id));
     let angle = |ids: &[u16]| first(ids).map(|angle| angle * degrees);
@@ -212,9 +218,7 @@ fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
     let longitude = angle(&[3095, 3080, 3084, 3088]).unwrap_or(0.0);
     let [easting_m, northing_m] =
         [[3082, 3086, 3090], [3083, 3087, 3091]].map(|ids| first(&ids).unwrap_or(0.0) * metres_per_unit);
-    Some(format!(
-        "+proj={name} {own} +lon_0={longitude} +x_0={easting_m} +y_0={northing_m} {shape} +units=m +no_defs"
-    ))
+    Some(format!("+proj={name} {own} +lon_0={longitude} +x_0={easting_m} +y_0={northing_m} {shape} +units=m +no_defs"))
 }
 
 /// Returns the distance after which the coordinate x repeats itself, in units of the CRS: a full turn of longitude.
@@ -225,7 +229,8 @@ pub(super) fn turn_in_crs(georeference: &Georeference) -> Option<f64> {
         Crs::Geographic { radians_per_unit, .. } => Some(std::f64::consts::TAU / radians_per_unit),
         Crs::Projected { .. } => {
             let (text, _) = text(georeference).ok()?;
-            let is_cylindrical = ["+proj=merc", "+proj=eqc", "+proj=cea", "+proj=mill"].iter().any(|it| text.contains(it));
+            let is_cylindrical =
+                ["+proj=merc", "+proj=eqc", "+proj=cea", "+proj=mill"].iter().any(|it| text.contains(it));
             let projection = EarthProjection::of(georeference).filter(|_| is_cylindrical)?;
             let x = |longitude: f64| projection.crs(DVec2::new(longitude, 0.0)).x;
             // The meridian of origin may be anywhere; a small step is always on one side of its antimeridian.
@@ -234,5 +239,73 @@ pub(super) fn turn_in_crs(georeference: &Georeference) -> Option<f64> {
             let turn = (x(here + step) - x(here)) / step * std::f64::consts::TAU;
             turn.is_finite().then(|| turn.abs()).filter(|turn| *turn > 0.0)
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::wkt;
+    use super::*;
+
+    /// Returns the georeference of a Well-Known Text in metres.
+    fn place(text: &str) -> Georeference {
+        let geokeys = wkt::keys(text).unwrap();
+        let crs = Crs::Projected { metres_per_unit: 1.0, name: "mine".into() };
+        Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, -1.0], crs, geokeys }
+    }
+
+    fn degrees(georeference: &Georeference, [x, y]: [f64; 2]) -> DVec2 {
+        EarthProjection::of(georeference).unwrap().longitude_latitude_rad(DVec2::new(x, y)).map(f64::to_degrees)
+    }
+
+    /// Reference systems of the catalogue, each with a place on it.
+    const KNOWN: [(u16, [f64; 2]); 9] = [
+        (2154, [950_000.0, 6_500_000.0]),
+        (3035, [4_500_000.0, 2_700_000.0]),
+        (5070, [-1_500_000.0, 1_900_000.0]),
+        (3413, [-1_200_000.0, -2_000_000.0]),
+        (3031, [900_000.0, 1_300_000.0]),
+        (3395, [1_000_000.0, 6_000_000.0]),
+        (28992, [150_000.0, 450_000.0]),
+        (32632, [600_000.0, 5_200_000.0]),
+        (6933, [3_000_000.0, 5_000_000.0]),
+    ];
+
+    #[test]
+    fn parameters_give_the_projection_of_the_code() {
+        for (code, at) in KNOWN {
+            // Without its codes the text has only parameters, as files of other programs have.
+            let text = catalogue::text(code).unwrap();
+            let bare = text.replace("AUTHORITY[\"EPSG\"", "AUTHORITY[\"mine\"");
+            let own = place(&bare.replace("UTM zone", "zone"));
+            assert_eq!(own.geokeys.epsg, None, "{code}");
+            let known = Georeference {
+                crs: Crs::Projected { metres_per_unit: 1.0, name: format!("EPSG:{code}") },
+                geokeys: GeoKeys::default(),
+                ..own.clone()
+            };
+            let (found, expected) = (degrees(&own, at), degrees(&known, at));
+            assert!(found.distance(expected) < 1e-8, "EPSG:{code}: {found}, by its code {expected}");
+        }
+    }
+
+    #[test]
+    fn other_parameters_give_other_places() {
+        let (code, at) = KNOWN[0];
+        let text = catalogue::text(code).unwrap().replace("AUTHORITY[\"EPSG\"", "AUTHORITY[\"mine\"");
+        let planted = place(&text.replace("\"standard_parallel_1\",49", "\"standard_parallel_1\",48"));
+        assert!(degrees(&place(&text), at).distance(degrees(&planted, at)) > 1e-4, "planted");
+        let unknown = place(&text.replace("Lambert_Conformal_Conic_2SP", "Somebodys_Own"));
+        assert!(EarthProjection::of(&unknown).is_none());
+    }
+
+    #[test]
+    fn a_turn_is_the_width_of_the_whole_earth() {
+        let turn = |code: u16| {
+            let crs = Crs::Projected { metres_per_unit: 1.0, name: format!("EPSG:{code}") };
+            turn_in_crs(&Georeference { crs, ..place(catalogue::text(2154).unwrap()) })
+        };
+        assert!((turn(3857).unwrap() - 40_075_016.685_6).abs() < 1.0, "{:?}", turn(3857));
+        assert!(turn(2154).is_none() && turn(3413).is_none());
     }
 }

@@ -36,6 +36,7 @@ impl MosaicReader {
             let name = members.first().map_or(String::new(), |member| member.identity());
             SourceError::Mosaic { path: name.lines().next().unwrap_or("a mosaic").into(), cause }
         })?;
+        grid.warn_if_sparse();
         let precedence = precedence(&grid);
         Ok(Self { grid, members, precedence })
     }

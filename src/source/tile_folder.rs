@@ -32,6 +32,9 @@ pub(super) struct TileFolderReader {
     tile_px: u32,
     /// Tile numbers of the westernmost column and the northernmost row.
     first: [u32; 2],
+    /// Number of columns of the level; column 0 follows the last one.
+    columns: u32,
+    /// The existing tiles; columns east of the antimeridian continue to count if `first` is west of it.
     present: HashSet<[u32; 2]>,
     packing: Packing,
     size: [u32; 2],
@@ -99,12 +102,10 @@ impl TileFolderReader {
         let samples = tiles.iter().step_by(step).take(SAMPLE_TILES).map(|(_, path)| decode(path, tile_px));
         let packing = Packing::of(folder, &info, &samples.collect::<Result<Vec<_>, _>>()?)?;
 
-        let range = |axis: usize| {
-            let numbers = || tiles.iter().map(|(tile, _)| tile[axis]);
-            let first = numbers().min().unwrap_or(0);
-            (first, numbers().max().unwrap_or(0) - first + 1)
-        };
-        let ((x, columns), (y, rows)) = (range(0), range(1));
+        let numbers = |axis: usize| tiles.iter().map(move |(tile, _)| tile[axis]);
+        let (x, columns) = columns_around(numbers(0), count);
+        let y = numbers(1).min().unwrap_or(0);
+        let rows = numbers(1).max().unwrap_or(0) - y + 1;
         let samples = |tiles: u32| {
             tiles.checked_mul(tile_px).ok_or_else(|| inconsistent(folder, "its tiles span too wide an area"))
         };
@@ -114,8 +115,36 @@ impl TileFolderReader {
         let crs_from_grid = place::north_up([centre(x), -centre(y)], [pixel_m; 2]);
         let georeference = place::locate(folder, crs_from_grid, place::epsg(3857, false), size)?;
         let identity = identity(folder, &info, &tiles);
-        let present = tiles.into_iter().map(|(tile, _)| tile).collect();
-        Ok(Self { folder: folder.into(), zoom, tile_px, first: [x, y], present, packing, size, georeference, identity })
+        let unwrapped = |[column, row]: [u32; 2]| [if column < x { column + count } else { column }, row];
+        let present = tiles.into_iter().map(|(tile, _)| unwrapped(tile)).collect();
+        Ok(Self {
+            folder: folder.into(),
+            zoom,
+            tile_px,
+            first: [x, y],
+            columns: count,
+            present,
+            packing,
+            size,
+            georeference,
+            identity,
+        })
+    }
+}
+
+/// Returns the first column and the number of columns that contain all tiles. Column 0 follows the last one, so that
+/// tiles on both sides of 180° are neighbours; the widest gap between tiles is left out. `count` is the number of
+/// columns of the level.
+fn columns_around(columns: impl Iterator<Item = u32>, count: u32) -> (u32, u32) {
+    let mut columns: Vec<u32> = columns.collect();
+    columns.sort_unstable();
+    columns.dedup();
+    let (Some(&west), Some(&east)) = (columns.first(), columns.last()) else { return (0, 0) };
+    let widest = columns.windows(2).max_by_key(|pair| pair[1] - pair[0]);
+    match widest {
+        // The gap over the antimeridian is left out if it is as wide as any other.
+        Some(&[before, after]) if after - before > west + count - east => (after, before + count - after + 1),
+        _ => (west, east - west + 1),
     }
 }
 
@@ -175,7 +204,7 @@ impl HeightReader for TileFolderReader {
                 if !self.present.contains(&tile) {
                     continue;
                 }
-                let path = self.folder.join(format!("{}/{}/{}.png", self.zoom, tile[0], tile[1]));
+                let path = self.folder.join(format!("{}/{}/{}.png", self.zoom, tile[0] % self.columns, tile[1]));
                 let picture = decode(&path, tile_px)?;
                 let heights = self.packing.heights_m(&picture).collect::<Vec<_>>();
                 // The part of the tile inside the window, in samples of the grid.
@@ -212,5 +241,20 @@ impl HeightReader for TileFolderReader {
 
     fn identity(&self) -> String {
         self.identity.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_on_both_sides_of_the_antimeridian_are_neighbours() {
+        let around = |columns: &[u32]| columns_around(columns.iter().copied(), 256);
+        assert_eq!(around(&[255, 0]), (255, 2));
+        assert_eq!(around(&[1, 254, 0, 254]), (254, 4));
+        assert_eq!(around(&[130, 133]), (130, 4));
+        assert_eq!(around(&[7]), (7, 1));
+        assert_eq!(around(&(0..256).collect::<Vec<_>>()), (0, 256), "a whole earth stays as it is");
     }
 }

@@ -124,7 +124,12 @@ fn parse(text: &mut &str, depth: usize) -> Option<Node> {
 fn projected_keys(node: &Node) -> Option<Vec<GeoKey>> {
     let geographic = node.find(&GEOGRAPHIC);
     let base = geographic.and_then(geographic_code);
-    let web_mercator = || (node.name() == "WGS_1984_Web_Mercator_Auxiliary_Sphere").then_some(3857);
+    // Web Mercator is a method of its own: formulas of the sphere with latitudes on the ellipsoid.
+    let web_mercator = || {
+        let method = node.find(&["PROJECTION", "METHOD"]).map_or("", Node::name).to_ascii_lowercase();
+        let is_method = ["mercator_auxiliary_sphere", "popular visualisation pseudo mercator"].contains(&&*method);
+        (is_method || node.name() == "WGS_1984_Web_Mercator_Auxiliary_Sphere").then_some(3857)
+    };
     let code = node.epsg().or_else(|| utm_code(node.name(), base?)).or_else(web_mercator);
     let mut keys = vec![
         GeoKey::short(key::MODEL_TYPE, 1),
@@ -236,14 +241,42 @@ pub(super) fn utm(zone: u16, is_north: bool, geographic: u16) -> Option<u16> {
 /// latitude and longitude of origin, false easting and northing.
 const PROJECTIONS: &[(&[&str], u16, [u16; 4])] = &[
     (&["transverse_mercator", "gauss_kruger", "transverse mercator"], 1, [3081, 3080, 3082, 3083]),
-    (&["mercator", "mercator_1sp", "mercator_2sp"], 7, [3081, 3080, 3082, 3083]),
+    (
+        &["mercator", "mercator_1sp", "mercator_2sp", "mercator (variant a)", "mercator (variant b)"],
+        7,
+        [3081, 3080, 3082, 3083],
+    ),
     (
         &["lambert_conformal_conic", "lambert_conformal_conic_2sp", "lambert conic conformal (2sp)"],
         8,
         [3085, 3084, 3086, 3087],
     ),
+    (&["lambert_conformal_conic_1sp", "lambert conic conformal (1sp)"], 9, [3081, 3080, 3082, 3083]),
     (&["lambert_azimuthal_equal_area", "lambert azimuthal equal area"], 10, [3089, 3088, 3082, 3083]),
     (&["albers", "albers_conic_equal_area", "albers equal area"], 11, [3081, 3080, 3082, 3083]),
+    (&["azimuthal_equidistant", "azimuthal equidistant"], 12, [3089, 3088, 3082, 3083]),
+    (&["equidistant_conic", "equidistant conic"], 13, [3081, 3080, 3082, 3083]),
+    (&["stereographic"], 14, [3089, 3088, 3082, 3083]),
+    (
+        &[
+            "polar_stereographic",
+            "stereographic_north_pole",
+            "stereographic_south_pole",
+            "polar stereographic (variant a)",
+            "polar stereographic (variant b)",
+        ],
+        15,
+        [3081, 3095, 3082, 3083],
+    ),
+    (&["oblique_stereographic", "double_stereographic", "oblique stereographic"], 16, [3081, 3080, 3082, 3083]),
+    (
+        &["equirectangular", "equidistant_cylindrical", "plate_carree", "equidistant cylindrical"],
+        17,
+        [3089, 3088, 3082, 3083],
+    ),
+    (&["cassini", "cassini_soldner", "cassini-soldner"], 18, [3081, 3080, 3082, 3083]),
+    (&["sinusoidal"], 24, [3089, 3088, 3082, 3083]),
+    (&["cylindrical_equal_area", "lambert cylindrical equal area"], 28, [3081, 3080, 3082, 3083]),
 ];
 
 /// Returns the projection keys of a CRS without a code, for other programs that read the baked file: the world's frame
@@ -260,11 +293,14 @@ fn projection_keys(node: &Node) -> Vec<GeoKey> {
     let conversion = node.child(&["CONVERSION"]).unwrap_or(node);
     for parameter in conversion.children.iter().filter(|child| child.keyword == "PARAMETER") {
         let id = match &*parameter.name().to_ascii_lowercase().replace(' ', "_") {
-            "latitude_of_origin" | "latitude_of_center" | "latitude_of_natural_origin" | "latitude_of_false_origin" => {
-                *latitude
-            }
+            "latitude_of_origin"
+            | "latitude_of_center"
+            | "latitude_of_natural_origin"
+            | "latitude_of_false_origin"
+            | "latitude_of_standard_parallel" => *latitude,
             "central_meridian"
             | "longitude_of_center"
+            | "longitude_of_origin"
             | "longitude_of_natural_origin"
             | "longitude_of_false_origin" => *longitude,
             "false_easting" | "easting_at_false_origin" => *easting,

@@ -41,6 +41,7 @@ mod gallery;
 mod given_water;
 mod grid_projection;
 mod hatching;
+mod ground_metres;
 mod height_lines;
 mod ink;
 mod light;

@@ -80,7 +80,7 @@ impl GivenWater {
     /// # Errors
     /// The first file that is invalid, or whose reference system is unknown.
     pub fn load(files: &WaterFiles, place: &Georeference, samples: [u32; 2]) -> Result<Option<Self>, GivenWaterError> {
-        let polygons = files.polygons.as_ref().map(|path| polygons_on_grid(path, place)).transpose()?;
+        let polygons = files.polygons.as_ref().map(|path| polygons_on_grid(path, place, samples)).transpose()?;
         let cover_files = CoverFiles { mask: files.mask.clone(), ..CoverFiles::default() };
         let cover = Cover::load(&cover_files, place, samples)?;
         let mask = cover.as_ref().and_then(|cover| {
@@ -145,7 +145,7 @@ impl GivenWater {
 }
 
 /// Reads polygons in columns and rows of the DEM.
-fn polygons_on_grid(path: &Path, place: &Georeference) -> Result<Vec<Vec<Ring>>, GivenWaterError> {
+fn polygons_on_grid(path: &Path, place: &Georeference, samples: [u32; 2]) -> Result<Vec<Vec<Ring>>, GivenWaterError> {
     let polygons = Polygons::read(path)?;
     let own = Georeference::of_coordinates(polygons.epsg)
         .map_err(|cause| GivenWaterError::Crs { path: path.to_owned(), cause })?;
@@ -153,7 +153,7 @@ fn polygons_on_grid(path: &Path, place: &Georeference) -> Result<Vec<Vec<Ring>>,
     if place.crs == Crs::Local {
         return Err(no_way("the heights have no coordinate reference system".to_owned()));
     }
-    let way = Way::between(&own, place).map_err(no_way)?;
+    let way = Way::to_grid(&own, place, samples).map_err(no_way)?;
     let on_grid = |ring: Ring| -> Ring { ring.into_iter().map(|[x, y]| way.map(x, y)).collect() };
     let all = polygons.polygons.into_iter().map(|polygon| polygon.into_iter().map(on_grid).collect());
     let all: Vec<Vec<Ring>> = all.collect();

@@ -71,8 +71,8 @@ impl<'a> AlignedRaster<'a> {
             return Err(CoverError::WorldNowhere { path: path.to_owned() });
         }
         let no_way = |cause: String| CoverError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
-        let way = Way::between(ground.place, reader.georeference()).map_err(no_way)?;
-        let back = Way::between(reader.georeference(), ground.place).map_err(no_way)?;
+        let way = Way::to_grid(ground.place, reader.georeference(), reader.size()).map_err(no_way)?;
+        let back = Way::to_grid(reader.georeference(), ground.place, ground.samples).map_err(no_way)?;
         let last = reader.size().map(|count| f64::from(count) - 0.5);
         let places: Vec<(DVec2, DVec2)> = border([-0.5; 2], last)
             .map(|[column, row]| {

@@ -58,6 +58,7 @@ impl MosaicStore {
             .collect();
         let grid =
             MosaicGrid::new(&places).map_err(|cause| PyramidError::BadGrid { path: name.clone().into(), cause })?;
+        grid.warn_if_sparse();
         let levels = level_sizes(grid.size[0], grid.size[1]);
         let range_m = members
             .iter()

@@ -16,6 +16,9 @@ const NODES_APART: u32 = 16;
 /// Largest number of samples on a side of a mosaic.
 const LARGEST_SIDE: f64 = (1 << 24) as f64;
 
+/// Share of a grid that its members must cover for no warning.
+const SPARSE_SHARE: f64 = 0.1;
+
 /// The grid of a mosaic: the lattice of its finest member (the first of them), extended to all.
 #[derive(Debug)]
 pub(crate) struct MosaicGrid {
@@ -44,8 +47,9 @@ pub(crate) enum Way {
     /// Affine coefficients `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]`: target coordinates from grid
     /// coordinates.
     Affine([f64; 6]),
-    /// A transformation through both reference systems.
-    Projected { from: Box<Side>, to: Box<Side> },
+    /// A transformation through both reference systems. Coordinates x of the target repeat themselves after `turn`; they
+    /// are taken as close as possible to the second number.
+    Projected { from: Box<Side>, to: Box<Side>, turn: Option<[f64; 2]> },
 }
 
 /// A grid with its reference system.
@@ -69,10 +73,14 @@ impl MosaicGrid {
         let finest_m = spacings_m.iter().copied().fold(f64::INFINITY, f64::min);
         // Spacings within one per cent are tiles of the same product at two latitudes, not two products.
         let first = spacings_m.iter().position(|&spacing_m| spacing_m < finest_m * 1.01);
-        let (lattice, lattice_size) = members[first.ok_or("it has no members")?];
+        let first = first.ok_or("it has no members")?;
+        let turned = turned(members, first)?;
+        let members: Vec<(&Georeference, [u32; 2])> =
+            turned.iter().zip(members).map(|(turned, (_, size))| (&turned.place, *size)).collect();
+        let (lattice, lattice_size) = members[first];
         let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
-        for (place, size) in members {
-            let back = Way::between(place, lattice)?;
+        for ((place, size), turned) in members.iter().zip(&turned) {
+            let back = Way::between(place, lattice, Some(turned.middle))?;
             let steps = 16;
             for i in 0..=steps {
                 let at = |count: u32| f64::from(count - 1) * f64::from(i) / f64::from(steps);
@@ -93,11 +101,121 @@ impl MosaicGrid {
         let georeference = Georeference { crs_from_grid, ..lattice.clone() };
         let size = [0, 1].map(|axis| (last[axis] - first[axis]) as u32 + 1);
         let members = members.iter().zip(spacings_m).map(|((place, size), spacing_m)| {
-            Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way: Way::between(&georeference, place)? })
+            let way = Way::between(&georeference, place, Some(middle_x(place, *size)))?;
+            Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way })
         });
         let members = members.collect::<Result<_, String>>()?;
         Ok(Self { georeference, size, members })
     }
+
+    /// Warns if most of the grid is beyond all members: they may be of two places.
+    pub(crate) fn warn_if_sparse(&self) {
+        let share = self.covered_share();
+        if share < SPARSE_SHARE {
+            let ([width, height], count) = (self.size, self.members.len());
+            tracing::warn!(
+                "the {count} files cover {:.2} % of the {width} × {height} samples that reach from one to the other; \
+                 the rest is no-data. If they do not belong together, open them one by one",
+                100.0 * share
+            );
+        }
+    }
+
+    /// Returns the share of the grid that its members would cover if none overlapped another, at most 1.
+    fn covered_share(&self) -> f64 {
+        let area = |[width, height]: [u32; 2]| f64::from(width) * f64::from(height);
+        let members: f64 = self.members.iter().map(|member| area(member.size) * member.ratio * member.ratio).sum();
+        (members / area(self.size)).min(1.0)
+    }
+}
+
+/// A member whose longitudes, or eastings of a cylindrical projection, are shifted by whole turns.
+struct Turned {
+    place: Georeference,
+    /// The middle of its extent, as coordinate x of the lattice's CRS.
+    middle: f64,
+}
+
+/// Shifts members by whole turns of longitude so that the world is cut where the widest gap between them is: two
+/// neighbours at 180° are neighbours. The member `first`, whose lattice is that of the world, is not shifted.
+///
+/// # Errors
+/// The same as [`Way::between`].
+fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Turned>, String> {
+    let lattice = members[first].0;
+    let unmoved =
+        |(place, size): &(&Georeference, [u32; 2])| Turned { place: (*place).clone(), middle: middle_x(place, *size) };
+    let Some(turn) = earth_projection::turn_in_crs(lattice).filter(|_| members.len() > 1) else {
+        return Ok(members.iter().map(unmoved).collect());
+    };
+    let ranges =
+        members.iter().map(|(place, size)| range_x(place, *size, lattice, turn)).collect::<Result<Vec<_>, _>>()?;
+    let shifts = shifts(&ranges, turn, first);
+    let turned = members.iter().zip(ranges).zip(shifts).map(|(((place, _), [low, high]), shift)| {
+        let mut place = (*place).clone();
+        // Members in another CRS are shifted by their transformation, which is taken close to the middle.
+        if same(&place.crs, &lattice.crs) {
+            place.crs_from_grid[0] += shift;
+        }
+        Turned { place, middle: 0.5 * (low + high) + shift }
+    });
+    Ok(turned.collect())
+}
+
+/// Returns the coordinate x of the middle of a grid in its CRS.
+fn middle_x(place: &Georeference, size: [u32; 2]) -> f64 {
+    let [column, row] = size.map(|count| f64::from(count - 1) / 2.0);
+    apply(place.crs_from_grid, column, row)[0]
+}
+
+/// Returns the smallest and the largest coordinate x of a member in the CRS of the lattice.
+fn range_x(place: &Georeference, size: [u32; 2], lattice: &Georeference, turn: f64) -> Result<[f64; 2], String> {
+    let unit = Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..lattice.clone() };
+    let middle = size.map(|count| f64::from(count - 1) / 2.0);
+    let centre = Way::between(place, &unit, None)?.map(middle[0], middle[1])[0];
+    // Every part of a member is within half a turn of its middle.
+    let way = Way::between(place, &unit, Some(centre))?;
+    let steps = [0.0, 0.25, 0.5, 0.75, 1.0];
+    let places = steps.into_iter().flat_map(|i| steps.map(|k| way.map(2.0 * i * middle[0], 2.0 * k * middle[1])[0]));
+    let range = places.fold([centre, centre], |[low, high], x| [low.min(x), high.max(x)]);
+    let is_valid = range.iter().all(|x| x.is_finite()) && range[1] - range[0] < 2.0 * turn;
+    if is_valid { Ok(range) } else { Err("its members are too far apart to form one grid".into()) }
+}
+
+/// Returns whole multiples of `turn` to be added to each range, so that all of them together are shortest; that of
+/// `first` is 0.
+fn shifts(ranges: &[[f64; 2]], turn: f64, first: usize) -> Vec<f64> {
+    let begin = |range: &[f64; 2]| range[0].rem_euclid(turn);
+    let mut order: Vec<usize> = (0..ranges.len()).collect();
+    order.sort_by(|&a, &b| begin(&ranges[a]).total_cmp(&begin(&ranges[b])));
+    // The widest gap is after the range that ends before the one that begins next.
+    let (mut widest, mut cut, mut end) = (f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY);
+    for round in 0..2 {
+        for &index in &order {
+            let start = begin(&ranges[index]) + turn * f64::from(round);
+            if start - end > widest * (1.0 + 1e-9) + 1e-9 && end.is_finite() {
+                (widest, cut) = (start - end, start.rem_euclid(turn));
+            }
+            end = end.max(start + ranges[index][1] - ranges[index][0]);
+        }
+    }
+    let shift = |range: &[f64; 2]| {
+        let place = (begin(range) - cut + 1e-9 * turn).rem_euclid(turn) - 1e-9 * turn + cut;
+        ((place - range[0]) / turn).round()
+    };
+    let turns: Vec<f64> = ranges.iter().map(shift).collect();
+    let length = |turns: &[f64]| {
+        let ends = ranges.iter().zip(turns).map(|(range, turns)| range.map(|x| x + turns * turn));
+        let [low, high] =
+            ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [a, b]| [low.min(a), high.max(b)]);
+        high - low
+    };
+    // A whole earth stays as it is.
+    let unmoved = vec![0.0; ranges.len()];
+    if length(&unmoved) <= length(&turns) * (1.0 + 1e-9) {
+        return unmoved;
+    }
+    turns.iter().map(|own| (own - turns[first]) * turn).collect()
 }
 
 impl Placed {
@@ -159,16 +277,20 @@ impl Placed {
 }
 
 impl Way {
-    /// Returns the transformation from the grid at `from` to that at `to`.
+    /// Returns the transformation from the grid at `from` to that at `to`. If the reference systems differ and longitudes
+    /// or eastings of `to` repeat themselves, they are taken as close as possible to `middle`, in units of its CRS.
     ///
     /// # Errors
     /// Fails, with one line, if one of them has no reference system, or if no transformation between them is known.
-    pub(crate) fn between(from: &Georeference, to: &Georeference) -> Result<Self, String> {
-        let back = inverse(to.crs_from_grid);
+    pub(crate) fn between(from: &Georeference, to: &Georeference, middle: Option<f64>) -> Result<Self, String> {
         if !same(&from.crs, &to.crs) {
-            let (from, to) = (Side::new(from)?, Side::new(to)?);
-            return Ok(Self::Projected { from: Box::new(from), to: Box::new(Side { crs_from_grid: back, ..to }) });
+            return Self::projected(
+                from,
+                to,
+                middle.and_then(|middle| Some([earth_projection::turn_in_crs(to)?, middle])),
+            );
         }
+        let back = inverse(to.crs_from_grid);
         let ([fx, a, b, fy, c, d], [bx, e, f, by, g, h]) = (from.crs_from_grid, back);
         let ways =
             [bx + e * fx + f * fy, e * a + f * c, e * b + f * d, by + g * fx + h * fy, g * a + h * c, g * b + h * d];
@@ -183,16 +305,44 @@ impl Way {
         Ok(Self::Affine(ways))
     }
 
+    /// Returns the transformation from coordinates or samples at `from` to the grid of `size` at `to`. Longitudes that
+    /// differ from those of the grid by a whole turn are on it: −179° is on a grid from 170° to 190°.
+    ///
+    /// # Errors
+    /// The same as [`Self::between`].
+    pub(crate) fn to_grid(from: &Georeference, to: &Georeference, size: [u32; 2]) -> Result<Self, String> {
+        let middle = middle_x(to, size);
+        let beyond = |turn: &f64| {
+            let [column, row] = size.map(|count| f64::from(count - 1));
+            let ends = [[0.0, 0.0], [column, 0.0], [0.0, row], [column, row]];
+            ends.into_iter().any(|[x, y]| apply(to.crs_from_grid, x, y)[0].abs() > 0.5 * turn * (1.0 + 1e-6))
+        };
+        match earth_projection::turn_in_crs(to).filter(beyond) {
+            Some(turn) => Self::projected(from, to, Some([turn, middle])),
+            None => Self::between(from, to, Some(middle)),
+        }
+    }
+
+    fn projected(from: &Georeference, to: &Georeference, turn: Option<[f64; 2]>) -> Result<Self, String> {
+        let back = inverse(to.crs_from_grid);
+        let (from, to) = (Side::new(from)?, Side::new(to)?);
+        Ok(Self::Projected { from: Box::new(from), to: Box::new(Side { crs_from_grid: back, ..to }), turn })
+    }
+
     /// Returns the target's (column, row) of a position; NaN where a projection cannot represent it.
     pub(crate) fn map(&self, column: f64, row: f64) -> [f64; 2] {
         match self {
             Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
             Self::Affine(by) => apply(*by, column, row),
-            Self::Projected { from, to } => {
+            Self::Projected { from, to, turn } => {
                 let [x, y] = apply(from.crs_from_grid, column, row).map(|c| c * from.per_unit);
                 let mut point = (x, y, 0.0);
                 match transform(&from.proj, &to.proj, &mut point) {
-                    Ok(()) => apply(to.crs_from_grid, point.0 / to.per_unit, point.1 / to.per_unit),
+                    Ok(()) => {
+                        let x = point.0 / to.per_unit;
+                        let x = turn.map_or(x, |[turn, middle]| x - turn * ((x - middle) / turn).round());
+                        apply(to.crs_from_grid, x, point.1 / to.per_unit)
+                    }
                     Err(_) => [f64::NAN; 2],
                 }
             }
@@ -247,4 +397,22 @@ fn inverse([x0, a, b, y0, c, d]: [f64; 6]) -> [f64; 6] {
     let determinant = a * d - b * c;
     let [e, f, g, h] = [d, -b, -c, a].map(|part| part / determinant);
     [-(e * x0 + f * y0), e, f, -(g * x0 + h * y0), g, h]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn ranges_are_shifted_to_their_neighbours_over_the_cut() {
+        let ranges = |begins: &[f64]| begins.iter().map(|begin| [*begin, begin + 1.0]).collect::<Vec<_>>();
+        assert_eq!(shifts(&ranges(&[179.0, -180.0]), 360.0, 0), [0.0, 360.0]);
+        assert_eq!(shifts(&ranges(&[179.0, -180.0]), 360.0, 1), [-360.0, 0.0]);
+        assert_eq!(shifts(&ranges(&[8.0, 9.0, 11.0]), 360.0, 0), [0.0; 3], "no shift is needed");
+        assert_eq!(shifts(&ranges(&[359.0, 0.0, -2.0]), 360.0, 0), [0.0, 360.0, 360.0], "longitudes from 0 to 360");
+        let all: Vec<f64> = (-180..180).map(f64::from).collect();
+        assert_eq!(shifts(&ranges(&all), 360.0, 7), [0.0; 360], "a whole earth stays as it is");
+        let both = shifts(&ranges(&[-70.0, 100.0, 175.0, -178.0]), 360.0, 1);
+        assert_eq!(both, [360.0, 0.0, 0.0, 360.0], "the Atlantic is the widest gap: from -69 to 100");
+    }
 }

@@ -9,8 +9,11 @@ use crate::source::earth_projection::project;
 use crate::source::georeference::GeoreferenceError;
 
 /// Departure from scale 1 up to which a plane is taken as it is, without looking for a better one. UTM departs from 1 by
-/// 0.0004 in the middle of a zone and by up to 0.001 at its edge.
-const GOOD_DEPARTURE: f64 = 0.002;
+/// 0.0004 in the middle of a zone, by up to 0.001 at its edge, and by 0.0027 half a zone beyond.
+const GOOD_DEPARTURE: f64 = 0.003;
+
+/// How much smaller the departure of a plane must be, as a factor, than that of one that is conformal.
+const CLEARLY_SMALLER: f64 = 0.7;
 
 /// Largest angle from the central meridian at which the transverse Mercator projection is used, in radians. At 60° its
 /// scale is 2.
@@ -78,7 +81,8 @@ pub(super) struct Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Chooses the plane: the first that is good enough, or else the one whose scale departs least from 1.
+    /// Chooses the plane: the first that is good enough, or else the one whose scale departs least
+    /// from 1; among planes that are nearly alike the conformal one, which is tried first.
     /// `metres_per_unit` is the unit of a projected CRS.
     ///
     /// # Errors
@@ -122,7 +126,7 @@ impl Frame<'_> {
                 break;
             }
             if let Some(scale) = self.scale(&plane)
-                && best.as_ref().is_none_or(|(_, other)| scale.departure() < other.departure())
+                && best.as_ref().is_none_or(|(_, other)| scale.departure() < CLEARLY_SMALLER * other.departure())
             {
                 best = Some((plane, scale));
             }
