@@ -50,6 +50,7 @@ pub mod commands;
 /// not part of the API.
 #[doc(hidden)]
 pub mod internals {
+    pub use crate::commands::render::like::check_like;
     pub use crate::file::message::{chain, one_line, printable};
     pub use crate::file::standard::print_to_stderr;
     pub use crate::gpu::readback::read;
@@ -75,6 +76,18 @@ pub mod internals {
     pub use crate::tiles::select::{select, select_within};
     pub use crate::tiles::selection::Viewpoint;
     pub use crate::world::given_water::GivenWater;
+
+    /// Reads the files that a scene names, for a world with this place and size, without a GPU.
+    ///
+    /// # Errors
+    /// The first file that is invalid.
+    pub fn read_scene_files(
+        scene: &crate::scene::Scene,
+        place: &crate::source::georeference::Georeference,
+        samples: [u32; 2],
+    ) -> Result<(), crate::world::WorldError> {
+        crate::world::OpenWorld::read_files(scene, place, samples)
+    }
 
     /// Returns the view for which the terrain selects tiles and patches, for a single eye.
     pub fn terrain_view(view: &crate::scene::view::View) -> crate::tiles::terrain::TerrainView {

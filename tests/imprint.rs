@@ -192,7 +192,7 @@ fn what_says_nothing_is_refused_in_a_line() {
     let at = broken.windows(7).position(|window| window == b"version").unwrap();
     broken[at] ^= 1;
     atomic::write(&place.path("broken.png"), &broken).unwrap();
-    place.say("newer.png", &text.replacen("version = 1", "version = 4\nnews = 3", 1));
+    place.say("newer.png", &text.replacen("version = 1", "version = 5\nnews = 3", 1));
     place.say("other.png", &text.replacen("camera = \"", "camera = \"x", 1));
     place.say("key.png", &format!("glow = 3\n{text}"));
     place.say("style.png", &text.replacen("wrap = 0.4", "wrap = 9.0", 1));
@@ -205,7 +205,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("bare.png", "it has no imprint that says how it was drawn"),
         ("cut.png", "unexpected end"),
         ("broken.png", ""),
-        ("newer.png", "its imprint has version 4, this hachure reads up to 3"),
+        ("newer.png", "its imprint has version 5, this hachure reads up to 4"),
         ("other.png", "camera"),
         ("key.png", "unknown key \"glow\""),
         ("style.png", "light.wrap"),
@@ -321,4 +321,121 @@ fn a_film_says_it_through_ffmpeg() {
     assert!(said.contains("|-metadata|hachure=version = 1\nstyle = \"\"|"), "{said}");
     assert!(said.contains("use_metadata_tags"), "{said}");
     assert!(!arguments(&Notes::default()).contains("metadata"));
+}
+
+#[test]
+fn frames_and_holes_are_drawn_again() {
+    let place = Place::new();
+    // Land with a hole that --voids fill closes.
+    let text = fs::read_to_string(place.path("hill.asc")).unwrap();
+    let lines = text.lines().enumerate().map(|(number, line)| match number {
+        44..50 => line
+            .split(' ')
+            .enumerate()
+            .map(|(at, word)| if (40..52).contains(&at) { "-9999" } else { word })
+            .collect::<Vec<_>>()
+            .join(" "),
+        4 => format!("{line}\nNODATA_value -9999"),
+        _ => line.to_owned(),
+    });
+    place.write("holes.asc", &lines.collect::<Vec<_>>().join("\n"));
+    let view = "holes.asc --size 64x36 --style plain --camera=0,-900,+900,0,-45,50";
+    let filled = place.drawn(view);
+    place.draw(&format!("{view} --voids holes -o before.png"));
+    assert!(place.read("before.png") != filled, "the option must matter");
+    assert!(place.drawn("--like before.png") == place.read("before.png"));
+    assert!(place.text("before.png").contains("version = 4"));
+
+    place.write("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-900,+900,0,-45,50\n0.5,90,-900,+900,5,-45,50\n");
+    let path = "holes.asc --size 64x36 --style ink --path p.csv --fps 4 --antialias temporal";
+    place.draw(&format!("{path} -o a%d.png"));
+    place.draw("--like a0.png -o b%d.png");
+    place.draw(&format!("{} -o c%d.png", path.replace(" --antialias temporal", "")));
+    for number in 0..3 {
+        let [a, b, c] = ["a", "b", "c"].map(|name| place.read(&format!("{name}{number}.png")));
+        assert!(a == b, "frame {number}");
+        assert!(number == 0 || a != c, "the option must matter");
+    }
+    // A single picture has no frames before it, and says so.
+    let said = String::from_utf8(place.run("--like a1.png -o x.png").stderr).unwrap();
+    assert!(said.contains("--antialias"), "{said}");
+    assert!(place.refused("--like a1.png --camera=0,0,+9,0,0,50 -o x%d.png").contains("--camera: its path has"));
+}
+
+/// Tests the options that an imprint leaves out because the picture does not depend on them.
+#[test]
+fn what_an_imprint_leaves_out_does_not_change_the_picture() {
+    let place = Place::new();
+    let view = "hill.asc --size 160x90 --dpi 30 --camera=0,-1600,+300,4,-9,50";
+    let plain = place.drawn(view);
+    place.draw(&format!(
+        "{view} --json --trust-scene -v --sheets a6 --sheets-overlap 3 --sheets-margin 4 --tile-memory 700 -o s.png"
+    ));
+    assert!(place.read("s.png") == plain);
+    assert!(place.drawn(&view.replace("+300", "+310")) != plain, "planted: another camera");
+    place.draw(&format!("{view} -o a.exr"));
+    place.draw(&format!("{view} --aov depth --aov-names standard -o b.exr"));
+    let [a, b] = ["a.exr", "b.exr"].map(|name| hachure::file::exr::read_exr(&place.path(name)).unwrap());
+    for channel in a.channels {
+        let found = b.channels.iter().any(|other| other.name == channel.name && other.samples == channel.samples);
+        assert!(found, "{}", channel.name);
+    }
+}
+
+/// Tests that the words of a file that an imprint names are not printed, since whoever made the picture may not be
+/// allowed to read it.
+#[test]
+fn an_imprint_shows_nothing_of_other_files() {
+    let place = Place::new();
+    let secret = "root:*:20228:0:99999\nsecond:$6$word\n";
+    place.write("p.csv", "t,x,y,z,yaw,pitch,fov\n0,0,-900,+900,0,-45,50\n1,9,-900,+900,0,-45,50\n");
+    place.draw(&format!("{VIEW} --style plain --water lake.geojson -o a.png").replace("--water lake.geojson ", ""));
+    place.draw("hill.asc --size 64x36 --style plain --path p.csv --fps 1 -o f%d.png");
+    let (text, frame) = (place.text("a.png"), place.text("f0.png"));
+    let is_quoted = |said: &str| ["root", "second", "20228", "word"].iter().any(|word| said.contains(word));
+    for name in ["x", "x.toml", "x.asc", "x.csv", "x.tif", "x.xyz", "x.geojson", "x.obj", "x.dem", "x.hdr"] {
+        place.write(name, secret);
+        for (key, imprint) in [
+            ("world", text.replace("world = \"hill.asc\"", &format!("world = \"{name}\""))),
+            ("water", format!("{text}\n[more]\nwater = \"{name}\"\n")),
+            ("path", frame.replace("path = \"p.csv\"", &format!("path = \"{name}\""))),
+            ("style", text.replace("style = \"\"\"", &format!("style = \"{name}\"\nold = \"\"\""))),
+        ] {
+            assert!(imprint != text && imprint != frame, "{key}");
+            place.say("like.png", &imprint);
+            let output = place.run(&format!("--like like.png -o x{}.png", if key == "path" { "%d" } else { "" }));
+            let said = String::from_utf8(output.stderr).unwrap();
+            let is_refused =
+                !output.status.success() && said.lines().last().is_some_and(|line| line.contains("like.png"));
+            assert!(!is_quoted(&said) && is_refused, "{key} {name}: {said}");
+        }
+    }
+    // Named on the command line, the file is quoted: whoever types its name can read it.
+    assert!(is_quoted(&place.refused("hill.asc --path x.csv -o y%d.png")));
+}
+
+/// Tests that a text that is compressed to nothing is not inflated to more than an imprint may have.
+#[test]
+fn a_compressed_imprint_is_inflated_up_to_a_limit() {
+    let place = Place::new();
+    place.draw(&format!("{VIEW} --style plain -o a.png"));
+    let text = place.text("a.png");
+    let with = |text: String| {
+        let mut encoder = png::Encoder::new(fs::File::create(place.path("z.png")).unwrap(), 1, 1);
+        encoder.set_color(png::ColorType::Rgba);
+        let mut chunk = png::text_metadata::ITXtChunk::new("hachure", text);
+        chunk.compressed = true;
+        let mut writer = encoder.write_header().unwrap();
+        writer.write_text_chunk(&chunk).unwrap();
+        writer.write_image_data(&[0; 4]).unwrap();
+        writer.finish().unwrap();
+        fs::metadata(place.path("z.png")).unwrap().len()
+    };
+    with(text.clone());
+    assert_eq!(place.text("z.png"), text);
+    assert!(with("#".repeat(8 << 20)) < 100_000);
+    let error = imprint::read(&place.path("z.png")).unwrap_err().to_string();
+    assert!(error.contains("larger than 4 MiB"), "{error}");
+    place.say("z.png", &"#".repeat((4 << 20) + 1));
+    assert!(imprint::read(&place.path("z.png")).unwrap_err().to_string().contains("larger than 4 MiB"));
 }

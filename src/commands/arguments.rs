@@ -7,21 +7,31 @@ use anyhow::bail;
 use super::misuse::{Misuse, mistyped_command};
 use crate::file::message::{named, quoted};
 use crate::scene::embedded;
+use crate::scene::ranges::{self, NumberRange};
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
 
-/// Parses a finite number.
+/// Returns a parser of the numbers in a range, which imprints and scene files check too.
 ///
 /// # Errors
-/// Returns what the value must be; so do the other parsers of this module.
+/// The parser returns what the value must be; so do the other parsers of this module.
+pub(crate) fn within(range: NumberRange) -> impl Fn(&str) -> Result<f64, String> + Clone {
+    move |text| range.parse(text)
+}
+
+/// Returns a parser of the whole numbers in a range.
+pub(crate) fn whole_within<T: TryFrom<u64> + Clone>(range: NumberRange) -> impl Fn(&str) -> Result<T, String> + Clone {
+    move |text| range.parse_whole(text)
+}
+
+/// Parses a finite number.
 pub(crate) fn number(text: &str) -> Result<f64, String> {
-    let number = text.parse().ok().filter(|number: &f64| number.is_finite());
-    number.ok_or_else(|| "it must be a number".to_owned())
+    NumberRange::Finite.parse(text)
 }
 
 /// Parses a finite number above 0.
 pub(crate) fn above_0(text: &str) -> Result<f64, String> {
-    number(text).ok().filter(|&number| number > 0.0).ok_or_else(|| "it must be a number above 0".to_owned())
+    NumberRange::Above0.parse(text)
 }
 
 /// Parses a finite number other than 0.
@@ -31,26 +41,17 @@ pub(crate) fn not_0(text: &str) -> Result<f64, String> {
 
 /// Returns a parser of numbers from `least` to `most`, ends included.
 pub(crate) fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
-    move |text| {
-        let number = number(text).ok().filter(|number| (least..=most).contains(number));
-        number.ok_or_else(|| format!("it must be a number between {least} and {most}"))
-    }
+    within(NumberRange::Within(least, most))
 }
 
 /// Parses a frame rate: frames per second, above 0 and at most 1000.
 pub(crate) fn frame_rate(text: &str) -> Result<f64, String> {
-    let rate = above_0(text).ok().filter(|&rate| rate <= 1000.0);
-    rate.ok_or_else(|| "it must be a number above 0, at most 1000".to_owned())
+    ranges::FPS.parse(text)
 }
 
 /// Returns a parser of whole numbers from `least` to `most`, ends included.
 pub(crate) fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone {
-    move |text| {
-        let number = text.parse().ok().filter(|number| (least..=most).contains(number));
-        number
-            .and_then(|number| T::try_from(number).ok())
-            .ok_or_else(|| format!("it must be a whole number from {least} to {most}"))
-    }
+    whole_within(NumberRange::Whole(least, most))
 }
 
 /// Loads a preset or a style file, and checks that its pictures exist.

@@ -34,6 +34,7 @@ use crate::measure::report_html::write_html;
 use crate::measure::report_text;
 use crate::measure::statistics::{RunFrames, write_frames_csv};
 use crate::scene::path::CameraPath;
+use crate::scene::ranges;
 use crate::source::Progress;
 use crate::world::{self, OpenWorld};
 
@@ -74,13 +75,13 @@ pub(crate) struct BenchArgs {
     #[arg(long, default_value = "none")]
     pub antialias: Antialias,
     /// Largest error of the drawn surface, in pixels
-    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: f64,
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
     /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB per style
-    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
+    #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: u64,
     /// Number of pairs of consecutive frames, spread over the path, on which steadiness is measured; 0 measures none
     #[arg(long, value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]

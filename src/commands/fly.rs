@@ -16,6 +16,7 @@ use super::world_args::WorldArgs;
 use crate::frame::Antialias;
 use crate::gpu::device::AdapterWish;
 use crate::scene::camera::Camera;
+use crate::scene::ranges;
 
 /// Arguments of `fly`.
 #[derive(Clone, Debug, Args)]
@@ -41,10 +42,10 @@ pub(crate) struct FlyArgs {
     #[arg(long, default_value = "temporal")]
     pub antialias: Antialias,
     /// Largest error of the drawn surface, in pixels
-    #[arg(long, default_value_t = 1.0, value_parser = arguments::above_0, allow_hyphen_values = true)]
+    #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: f64,
     /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB
-    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
+    #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: u64,
     /// Fly in a headset, through OpenXR, which then determines the size and the GPU
     #[arg(long)]

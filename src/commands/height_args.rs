@@ -3,7 +3,7 @@
 use clap::Args;
 
 use super::arguments;
-use crate::scene::Scene;
+use crate::scene::{Scene, ranges};
 use crate::source::{Encoding, OpenOptions, VoidMode};
 
 /// How to read height files.
@@ -13,7 +13,7 @@ pub(crate) struct HeightArgs {
     #[arg(long, hide_possible_values = true)]
     pub encoding: Option<Encoding>,
     /// Additional no-data value, besides those that the DEM declares: a height in metres, after scale, offset and unit
-    #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
+    #[arg(long, value_name = "METRES", value_parser = arguments::within(ranges::NO_DATA_M), allow_hyphen_values = true)]
     pub nodata: Option<f64>,
     /// Treatment of no-data: fill closes small holes smoothly, holes leaves them open [default: fill]
     #[arg(long, value_name = "MODE")]

@@ -1,7 +1,7 @@
 //! `hachure render`: draws a world into a file, or the frames of a camera path into several files or a film.
 
 mod job;
-mod like;
+pub(crate) mod like;
 mod map;
 mod outputs;
 mod paper;
@@ -30,17 +30,16 @@ use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Names};
-use crate::picture::imprint::DPI_RANGE;
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::camera::Camera;
 use crate::scene::map::{Map, MapArea};
 use crate::scene::path::CameraPath;
+use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
-use crate::vector::pens::MAX_PENS;
 use crate::world::{self, OpenWorld};
 
 /// Arguments of `render`.
@@ -65,7 +64,7 @@ pub(crate) struct RenderArgs {
     pub size: Option<[u32; 2]>,
     /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi,
     /// are multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
-    #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::from_to(DPI_RANGE[0], DPI_RANGE[1]))]
+    #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::within(ranges::DPI))]
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
     /// above the ground; yaw: degrees clockwise from north; pitch: degrees above the horizon; fov: vertical field of
@@ -84,20 +83,20 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
     pub fps: Option<f64>,
     /// Time in seconds at which wind is drawn in a single picture; a path has its own times [default: 0]
-    #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 1e7))]
+    #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::within(ranges::TIME_S))]
     pub time_s: Option<f64>,
     /// Which eyes are drawn.
     #[command(flatten)]
     pub stereo: StereoArgs,
     /// Samples per pixel, of which the picture is the mean: smoother edges at proportional cost. Additional EXR
     /// channels have one sample [default: 1]
-    #[arg(long, value_parser = arguments::whole::<u32>(1, 1024))]
+    #[arg(long, value_parser = arguments::whole_within::<u32>(ranges::SAMPLES))]
     pub samples: Option<u32>,
-    /// Smoothing of edges along a path: none, or temporal (the mean of consecutive frames)
-    #[arg(long, default_value = "none")]
-    pub antialias: Antialias,
+    /// Smoothing of edges along a path: none, or temporal (the mean of consecutive frames) [default: none]
+    #[arg(long)]
+    pub antialias: Option<Antialias>,
     /// Largest error of the drawn surface, in pixels [default: 1]
-    #[arg(long, value_parser = arguments::above_0, allow_hyphen_values = true)]
+    #[arg(long, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: Option<f64>,
     /// Additional EXR channels, separated by commas: depth, position, normal, surface, motion, lsa (error and line of
     /// the contour detector lsa), strokes, tone, hatch (the tone after hatching) [default: none]
@@ -115,11 +114,11 @@ pub(crate) struct RenderArgs {
     /// north, and with --paper or --dpi the scale
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
-    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB
-    #[arg(long, default_value_t = 512, value_parser = arguments::whole::<u64>(1, 1 << 20))]
-    pub tile_memory: u64,
+    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB [default: 512]
+    #[arg(long, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
+    pub tile_memory: Option<u64>,
     /// SVG and GeoJSON: largest distance between fitted curves and strokes, in pixels [default: 0.25]
-    #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.01, 100.0))]
+    #[arg(long, allow_hyphen_values = true, value_parser = arguments::within(ranges::TOLERANCE_PX))]
     pub tolerance_px: Option<f64>,
     /// Paper size: a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres; the size in pixels follows from
     /// --dpi. An .svg without --dpi is scaled to fit, in the orientation of the picture
@@ -132,14 +131,14 @@ pub(crate) struct RenderArgs {
     #[arg(long)]
     pub portrait: bool,
     /// SVG on --paper: margin around the picture, in millimetres [default: 10]
-    #[arg(long, allow_hyphen_values = true, value_parser = arguments::from_to(0.0, 100_000.0))]
+    #[arg(long, allow_hyphen_values = true, value_parser = arguments::within(ranges::MARGIN_MM))]
     pub margin: Option<f64>,
     /// How the picture is cut into sheets of paper.
     #[command(flatten)]
     pub sheets: SheetArgs,
     /// SVG and GeoJSON: number of pens to draw with, 1 to 3, each of one width and opaque; the widths are chosen to
     /// suit the picture
-    #[arg(long, value_name = "COUNT", value_parser = arguments::whole::<usize>(1, MAX_PENS as u64))]
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<usize>(ranges::PENS))]
     pub pens: Option<usize>,
     /// Print a report of the picture and its cost as JSON
     #[arg(long)]
@@ -148,6 +147,8 @@ pub(crate) struct RenderArgs {
 
 /// The size without `--size`, in pixels.
 const SIZE_PX: [u32; 2] = [1280, 720];
+/// The memory for tiles without `--tile-memory`, in MiB.
+const TILE_MEMORY_MIB: u64 = 512;
 /// The style without `--style`.
 const STYLE: &str = "ink";
 
@@ -178,6 +179,16 @@ impl RenderArgs {
         self.lod_error.unwrap_or(1.0)
     }
 
+    /// Returns how edges are smoothed along a path.
+    pub(crate) fn antialias(&self) -> Antialias {
+        self.antialias.unwrap_or_default()
+    }
+
+    /// Returns the memory for tiles, in MiB.
+    pub(crate) fn tile_memory(&self) -> u64 {
+        self.tile_memory.unwrap_or(TILE_MEMORY_MIB)
+    }
+
     /// Returns how many output pixels are one pixel of the style.
     pub(crate) fn px_per_style_px(&self) -> f64 {
         self.dpi.map_or(1.0, |dpi| dpi / REFERENCE_DPI)
@@ -192,7 +203,7 @@ const MAX_FRAMES: usize = 10_000_000;
 /// # Errors
 /// Returns what the value must look like.
 pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parse = |side: &str| side.parse::<u32>().ok().filter(|side| (1..=1 << 20).contains(side));
+    let parse = |side: &str| ranges::SIDE_PX.parse_whole(side).ok();
     text.split_once(['x', 'X'])
         .and_then(|(width, height)| Some([parse(width)?, parse(height)?]))
         .ok_or_else(|| "it must be a size like 1280x720".to_owned())
@@ -205,14 +216,14 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
     let args = paper::measured(args, &kind)?;
-    let (args, style) = like::resolved(&args, &kind)?;
+    let (args, liked) = like::resolved(&args, &kind)?;
     let args = &args;
     map::check(args, &kind)?;
     check_path(args, &kind)?;
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
-    let style = match style {
+    let style = match liked.style {
         Some(style) => style,
         None => arguments::style(args.style.as_deref().unwrap_or(STYLE))?,
     };
@@ -241,7 +252,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     args.world.check()?;
     // Open the world before the GPU: its errors can be reported without one.
-    let scene = args.world.scene()?;
+    let scene = liked.names.world(args.world.scene())?;
     let scene = if args.map.is_some() { scene.for_map() } else { scene };
     if let Some(unscaled) = as_written.unscaled().filter(|_| style != as_written) {
         let dpi = args.dpi.unwrap_or(REFERENCE_DPI);
@@ -249,18 +260,21 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     // Read only once: it may be a pipe.
     let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
+    if let (Some(name), Some(flight)) = (&args.path, &flight) {
+        liked.names.path(outputs::check_flight(args, name, flight))?;
+    }
     outputs::check(args, &kind, &sheets::paths(args, sheets.as_ref()), &scene, &style, flight.as_deref())?;
-    let store = world::open_store(&scene, &Bar::default())?;
+    let store = liked.names.world(world::open_store(&scene, &Bar::default()))?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
     world::store_pipelines(&gpu);
     let options = TerrainOptions {
         lod_error_px: args.lod_error(),
-        tile_memory_bytes: args.tile_memory << 20,
+        tile_memory_bytes: args.tile_memory() << 20,
         loading: Loading::Wait,
         ..TerrainOptions::default()
     };
-    let world = OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default())?;
+    let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
     let map = map::PlacedMap::new(args, &world, titled.paper.foot_px);
@@ -300,7 +314,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         tracing::warn!(
             "{} tiles did not fit into --tile-memory {}; coarser ones were drawn instead",
             report.tiles_missing,
-            args.tile_memory
+            args.tile_memory()
         );
     }
     if report.over_budget > 0 {
@@ -363,7 +377,7 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
 /// Checks that temporal anti-aliasing is possible: it needs consecutive frames, each of one sample and drawn in one
 /// part.
 fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
-    if args.antialias == Antialias::None {
+    if args.antialias() == Antialias::None {
         return Ok(());
     }
     let why = match kind {

@@ -7,6 +7,7 @@ use clap::Args;
 
 use super::arguments;
 use super::misuse::Misuse;
+use crate::scene::ranges;
 use crate::scene::stereo::{Eyes, HYPERSTEREO, IPD_M, Pair};
 
 /// `--eyes` and the options that depend on it.
@@ -22,7 +23,7 @@ pub(crate) struct StereoArgs {
     pub ipd: Option<Ipd>,
     /// Distance of zero parallax of a stereo pair, in metres: what is there appears at the screen [default: infinitely
     /// far]
-    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::above_0)]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true, value_parser = arguments::within(ranges::CONVERGENCE_M))]
     pub convergence: Option<f64>,
 }
 
@@ -42,7 +43,7 @@ impl FromStr for Ipd {
         if text == "auto" {
             return Ok(Self::Auto);
         }
-        let metres = arguments::from_to(0.0, 1e6)(text).map(Self::Metres);
+        let metres = ranges::IPD_M.parse(text).map(Self::Metres);
         metres.map_err(|error| format!("{error}, or auto"))
     }
 }

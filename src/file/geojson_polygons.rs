@@ -1,16 +1,22 @@
 //! Reads the polygons of GeoJSON files (RFC 7946, and `crs` of its draft of 2008, which GDAL and QGIS write).
+//!
+//! The text is read in one pass, and only positions are stored, 16 bytes each: a tree of JSON values would take a
+//! hundred bytes for each number of a hostile file, and thirty for each member that no polygon has.
+
+mod reader;
 
 use std::path::{Path, PathBuf};
 
-use serde_json::Value;
+use serde::de::DeserializeSeed;
 
+use self::reader::{Found, Object};
 use super::input::read_text;
 use super::message::{named, printable};
 
 /// Largest file that is read, in bytes; outlines of water are smaller.
 pub(crate) const LARGEST_BYTES: u64 = 256 << 20;
-/// Largest nesting depth of collections.
-const DEEPEST: usize = 8;
+/// Largest number of positions; a file of [`LARGEST_BYTES`] with the usual digits has half as many.
+const MOST_PLACES: usize = 1 << 24;
 
 /// The reason why a file has no usable polygons. One line that names the file.
 #[derive(Debug, thiserror::Error)]
@@ -24,20 +30,24 @@ pub enum PolygonsError {
     },
     /// The file is not GeoJSON, or has no polygons.
     #[error("{}: {cause}", named(path))]
-    Content { path: PathBuf, cause: String },
+    Content {
+        path: PathBuf,
+        /// The defect of the text.
+        cause: String,
+    },
 }
-
-/// The vertices of an outline or of a hole.
-pub(crate) type Ring = Vec<[f64; 2]>;
 
 /// Polygons and the reference system of their coordinates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct Polygons {
     /// EPSG code of the reference system; `None` is longitude and latitude on WGS 84.
     pub epsg: Option<u16>,
-    /// The rings of each polygon, in that system, without the last vertex, which repeats the first. A point within an
-    /// odd number of a polygon's rings is inside the polygon: holes are ordinary rings, and rings may cross themselves.
-    pub polygons: Vec<Vec<Ring>>,
+    /// The vertices of all rings, in that system, without the last vertex of a ring, which repeats the first.
+    places: Vec<[f64; 2]>,
+    /// The end of each ring among the vertices.
+    ring_ends: Vec<u32>,
+    /// The end of each polygon among the rings.
+    polygon_ends: Vec<u32>,
 }
 
 impl Polygons {
@@ -57,75 +67,73 @@ impl Polygons {
     /// # Errors
     /// Returns the cause in one line.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        let value: Value = serde_json::from_str(text)
-            .map_err(|error| format!("it is not GeoJSON: {}", printable(&error.to_string(), 120)))?;
-        let mut polygons = Self { epsg: epsg_of(&value)?, polygons: Vec::new() };
-        polygons.add(&value, 0)?;
-        if polygons.polygons.is_empty() {
-            return Err("it has no polygons".to_owned());
-        }
-        Ok(polygons)
+        Self::parse_some(text, MOST_PLACES)
     }
 
-    /// Adds the polygons of a GeoJSON object.
-    fn add(&mut self, value: &Value, depth: usize) -> Result<(), String> {
-        if depth > DEEPEST {
-            return Err(format!("its collections are nested more than {DEEPEST} deep"));
+    /// Parses text with at most `most_places` positions.
+    fn parse_some(text: &str, most_places: usize) -> Result<Self, String> {
+        let mut found = Found { polygons: Self::default(), most_places, crs: None, failure: None };
+        let mut json = serde_json::Deserializer::from_str(text.trim_start_matches('\u{feff}'));
+        let read = Object { found: &mut found, depth: 0 }.deserialize(&mut json).and_then(|()| json.end());
+        if let Some(cause) = found.failure {
+            return Err(cause);
         }
-        let list = |key: &str| value.get(key).and_then(Value::as_array).map(Vec::as_slice);
-        match value.get("type").and_then(Value::as_str) {
-            Some("FeatureCollection") => {
-                let features = list("features").ok_or("its collection has no features")?;
-                features.iter().try_for_each(|feature| self.add(feature, depth + 1))
-            }
-            Some("GeometryCollection") => {
-                let geometries = list("geometries").ok_or("its collection has no geometries")?;
-                geometries.iter().try_for_each(|geometry| self.add(geometry, depth + 1))
-            }
-            Some("Feature") => match value.get("geometry") {
-                None | Some(Value::Null) => Ok(()),
-                Some(geometry) => self.add(geometry, depth + 1),
-            },
-            Some("Polygon") => self.polygon(value.get("coordinates")),
-            Some("MultiPolygon") => {
-                let polygons = list("coordinates").ok_or("a MultiPolygon has no coordinates")?;
-                polygons.iter().try_for_each(|polygon| self.polygon(Some(polygon)))
-            }
-            // Lines and points have no interior.
-            Some("Point" | "MultiPoint" | "LineString" | "MultiLineString") => Ok(()),
-            _ => Err("it is not GeoJSON: an object has no known type".to_owned()),
+        read.map_err(|error| format!("it is not GeoJSON: {}", printable(&error.to_string(), 120)))?;
+        found.polygons.epsg = found.crs.map_or(Ok(None), |crs| epsg_of(&crs))?;
+        match found.polygons.polygon_ends.is_empty() {
+            true => Err("it has no polygons".to_owned()),
+            false => Ok(found.polygons),
         }
     }
 
-    fn polygon(&mut self, rings: Option<&Value>) -> Result<(), String> {
-        let number = self.polygons.len() + 1;
-        let mut polygon = Vec::new();
-        let wrong = |cause: &str| format!("polygon {number}: {cause}");
-        let rings = rings.and_then(Value::as_array).ok_or_else(|| wrong("it has no list of rings"))?;
-        for ring in rings {
-            let places = ring.as_array().ok_or_else(|| wrong("a ring is not a list of positions"))?;
-            let place = |place: &Value| {
-                let [x, y] = [0, 1].map(|axis| place.get(axis).and_then(Value::as_f64).filter(|c| c.is_finite()));
-                x.zip(y).map(|(x, y)| [x, y]).ok_or_else(|| wrong("a position is not a pair of finite numbers"))
-            };
-            let mut places = places.iter().map(place).collect::<Result<Vec<_>, _>>()?;
-            if places.len() > 1 && places.first() == places.last() {
-                places.pop();
-            }
-            if places.len() < 3 {
-                return Err(wrong("a ring has fewer than three positions"));
-            }
-            polygon.push(places);
-        }
-        self.polygons.push(polygon);
-        Ok(())
+    /// Returns the number of polygons.
+    pub(crate) fn count(&self) -> usize {
+        self.polygon_ends.len()
+    }
+
+    /// Returns all vertices, to be replaced by those in another system.
+    pub(crate) fn places_mut(&mut self) -> &mut [[f64; 2]] {
+        &mut self.places
+    }
+
+    /// Returns the rings of each polygon. A point within an odd number of a polygon's rings is inside the polygon:
+    /// holes are ordinary rings, and rings may cross themselves.
+    pub(crate) fn polygons(&self) -> impl Iterator<Item = Rings<'_>> {
+        (0..self.count()).map(|number| Rings { polygons: self, number })
     }
 }
 
-/// Returns the EPSG code of the member `crs`; `None` is WGS 84.
-fn epsg_of(value: &Value) -> Result<Option<u16>, String> {
-    let Some(crs) = value.get("crs").filter(|crs| !crs.is_null()) else { return Ok(None) };
-    let name = crs.pointer("/properties/name").and_then(Value::as_str).ok_or("its crs has no name")?;
+/// The rings of one polygon.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Rings<'a> {
+    polygons: &'a Polygons,
+    number: usize,
+}
+
+/// Returns where an entry begins and ends, of a list of ends.
+fn span(ends: &[u32], number: usize) -> std::ops::Range<usize> {
+    let begin = number.checked_sub(1).map_or(0, |before| ends[before]);
+    begin as usize..ends[number] as usize
+}
+
+impl<'a> Rings<'a> {
+    /// Returns the vertices of each ring.
+    pub(crate) fn rings(self) -> impl Iterator<Item = &'a [[f64; 2]]> {
+        let Polygons { places, ring_ends, polygon_ends, .. } = self.polygons;
+        span(polygon_ends, self.number).map(|ring| &places[span(ring_ends, ring)])
+    }
+
+    /// Returns the vertices of all rings.
+    pub(crate) fn places(self) -> impl Iterator<Item = &'a [f64; 2]> {
+        self.rings().flatten()
+    }
+}
+
+/// Returns the EPSG code of the name of a reference system; `None` is WGS 84.
+fn epsg_of(name: &str) -> Result<Option<u16>, String> {
+    if name.is_empty() {
+        return Err("its crs has no name".to_owned());
+    }
     if name.ends_with("CRS84") {
         return Ok(None);
     }
@@ -150,8 +158,8 @@ mod tests {
     fn polygons_are_found_wherever_they_lie() {
         let polygon = format!("{{\"type\":\"Polygon\",\"coordinates\":{SQUARE}}}");
         let parsed = Polygons::parse(&polygon).unwrap();
-        let rings: Vec<usize> = parsed.polygons[0].iter().map(Vec::len).collect();
-        assert_eq!((parsed.epsg, parsed.polygons.len(), rings), (None, 1, vec![4, 3]));
+        let rings: Vec<usize> = parsed.polygons().flat_map(Rings::rings).map(<[_]>::len).collect();
+        assert_eq!((parsed.epsg, parsed.count(), rings), (None, 1, vec![4, 3]));
         let feature = format!("{{\"type\":\"Feature\",\"properties\":null,\"geometry\":{polygon}}}");
         let several = format!("{{\"type\":\"MultiPolygon\",\"coordinates\":[{SQUARE},{SQUARE}]}}");
         let all = format!(
@@ -160,7 +168,15 @@ mod tests {
              {{\"type\":\"Feature\",\"geometry\":null}}]}}"
         );
         let parsed = Polygons::parse(&all).unwrap();
-        assert_eq!((parsed.epsg, parsed.polygons.len()), (Some(32632), 3));
+        assert_eq!((parsed.epsg, parsed.count()), (Some(32632), 3));
+        // Members may come in any order, a type last; lines between polygons leave nothing behind.
+        let line = "{\"coordinates\":[[5,5],[6,6]],\"type\":\"LineString\"}";
+        let turned = format!("{{\"coordinates\":{SQUARE},\"bbox\":[0,0,1,1],\"type\":\"Polygon\"}}");
+        let several = format!("{{\"geometries\":[{line},{turned},{line}],\"type\":\"GeometryCollection\"}}");
+        assert_eq!(Polygons::parse(&several).unwrap(), Polygons::parse(&polygon).unwrap());
+        // Other members may be anything.
+        let other = format!("\u{feff}{{\"x\":[{{\"coordinates\":0}}],{}", &turned[1..]);
+        assert_eq!(Polygons::parse(&other).unwrap(), Polygons::parse(&polygon).unwrap());
     }
 
     #[test]
@@ -173,7 +189,14 @@ mod tests {
         };
         for (text, expected) in [
             ("".to_owned(), "it is not GeoJSON"),
-            ("[1]".to_owned(), "no known type"),
+            ("[1]".to_owned(), "expected an object of a known type"),
+            ("{\"type\":[1]}".to_owned(), "no known type"),
+            ("{\"type\":\"Polygon\"}".to_owned(), "polygon 1: it has no list of rings"),
+            ("{\"type\":\"Polygon\",\"coordinates\":[[0,0],[1,0],[1,1]]}".to_owned(), "it has no list of rings"),
+            ("{\"type\":\"Polygon\",\"coordinates\":[[]]}".to_owned(), "fewer than three positions"),
+            ("{\"type\":\"Polygon\",\"coordinates\":[],\"features\":[]}".to_owned(), "members of two types"),
+            (format!("{{\"type\":\"MultiPolygon\",\"coordinates\":{SQUARE}}}"), "it has no list of rings"),
+            (ring("[0,0],[1,0],1"), "a ring is not a list of positions"),
             ("{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(), "it has no polygons"),
             ("{\"type\":\"FeatureCollection\"}".to_owned(), "no features"),
             (ring("[0,0],[1,0]"), "polygon 1: a ring has fewer than three positions"),
@@ -185,5 +208,23 @@ mod tests {
             let error = Polygons::parse(&text).unwrap_err();
             assert!(error.contains(expected) && !error.contains('\n') && error.len() < 200, "{error}");
         }
+    }
+
+    #[test]
+    fn memory_is_that_of_the_positions() {
+        let ring = |places: usize| {
+            let places: Vec<String> = (0..places).map(|i| format!("[{i},{}]", i % 2)).collect();
+            format!("{{\"type\":\"Polygon\",\"coordinates\":[[{}]]}}", places.join(","))
+        };
+        assert_eq!(Polygons::parse_some(&ring(50), 50).unwrap().places.len(), 50);
+        let error = Polygons::parse_some(&ring(51), 50).unwrap_err();
+        assert!(error.contains("more than 50 positions"), "{error}");
+        // What is no polygon takes no room, however often there is more of it.
+        let lines = format!("{{\"type\":\"LineString\",\"coordinates\":[{}[0,0]]}}", "[0,0],".repeat(40));
+        let all = format!("{{\"type\":\"GeometryCollection\",\"geometries\":[{lines},{lines},{}]}}", ring(40));
+        assert_eq!(Polygons::parse_some(&all, 50).unwrap().places.len(), 40);
+        let nested = format!("{}1{}", "[".repeat(1 << 20), "]".repeat(1 << 20));
+        let error = Polygons::parse(&format!("{{\"x\":{nested}}}")).unwrap_err();
+        assert!(error.contains("not GeoJSON"), "{error}");
     }
 }

@@ -22,7 +22,7 @@ pub(crate) struct Inputs {
 
 /// An identity of a file. A file may have both kinds.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
-enum Identity {
+pub(crate) enum Identity {
     /// Path without links and dots.
     Place(PathBuf),
     /// Device and inode.
@@ -103,6 +103,11 @@ impl Inputs {
             None => Ok(()),
         }
     }
+}
+
+/// Returns the identity by which a file is known whatever it is called, if there is such a file.
+pub(crate) fn identity(path: &Path) -> Option<Identity> {
+    identities(path).next()
 }
 
 /// Returns all identities of the file at `path`; none if there is no file.

@@ -18,7 +18,10 @@ use super::{FileError, exr, png, video};
 pub(crate) const KEY: &str = "hachure";
 
 /// Largest imprint in bytes: a style file may have as many, and so may its recipes.
-const LARGEST_BYTES: u64 = 4 << 20;
+pub(super) const LARGEST_BYTES: u64 = 4 << 20;
+
+/// Largest part of ffmpeg's messages that is kept, in bytes.
+const LONGEST_MESSAGES_BYTES: u64 = 1 << 16;
 
 /// Metadata of an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -71,9 +74,13 @@ pub fn read(path: &Path) -> Result<String, FileError> {
     } else {
         return Err(FileError::read(path, "it is not a PNG, EXR, SVG or MP4"));
     };
-    imprint.ok_or_else(|| {
+    let imprint = imprint.ok_or_else(|| {
         FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one")
-    })
+    })?;
+    if imprint.len() as u64 > LARGEST_BYTES {
+        return Err(FileError::read(path, "its imprint is larger than 4 MiB"));
+    }
+    Ok(imprint)
 }
 
 /// Returns the text of `<metadata id="hachure">`. SVG editors move attributes and break lines, but keep both.
@@ -159,16 +166,36 @@ pub(super) fn of_ffmetadata(text: &str) -> Option<String> {
 
 /// Runs a program (ffmpeg) on a film and returns its standard output.
 pub(super) fn output_of(program: &mut Command, path: &Path) -> Result<String, FileError> {
-    let output = program.stdin(Stdio::null()).output().map_err(|error| match error.kind() {
+    program.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
+    let mut child = program.spawn().map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => {
             FileError::read(path, "hachure reads films through ffmpeg, which is not installed")
         }
         _ => FileError::read(path, format!("ffmpeg cannot be started: {error}")),
     })?;
-    if !output.status.success() {
-        return Err(FileError::read(path, format!("ffmpeg: {}", String::from_utf8_lossy(&output.stderr))));
+    // Tags and messages are as long as the film's author likes. What is too long is read and dropped, so that ffmpeg
+    // ends; both streams are read at once, so that it never waits.
+    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
+    let (tags, messages) = std::thread::scope(|scope| {
+        let messages = scope.spawn(move || beginning(stderr, LONGEST_MESSAGES_BYTES));
+        (beginning(stdout, 2 * LARGEST_BYTES), messages.join().unwrap_or_default())
+    });
+    let status = child.wait().map_err(|error| FileError::read(path, format!("ffmpeg: {error}")))?;
+    if !status.success() {
+        return Err(FileError::read(path, format!("ffmpeg: {}", String::from_utf8_lossy(&messages))));
     }
-    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
+    Ok(String::from_utf8_lossy(&tags).into_owned())
+}
+
+/// Reads a stream to its end, and returns its first `most` bytes.
+fn beginning(stream: Option<impl Read>, most: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    if let Some(mut stream) = stream {
+        // A stream that breaks off is one that ends; the exit status says whether it was complete.
+        let _ = stream.by_ref().take(most).read_to_end(&mut bytes);
+        let _ = std::io::copy(&mut stream, &mut std::io::sink());
+    }
+    bytes
 }
 
 #[cfg(test)]

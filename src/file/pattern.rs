@@ -114,6 +114,20 @@ impl FramePattern {
         PathBuf::from(format!("{}{frame:0digits$}{}", self.before, self.after, digits = self.digits))
     }
 
+    /// Returns the numbers of the frames that may exist, found by listing the folder that the number is in.
+    pub(crate) fn existing(&self) -> Vec<u64> {
+        let (folder, begin) = self.before.rsplit_once(['/', '\\']).unwrap_or((".", &self.before));
+        let folder = if folder.is_empty() { "/" } else { folder };
+        let end = self.after.split(['/', '\\']).next().unwrap_or_default();
+        // Some file systems ignore case.
+        let [begin, end] = [begin, end].map(str::to_lowercase);
+        let number = |entry: std::fs::DirEntry| {
+            let name = entry.file_name().to_str()?.to_lowercase();
+            name.strip_prefix(&begin)?.strip_suffix(&end)?.parse().ok()
+        };
+        std::fs::read_dir(folder).into_iter().flatten().flatten().filter_map(number).collect()
+    }
+
     /// Creates the folder of a frame and returns the frame's path.
     ///
     /// # Errors

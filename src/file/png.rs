@@ -5,7 +5,7 @@ use std::io::{BufReader, Write};
 use std::path::{Path, PathBuf};
 
 use super::atomic::SharedFile;
-use super::imprint::{KEY, Notes};
+use super::imprint::{self, KEY, Notes};
 use super::input::open_regular;
 use super::{FileError, sample_count};
 
@@ -215,8 +215,11 @@ pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
     let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
     let reader = png::Decoder::new(BufReader::new(file)).read_info();
     let reader = reader.map_err(|error| FileError::read(path, error))?;
-    let text = reader.info().utf8_text.iter().find(|text| text.keyword == KEY);
-    text.map(png::text_metadata::ITXtChunk::get_text).transpose().map_err(|error| FileError::read(path, error))
+    let Some(text) = reader.info().utf8_text.iter().find(|text| text.keyword == KEY) else { return Ok(None) };
+    let mut text = text.clone();
+    text.decompress_text_with_limit(imprint::LARGEST_BYTES as usize)
+        .map_err(|_| FileError::read(path, "its imprint is damaged, or larger than 4 MiB without compression"))?;
+    text.get_text().map(Some).map_err(|error| FileError::read(path, error))
 }
 
 /// Largest picture that is read, in decoded bytes: 8192 × 16384 pixels.
@@ -224,6 +227,20 @@ const LARGEST_BYTES: usize = 1 << 29;
 /// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
+
+/// Returns the size of a PNG's pixels as [`read_rgba8`] returns them, and that of the file, in bytes. Only the header is
+/// read.
+///
+/// # Errors
+/// Fails if the file cannot be opened or is not a PNG.
+pub(crate) fn decoded_bytes(path: &Path) -> Result<[u64; 2], FileError> {
+    let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
+    let stored = file.metadata().map_err(|error| FileError::read(path, error))?.len();
+    let reader = png::Decoder::new(BufReader::new(file)).read_info();
+    let reader = reader.map_err(|error| FileError::read(path, error))?;
+    let pixels = u64::from(reader.info().width) * u64::from(reader.info().height);
+    Ok([pixels.saturating_mul(4), stored])
+}
 
 /// Reads any PNG as RGBA with 8 bits per channel: 16 bits are cut to their upper 8, grey is replicated, palettes are
 /// looked up, and pictures without alpha are opaque.

@@ -22,6 +22,13 @@ const _: () = assert!(POINTS >> (2 * SPARSE) == 1);
 /// Level of the widest blocks.
 pub(crate) const WIDEST: u32 = SPARSE + MAX_SPARSE;
 
+/// Rounds in which thinning is adapted until the trees of a view fit.
+const MAX_ROUNDS: u32 = 64;
+/// Multiple of the trees that fit at which counting stops: then thinning begins at a quarter of the distance at most.
+const MUCH_TOO_MANY: u64 = 16;
+/// Margin for the rounding of positions on the GPU, in metres.
+const FOOT_MARGIN_M: f64 = 0.25;
+
 /// A square block of candidate points in the world.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Block {
@@ -156,6 +163,16 @@ pub(crate) struct Sight<'a> {
 }
 
 impl Sight<'_> {
+    /// Returns the box around the feet of a block's trees, relative to the eye. Thinning depends on their distance: that
+    /// of crowns and shadows would give a tall forest around the eye all of its trees, however much is thinned.
+    fn feet(&self, block: Block) -> Bounds {
+        let (corner_m, margin_m) = (block.corner_m(), DVec3::splat(FOOT_MARGIN_M));
+        Bounds {
+            low_m: corner_m.extend(self.range_m[0]) - margin_m - self.eye_m,
+            high_m: (corner_m + block.side_m()).extend(self.range_m[1]) + margin_m - self.eye_m,
+        }
+    }
+
     /// Returns the box around the trees of a block and their shadows, relative to the eye.
     pub(crate) fn bounds(&self, block: Block) -> Bounds {
         let &Self { eye_m, range_m, tallest_m, shadow_m, sways_m, .. } = self;
@@ -171,8 +188,34 @@ impl Sight<'_> {
     }
 }
 
-/// Returns the blocks in range that the frustum may see, and an upper bound of the number of trees in them.
-pub(crate) fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
+/// Returns the blocks in range that the frustum may see, with at most `max_trees` trees: if there would be more, thinning
+/// begins nearer to the eye. `sight` then has the thinning that was found.
+pub(crate) fn fitted(sight: &mut Sight<'_>, points: &Points, max_trees: u64) -> Vec<Block> {
+    for _ in 0..MAX_ROUNDS {
+        let (blocks, most) = in_view(sight, points, MUCH_TOO_MANY * max_trees);
+        if most <= max_trees {
+            return blocks;
+        }
+        let full_m = sight.thinning.full_m.min(sight.reach_m);
+        sight.thinning.full_m = full_m * 0.95 * (max_trees as f64 / most as f64).sqrt();
+    }
+    // Thinning never needs as many rounds. If it did, the farthest trees would be missing.
+    let (mut blocks, _) = in_view(sight, points, MUCH_TOO_MANY * max_trees);
+    let away_m = |block: &Block| sight.feet(*block).distance_m();
+    blocks.sort_by(|a, b| away_m(a).total_cmp(&away_m(b)));
+    let mut room = max_trees;
+    blocks.retain(|block| {
+        let own = block.points(points).len() as u64 * u64::from(block.tiles()).pow(2);
+        let fits = own <= room;
+        room = if fits { room - own } else { 0 };
+        fits
+    });
+    blocks
+}
+
+/// Returns the blocks in range that the frustum may see, and an upper bound of the number of trees in them. Stops when
+/// there are more than `enough` trees.
+fn in_view(sight: &Sight<'_>, points: &Points, enough: u64) -> (Vec<Block>, u64) {
     let &Sight { eye_m, frustum, reach_m, land_m, thinning, .. } = sight;
     let (mut blocks, mut most) = (Vec::new(), 0);
     let side_m = Block::widest(IVec2::ZERO).side_m();
@@ -188,7 +231,7 @@ pub(crate) fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
         if is_outside || away_m > reach_m || !frustum.may_see(&bounds) {
             continue;
         }
-        let rank = thinning.rank_at(away_m);
+        let rank = thinning.rank_at(sight.feet(block).distance_m());
         if block.level > 0 && rank * 4.0_f64.powi(block.level as i32) > 1.0 {
             rest.extend(block.parts());
             continue;
@@ -198,6 +241,9 @@ pub(crate) fn in_view(sight: &Sight<'_>, points: &Points) -> (Vec<Block>, u64) {
         if own > 0 {
             most += own * u64::from(block.tiles()).pow(2);
             blocks.push(block);
+            if most > enough {
+                break;
+            }
         }
     }
     (blocks, most)
@@ -238,7 +284,7 @@ mod tests {
         let frustum = Frustum::new(rays);
         let thinning = Thinning { density: 0.5, full_m: 80.0 };
         let sight = sight(&frustum, thinning);
-        let (blocks, most) = in_view(&sight, &points);
+        let (blocks, most) = in_view(&sight, &points, u64::MAX);
         let all = trees(&blocks, &points);
         let each: BTreeSet<[i64; 3]> =
             all.iter().map(|(tile, number)| [tile.x.into(), tile.y.into(), i64::from(*number)]).collect();
@@ -296,10 +342,51 @@ mod tests {
         );
         let listed = |density: f64, reach_m: f64| {
             let sight = Sight { reach_m, ..sight(&frustum, Thinning { density, full_m: 300.0 }) };
-            in_view(&sight, &points).0.len()
+            in_view(&sight, &points, u64::MAX).0.len()
         };
         let (near, far) = (listed(0.5, 2500.0), listed(0.5, 40_000.0));
         // Four octaves of distance: 256 times the area.
         assert!(far < 8 * near, "{near} {far}");
+    }
+
+    #[test]
+    fn a_forest_of_giants_is_thinned_until_it_fits() {
+        let points = Points::new();
+        let frustum = Frustum::new(
+            [[-1.0, 1.0, 0.4], [1.0, 1.0, 0.4], [1.0, 1.0, -0.6], [-1.0, 1.0, -0.6]].map(DVec3::from_array),
+        );
+        let max_trees = 1 << 17;
+        // Trees of 1000 m with shadows of four times as much, through a long lens at a fine detail.
+        for (tallest_m, shadow_m, full_m) in [
+            (1350.0, DVec3::new(3800.0, -3800.0, -1100.0), 1e7),
+            (1350.0, DVec3::ZERO, 1e12),
+            (405.0, DVec3::new(1100.0, -1100.0, -340.0), 3e4),
+            (0.01, DVec3::ZERO, 1e300),
+        ] {
+            let mut sight = Sight { reach_m: 60_000.0, ..sight(&frustum, Thinning { density: 1.0, full_m }) };
+            (sight.tallest_m, sight.shadow_m) = (tallest_m, shadow_m);
+            let (_, at_first) = in_view(&sight, &points, MUCH_TOO_MANY * max_trees);
+            assert!(at_first > max_trees, "the case must be one: {at_first}");
+            let blocks = fitted(&mut sight, &points, max_trees);
+            let (again, most) = in_view(&sight, &points, u64::MAX);
+            assert!(again == blocks && most <= max_trees && most > max_trees / 8, "{most}");
+            // Without thinning that is far too near, and no nearer than necessary.
+            let slightly = Thinning { full_m: 2.5 * sight.thinning.full_m, ..sight.thinning };
+            assert!(in_view(&Sight { thinning: slightly, ..sight.clone() }, &points, u64::MAX).1 > max_trees);
+            if shadow_m.x < 2000.0 {
+                continue;
+            }
+            // Planted: by the distance of crowns and shadows all trees around the eye are at a distance of 0, where
+            // nothing is thinned. They never fit.
+            let tiles = (-24..24).flat_map(|y| (-24..24).map(move |x| IVec2::new(x, y)));
+            let blocks =
+                tiles.flat_map(|tile| (0..BLOCKS * BLOCKS).map(move |number| Block { level: 0, tile, number }));
+            let holds = |block: &Block| {
+                let bounds = sight.bounds(*block);
+                bounds.distance_m() == 0.0 && frustum.may_see(&bounds)
+            };
+            let never_thinned: usize = blocks.filter(holds).map(|block| block.points(&points).len()).sum();
+            assert!(never_thinned as u64 > 2 * max_trees, "{never_thinned}");
+        }
     }
 }

@@ -5,7 +5,7 @@
 
 pub(crate) mod ink;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::LazyLock;
 
 use glam::DVec2;
@@ -56,13 +56,13 @@ pub(crate) struct Line {
 impl Line {
     /// Creates a line: each run of white space becomes one blank, and each character without a letter a question mark.
     pub(crate) fn new(text: &str) -> Self {
-        let mut replaced = Vec::new();
+        let (mut replaced, mut seen) = (Vec::new(), BTreeSet::new());
         let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
         let known = |character: char| {
             if LETTERS.contains_key(&character) {
                 return character;
             }
-            if !replaced.contains(&character) {
+            if seen.insert(character) {
                 replaced.push(character);
             }
             REPLACEMENT
@@ -89,15 +89,18 @@ impl Line {
         if width * height <= room * (1.0 + 1e-9) {
             return (self.clone(), height);
         }
-        let mut kept: Vec<char> = self.text.chars().collect();
-        while kept.pop().is_some() {
-            let begin = kept.iter().collect::<String>();
-            let cut = Self { text: format!("{}{ELLIPSIS}", begin.trim_end()), replaced: self.replaced.clone() };
-            if cut.width() * height <= room {
-                return (cut, height);
+        // The longest beginning that leaves room for an ellipsis, without the blank that it may end with.
+        let ellipsis = LETTERS.get(&ELLIPSIS).map_or(0.0, |letter| letter.advance);
+        let (mut width, mut kept) = (0.0, None);
+        for (at, character) in self.text.char_indices() {
+            if (width + ellipsis) * height > room {
+                break;
             }
+            kept = Some(at);
+            width += LETTERS.get(&character).map_or(0.0, |letter| letter.advance);
         }
-        (Self { text: String::new(), replaced: self.replaced.clone() }, height)
+        let text = kept.map_or_else(String::new, |end| format!("{}{ELLIPSIS}", self.text[..end].trim_end()));
+        (Self { text, replaced: self.replaced.clone() }, height)
     }
 
     /// Returns the strokes of letters of `height`, starting at `at`, the left end of the baseline. y goes down, as in
@@ -162,6 +165,21 @@ mod tests {
         assert!(cut.text().ends_with('…') && cut.text().starts_with("Grosser") && height == 1.0, "{}", cut.text());
         assert!(cut.width() <= 0.5 * width && cut.width() > 0.4 * width);
         assert_eq!(line.fitted(0.1, 3.0, 1.0).0.text(), "");
+        // As by trying each shorter text; a text of a megabyte is cut as fast as it is read.
+        let words = Line::new("Am  Ende der Welt");
+        for room in (0..60).map(|tenths| 0.1 * f64::from(tenths)) {
+            let (cut, _) = words.fitted(room, 1.0, 1.0);
+            let shorter = (0..words.text().chars().count()).rev().map(|count| {
+                let begin: String = words.text().chars().take(count).collect();
+                Line::new(&format!("{}…", begin.trim_end()))
+            });
+            let expected = shorter.clone().find(|line| line.width() <= room).map_or(String::new(), |line| line.text);
+            assert_eq!(cut.text(), expected, "{room}");
+        }
+        let start = std::time::Instant::now();
+        let long: String = (0..1 << 20).filter_map(|i| char::from_u32(0x4e00 + i % 60_000)).collect();
+        let (cut, _) = Line::new(&long).fitted(1000.0, 3.0, 1.0);
+        assert!(cut.text().ends_with('…') && start.elapsed().as_secs_f64() < 5.0, "{:?}", start.elapsed());
     }
 
     #[test]

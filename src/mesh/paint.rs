@@ -5,19 +5,25 @@
 
 use std::path::Path;
 
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::Material;
 use super::mtl::{self, Entry, linear_from_srgb};
 use super::obj_text::MaterialStatements;
-use super::sidecar::find;
+use super::sidecar::Sidecars;
+use crate::file::guard::{Identity, identity};
 use crate::file::input::read_bytes;
 use crate::file::message::{named, quoted};
 use crate::file::one_line;
-use crate::file::png::read_rgba8;
+use crate::file::png::{Picture, decoded_bytes, read_rgba8};
 
 /// Largest size of a library, in bytes.
 const LARGEST_LIBRARY_BYTES: u64 = 16 << 20;
+
+/// Bytes of decoded textures of a model that are read whatever the size of their files: one of the largest.
+const FREE_TEXTURE_BYTES: u64 = 1 << 29;
+/// Decoded bytes that are read for each byte of a file: photographs have 2 to 10.
+const USUAL_RATIO: u64 = 64;
 
 /// The materials of triangles.
 #[derive(Clone, Debug)]
@@ -95,9 +101,9 @@ impl Paint {
 
 /// Returns the colours of materials by their names.
 fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<Option<[f32; 3]>> {
-    let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut sidecars = Sidecars::of(place.path);
     let mut known: FxHashMap<Vec<u8>, Entry> = FxHashMap::default();
-    for file in library_files(libraries, place) {
+    for file in library_files(libraries, &mut sidecars, place) {
         match read_bytes(&file, LARGEST_LIBRARY_BYTES) {
             Ok(text) => {
                 let library = mtl::parse(&text);
@@ -111,7 +117,8 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
             Err(error) => (place.warn)(format!("cannot read the material library {}: {error}", named(&file))),
         }
     }
-    let mut textures: FxHashMap<&[u8], Option<[f32; 3]>> = FxHashMap::default();
+    let mut textures =
+        Textures { sidecars, by_name: FxHashMap::default(), by_file: FxHashMap::default(), room: FREE_TEXTURE_BYTES };
     let (mut unknown, mut clear): (Vec<&[u8]>, Vec<&[u8]>) = (Vec::new(), Vec::new());
     let colors = names.iter().map(|&name| {
         let Some(entry) = known.get(name) else {
@@ -121,8 +128,7 @@ fn colors(libraries: &[Vec<u8>], names: &[&[u8]], place: &mut Place<'_>) -> Vec<
         };
         clear.extend(entry.opacity.is_some_and(|opacity| opacity < 1.0).then_some(name));
         let texture = entry.texture.as_deref();
-        let texture =
-            texture.and_then(|file| *textures.entry(file).or_insert_with(|| mean_color(&folder, file, place)));
+        let texture = texture.and_then(|name| textures.color(name, place));
         texture.or(entry.diffuse)
     });
     let colors = colors.collect();
@@ -146,16 +152,15 @@ fn list(names: &[&[u8]]) -> String {
 
 /// Returns the existing libraries. A line may name several, and a name may contain spaces: so the line is one name if
 /// there is such a file, and otherwise names end at `.mtl`.
-fn library_files(libraries: &[Vec<u8>], place: &mut Place<'_>) -> Vec<std::path::PathBuf> {
-    let folder = place.path.parent().unwrap_or(Path::new("")).to_owned();
+fn library_files(libraries: &[Vec<u8>], sidecars: &mut Sidecars, place: &mut Place<'_>) -> Vec<std::path::PathBuf> {
     let mut files = Vec::new();
     for line in libraries {
-        if let Some(file) = find(&folder, line) {
+        if let Some(file) = sidecars.find(line) {
             files.push(file);
             continue;
         }
         for name in names_of(line) {
-            match find(&folder, name) {
+            match sidecars.find(name) {
                 Some(file) => files.push(file),
                 None => {
                     let name = quoted(&String::from_utf8_lossy(name));
@@ -165,12 +170,8 @@ fn library_files(libraries: &[Vec<u8>], place: &mut Place<'_>) -> Vec<std::path:
         }
     }
     // Libraries that are named twice are read, and warned about, only once.
-    let mut once = Vec::new();
-    files.retain(|file| {
-        let is_new = !once.contains(file);
-        once.extend(is_new.then(|| file.clone()));
-        is_new
-    });
+    let mut once = FxHashSet::default();
+    files.retain(|file| identity(file).is_none_or(|identity| once.insert(identity)));
     files
 }
 
@@ -187,23 +188,64 @@ fn names_of(line: &[u8]) -> Vec<&[u8]> {
     names
 }
 
-/// Returns the mean colour of a texture, weighted by coverage, or `None` if it is missing, damaged, or not a PNG.
-fn mean_color(folder: &Path, name: &[u8], place: &mut Place<'_>) -> Option<[f32; 3]> {
-    let Some(file) = find(folder, name) else {
-        let name = quoted(&String::from_utf8_lossy(name));
-        (place.warn)(format!("{}: its texture {name} is not in its folder", named(place.path)));
-        return None;
-    };
-    if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
-        return None;
+/// The textures of a model, each read once, however often and by whatever names its materials call it.
+struct Textures<'a> {
+    sidecars: Sidecars,
+    by_name: FxHashMap<&'a [u8], Option<[f32; 3]>>,
+    by_file: FxHashMap<Identity, Option<[f32; 3]>>,
+    /// Decoded bytes that may still be read.
+    room: u64,
+}
+
+impl<'a> Textures<'a> {
+    /// Returns the mean colour of a texture, weighted by coverage, or `None` if it is missing, damaged, or not a PNG.
+    fn color(&mut self, name: &'a [u8], place: &mut Place<'_>) -> Option<[f32; 3]> {
+        if let Some(color) = self.by_name.get(name) {
+            return *color;
+        }
+        let color = match self.sidecars.find(name) {
+            Some(file) => self.color_of(&file, place),
+            None => {
+                let name = quoted(&String::from_utf8_lossy(name));
+                (place.warn)(format!("{}: its texture {name} is not in its folder", named(place.path)));
+                None
+            }
+        };
+        *self.by_name.entry(name).or_insert(color)
     }
-    let picture = match read_rgba8(&file) {
-        Ok(picture) => picture,
-        Err(error) => {
-            (place.warn)(format!("{}: cannot read its texture: {}", named(place.path), one_line(&error.to_string())));
+
+    fn color_of(&mut self, file: &Path, place: &mut Place<'_>) -> Option<[f32; 3]> {
+        if !file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png")) {
             return None;
         }
-    };
+        let own = identity(file)?;
+        if let Some(color) = self.by_file.get(&own) {
+            return *color;
+        }
+        let color = match self.read(file) {
+            Ok(picture) => mean_color(&picture),
+            Err(cause) => {
+                let cause = one_line(&cause);
+                (place.warn)(format!("{}: cannot read its texture: {cause}", named(place.path)));
+                None
+            }
+        };
+        *self.by_file.entry(own).or_insert(color)
+    }
+
+    /// Reads a texture, if there is room for its pixels.
+    fn read(&mut self, file: &Path) -> Result<Picture, String> {
+        let [decoded, stored] = decoded_bytes(file).map_err(|error| error.to_string())?;
+        let room = self.room.saturating_add(stored.saturating_mul(USUAL_RATIO));
+        self.room = room.checked_sub(decoded).ok_or_else(|| {
+            format!("{}: the model's textures have too many pixels for the size of their files", named(file))
+        })?;
+        read_rgba8(file).map_err(|error| error.to_string())
+    }
+}
+
+/// Returns the mean of linear light of a texture.
+fn mean_color(picture: &Picture) -> Option<[f32; 3]> {
     let linear: Vec<f64> = (0..256).map(|value| linear_from_srgb(f64::from(value) / 255.0)).collect();
     let (mut sum, mut weight) = ([0.0; 3], 0.0);
     for pixel in picture.rgba.chunks_exact(4) {
@@ -221,11 +263,14 @@ pub(crate) fn files_of(path: &Path, beginning: &[u8]) -> Vec<std::path::PathBuf>
     let mut lines = super::obj_text::LineReader::new(beginning);
     while let Ok(Some(_)) = lines.read_line(&mut Vec::new()) {}
     let mut place = Place { path, warn: &mut |_| () };
-    let mut files = library_files(&lines.into_material_statements().libraries, &mut place);
-    let folder = path.parent().unwrap_or(Path::new("")).to_owned();
+    let mut sidecars = Sidecars::of(path);
+    let mut files = library_files(&lines.into_material_statements().libraries, &mut sidecars, &mut place);
     for library in files.clone() {
         let text = read_bytes(&library, LARGEST_LIBRARY_BYTES).unwrap_or_default();
-        files.extend(mtl::parse(&text).entries.iter().filter_map(|entry| find(&folder, entry.texture.as_deref()?)));
+        let mut names: Vec<Vec<u8>> = mtl::parse(&text).entries.into_iter().filter_map(|entry| entry.texture).collect();
+        names.sort_unstable();
+        names.dedup();
+        files.extend(names.iter().filter_map(|name| sidecars.find(name)));
     }
     files
 }

@@ -6,7 +6,7 @@
 //! that is not secret is stored.
 //!
 //! ```toml
-//! version = 1                  # of this format: 2 for a map, 3 with a title, focus or water; readers reject newer ones
+//! version = 1                  # of this format, from 1 to 4; a reader rejects newer ones
 //! hachure = "0.1.0"            # version of the program that wrote it
 //! world = "mountain.tif"       # as on the command line; without it, the built-in world
 //! camera = "0,-2000,+300,0,-10,50"
@@ -30,16 +30,12 @@ use crate::file::{FileError, imprint};
 use crate::remote;
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
+use crate::scene::ranges;
 use crate::scene::view::{NEAR_M, Pose};
 use crate::style::{Style, StyleError, StyleFiles};
 
-/// Newest version of the format. A new key that changes the drawing requires a new version: 2 added maps; 3 added
-/// titles, `focus` and `water`.
-const VERSION: u32 = 3;
-/// Version of the imprint of a map without title, focus or water.
-const VERSION_WITH_MAP: u32 = 2;
-/// Version of an imprint without any of these, which older programs can read.
-const FIRST_VERSION: u32 = 1;
+/// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
+const VERSION: u32 = 4;
 
 /// Why the imprint of a file cannot be used. The message is one line with the file and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -102,6 +98,10 @@ pub struct More {
     pub nodata: Option<f64>,
     /// Encoding of heights stored as colours.
     pub encoding: Option<String>,
+    /// Value of `--voids`.
+    pub voids: Option<String>,
+    /// Memory for tiles, in MiB: with too little, coarser tiles are drawn.
+    pub tile_memory: Option<u64>,
     /// Value of `--eyes`.
     pub eyes: Option<String>,
     /// Distance between the eyes.
@@ -130,6 +130,72 @@ pub struct More {
     pub path: Option<String>,
     /// Frames per second of a film.
     pub fps: Option<f64>,
+    /// Value of `--antialias`, for a film or its frames.
+    pub antialias: Option<String>,
+}
+
+impl More {
+    /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
+    /// `focus` and `water`; 4 `voids`, `tile_memory` and `antialias`.
+    fn version(&self) -> u32 {
+        match self {
+            Self { voids: None, tile_memory: None, antialias: None, title: None, focus: None, water: None, .. } => {
+                if self.map.is_some() {
+                    2
+                } else {
+                    1
+                }
+            }
+            Self { voids: None, tile_memory: None, antialias: None, .. } => 3,
+            _ => VERSION,
+        }
+    }
+
+    /// Checks every number against the range of its option. Texts are parsed like those of the command line.
+    ///
+    /// # Errors
+    /// Returns the key, and what its value must be.
+    fn check(&self) -> Result<(), (&'static str, String)> {
+        // Without `..`, so that a new key is not forgotten.
+        let Self {
+            time_s,
+            samples,
+            lod_error,
+            nodata,
+            tile_memory,
+            convergence,
+            margin,
+            tolerance_px,
+            pens,
+            fps,
+            encoding: _,
+            voids: _,
+            eyes: _,
+            ipd: _,
+            map: _,
+            title: _,
+            focus: _,
+            water: _,
+            show: _,
+            paper: _,
+            path: _,
+            antialias: _,
+        } = self;
+        let numbers = [
+            ("time_s", *time_s, ranges::TIME_S),
+            ("samples", samples.map(f64::from), ranges::SAMPLES),
+            ("lod_error", *lod_error, ranges::LOD_ERROR_PX),
+            ("nodata", *nodata, ranges::NO_DATA_M),
+            ("tile_memory", tile_memory.map(|mib| mib as f64), ranges::TILE_MEMORY_MIB),
+            ("convergence", *convergence, ranges::CONVERGENCE_M),
+            ("margin", *margin, ranges::MARGIN_MM),
+            ("tolerance_px", *tolerance_px, ranges::TOLERANCE_PX),
+            ("pens", pens.map(|pens| pens as f64), ranges::PENS),
+            ("fps", *fps, ranges::FPS),
+        ];
+        let wrong = numbers.into_iter().find(|(_, number, range)| number.is_some_and(|number| !range.holds(number)));
+        wrong.map_or(Ok(()), |(key, _, range)| Err((key, range.rule())))
+    }
 }
 
 /// The keys that every version of the format has.
@@ -171,11 +237,7 @@ impl Imprint {
         // The part after the path of an address may be an access key.
         let public = |world: &String| if world.contains("://") { remote::name_of(world) } else { world.clone() };
         let text = toml::to_string(&ImprintToml {
-            version: match &self.more {
-                More { title: None, focus: None, water: None, map: None, .. } => FIRST_VERSION,
-                More { title: None, focus: None, water: None, .. } => VERSION_WITH_MAP,
-                _ => VERSION,
-            },
+            version: self.more.version(),
             hachure: env!("CARGO_PKG_VERSION").to_owned(),
             world: self.world.as_ref().map(public),
             camera: self.camera.to_string(),
@@ -201,12 +263,13 @@ impl Imprint {
         }
         let found: ImprintToml = toml_text::read(name, text)?;
         let wrong = |key: &str, words: String| ImprintError::from(Wrong::new(key, words).in_text(name, text));
-        if found.size.into_iter().any(|side| !(1..=1 << 20).contains(&side)) {
-            return Err(wrong("size", format!(" must be from 1 to {}", 1 << 20)));
+        if found.size.into_iter().any(|side| !ranges::SIDE_PX.holds(side.into())) {
+            return Err(wrong("size", format!(": {}", ranges::SIDE_PX.rule())));
         }
-        if found.dpi.is_some_and(|dpi| !(DPI_RANGE[0]..=DPI_RANGE[1]).contains(&dpi)) {
-            return Err(wrong("dpi", format!(" must be from {} to {}", DPI_RANGE[0], DPI_RANGE[1])));
+        if found.dpi.is_some_and(|dpi| !ranges::DPI.holds(dpi)) {
+            return Err(wrong("dpi", format!(": {}", ranges::DPI.rule())));
         }
+        found.more.check().map_err(|(key, rule)| wrong(&format!("more.{key}"), format!(": {rule}")))?;
         let held = StyleFiles { marks: found.marks, textures: found.textures };
         Ok(Self {
             world: found.world,
@@ -227,9 +290,6 @@ impl Imprint {
         Self::parse(&path.to_string_lossy(), &imprint::read(path)?)
     }
 }
-
-/// Allowed range of dots per inch.
-pub(crate) const DPI_RANGE: [f64; 2] = [1.0, 10_000.0];
 
 /// Returns the matrices of a camera for the attributes of an EXR.
 pub(crate) fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {

@@ -46,12 +46,13 @@ impl Object {
             }
         }
         let knows = |name: &str| settings.s3.iter().any(|(key, value)| key == name && !value.is_empty());
+        let is_signed = CREDENTIALS.into_iter().any(knows) && !knows("AWS_SKIP_SIGNATURE");
         if !CREDENTIALS.into_iter().any(knows) && !knows("AWS_SKIP_SIGNATURE") {
             builder = builder.with_skip_signature(true);
         }
         // Retries are up to the caller: they must stop when the bytes are no longer needed.
         let once = RetryConfig { max_retries: 0, ..RetryConfig::default() };
-        let connector = Connector(Arc::new(Client::new(url, settings)?));
+        let connector = Connector(Arc::new(Client::new(url, settings, is_signed)?));
         let store = builder.with_bucket_name(bucket).with_retry(once).with_http_connector(connector).build();
         let path = Path::parse(key).map_err(|error| bad(&error))?;
         Ok(Self { store: store.map_err(|error| bad(&error))?, path })

@@ -39,14 +39,18 @@ pub(super) struct Whole {
 }
 
 impl Client {
-    pub(super) fn new(url: &RemoteUrl, settings: &Settings) -> Result<Self, RemoteError> {
+    /// Creates a client for one file. If `keeps_host`, redirects to another server are refused: requests to buckets
+    /// have headers with credentials of their own, of which the library does not know that they are secret.
+    pub(super) fn new(url: &RemoteUrl, settings: &Settings, keeps_host: bool) -> Result<Self, RemoteError> {
         // Installs the TLS provider of the whole process. If the host program has installed another one, that is fine
         // too.
         let _ = rustls::crypto::ring::default_provider().install_default();
         let http = reqwest::Client::builder()
             .user_agent(concat!("hachure/", env!("CARGO_PKG_VERSION")))
             .connect_timeout(settings.connect_timeout)
-            .redirect(redirect::Policy::custom(follow))
+            .redirect(redirect::Policy::custom(move |attempt| follow(attempt, keeps_host)))
+            // The first address may contain a key in its query, which is none of the business of the next server.
+            .referer(false)
             .http1_only()
             .build();
         let http = http.map_err(|error| RemoteError::Unusable {
@@ -225,13 +229,14 @@ impl Client {
 }
 
 /// Decides whether to follow a redirect: only to a web server, not in a circle, and never from an encrypted connection
-/// to an unencrypted one.
-fn follow(attempt: redirect::Attempt<'_>) -> redirect::Action {
+/// to an unencrypted one; if `keeps_host`, only to the same server.
+fn follow(attempt: redirect::Attempt<'_>, keeps_host: bool) -> redirect::Action {
     let next = attempt.url();
     let place = format!("{}://{}{}", next.scheme(), next.host_str().unwrap_or_default(), next.path());
     let is_secret = attempt.previous().last().is_some_and(|url| url.scheme() == "https");
     let allowed = if is_secret { &["https"][..] } else { &["https", "http"] };
-    let refused = if !allowed.contains(&next.scheme()) {
+    let is_elsewhere = attempt.previous().last().is_some_and(|url| url.origin() != next.origin());
+    let refused = if !allowed.contains(&next.scheme()) || (keeps_host && is_elsewhere) {
         Some(not_followed(&place))
     } else if attempt.previous().contains(next) || attempt.previous().len() > MAX_REDIRECTS {
         Some("the server redirects in a circle".to_owned())
@@ -273,6 +278,8 @@ fn deepest(error: &dyn std::error::Error) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, clippy::panic, reason = "a test fails by it")]
+
     use super::*;
 
     #[test]
@@ -291,5 +298,59 @@ mod tests {
         ] {
             assert_eq!(content_range(bad), None, "{bad}");
         }
+    }
+
+    /// Answers one request with `answer`, and returns its head.
+    fn server(answer: impl FnOnce() -> String + Send + 'static) -> (String, std::thread::JoinHandle<String>) {
+        use std::io::{Read, Write};
+        let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap().to_string();
+        let serve = move || {
+            let (mut stream, _) = listener.accept().unwrap();
+            let mut head = String::new();
+            while !head.ends_with("\r\n\r\n") {
+                let mut byte = [0];
+                stream.read_exact(&mut byte).unwrap();
+                head.push(char::from(byte[0]));
+            }
+            stream.write_all(answer().as_bytes()).unwrap();
+            head.to_ascii_lowercase()
+        };
+        (address, std::thread::spawn(serve))
+    }
+
+    #[test]
+    fn another_server_learns_neither_the_key_nor_where_it_was_sent() {
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        let part = "HTTP/1.1 206 Partial Content\r\nContent-Range: bytes 0-0/1\r\nContent-Length: 1\r\n\r\nx";
+        // Asks through a redirect, and returns the head that the second server got.
+        let told = |client: &dyn Fn(&RemoteUrl) -> Client| {
+            let (second, other) = server(|| part.to_owned());
+            let place = format!("http://{second}/b.tif");
+            let moved = format!("HTTP/1.1 302 Found\r\nLocation: {place}\r\nContent-Length: 0\r\n\r\n");
+            let (first, _) = server(move || moved);
+            let url = format!("http://{first}/a.tif?token=s3cret");
+            let client = client(&RemoteUrl::parse(&url).unwrap());
+            let request = client.request(&url, Some("me:word")).unwrap();
+            match runtime.block_on(client.range(request, 0..1)) {
+                Ok(_) => other.join().unwrap(),
+                Err(NoAnswer::Never(error)) => error.to_string(),
+                Err(_) => panic!("no answer"),
+            }
+        };
+        let settings = Settings::default();
+        let head = told(&|url| Client::new(url, &settings, false).unwrap());
+        assert!(head.starts_with("get /b.tif") && head.contains("range: bytes=0-0"), "{head}");
+        let leaks = |head: &str| ["referer", "s3cret", "authorization", "a.tif"].iter().any(|word| head.contains(word));
+        assert!(!leaks(&head), "{head}");
+        // Planted: the library's default tells the whole first address.
+        let careless = told(&|url| {
+            let client = Client::new(url, &settings, false).unwrap();
+            Client { http: reqwest::Client::new(), ..client }
+        });
+        assert!(leaks(&careless), "{careless}");
+        // A signed request, whose headers have credentials, stays on its server.
+        let refused = told(&|url| Client::new(url, &settings, true).unwrap());
+        assert!(refused.contains("redirects to") && refused.contains("not followed"), "{refused}");
     }
 }

@@ -27,7 +27,7 @@ impl Server {
         match &url.location {
             Location::S3 { bucket, key } => Object::new(url, bucket, key, settings).map(Self::Bucket),
             Location::Http { url: text, login } => {
-                let client = Client::new(url, settings)?;
+                let client = Client::new(url, settings, false)?;
                 let request = Box::new(client.request(text, login.as_deref())?);
                 Ok(Self::Http { client, request })
             }

@@ -12,6 +12,7 @@ pub mod map;
 pub(crate) mod mesh_list;
 pub(crate) mod meshes;
 pub mod path;
+pub(crate) mod ranges;
 pub mod reach;
 pub(crate) mod scene_file;
 pub mod stereo;
@@ -209,9 +210,11 @@ impl FromStr for Sun {
 
     /// Parses `AZIMUTH,ELEVATION` in degrees, like `315,40`.
     fn from_str(text: &str) -> Result<Self, String> {
-        let within = |text: &str, most: f64| text.trim().parse().ok().filter(|number| (-most..=most).contains(number));
         let sun = text.split_once(',').and_then(|(azimuth, elevation)| {
-            Some(Self { azimuth_deg: within(azimuth, 360.0)?, elevation_deg: within(elevation, 90.0)? })
+            Some(Self {
+                azimuth_deg: ranges::AZIMUTH_DEG.parse(azimuth.trim()).ok()?,
+                elevation_deg: ranges::ELEVATION_DEG.parse(elevation.trim()).ok()?,
+            })
         });
         sun.ok_or_else(|| "it must be an azimuth (-360 to 360) and an elevation (-90 to 90), like 315,40".to_owned())
     }

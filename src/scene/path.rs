@@ -24,7 +24,7 @@ const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
 const SHORTEST_STEP_S: f64 = 1e-6;
 
 /// Largest allowed absolute time, in seconds: a year.
-const LATEST_S: f64 = 366.0 * 86_400.0;
+pub(crate) const LATEST_S: f64 = 366.0 * 86_400.0;
 
 /// The interpolated values: x, y, z, yaw (unwrapped), pitch, fov.
 type Values = [f64; 6];

@@ -96,7 +96,7 @@ use super::forest::ForestToml;
 use super::meshes::MeshToml;
 use super::water_files::WaterToml;
 use super::wind::WindToml;
-use super::{Haze, Scene, Sun, SunTime, World};
+use super::{Haze, Scene, Sun, SunTime, World, ranges};
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
@@ -268,7 +268,7 @@ impl Scene {
         };
 
         let no_data = file.world.nodata;
-        if no_data.is_some_and(|no_data| !no_data.is_finite() || file.world.dem.is_none()) {
+        if no_data.is_some_and(|no_data| !ranges::NO_DATA_M.holds(no_data) || file.world.dem.is_none()) {
             return Err(wrong("world.nodata", "it must be a finite height in metres, and the world must be a dem"));
         }
         let voids = file.world.voids;
@@ -282,10 +282,10 @@ impl Scene {
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),
         };
         scene.sun_time = file.sun.time().map_err(|(key, cause)| wrong(key, &cause))?;
-        if !(-360.0..=360.0).contains(&scene.sun.azimuth_deg) {
+        if !ranges::AZIMUTH_DEG.holds(scene.sun.azimuth_deg) {
             return Err(wrong("sun.azimuth_deg", "it must be between -360 and 360"));
         }
-        if !(-90.0..=90.0).contains(&scene.sun.elevation_deg) {
+        if !ranges::ELEVATION_DEG.holds(scene.sun.elevation_deg) {
             return Err(wrong("sun.elevation_deg", "it must be between -90 and 90"));
         }
         if let Some(distance_m) = file.haze.distance_m

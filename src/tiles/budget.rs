@@ -29,6 +29,8 @@ const STEP_OCTAVES: [f64; 2] = [1.0 / 64.0, 0.25];
 /// A finer selection is taken when it needs at most this fraction of the budget; less than 1, so that the factor comes
 /// to rest.
 const WELL_UNDER: f64 = 0.9;
+/// The largest exponent of 2 of a factor. Beyond it no patch could be coarser.
+const MOST_OCTAVES: f64 = 256.0;
 /// The fraction of the budget that a selection may use while the factor is changing.
 const ON_THE_WAY: f64 = 1.25;
 /// Precision of the factor of a frame that waits for its tiles, in octaves.
@@ -72,8 +74,8 @@ impl Budget {
     }
 
     /// Finds the factor for a frame after one with the factor `before`. Returns the selection of `choose` with it, and
-    /// the factor. `choose` tries a factor with a number of patches, and returns `None` if they do not suffice; with a
-    /// large enough factor they always do.
+    /// the factor. `choose` tries a factor with a number of patches, and returns `None` if they do not suffice. If no
+    /// factor is large enough, because a view has more patches of the coarsest level, the number is not limited.
     pub(crate) fn find<T>(
         &self,
         search: Search,
@@ -101,15 +103,19 @@ impl Budget {
         let within = if search == Search::Roughly { 1.0 } else { EXACT_OCTAVES };
         // Octaves above `from`: `low` is too few, `high` is enough.
         let (mut low, mut high) = (0.0_f64, 1.0_f64);
+        let mut most = self.most;
         let mut chosen = loop {
-            if let Some(chosen) = choose(from * high.exp2(), self.most) {
+            if let Some(chosen) = choose(from * high.exp2(), most) {
                 break chosen;
             }
             (low, high) = (high, 2.0 * high);
+            if high > MOST_OCTAVES {
+                most = usize::MAX;
+            }
         };
         while high - low > within {
             let middle = 0.5 * (low + high);
-            match choose(from * middle.exp2(), self.most) {
+            match choose(from * middle.exp2(), most) {
                 Some(finer) => (chosen, high) = (finer, middle),
                 None => low = middle,
             }
@@ -139,6 +145,13 @@ mod tests {
             assert!(taken <= 1000 && taken > 480, "{patches}: {taken}");
         }
         assert_eq!(Budget::new(1000, 7.0).find(Search::Exactly, 1.0, land(900.0)).1, 7.0);
+    }
+
+    #[test]
+    fn a_view_of_more_coarse_patches_than_allowed_is_drawn_with_all_of_them() {
+        let never_fewer = |factor: f64, most: usize| land(5e6)(factor.min(1e3), most);
+        let (taken, _) = Budget::new(1000, 1.0).find(Search::Exactly, 1.0, never_fewer);
+        assert_eq!(taken, 5001);
     }
 
     #[test]

@@ -27,6 +27,10 @@ const LETTER_MM: f64 = 3.0;
 /// Least distance between the windows of neighbouring sheets.
 const MIN_STEP_MM: f64 = 10.0;
 
+/// Pixels that the sheets may have in all: this many, and this many times those of the poster. An A4 fits on A0.
+const FREE_PX: f64 = 268_435_456.0;
+const MAX_RATIO: f64 = 16.0;
+
 /// The options of `--sheets`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Wish {
@@ -86,7 +90,7 @@ impl Sheets {
     /// Finds the cut with the fewest sheets, in portrait or landscape. `is_whole` rounds lengths to whole units.
     ///
     /// # Errors
-    /// One line if margins and overlap leave no room, or if there would be too many sheets.
+    /// One line if margins and overlap leave no room, or if there would be too many sheets, or too large ones.
     pub fn new(poster: [f64; 2], units_per_mm: f64, is_whole: bool, wish: &Wish) -> Result<Self, String> {
         let [longer, shorter] = wish.paper_mm;
         let turned = |paper_mm: [f64; 2]| Self::turned(poster, units_per_mm, is_whole, paper_mm, wish);
@@ -103,6 +107,14 @@ impl Sheets {
         let count = fewest.count();
         if count > MAX_SHEETS {
             return Err(format!("--sheets: the picture needs {count} sheets, but the limit is {MAX_SHEETS}"));
+        }
+        let [of_sheets, of_poster] = [fewest.paper, poster].map(|[width, height]| width * height);
+        if is_whole && count * of_sheets > FREE_PX + MAX_RATIO * of_poster {
+            let [width, height] = fewest.paper;
+            return Err(format!(
+                "--sheets: a sheet would have {width}x{height} pixels, which is too large for a picture of {}x{}",
+                poster[0], poster[1]
+            ));
         }
         Ok(fewest)
     }
@@ -273,6 +285,18 @@ mod tests {
         let name = |row, column| Place { column, row }.name();
         assert_eq!([name(0, 0), name(1, 2), name(25, 11)], ["A1", "B3", "Z12"]);
         assert_eq!([name(26, 0), name(51, 0), name(52, 0)], ["AA1", "AZ1", "BA1"]);
+    }
+
+    #[test]
+    fn sheets_have_few_pixels_more_than_the_poster() {
+        let a4 = |dpi: f64| [297.0, 210.0].map(|side: f64| (side * dpi / 25.4).round());
+        let on = |paper_mm: [f64; 2], dpi: f64| Sheets::new(a4(dpi), dpi / 25.4, true, &Wish { paper_mm, ..WISH });
+        // An A4 on an A0 is possible at any resolution of a printer; a sheet of 100 m is not.
+        assert!([72.0, 300.0, 1200.0].iter().all(|dpi| on([1189.0, 841.0], *dpi).is_ok()));
+        let error = on([100_000.0, 100_000.0], 300.0).unwrap_err();
+        assert!(error.starts_with("--sheets: a sheet would have 1181102x1181102 pixels"), "{error}");
+        // Lines have no pixels.
+        assert!(Sheets::new([297.0, 210.0], 1.0, false, &Wish { paper_mm: [100_000.0; 2], ..WISH }).is_ok());
     }
 
     #[test]

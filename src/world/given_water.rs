@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use glam::DVec2;
 use rayon::prelude::*;
 
-use crate::file::geojson_polygons::{Polygons, PolygonsError, Ring};
+use crate::file::geojson_polygons::{Polygons, PolygonsError, Rings};
 use crate::file::message::{named, printable};
 use crate::forest::cover::{Cover, CoverError};
 use crate::scene::{CoverFiles, WaterFiles};
@@ -29,6 +29,14 @@ const MAX_LEVELS: u32 = 24;
 /// Number of words before the tables of levels, and of words of a table.
 const HEAD_WORDS: usize = 4;
 const TABLE_WORDS: usize = 5;
+/// Number of crossings of outlines and rows of cells that are stored; of a polygon with more, one bit for each cell is.
+const MOST_SORTED: u64 = 1 << 20;
+/// Largest number of crossings, and of [`CELLS_AT_ONCE`] cells, of all polygons: some seconds of work. An outline of a
+/// million vertices has as many crossings, and a few more, unless it is made to have more.
+const MOST_WORK: u64 = 1 << 30;
+/// Number of cells that are filled in the time of a crossing, and of cells that follow toggled ones.
+const CELLS_AT_ONCE: u64 = 64;
+const CELLS_TOGGLED_AT_ONCE: u64 = 8;
 /// Number of places along each side of a mask by which its extent is found.
 const BORDER_PLACES: u32 = 32;
 
@@ -47,6 +55,17 @@ pub enum GivenWaterError {
         path: PathBuf,
         /// The defect of the reference system.
         cause: GeoreferenceError,
+    },
+    /// The outlines cross the rows of the grid too often.
+    #[error(
+        "{}: its outlines cross the {} rows of the world more than {MOST_WORK} times; simplify them",
+        named(path),
+        samples[1]
+    )]
+    TooMuch {
+        path: PathBuf,
+        /// Columns and rows of the DEM.
+        samples: [u32; 2],
     },
     /// The polygons cannot be projected into the world's coordinates.
     #[error("{}: cannot be projected onto the world: {cause}", named(path))]
@@ -87,7 +106,8 @@ impl GivenWater {
             let mapping = WorldMapping::new(place, samples[0], samples[1]).ok()?;
             Some((cover, mapping))
         });
-        let of_polygons = polygons.iter().flatten().flatten().flatten().map(|at| DVec2::from_array(*at));
+        let shown = || polygons.iter().flat_map(Polygons::polygons).filter(is_finite);
+        let of_polygons = shown().flat_map(Rings::places).map(|at| DVec2::from_array(*at));
         let of_mask = mask.iter().flat_map(|(cover, mapping)| border_on_grid(cover, mapping));
         let Some(bounds) = bounds(of_polygons.chain(of_mask), samples) else {
             for (_, path) in files.files() {
@@ -97,8 +117,10 @@ impl GivenWater {
         };
         let (mut level, stride_level) = empty_level(bounds);
         let stride = f64::from(1_u32 << stride_level);
-        for polygon in polygons.iter().flatten() {
-            fill(&mut level, polygon, stride);
+        let mut work = Work { left: MOST_WORK };
+        if !shown().all(|polygon| fill(&mut level, polygon, stride, &mut work)) {
+            let path = files.polygons.clone().unwrap_or_default();
+            return Err(GivenWaterError::TooMuch { path, samples });
         }
         if let Some((cover, mapping)) = mask {
             let [columns, _] = level.size;
@@ -145,8 +167,8 @@ impl GivenWater {
 }
 
 /// Reads polygons in columns and rows of the DEM.
-fn polygons_on_grid(path: &Path, place: &Georeference, samples: [u32; 2]) -> Result<Vec<Vec<Ring>>, GivenWaterError> {
-    let polygons = Polygons::read(path)?;
+fn polygons_on_grid(path: &Path, place: &Georeference, samples: [u32; 2]) -> Result<Polygons, GivenWaterError> {
+    let mut polygons = Polygons::read(path)?;
     let own = Georeference::of_coordinates(polygons.epsg)
         .map_err(|cause| GivenWaterError::Crs { path: path.to_owned(), cause })?;
     let no_way = |cause: String| GivenWaterError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
@@ -154,20 +176,18 @@ fn polygons_on_grid(path: &Path, place: &Georeference, samples: [u32; 2]) -> Res
         return Err(no_way("the heights have no coordinate reference system".to_owned()));
     }
     let way = Way::to_grid(&own, place, samples).map_err(no_way)?;
-    let on_grid = |ring: Ring| -> Ring { ring.into_iter().map(|[x, y]| way.map(x, y)).collect() };
-    let all = polygons.polygons.into_iter().map(|polygon| polygon.into_iter().map(on_grid).collect());
-    let all: Vec<Vec<Ring>> = all.collect();
+    polygons.places_mut().par_iter_mut().for_each(|at| *at = way.map(at[0], at[1]));
     // A projection may cover only a part of the earth.
-    let is_shown = |polygon: &Vec<Ring>| polygon.iter().flatten().flatten().all(|c| c.is_finite());
-    let (shown, hidden): (Vec<_>, Vec<_>) = all.into_iter().partition(is_shown);
-    if !hidden.is_empty() {
-        tracing::warn!(
-            "{}: ignored {} polygons outside the range of the world's projection",
-            named(path),
-            hidden.len()
-        );
+    let hidden = polygons.polygons().filter(|polygon| !is_finite(polygon)).count();
+    if hidden > 0 {
+        tracing::warn!("{}: ignored {hidden} polygons outside the range of the world's projection", named(path));
     }
-    Ok(shown)
+    Ok(polygons)
+}
+
+/// Returns whether all vertices of a polygon have a place on the grid.
+fn is_finite(polygon: &Rings<'_>) -> bool {
+    polygon.places().flatten().all(|coordinate| coordinate.is_finite())
 }
 
 /// Returns the border of a mask in columns and rows of the DEM.
@@ -208,34 +228,103 @@ fn empty_level([low, high]: [[i64; 2]; 2]) -> (Level, u32) {
     (Level { low, size, cells: vec![0; size[0] * size[1]] }, number)
 }
 
-/// Marks cells as water whose centre is inside an odd number of rings.
-fn fill(level: &mut Level, polygon: &[Ring], stride: f64) {
-    let [columns, rows] = level.size;
+/// The work that may still be done to fill polygons.
+struct Work {
+    left: u64,
+}
+
+impl Work {
+    /// Takes some of the work that is left; returns false if there is not as much.
+    fn take(&mut self, work: u64) -> bool {
+        let left = self.left.checked_sub(work);
+        self.left = left.unwrap_or(0);
+        left.is_some()
+    }
+}
+
+/// The rows that an edge crosses, and where.
+struct Edge {
+    above: [f64; 2],
+    below: [f64; 2],
+    /// From the row at its upper end to the one before its lower end.
+    rows: std::ops::Range<usize>,
+}
+
+impl Edge {
+    /// Returns the column at which it crosses a row.
+    fn column(&self, row: usize) -> f64 {
+        let part = (row as f64 - self.above[1]) / (self.below[1] - self.above[1]);
+        self.above[0] + part * (self.below[0] - self.above[0])
+    }
+}
+
+/// Returns the edges of a polygon, in cells of a level.
+fn edges<'a>(level: &Level, polygon: Rings<'a>, stride: f64) -> impl Iterator<Item = Edge> + use<'a> {
+    let (low, rows) = (level.low.map(|low| low as f64), level.size[1] as f64);
     // Sample coordinates count from sample centres.
-    let cell_of = |[x, y]: [f64; 2]| {
-        [(x + 0.5) / stride - 0.5 - level.low[0] as f64, (y + 0.5) / stride - 0.5 - level.low[1] as f64]
-    };
-    let mut crossings: Vec<Vec<f64>> = vec![Vec::new(); rows];
-    for ring in polygon {
-        for (number, begin) in ring.iter().enumerate() {
-            let [a, b] = [*begin, ring[(number + 1) % ring.len()]].map(cell_of);
+    let cell_of = move |[x, y]: [f64; 2]| [(x + 0.5) / stride - 0.5 - low[0], (y + 0.5) / stride - 0.5 - low[1]];
+    polygon.rings().flat_map(move |ring| {
+        let ends = ring.iter().zip(ring.iter().cycle().skip(1));
+        ends.map(move |(begin, end)| {
+            let [a, b] = [*begin, *end].map(cell_of);
             let [above, below] = if a[1] < b[1] { [a, b] } else { [b, a] };
-            // From the row at its upper end to the one before its lower end.
-            let first = above[1].ceil().clamp(0.0, rows as f64) as usize;
-            let end = below[1].ceil().clamp(0.0, rows as f64) as usize;
-            for (row, crossings) in crossings.iter_mut().enumerate().take(end).skip(first) {
-                let part = (row as f64 - above[1]) / (below[1] - above[1]);
-                crossings.push(above[0] + part * (below[0] - above[0]));
+            let [first, end] = [above, below].map(|at| at[1].ceil().clamp(0.0, rows) as usize);
+            Edge { above, below, rows: first..end }
+        })
+    })
+}
+
+/// Marks cells as water whose centre is inside an odd number of rings. Returns false if that is more work than is left.
+fn fill(level: &mut Level, polygon: Rings<'_>, stride: f64, work: &mut Work) -> bool {
+    let [columns, _] = level.size;
+    let (mut crossings, mut rows) = (0, usize::MAX..0);
+    for edge in edges(level, polygon, stride).filter(|edge| !edge.rows.is_empty()) {
+        crossings += edge.rows.len() as u64;
+        rows = rows.start.min(edge.rows.start)..rows.end.max(edge.rows.end);
+    }
+    let edge_count = polygon.places().count() as u64;
+    if !work.take(crossings.saturating_add(edge_count)) {
+        return false;
+    }
+    let column_of = |x: f64| x.ceil().clamp(0.0, columns as f64) as usize;
+    if crossings <= MOST_SORTED {
+        // The crossings of each row in order: between the first and the second is water, and so on.
+        let all = edges(level, polygon, stride).flat_map(|edge| {
+            let rows = edge.rows.clone();
+            rows.map(move |row| (row as u32, column_of(edge.column(row)) as u32))
+        });
+        let mut all: Vec<(u32, u32)> = all.collect();
+        all.sort_unstable();
+        return all.chunk_by(|a, b| a.0 == b.0).all(|of_row| {
+            of_row.chunks_exact(2).all(|pair| {
+                let row = pair[0].0 as usize * columns;
+                level.cells[row + pair[0].1 as usize..row + pair[1].1 as usize].fill(255);
+                work.take(u64::from(pair[1].1 - pair[0].1) / CELLS_AT_ONCE)
+            })
+        });
+    }
+    // Too many to store: each crossing toggles one cell, and all cells behind it follow.
+    if !work.take((rows.len() * columns) as u64 / CELLS_TOGGLED_AT_ONCE) {
+        return false;
+    }
+    let mut toggled = vec![false; rows.len() * columns];
+    for edge in edges(level, polygon, stride) {
+        for row in edge.rows.clone() {
+            let column = column_of(edge.column(row));
+            if column < columns {
+                toggled[(row - rows.start) * columns + column] ^= true;
             }
         }
     }
-    for (crossings, cells) in crossings.iter_mut().zip(level.cells.chunks_mut(columns)) {
-        crossings.sort_unstable_by(f64::total_cmp);
-        for pair in crossings.chunks_exact(2) {
-            let [first, end] = [pair[0], pair[1]].map(|x| x.ceil().clamp(0.0, columns as f64) as usize);
-            cells[first..end.max(first)].fill(255);
+    let own = level.cells[rows.start * columns..].chunks_mut(columns);
+    for (cells, toggled) in own.zip(toggled.chunks(columns)) {
+        let mut is_water = false;
+        for (cell, toggled) in cells.iter_mut().zip(toggled) {
+            is_water ^= toggled;
+            *cell = if is_water { 255 } else { *cell };
         }
     }
+    true
 }
 
 /// Computes the next coarser level: each cell is the mean of four.
@@ -262,11 +351,24 @@ fn halved(finer: &Level) -> Level {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
     use super::*;
+
+    type Ring = Vec<[f64; 2]>;
+
+    fn polygons(rings: &[Ring]) -> Polygons {
+        Polygons::parse(&format!("{{\"type\":\"Polygon\",\"coordinates\":{rings:?}}}")).unwrap()
+    }
+
+    /// Fills the one polygon of these rings.
+    fn fill_rings(level: &mut Level, rings: &[Ring], stride: f64, work: &mut Work) -> bool {
+        polygons(rings).polygons().all(|polygon| fill(level, polygon, stride, work))
+    }
 
     fn filled(polygon: &[Ring], low: [i64; 2], high: [i64; 2]) -> Vec<String> {
         let (mut level, number) = empty_level([low, high]);
-        fill(&mut level, polygon, f64::from(1_u32 << number));
+        assert!(fill_rings(&mut level, polygon, f64::from(1_u32 << number), &mut Work { left: MOST_WORK }));
         let line = |cells: &[u8]| cells.iter().map(|cell| if *cell == 255 { '#' } else { '.' }).collect();
         level.cells.chunks(level.size[0]).map(line).collect()
     }
@@ -290,10 +392,42 @@ mod tests {
     #[test]
     fn coarser_levels_are_means_of_the_same_samples() {
         let (mut level, _) = empty_level([[-3, 1], [4, 6]]);
-        fill(&mut level, &[vec![[-0.5, 1.5], [3.5, 1.5], [3.5, 5.5], [-0.5, 5.5]]], 1.0);
+        let ring = vec![[-0.5, 1.5], [3.5, 1.5], [3.5, 5.5], [-0.5, 5.5]];
+        assert!(fill_rings(&mut level, &[ring], 1.0, &mut Work { left: MOST_WORK }));
         let coarse = halved(&level);
         assert_eq!((coarse.low, coarse.size), ([-2, 0], [5, 4]));
         assert_eq!(coarse.cells[5..10], [0, 0, 255, 255, 0]);
         assert_eq!(coarse.cells[..5], [0; 5]);
+    }
+
+    #[test]
+    fn outlines_that_cross_every_row_take_bounded_work() {
+        // A zigzag over all rows: it has more crossings than are stored.
+        let (side, teeth) = (600_i64, 2000);
+        let at = |i: i32| [f64::from(i % 97) * 6.0 + 0.25, if i % 2 == 0 { -3.0 } else { 700.0 }];
+        let zigzag: Ring = (0..teeth).map(at).chain([[300.0, -3.0]]).collect();
+        let edges = zigzag.len() as u64;
+        assert!(edges * 600 > MOST_SORTED, "the case must be one");
+        let (mut level, _) = empty_level([[0, 0], [side - 1, side - 1]]);
+        let mut work = Work { left: MOST_WORK };
+        assert!(fill_rings(&mut level, std::slice::from_ref(&zigzag), 1.0, &mut work));
+        assert!(MOST_WORK - work.left <= 601 * edges + 600 * 600 / CELLS_TOGGLED_AT_ONCE);
+        // The same cells as by counting crossings to the left of each.
+        let ends = |i: usize| [zigzag[i], zigzag[(i + 1) % zigzag.len()]];
+        for (column, row) in [(0, 0), (17, 3), (300, 301), (301, 302), (599, 599), (5, 598)] {
+            let left = (0..zigzag.len()).map(ends).filter(|[a, b]| {
+                let y = row as f64;
+                (a[1] < y) != (b[1] < y) && a[0] + (y - a[1]) / (b[1] - a[1]) * (b[0] - a[0]) <= column as f64
+            });
+            let is_water = left.count() % 2 == 1;
+            assert_eq!(level.cells[row * side as usize + column] == 255, is_water, "{column} {row}");
+        }
+        // Planted: less work than it takes is refused, for crossings and for cells.
+        let (mut level, _) = empty_level([[0, 0], [side - 1, side - 1]]);
+        assert!(!fill_rings(&mut level, &[zigzag], 1.0, &mut Work { left: 600 * (edges - 10) }));
+        let square = vec![[0.0, 0.0], [599.0, 0.0], [599.0, 599.0], [0.0, 599.0]];
+        let cells = 600 * 600 / CELLS_AT_ONCE;
+        assert!(fill_rings(&mut level, std::slice::from_ref(&square), 1.0, &mut Work { left: 2 * 600 + cells }));
+        assert!(!fill_rings(&mut level, &[square], 1.0, &mut Work { left: 2 * 600 + cells / 2 }));
     }
 }

@@ -3,13 +3,14 @@
 //!
 //! This happens when the scene is opened, because ground heights may have to be read. Frames only know positions.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
+use rustc_hash::FxHashMap;
 
 use super::open::{OpenWorld, WorldError};
 use super::scattered::scattered;
+use crate::file::guard::{Identity, identity};
 use crate::file::message::{named, shown};
 use crate::forest::points::Points;
 use crate::mesh::levels::{Level, MANY_TRIANGLES, coarser};
@@ -24,15 +25,16 @@ use crate::source::Progress;
 /// If a file cannot be read, or there are too many places.
 pub(super) fn place(world: &OpenWorld, progress: &dyn Progress) -> Result<Placed, WorldError> {
     let mut placed = Placed::default();
-    let mut known: Vec<(&Path, Arc<Mesh>)> = Vec::new();
+    // By identity: a file may be called by many names.
+    let mut known: FxHashMap<Identity, Arc<Mesh>> = FxHashMap::default();
     let mut points = None;
     for placement in &world.scene.meshes {
-        let found = known.iter().find(|(file, _)| *file == placement.file).map(|(_, mesh)| Arc::clone(mesh));
-        let mesh = match found {
-            Some(mesh) => mesh,
+        let own = identity(&placement.file);
+        let mesh = match own.as_ref().and_then(|own| known.get(own)) {
+            Some(mesh) => Arc::clone(mesh),
             None => {
                 let mesh = Arc::new(world.scene.read_mesh_with(&placement.file, progress)?);
-                known.push((&placement.file, Arc::clone(&mesh)));
+                known.extend(own.map(|own| (own, Arc::clone(&mesh))));
                 placed.add_levels(&mesh, levels_of(&mesh, progress))?;
                 mesh
             }

@@ -15,12 +15,12 @@ use crate::pyramid::store::{ContinentStore, Exaggerated, MemoryStore, MosaicStor
 use crate::pyramid::{self, PyramidError, TileStore};
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
-use crate::scene::mesh_list::MeshListError;
+use crate::scene::mesh_list::{self, MeshListError};
 use crate::scene::reach::Reach;
 use crate::scene::scene_file::SceneError;
 use crate::scene::sun_time::SunTimeError;
 use crate::scene::view::Pose;
-use crate::scene::{Light, Scene, World};
+use crate::scene::{Light, MeshPositions, Scene, World};
 use crate::source::georeference::Georeference;
 use crate::source::samples::MAX_HEIGHT_M;
 use crate::source::{self, EarthPlace, HeightGrid, Kind, OpenOptions, Progress, Silent};
@@ -350,6 +350,27 @@ impl OpenWorld {
         let water = world.given_water().map_err(|error| WorldError::from(error).of(&world.scene))?;
         world.surfaces.set_given_water(water.map(Arc::new));
         Ok(world)
+    }
+
+    /// Reads the files of a scene for a world with this place and size, without a GPU: rasters and models of its forest,
+    /// its water, and its meshes with their lists.
+    ///
+    /// # Errors
+    /// The first file that is invalid.
+    pub fn read_files(scene: &Scene, place: &Georeference, samples: [u32; 2]) -> Result<(), WorldError> {
+        if let Some(forest) = &scene.forest {
+            Cover::load(&forest.cover, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
+        }
+        tree_models::read(scene, &Silent).map_err(|error| WorldError::TreeModel(error).of(scene))?;
+        GivenWater::load(&scene.water, place, samples).map_err(|error| WorldError::from(error).of(scene))?;
+        for placement in &scene.meshes {
+            let mesh = scene.read_mesh_with(&placement.file, &Silent);
+            mesh.map_err(|error| WorldError::from(error).of(scene))?;
+            if let MeshPositions::Listed(list) = &placement.positions {
+                mesh_list::read(list).map_err(|error| WorldError::from(error).of(scene))?;
+            }
+        }
+        Ok(())
     }
 
     /// Reads the scene's water files, if it has any.

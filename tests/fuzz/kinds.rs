@@ -13,14 +13,13 @@ use hachure::pyramid::store::open_local_cog;
 use hachure::pyramid::{BakeOptions, Pyramid, TileAddress, TileStore, bake};
 use hachure::scene::path::CameraPath;
 use hachure::scene::{Scene, WaterFiles};
-use hachure::source::georeference::{Crs, Georeference};
-use hachure::source::{self, GeoKeys, Silent, Window};
+use hachure::source::{self, Silent, Window};
 use hachure::style::{self, Style};
 use ndarray::Array2;
 
 use super::dem::Dem;
 use super::seeds::Seed;
-use super::{sparse, world, write};
+use super::{scenes, sparse, world, write};
 
 /// A kind of input file.
 pub(crate) struct Kind {
@@ -97,12 +96,16 @@ pub(crate) const KINDS: &[Kind] = &[
     heights("tile-folder", tile_folders),
     Kind { name: "pyramid", open: read_pyramid, seeds: pyramids, arguments: INFO },
     Kind { name: "obj", open: |path| Ok(obj::read(path).map(drop)?), seeds: objs, arguments: None },
-    Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: scenes, arguments: INFO },
+    Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: plain_scenes, arguments: INFO },
     Kind { name: "instances", open: |path| Ok(read_mesh_list(path).map(drop)?), seeds: lists, arguments: None },
     Kind { name: "style", open: read_style, seeds: styles, arguments: Some(&["styles", "check"]) },
     Kind { name: "marks", open: read_marks, seeds: |home| recipes(home, "marks"), arguments: None },
     Kind { name: "strokes", open: read_strokes, seeds: |home| recipes(home, "strokes"), arguments: None },
     Kind { name: "water", open: read_water, seeds: waters, arguments: None },
+    Kind { name: "water-mask", open: read_water, seeds: scenes::masks, arguments: None },
+    Kind { name: "forest-scene", open: scenes::read_scene, seeds: scenes::scenes, arguments: None },
+    Kind { name: "materials", open: scenes::read_materials, seeds: scenes::materials, arguments: None },
+    Kind { name: "imprint", open: scenes::read_imprint, seeds: scenes::imprints, arguments: None },
     Kind { name: "camera-path", open: read_path, seeds: paths, arguments: INFO },
     Kind { name: "png", open: |path| Ok(read_rgba8(path).map(drop)?), seeds: pictures, arguments: None },
     Kind { name: "exr", open: |path| Ok(read_exr(path).map(drop)?), seeds: exrs, arguments: None },
@@ -117,7 +120,7 @@ fn file_name(path: &Path) -> &str {
 }
 
 /// Creates a seed in its own folder, with all files that `write` writes there.
-fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
+pub(crate) fn one(home: &Path, name: &str, write: impl FnOnce(&Path)) -> Vec<Seed> {
     let folder = home.join(name.replace('.', "_"));
     std::fs::create_dir_all(&folder).unwrap();
     write(&folder.join(name));
@@ -194,10 +197,7 @@ fn read_path(path: &Path) -> anyhow::Result<()> {
 
 /// Reads water as `--water` does, for land in UTM.
 fn read_water(path: &Path) -> anyhow::Result<()> {
-    let crs = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32632".to_owned() };
-    let crs_from_grid = [500_000.0, 30.0, 0.0, 5_215_000.0, 0.0, -30.0];
-    let place = Georeference { crs_from_grid, crs, geokeys: GeoKeys::default() };
-    Ok(GivenWater::load(&WaterFiles::default().with(path), &place, [513, 513]).map(drop)?)
+    Ok(GivenWater::load(&WaterFiles::default().with(path), &scenes::place(), [513, 513]).map(drop)?)
 }
 
 // Writers.
@@ -292,7 +292,7 @@ fn pyramids(home: &Path) -> Vec<Seed> {
     of("lossless.tif", 0.0).into_iter().chain(of("lerc.tif", 0.1)).collect()
 }
 
-fn text(home: &Path, name: &str, text: &str) -> Vec<Seed> {
+pub(crate) fn text(home: &Path, name: &str, text: &str) -> Vec<Seed> {
     one(home, name, |path| std::fs::write(path, text).unwrap())
 }
 
@@ -313,7 +313,7 @@ fn objs(home: &Path) -> Vec<Seed> {
     text(home, "cube.obj", cube).into_iter().chain(text(home, "field.obj", &field)).collect()
 }
 
-fn scenes(home: &Path) -> Vec<Seed> {
+fn plain_scenes(home: &Path) -> Vec<Seed> {
     let one_file = "vertical_exaggeration = 1.5\n[world]\ndem = \"mountain.tif\"\n[sun]\nazimuth_deg = 315\n\
                     elevation_deg = 35.5\n[haze]\ndistance_m = 20000\ncolor = \"#c8d0d8\"\n[earth]\ncurvature = true\n\
                     refraction = 0.13\n[camera]\nstart = \"0,-1500,+200,10,-5,60\"\n";

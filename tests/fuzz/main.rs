@@ -4,7 +4,7 @@
 //! A test runs some cases of each kind; `CONTRIBUTING.md` says how to run them for hours. A case depends only on the
 //! seed, the kind and its number. A failure prints how to repeat the case, and its files are kept.
 //!
-//! - `HACHURE_FUZZ_CASES`: cases of each kind (100)
+//! - `HACHURE_FUZZ_CASES`: cases of each kind (100; with `HACHURE_TESTS=full`, 10,000 of those in [`THOROUGH`])
 //! - `HACHURE_FUZZ_FIRST`: number of the first case (0)
 //! - `HACHURE_FUZZ_SEED`: another seed gives other cases (1)
 //! - `HACHURE_FUZZ_TELL`: prints the result of each case
@@ -21,6 +21,7 @@ mod mutate;
 mod planted;
 mod program;
 mod rule;
+mod scenes;
 mod seeds;
 mod sparse;
 mod watch;
@@ -36,6 +37,10 @@ use kinds::KINDS;
 use seeds::Seed;
 use watch::{Limits, Watch};
 
+/// The kinds of which a full run has 10,000 cases: several files, or text that a stranger may have written.
+const THOROUGH: &[&str] =
+    &["imprint", "water", "water-mask", "scene", "forest-scene", "obj", "materials", "tile-folder"];
+
 /// Reads a number from the environment.
 fn number(name: &str, default: u64) -> u64 {
     match std::env::var(name) {
@@ -46,7 +51,8 @@ fn number(name: &str, default: u64) -> u64 {
 
 #[test]
 fn mutated_inputs_are_read_or_refused() {
-    let (cases, first) = (number("HACHURE_FUZZ_CASES", 100), number("HACHURE_FUZZ_FIRST", 0));
+    let is_full = std::env::var("HACHURE_TESTS").is_ok_and(|tier| tier == "full");
+    let first = number("HACHURE_FUZZ_FIRST", 0);
     let run_seed = number("HACHURE_FUZZ_SEED", 1);
     let only = std::env::var("HACHURE_FUZZ_KIND").ok();
     let is_wanted = |name: &str| only.as_ref().is_none_or(|only| only.split(',').any(|wanted| wanted == name));
@@ -59,6 +65,8 @@ fn mutated_inputs_are_read_or_refused() {
     let mut failures = Vec::new();
     println!("{:>14} {:>7} {:>7} {:>8} {:>7} {:>8}", "kind", "cases", "refused", "program", "peak MB", "seconds");
     for kind in KINDS.iter().filter(|kind| is_wanted(kind.name)) {
+        let default = if is_full && THOROUGH.contains(&kind.name) { 10_000 } else { 100 };
+        let cases = number("HACHURE_FUZZ_CASES", default);
         let start = Instant::now();
         let home = folder.path().join(kind.name);
         let seeds: Vec<Seed> = (kind.seeds)(&home);

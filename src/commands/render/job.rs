@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
-use super::{MAX_FRAMES, RenderArgs, like};
+use super::{RenderArgs, like};
 use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::imprint::Notes;
@@ -113,13 +113,6 @@ impl Job<'_> {
             return Ok(vec![self.args.camera.unwrap_or_else(|| self.world.default_camera())]);
         };
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
-        let frames = path.frame_count(self.args.fps());
-        if frames > MAX_FRAMES {
-            bail!(
-                "--path: at {} frames per second it has {frames} frames, more than {MAX_FRAMES}; lower --fps",
-                self.args.fps()
-            );
-        }
         self.clock = Clock::still(path.times_s()[0]);
         Ok(path.frames(self.args.fps()).collect())
     }
@@ -282,7 +275,7 @@ impl Job<'_> {
             light: self.world.light(),
             planes: &self.planes,
             samples: self.args.samples(),
-            antialias: self.args.antialias,
+            antialias: self.args.antialias(),
         };
         if self.args.json {
             // The report has the time of each pass.

@@ -12,6 +12,9 @@ use crate::source::georeference::Crs;
 use crate::style::Style;
 use crate::vector::{Group, GroupKind};
 
+/// Largest number of characters that a warning lists.
+const MOST_NAMED: usize = 30;
+
 const COMPASS: [&str; 16] =
     ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
 
@@ -72,8 +75,11 @@ impl Job<'_> {
     pub(super) fn warn_of_letters(&self, pose: &Pose) {
         let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
         if !replaced.is_empty() {
-            let list: String =
-                replaced.iter().map(|letter| letter.escape_debug().to_string()).collect::<Vec<_>>().join(" ");
+            let named = replaced.iter().take(MOST_NAMED).map(|letter| letter.escape_debug().to_string());
+            let mut list = named.collect::<Vec<_>>().join(" ");
+            if replaced.len() > MOST_NAMED {
+                list += &format!(" and {} more", replaced.len() - MOST_NAMED);
+            }
             tracing::warn!("--title: the lettering lacks these characters, drawn as question marks: {list}");
         }
     }

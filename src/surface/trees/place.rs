@@ -41,7 +41,7 @@ pub(crate) const TALLEST: f64 = 1.35;
 const TALLEST_OF_RASTER: f64 = 2.9;
 /// Factor for trees that are drawn as two instances: those that dissolve between levels, and those that a piece of
 /// canopy is replacing.
-const DRAWN_TWICE: f64 = 2.0;
+const DRAWN_TWICE: u32 = 2;
 /// Lower suns (by the sine of the elevation) throw no shadows. No shadow is longer than `LONGEST_SHADOW` tree heights.
 const LOWEST_SUN: f64 = 0.02;
 const LONGEST_SHADOW: f64 = 4.0;
@@ -121,12 +121,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
         sways_m,
         thinning: Thinning { density, full_m: height_m * focal_px * detail / FULL_PX },
     };
-    let max_trees = f64::from(MAX_TREES) / DRAWN_TWICE;
-    let (mut blocks, mut most) = blocks::in_view(&sight, &shared.points);
-    while most as f64 > max_trees {
-        sight.thinning.full_m *= 0.95 * (max_trees / most as f64).sqrt();
-        (blocks, most) = blocks::in_view(&sight, &shared.points);
-    }
+    let blocks = blocks::fitted(&mut sight, &shared.points, u64::from(MAX_TREES / DRAWN_TWICE));
     // Beyond this distance there is only canopy, which does not sway.
     let sways_within_m = LAST_ALONE * sight.thinning.full_m;
     let may_sway = wind.is_some() && blocks.iter().any(|block| sight.bounds(*block).distance_m() < sways_within_m);

@@ -265,3 +265,46 @@ fn trees_have_the_colours_of_their_libraries() {
     let [_, bark, leaves] = &tree.materials[..] else { panic!() };
     assert!(bark.color[0] == bark.color[2] && leaves.color[1] > leaves.color[0] && leaves.color[1] > leaves.color[2]);
 }
+
+#[test]
+fn a_texture_is_read_once_by_whatever_names() {
+    let folder = Folder::new();
+    // A damaged texture gives a warning each time that it is read.
+    let damaged = folder.file("leaf.png", b"\x89PNG nothing");
+    std::fs::hard_link(&damaged, folder.0.path().join("link.png")).unwrap();
+    let mut library = String::new();
+    let mut text = "mtllib a.mtl ./a.mtl ././a.mtl\n".to_owned() + SQUARES;
+    let names = (0..40).map(|i| format!("{}{}", "./".repeat(i % 20), if i < 20 { "leaf.png" } else { "LINK.png" }));
+    for (number, name) in names.enumerate() {
+        library += &format!("newmtl m{number}\nmap_Kd {name}\n");
+        text += &format!("usemtl m{number}\nf 5 6 7 8\n");
+    }
+    folder.file("a.mtl", &library);
+    let (mesh, warnings) = read(&folder.file("model.obj", &text)).unwrap();
+    assert_eq!((mesh.materials.len(), warnings.len()), (41, 1), "{warnings:?}");
+    // Planted: a copy is another file.
+    folder.file("copy.png", b"\x89PNG nothing");
+    folder.file("a.mtl", library.replace("././leaf.png", "copy.png"));
+    assert_eq!(read(&folder.file("model.obj", &text)).unwrap().1.len(), 2);
+}
+
+#[test]
+fn textures_that_inflate_to_much_more_than_their_files_are_left_out() {
+    let folder = Folder::new();
+    // 8192 × 16384 pixels in a few bytes: there is room for one of them, whose pixels do not fit in its file.
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 8192, 16_384);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::One);
+    let idat = [0x78, 0x9c, 3, 0, 0, 0, 0, 1];
+    encoder.write_header().unwrap().write_chunk(png::chunk::IDAT, &idat).unwrap();
+    for name in ["a.png", "b.png", "c.png"] {
+        folder.file(name, &bytes);
+    }
+    folder.file("a.mtl", "newmtl a\nmap_Kd a.png\nnewmtl b\nmap_Kd b.png\nnewmtl c\nmap_Kd c.png\n");
+    let text =
+        "mtllib a.mtl\n".to_owned() + SQUARES + "usemtl a\nf 5 6 7 8\nusemtl b\nf 5 6 7 8\nusemtl c\nf 5 6 7 8\n";
+    let (_, warnings) = read(&folder.file("model.obj", text)).unwrap();
+    let too_many = warnings.iter().filter(|warning| warning.contains("too many pixels")).count();
+    assert_eq!((warnings.len(), too_many), (3, 2), "{warnings:?}");
+}
