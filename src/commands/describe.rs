@@ -207,9 +207,21 @@ impl Levels {
 
 /// Returns scale factors as text: those of the file's projection, and how far world metres are from ground metres.
 fn scale_text(scale: &GroundScale) -> String {
-    let percent = 100.0 * scale.world.departure();
-    let digits = (1.0 - percent.max(1e-6).log10().ceil()).clamp(0.0, 5.0) as usize;
-    let within = format!("lengths are ground metres within {percent:.digits$} %");
+    let within = match scale.world.departure() {
+        // No projection library is better than that, and no survey needs more.
+        small if small < 1e-5 => "lengths are ground metres within 0.001 %".to_owned(),
+        some if some < 0.2 => {
+            let digits = (-1.0 - some.log10().floor()).clamp(0.0, 3.0) as usize;
+            // A bound is rounded up.
+            let unit = 0.1_f64.powi(digits as i32);
+            let percent = (100.0 * some / unit - 1e-6).ceil() * unit;
+            format!("lengths are ground metres within {percent:.digits$} %")
+        }
+        _ => {
+            let factor = scale.world.max.max(1.0 / scale.world.min);
+            format!("lengths are off by up to a factor of {factor:.1} toward the edges")
+        }
+    };
     match &scale.file {
         None => within,
         Some(ScaleRange { centre, min, max }) => {
@@ -225,5 +237,24 @@ fn of_level(size: LevelSize, summary: &LevelSummary) -> Level {
         tiles: size.tiles(),
         largest_error_m: summary.largest_error_m,
         bits_per_sample: summary.bytes as f64 * 8.0 / (f64::from(size.width) * f64::from(size.height)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bound_has_as_many_digits_as_it_needs() {
+        let text = |centre: f64, departure: f64| {
+            let range = |centre: f64| ScaleRange { centre, min: centre, max: centre + departure };
+            scale_text(&GroundScale { file: Some(range(centre)), world: range(1.0) })
+        };
+        let expected =
+            "1.8425 at the centre, 1.8425 to 1.8425 over the extent; lengths are ground metres within 0.001 %";
+        assert_eq!(text(1.8425, 1e-9), expected);
+        assert!(text(1.0, 4e-4).ends_with("within 0.040 %"), "{}", text(1.0, 4e-4));
+        assert!(text(1.0, 0.0311).ends_with("within 3.2 %"), "{}", text(1.0, 0.0311));
+        assert!(text(1.0, 20.0).ends_with("off by up to a factor of 21.0 toward the edges"), "{}", text(1.0, 20.0));
     }
 }

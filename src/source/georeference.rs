@@ -412,30 +412,8 @@ fn name(code: Option<u16>, keys: &GeoKeys) -> String {
 
 #[cfg(test)]
 mod tests {
-    use std::io;
-    use std::sync::{Arc, Mutex, PoisonError};
-
     use super::*;
-
-    /// Returns what the calling thread prints as warnings during `work`, together with its result.
-    fn with_warnings<T>(work: impl FnOnce() -> T) -> (T, String) {
-        #[derive(Clone, Default)]
-        struct Log(Arc<Mutex<Vec<u8>>>);
-        impl io::Write for Log {
-            fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-                self.0.lock().unwrap_or_else(PoisonError::into_inner).write(bytes)
-            }
-            fn flush(&mut self) -> io::Result<()> {
-                Ok(())
-            }
-        }
-        let log = Log::default();
-        let writer = log.clone();
-        let subscriber = tracing_subscriber::fmt().with_ansi(false).with_writer(move || writer.clone()).finish();
-        let result = tracing::subscriber::with_default(subscriber, work);
-        let bytes = log.0.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        (result, String::from_utf8(bytes).expect("text"))
-    }
+    use crate::tests::common::log::with_warnings;
 
     /// Returns the keys of a directory of short values.
     fn short_keys(keys: &[[u16; 2]]) -> GeoKeys {

@@ -60,7 +60,7 @@ const PROJECTED: [&str; 3] = ["PROJCS", "PROJCRS", "PROJECTEDCRS"];
 const GEOGRAPHIC: [&str; 6] = ["GEOGCS", "GEOGCRS", "GEOGRAPHICCRS", "GEODCRS", "BASEGEOGCRS", "BASEGEODCRS"];
 
 /// Returns the keys of a CRS; `None` for text that is not Well-Known Text of a known kind.
-pub(super) fn keys(text: &str) -> Option<GeoKeys> {
+pub(crate) fn keys(text: &str) -> Option<GeoKeys> {
     let root = parse(&mut text.trim_start_matches('\u{feff}').trim_start(), 0)?;
     let keys = if let Some(projected) = root.find(&PROJECTED) {
         projected_keys(projected)?

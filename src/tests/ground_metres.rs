@@ -1,6 +1,7 @@
 //! A metre of the world is a metre on the ground: distances against Vincenty's geodesics in 14 reference systems.
 
 use glam::DVec2;
+use hachure::source::earth_projection::EarthProjection;
 use hachure::source::georeference::{Crs, Georeference};
 use hachure::source::{GeoKeys, WorldMapping};
 use hachure::tiles::grid_projection::GridProjection;
@@ -137,6 +138,15 @@ impl System {
     }
 }
 
+/// Returns a georeference with the keys that its Well-Known Text gives.
+fn read_again(picture: &Georeference) -> Georeference {
+    let geokeys = hachure::source::wkt::keys(&picture.wkt().unwrap()).unwrap();
+    match picture.epsg() {
+        Some(_) => picture.clone(),
+        None => Georeference { geokeys, ..picture.clone() },
+    }
+}
+
 /// Returns world distance over ground distance between pairs of positions of a grid, over two samples each.
 fn ratios(system: &System, georeference: &Georeference, mapping: &WorldMapping, centres: &[[f64; 2]]) -> Vec<f64> {
     let ways = [[1.0, 0.0], [0.0, 1.0], [0.7, 0.7], [-0.7, 0.7]];
@@ -249,4 +259,31 @@ fn a_grid_that_is_ground_metres_stays_as_it_is() {
     let local = Georeference { crs: Crs::Local, ..utm };
     let mapping = WorldMapping::new(&local, SIDE, SIDE).unwrap();
     assert!(mapping.ground_scale().is_none() && mapping.true_north_rad(DVec2::ZERO).is_none());
+}
+
+#[test]
+fn a_picture_has_the_reference_system_of_its_pixels() {
+    // Rotated, wide in the file's own plane, and geographic; the last number is the largest error in metres.
+    let wide = SYSTEMS[5].grid(-88.0, 60_000.0);
+    let worlds = [SYSTEMS[0].grid(71.0, 300.0), SYSTEMS[4].grid(66.0, 300.0), wide, SYSTEMS[13].grid(46.6, 300.0)];
+    for world in worlds {
+        let mapping = WorldMapping::new(&world, SIDE, SIDE).unwrap();
+        let (first_m, pixel_m) = (DVec2::new(-3000.0, 4000.0), 50.0);
+        let picture = mapping.picture_georeference(&world, first_m, pixel_m);
+        // Another program reads the text beside the picture.
+        let keys = read_again(&picture);
+        let projection = EarthProjection::of(&keys).unwrap();
+        for [column, row] in [[0.0, 0.0], [120.0, 0.0], [0.0, 160.0], [120.0, 160.0]] {
+            let [x0, a, b, y0, c, d] = picture.crs_from_grid;
+            let crs = DVec2::new(x0 + a * column + b * row, y0 + c * column + d * row);
+            let found = projection.longitude_latitude_rad(crs);
+            let world_m = first_m + pixel_m * DVec2::new(column, -row);
+            let expected = mapping.longitude_latitude_rad(world_m).unwrap();
+            let error_m = 6.4e6 * (found - expected).length();
+            assert!(error_m < 0.01, "{}: {error_m} m", mapping.describe());
+            // Planted: the axes exchanged.
+            let turned = projection.longitude_latitude_rad(DVec2::new(x0 + a * row + b * column, crs.y));
+            assert!(column == row || 6.4e6 * (turned - expected).length() > 10.0);
+        }
+    }
 }

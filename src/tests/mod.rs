@@ -5,7 +5,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr, reason = "libtest captures what a test prints")]
 #![allow(unreachable_pub, reason = "modules of tests share their helpers")]
 
-mod common;
+pub(crate) mod common;
 mod helpers;
 
 mod antialias;

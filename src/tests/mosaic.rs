@@ -396,3 +396,62 @@ fn reference_systems_meet() {
     let message = MosaicReader::new(members).err().unwrap().to_string();
     assert!(message.contains("a plane of my own") && !message.contains('\n'), "{message}");
 }
+
+/// Returns a grid of `side` × `side` samples whose first is at (west, north), in degrees or in another CRS.
+fn placed(crs: &Crs, west: f64, north: f64, step: f64, side: u32) -> HeightGrid {
+    let heights_m = (0..side * side).map(|i| (west + f64::from(i)) as f32).collect();
+    let crs_from_grid = [west, step, 0.0, north, 0.0, -step];
+    let georeference = Georeference { crs_from_grid, crs: crs.clone(), geokeys: Default::default() };
+    HeightGrid { width: side, height: side, heights_m, georeference }
+}
+
+fn degrees() -> Crs {
+    Crs::Geographic {
+        radians_per_unit: 1f64.to_radians(),
+        semi_major_axis_m: 6_378_137.0,
+        inverse_flattening: 298.257_223_563,
+        name: "EPSG:4326".into(),
+    }
+}
+
+#[test]
+fn neighbours_at_the_antimeridian_are_neighbours() {
+    let mercator = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:3857".into() };
+    let half_m = 20_037_508.342_789_244;
+    let step = 1.0 / 24.0;
+    // Members with samples in the middle of their cells, and members that share a column, as those of SRTM do.
+    for (crs, east, west, step, side, columns) in [
+        (degrees(), 180.0 - 23.5 * step, -180.0 + 0.5 * step, step, 24, 48),
+        (degrees(), 179.0, -180.0, step, 25, 49),
+        (degrees(), 179.0, 180.0, step, 25, 49),
+        (mercator, half_m - 23.5 * 100.0, -half_m + 50.0, 100.0, 24, 48),
+    ] {
+        let (left, right) = (placed(&crs, east, -16.0, step, side), placed(&crs, west, -16.0, step, side));
+        for order in [[&left, &right], [&right, &left]] {
+            let mosaic = reader(&order);
+            assert_eq!(mosaic.size(), [columns, side], "{crs:?}");
+            let heights_m = whole(&mosaic);
+            let [at, last] = [&left, &right].map(|grid| grid.heights_m[side as usize + 1]);
+            let row = columns as usize;
+            assert_eq!(heights_m[row + 1], at);
+            assert_eq!(heights_m[row + row - side as usize + 1], last);
+            assert!(heights_m.iter().all(|height_m| height_m.is_finite()), "no gap");
+        }
+    }
+    // A member in another reference system: UTM zone 1, which begins at 180°, beside longitudes to the west.
+    let utm = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32701".into() };
+    let (left, right) = (placed(&degrees(), 179.5, -16.0, 0.01, 50), placed(&utm, 180_000.0, 8_225_000.0, 1000.0, 48));
+    let [width, height] = reader(&[&left, &right]).size();
+    assert!(width < 120 && height < 60, "{width} × {height} samples, not around the earth");
+}
+
+#[test]
+fn members_on_two_continents_are_a_warning() {
+    let warned = |west: f64| {
+        let (a, b) = (placed(&degrees(), 7.0, 46.0, 0.01, 100), placed(&degrees(), west, 46.0, 0.01, 100));
+        common::log::with_warnings(|| drop(reader(&[&a, &b]))).1
+    };
+    let said = warned(-112.0);
+    assert!(said.contains("the 2 files cover 1.67 % of the 12000 × 100 samples"), "{said}");
+    assert_eq!(warned(8.5), "", "a gap of half a tile is none");
+}

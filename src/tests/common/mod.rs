@@ -8,6 +8,7 @@ pub(crate) mod draw;
 pub(crate) mod equations;
 pub(crate) mod field;
 pub(crate) mod hill;
+pub(crate) mod log;
 pub(crate) mod shot;
 pub(crate) mod silhouette;
 pub(crate) mod stores;
