@@ -13,7 +13,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use hachure::gpu::Gpu;
 use hachure::gpu::device::AdapterWish;
-use hachure::internals::sidecar_path;
+use hachure::internals::{own_cache_folder, sidecar_path};
 use hachure::pyramid::store::{Cancel, open_or_bake_store, open_or_grow_store};
 use hachure::pyramid::{self, PyramidError, TileAddress, TileStore};
 use hachure::source::{OpenOptions, Progress, Silent};
@@ -85,7 +85,7 @@ fn render(folder: &Path, cache: &Path, world: &Path) -> (Output, Option<Vec<u8>>
 
 /// Returns the .tif and .tiles files of the cache entry whose name begins with `name`.
 fn entry(cache: &Path, name: &str) -> [PathBuf; 2] {
-    let found = fs::read_dir(cache).unwrap().flatten().map(|entry| entry.path()).find(|path| {
+    let found = fs::read_dir(own_cache_folder(cache).unwrap()).unwrap().flatten().map(|entry| entry.path()).find(|path| {
         let file = path.file_name().unwrap().to_string_lossy().into_owned();
         file.starts_with(name) && file.ends_with(".tif")
     });
@@ -198,8 +198,8 @@ fn two_processes_heal_at_once() {
             assert!(fs::read(folder.path().join(name)).ok() == truth, "{said}");
         }
         assert!(files.iter().zip(&whole).all(|(file, whole)| fs::read(file).unwrap() == *whole));
-        let left = fs::read_dir(&cache).unwrap().flatten().filter(|it| it.path().to_string_lossy().contains(".part"));
-        assert_eq!(left.count(), 0);
+        let left = fs::read_dir(files[0].parent().unwrap()).unwrap().flatten();
+        assert_eq!(left.filter(|it| it.path().to_string_lossy().contains(".part")).count(), 0);
     }
 }
 

@@ -18,8 +18,9 @@ use super::progress::Bar;
 use super::{arguments, print, print_json};
 use crate::file::guard::Inputs;
 use crate::file::message::named;
+use crate::file::unnamed;
 use crate::pyramid::bake::{BakeWork, Baked, parts_path};
-use crate::pyramid::format::sidecar_path;
+use crate::pyramid::format::{is_sidecar, next_path, sidecar_path};
 use crate::pyramid::{self, BakeOptions, Pyramid, PyramidError};
 use crate::source::mosaic::MosaicReader;
 use crate::source::{self, HeightReader, Kind, OpenOptions, VoidMode};
@@ -61,6 +62,9 @@ pub(crate) struct BakeArgs {
     /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
+    /// Replace the statistics OUT.tif.tiles even if hachure did not write the file. OUT.tif itself is always replaced
+    #[arg(long)]
+    pub overwrite: bool,
     /// Side of a chunk in tiles, as a power of 2; for tests
     #[arg(long, hide = true, default_value_t = 4, value_parser = arguments::whole::<u32>(1, 6))]
     pub chunk_levels: u32,
@@ -125,7 +129,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
     let start = std::time::Instant::now();
     let output = &args.output;
     args.inputs.iter().try_for_each(|input| arguments::check_local(input, "bake"))?;
-    check_output(&args.inputs, output)?;
+    check_output(&args.inputs, output, args.overwrite)?;
     use_granted_threads();
     let reader = open(&args.inputs, &args.meaning())?;
     // Without a handler, Ctrl-C ends the program as usual, and nothing is lost either.
@@ -139,6 +143,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
         in_folder: true,
         resume: args.resume,
         shard: args.shard,
+        is_private: false,
         stop: &STOP,
     };
     let baked = pyramid::bake::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
@@ -226,7 +231,7 @@ fn use_granted_threads() {
 }
 
 /// Checks everything that can be known to fail before hours of work.
-fn check_output(inputs: &[PathBuf], output: &Path) -> anyhow::Result<()> {
+fn check_output(inputs: &[PathBuf], output: &Path, overwrite: bool) -> anyhow::Result<()> {
     if !output.extension().is_some_and(|ending| ["tif", "tiff"].iter().any(|known| ending.eq_ignore_ascii_case(known)))
     {
         let name = named(output);
@@ -242,6 +247,9 @@ fn check_output(inputs: &[PathBuf], output: &Path) -> anyhow::Result<()> {
     let mut read = Inputs::default();
     inputs.iter().for_each(|input| source::add_inputs(input, &mut read));
     read.check(output)?;
-    read.check(&sidecar_path(output))?;
+    for path in [sidecar_path(output), next_path(output)] {
+        read.check(&path)?;
+        unnamed::check(&path, overwrite, is_sidecar)?;
+    }
     Ok(read.check_folder(&parts_path(output))?)
 }

@@ -12,7 +12,7 @@ mod pairs;
 mod passes;
 mod style_run;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::{Context, bail};
 use clap::Args;
@@ -26,13 +26,14 @@ use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
 use super::{inputs, print, print_json};
 use crate::file::message::named;
+use crate::file::unnamed;
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::measure::report::{Report, WorldSize};
-use crate::measure::report_html::write_html;
+use crate::measure::report_html::{is_page, write_html};
 use crate::measure::report_text;
-use crate::measure::statistics::{RunFrames, write_frames_csv};
+use crate::measure::statistics::{RunFrames, is_frames_csv, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::source::Progress;
@@ -47,6 +48,8 @@ const FPS: f64 = 30.0;
 
 /// The files written to the output folder.
 const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
+/// For each of them, whether hachure wrote the file at a path.
+const IS_OWN: [fn(&Path) -> bool; 3] = [is_frames_csv, is_page, Report::is_report];
 
 /// Arguments of `bench`.
 #[derive(Debug, Args)]
@@ -89,6 +92,9 @@ pub(crate) struct BenchArgs {
     /// Output folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+    /// Replace report.json, frames.csv and report.html in the output folder even if hachure did not write them
+    #[arg(long)]
+    pub overwrite: bool,
     /// Print report.json instead of a table
     #[arg(long)]
     pub json: bool,
@@ -111,7 +117,11 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
     let inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
-    FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
+    for (name, is_own) in FILES.iter().zip(IS_OWN) {
+        let path = args.output.join(name);
+        inputs.check(&path)?;
+        unnamed::check(&path, args.overwrite, is_own)?;
+    }
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Bakes the world once, if needed; then each style opens its own.
     drop(world::open_store(&scene, &Bar::default())?);

@@ -140,6 +140,10 @@ pub(crate) struct RenderArgs {
     /// suit the picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<usize>(ranges::PENS))]
     pub pens: Option<usize>,
+    /// Replace files that hachure did not write where it creates files beside the output: frames, sheets, and the
+    /// world file and .prj of a map. The output itself is always replaced
+    #[arg(long)]
+    pub overwrite: bool,
     /// Print a report of the picture and its cost as JSON
     #[arg(long)]
     pub json: bool,
@@ -263,7 +267,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     if let (Some(name), Some(flight)) = (&args.path, &flight) {
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
-    outputs::check(args, &kind, &sheets::paths(args, sheets.as_ref()), &scene, &style, flight.as_deref())?;
+    outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
     let store = liked.names.world(world::open_store(&scene, &Bar::default()))?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
@@ -277,7 +281,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
-    let map = map::PlacedMap::new(args, &world, titled.paper.foot_px);
+    let map = map::PlacedMap::new(args, &kind, &world, titled.paper.foot_px)?;
     let style = match &map {
         Some(map) => titled.for_map(map.map.pixel_m * args.px_per_style_px()),
         None => titled,

@@ -1,31 +1,63 @@
 //! Atomic file writes: data goes to a temporary file in the same folder, which is then renamed to its final name.
 //!
-//! The reasons are in `docs/decisions/errors-and-outputs.md`.
+//! Temporary files have random names and are created with `O_EXCL`, so that nothing that somebody planted is opened: no
+//! file, no link, no pipe. The reasons are in `docs/decisions/errors-and-outputs.md`.
 
+use std::ffi::{OsStr, OsString};
 use std::fs;
 use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use tempfile::TempPath;
+
+use super::input::kind;
+
+/// Number of random letters and digits in the name of a temporary file.
+const RANDOM_LETTERS: usize = 12;
+/// Ending of the name of a temporary file.
+const ENDING: &str = ".part";
+/// Longest name that is part of the name of its temporary file, in bytes; most file systems allow 255.
+const LONGEST_NAME_BYTES: usize = 200;
+
+/// Who may read a file.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) enum Readers {
+    /// Those whom the user's `umask` allows.
+    #[default]
+    Usual,
+    /// Only the user: files of the cache.
+    Owner,
+}
+
 /// A file that is being written. [`AtomicFile::commit`] gives it its final name; dropping it before removes it.
 pub struct AtomicFile {
     final_path: PathBuf,
-    partial_path: PathBuf,
+    partial: TempPath,
     writer: Option<BufWriter<fs::File>>,
 }
 
 impl AtomicFile {
     /// Opens a temporary file in the folder of `path`.
     pub fn create(path: &Path) -> io::Result<Self> {
-        let partial_path = partial_path(path);
-        #[expect(clippy::disallowed_methods, reason = "this is the one place that may: the file is renamed when whole")]
-        let file = fs::File::create(&partial_path)?;
-        Ok(Self { final_path: path.to_owned(), partial_path, writer: Some(BufWriter::new(file)) })
+        Self::create_for(path, Readers::Usual)
+    }
+
+    /// Does the same as [`AtomicFile::create`], for the given readers.
+    pub(crate) fn create_for(path: &Path, readers: Readers) -> io::Result<Self> {
+        if readers == Readers::Usual {
+            check_replaceable(path)?;
+        }
+        let (prefix, folder) = prefix_and_folder(path);
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(&prefix).suffix(ENDING).rand_bytes(RANDOM_LETTERS);
+        let (file, partial) = builder.make_in(folder, |path| create_new(path, readers))?.into_parts();
+        Ok(Self { final_path: path.to_owned(), partial, writer: Some(BufWriter::new(file)) })
     }
 
     /// Returns the path of the temporary file, for libraries that open a path themselves.
     pub(crate) fn partial_path(&self) -> &Path {
-        &self.partial_path
+        &self.partial
     }
 
     /// Returns the writer of the temporary file.
@@ -41,19 +73,58 @@ impl AtomicFile {
 
     /// Flushes the bytes to the disk and gives the file its final name.
     pub fn commit(mut self) -> io::Result<()> {
+        self.sync()?;
+        self.commit_unsynced()
+    }
+
+    /// Gives the file its final name. Until the system writes its bytes, a crash of the machine may lose some.
+    pub(crate) fn commit_unsynced(mut self) -> io::Result<()> {
         let writer = self.writer.take().expect("the writer is there until commit, which takes self");
-        let file = writer.into_inner().map_err(|error| error.into_error())?;
-        file.sync_all()?;
-        drop(file);
-        fs::rename(&self.partial_path, &self.final_path)
+        drop(writer.into_inner().map_err(|error| error.into_error())?);
+        self.partial.persist(&self.final_path).map_err(|error| error.error)
     }
 }
 
-impl Drop for AtomicFile {
-    fn drop(&mut self) {
-        // After a commit the temporary file is gone and this does nothing.
-        let _ = fs::remove_file(&self.partial_path);
+/// Checks that a rename to `path` replaces a file or a link, and no pipe or device that somebody needs. In the cache,
+/// which nobody else needs, anything is replaced.
+fn check_replaceable(path: &Path) -> io::Result<()> {
+    match path.symlink_metadata() {
+        Ok(found) if !found.is_file() && !found.is_symlink() && !found.is_dir() => {
+            let cause = format!("it is {}, not a file", kind(found.file_type()));
+            Err(io::Error::new(io::ErrorKind::InvalidInput, cause))
+        }
+        // A folder is reported when the file gets its name, a path that cannot be looked at when it is created.
+        _ => Ok(()),
     }
+}
+
+/// Returns the beginning of the name of a temporary file, and its folder.
+pub(super) fn prefix_and_folder(path: &Path) -> (OsString, &Path) {
+    let name = path.file_name().filter(|name| name.len() <= LONGEST_NAME_BYTES).unwrap_or(OsStr::new("hachure"));
+    let mut prefix = OsString::from(".");
+    prefix.push(name);
+    prefix.push(".");
+    (prefix, path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new(".")))
+}
+
+/// Creates a file that must not exist yet, not even as a link.
+fn create_new(path: &Path, readers: Readers) -> io::Result<fs::File> {
+    let mut options = fs::File::options();
+    options.read(true).write(true).create_new(true);
+    #[cfg(unix)]
+    std::os::unix::fs::OpenOptionsExt::mode(&mut options, if readers == Readers::Owner { 0o600 } else { 0o666 });
+    #[cfg(not(unix))]
+    let _ = readers;
+    options.open(path)
+}
+
+/// Returns the name of the file for which a temporary file of this name was created; `None` if hachure does not name
+/// temporary files so.
+pub(crate) fn named_in_temporary(name: &str) -> Option<&str> {
+    let (of, random) = name.strip_prefix('.')?.strip_suffix(ENDING)?.rsplit_once('.')?;
+    // Before names were random, they had the number of the process.
+    let is_random = (1..=RANDOM_LETTERS).contains(&random.len()) && random.bytes().all(|b| b.is_ascii_alphanumeric());
+    (is_random && !of.is_empty()).then_some(of)
 }
 
 /// An [`AtomicFile`] for encoders that own their writer: clones share the file, and one of them commits it.
@@ -95,16 +166,55 @@ impl Seek for SharedFile {
 
 /// Writes `bytes` to `path`, completely or not at all.
 pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
-    let mut file = AtomicFile::create(path)?;
+    write_for(path, bytes, Readers::Usual)
+}
+
+/// Does the same as [`write`], for the given readers.
+pub(crate) fn write_for(path: &Path, bytes: &[u8], readers: Readers) -> io::Result<()> {
+    let mut file = AtomicFile::create_for(path, readers)?;
     file.writer().write_all(bytes)?;
     file.commit()
 }
 
-/// Returns the name of the temporary file. It is in the same folder, so that the rename stays on one file system, and
-/// contains the process id.
-pub(crate) fn partial_path(path: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
-    name.push(path.file_name().unwrap_or_default());
-    name.push(format!(".{}.part", std::process::id()));
-    path.with_file_name(name)
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn temporary_files_are_recognised_by_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        for name in ["a.png", &"x".repeat(250)] {
+            let path = folder.path().join(name);
+            let file = AtomicFile::create(&path).unwrap();
+            let partial = file.partial_path().file_name().unwrap().to_str().unwrap().to_owned();
+            assert_eq!(named_in_temporary(&partial), Some(if name.len() < 9 { name } else { "hachure" }), "{partial}");
+            drop(file);
+            write(&path, b"x").unwrap();
+            assert_eq!(fs::read(&path).unwrap(), b"x");
+        }
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
+        for name in ["ubuntu.iso.part", ".a.part", ".a..part", ".a.tif.123456789-12.part", ".a.tif.4711.party"] {
+            assert_eq!(named_in_temporary(name), None, "{name}");
+        }
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn nothing_planted_is_opened() {
+        use std::os::unix::fs::{PermissionsExt, symlink};
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        write(&at("victim"), b"mine").unwrap();
+        // A link under the name of a temporary file is not followed; under the final name it is replaced.
+        symlink(at("victim"), at("planted")).unwrap();
+        assert!(create_new(&at("planted"), Readers::Usual).is_err());
+        symlink(at("victim"), at("a.png")).unwrap();
+        write(&at("a.png"), b"picture").unwrap();
+        assert_eq!((fs::read(at("victim")).unwrap(), fs::read(at("a.png")).unwrap()), (b"mine".into(), b"picture".into()));
+        write_for(&at("cached"), b"", Readers::Owner).unwrap();
+        assert_eq!(fs::metadata(at("cached")).unwrap().permissions().mode() & 0o777, 0o600);
+        let _socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();
+        let error = write(&at("socket"), b"").unwrap_err().to_string();
+        assert_eq!(error, "it is a socket, not a file");
+    }
 }

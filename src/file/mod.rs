@@ -1,8 +1,9 @@
 //! File outputs: pictures, channels, lines, films. Every output is written to a temporary file and then renamed, so
-//! that an interrupted run leaves the old file or none; [`guard`] keeps outputs from replacing inputs. [`input`] reads
-//! files that are small enough to be held in memory.
+//! that an interrupted run leaves the old file or none; [`guard`] keeps outputs from replacing inputs, [`unnamed`] keeps
+//! them from replacing files of the user. [`input`] reads files that are small enough to be held in memory.
 
 pub mod atomic;
+pub(crate) mod cache_folder;
 pub mod exr;
 pub(crate) mod geojson;
 pub(crate) mod geojson_polygons;
@@ -18,6 +19,7 @@ pub(crate) mod random_access;
 pub(crate) mod standard;
 pub(crate) mod svg;
 pub(crate) mod toml_text;
+pub(crate) mod unnamed;
 pub mod video;
 
 use std::path::{Path, PathBuf};
@@ -69,6 +71,13 @@ pub enum FileError {
         /// The folder whose files are read.
         folder: PathBuf,
     },
+    /// A file that the user did not name would be replaced, and hachure did not write it.
+    #[error(
+        "{}: this file exists, and hachure did not write it; move it away, choose another output, or replace it with \
+         --overwrite",
+        named(path)
+    )]
+    NotOwn { path: PathBuf },
     /// ffmpeg is not installed.
     #[error(
         "cannot write {}: hachure writes .mp4 through ffmpeg, which is not installed; \

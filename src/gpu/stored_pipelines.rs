@@ -9,7 +9,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use crate::file::atomic;
+use crate::file::cache_folder;
 
 /// First bytes of a file; the number is that of the format.
 const MAGIC: &[u8; 12] = b"hachurepipe1";
@@ -62,8 +62,7 @@ impl StoredPipelines {
             return false;
         }
         let content = [MAGIC.as_slice(), &sum.to_le_bytes(), &data].concat();
-        let folder = self.path.parent().unwrap_or(Path::new(""));
-        let written = std::fs::create_dir_all(folder).and_then(|()| atomic::write(&self.path, &content));
+        let written = cache_folder::write(&self.path, &content);
         if let Err(error) = &written {
             tracing::debug!("{}: cannot store compiled pipelines: {error}", self.path.display());
             return false;
@@ -87,8 +86,7 @@ impl Drop for StoredPipelines {
 
 /// Returns the data of a file; `None` if it does not exist, is too large, or is damaged.
 fn read(path: &Path) -> Option<Vec<u8>> {
-    let fits = std::fs::metadata(path).is_ok_and(|metadata| metadata.len() <= LARGEST_BYTES);
-    let content = fits.then(|| std::fs::read(path).ok()).flatten()?;
+    let content = cache_folder::read(path, LARGEST_BYTES)?;
     let data = content.strip_prefix(MAGIC)?;
     let (sum, data) = data.split_first_chunk::<8>()?;
     (u64::from_le_bytes(*sum) == checksum(data)).then(|| data.to_vec())

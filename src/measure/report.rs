@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::statistics::{FrameRecord, Percentiles, pass_names};
+use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
@@ -297,5 +298,16 @@ impl Report {
         let mut json = serde_json::to_vec_pretty(self).map_err(|error| FileError::write(path, error))?;
         json.push(b'\n');
         atomic::write(path, &json).map_err(|error| FileError::write(path, error))
+    }
+
+    /// Returns whether the file at `path` is a report, judged by its first keys.
+    pub(crate) fn is_report(path: &Path) -> bool {
+        let head = String::from_utf8_lossy(&head(path, 4096)).into_owned();
+        let words: Vec<&str> = head.split('"').collect();
+        // The keys in the order in which they are written; the adapter may have any name.
+        head.starts_with('{')
+            && words.get(1) == Some(&"adapter")
+            && words.get(5) == Some(&"size")
+            && words.get(7) == Some(&"world")
     }
 }

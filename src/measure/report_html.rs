@@ -4,6 +4,7 @@ use std::path::Path;
 
 use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
+use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 
 /// Colours that are distinct on light and on dark backgrounds.
@@ -32,6 +33,9 @@ const LEFT: f64 = 48.0;
 const PLOT_HEIGHT: f64 = 220.0;
 const COLUMNS: usize = 800;
 
+/// The title of the page, by which hachure recognises it.
+const TITLE: &str = "<title>hachure bench</title>";
+
 /// Explanation of the steadiness metrics.
 const STEADINESS: &str = "Pairs of consecutive frames, compared along exact motion; pixels not visible in both are \
     masked. Flicker: the share of line pixels without a line within 1.5 px in the frame before (births) or after \
@@ -48,6 +52,11 @@ pub(crate) fn write_html(path: &Path, report: &Report, frames: &[RunFrames]) -> 
     atomic::write(path, html(report, frames).as_bytes()).map_err(|error| FileError::write(path, error))
 }
 
+/// Returns whether the file at `path` is such a page, judged by its title.
+pub(crate) fn is_page(path: &Path) -> bool {
+    String::from_utf8_lossy(&head(path, 4096)).contains(TITLE)
+}
+
 /// Returns the page as text.
 pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     let [width_px, height_px] = report.size_px;
@@ -55,7 +64,7 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     let samples = report.world.samples.map_or("computed heights".to_owned(), |count| format!("{count} samples"));
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
-         <meta name=\"viewport\" content=\"width=device-width\"><title>hachure bench</title>\
+         <meta name=\"viewport\" content=\"width=device-width\">{TITLE}\
          <style>{STYLE}</style></head><body>\n<h1>hachure bench</h1>\n\
          <p>{adapter}; {width_px} × {height_px} pixels; world of {samples}, {east:.2} × {north:.2} km</p>\n",
         adapter = escape(&report.adapter),

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
@@ -89,6 +90,16 @@ pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) 
     names
 }
 
+/// The first columns of `frames.csv`.
+const FIRST_COLUMNS: [&str; 9] =
+    ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
+
+/// Returns whether the file at `path` has such rows, judged by its first columns.
+pub(crate) fn is_frames_csv(path: &Path) -> bool {
+    let columns = FIRST_COLUMNS.join(",");
+    head(path, columns.len()) == columns.as_bytes()
+}
+
 /// Writes a row for each frame of all runs, as a complete file or not at all. After the fixed columns there is a column
 /// `gpu_ms.PASS` for each pass. What was not measured is empty.
 ///
@@ -97,8 +108,7 @@ pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) 
 pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), FileError> {
     let passes = pass_names(runs.iter().flat_map(|run| &run.frames));
     let mut table = csv::Writer::from_writer(Vec::new());
-    let fixed = ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
-    let header = fixed
+    let header = FIRST_COLUMNS
         .into_iter()
         .chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s", "allowed_error_px", "over_budget"])
         .map(str::to_owned);

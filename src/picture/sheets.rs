@@ -9,6 +9,7 @@ use rayon::prelude::*;
 use crate::file::FileError;
 use crate::file::imprint::Notes;
 use crate::file::png::{EndedPng, PngPixels, PngWriter};
+use crate::file::unnamed::imprint_of_sheet;
 use crate::lettering::ink::{PenStroke, cover};
 
 /// Bytes per pixel of the poster.
@@ -60,7 +61,8 @@ struct OpenSheet {
 }
 
 impl<'a> SheetWriter<'a> {
-    /// Creates the writer for a poster with the path `poster`; `notes` are the metadata of every sheet.
+    /// Creates the writer for a poster with the path `poster`; `notes` are the metadata of
+    /// every sheet, whose imprint also has the name of the sheet.
     pub fn new(sheets: Sheets, poster: &Path, notes: Notes<'a>) -> Self {
         Self { sheets, poster: poster.to_owned(), notes, next_row: 0, open: Vec::new(), begun: 0, ended: Vec::new() }
     }
@@ -115,7 +117,9 @@ impl<'a> SheetWriter<'a> {
             let place = Place { column, row };
             let [width, height] = self.sheets.paper.map(|side| side as u32);
             let path = sheet_path(&self.poster, place);
-            let png = PngWriter::create_noted(&path, width, height, PngPixels::Rgb8, &self.notes)?;
+            let imprint = self.notes.imprint.map(|poster| imprint_of_sheet(poster, &place.name()));
+            let notes = Notes { imprint: imprint.as_deref(), ..self.notes };
+            let png = PngWriter::create_noted(&path, width, height, PngPixels::Rgb8, &notes)?;
             let width_px = self.sheets.pen();
             let marks = self.sheets.marks(place).into_iter().map(|points| PenStroke { points, width_px }).collect();
             let [begin, end] = self.sheets.part(place).map(|corner| corner.map(|at| at as usize));

@@ -18,15 +18,20 @@
 use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use super::Fnv;
 use super::blocks::Block;
+use crate::file::atomic::{AtomicFile, Readers, named_in_temporary};
+use crate::file::cache_folder;
+use crate::file::unnamed::head;
 
 const MAGIC: &[u8; 8] = b"HACHBLK1";
 const HEAD_BYTES: usize = 8 + 8 + 8 + 4 + 8;
+/// Largest file that is read, in bytes; blocks are much smaller.
+const LARGEST_BYTES: u64 = 64 << 20;
 
 /// Time for which the disk is not written to after a failed write.
 const REST: Duration = Duration::from_secs(60);
@@ -35,8 +40,6 @@ const TOUCH_AFTER: Duration = Duration::from_secs(60 * 60);
 /// Age at which a temporary file belongs to no running program.
 const ABANDONED_AFTER: Duration = Duration::from_secs(60 * 60);
 
-/// Makes the temporary file names of threads unique.
-static PARTIAL: AtomicU64 = AtomicU64::new(0);
 /// The open caches, one for each folder, so that the size of a folder is counted once.
 static FOLDERS: Mutex<Vec<Arc<DiskCache>>> = Mutex::new(Vec::new());
 
@@ -81,7 +84,7 @@ impl DiskCache {
     /// Returns the block of `length` bytes, if it is cached and complete. Without `verify` its checksum is not checked.
     pub(super) fn get(&self, key: u64, index: u64, length: usize, verify: bool) -> Option<Vec<u8>> {
         let path = self.path(key, index);
-        let file = fs::read(&path).ok()?;
+        let file = cache_folder::read(&path, LARGEST_BYTES)?;
         match parse(&file, verify) {
             Some((found_key, found, bytes)) if (found_key, found, bytes.len()) == (key, index, length) => {
                 touch(&path);
@@ -151,7 +154,7 @@ impl DiskCache {
             if total <= self.limit / 10 * 9 {
                 break;
             }
-            if fs::remove_file(&file.path).is_ok() {
+            if head(&file.path, MAGIC.len()) == MAGIC && fs::remove_file(&file.path).is_ok() {
                 total -= file.bytes;
                 if let Some(folder) = file.path.parent() {
                     // This removes the folder only if it is empty.
@@ -176,33 +179,35 @@ fn survey(folder: &Path) -> Vec<File> {
     for entry in folders.filter_map(|entry| fs::read_dir(entry.path()).ok()).flatten().flatten() {
         let (path, Ok(metadata)) = (entry.path(), entry.metadata()) else { continue };
         let used = metadata.modified().unwrap_or(UNIX_EPOCH);
-        match path.extension().and_then(|extension| extension.to_str()) {
-            Some("block") => files.push(File { path, bytes: metadata.len(), used }),
-            Some("part") if used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER) => {
-                let _ = fs::remove_file(&path);
-            }
-            _ => {}
+        let name = entry.file_name().to_string_lossy().into_owned();
+        if !metadata.is_file() {
+            continue;
+        }
+        if is_block(&name) {
+            files.push(File { path, bytes: metadata.len(), used });
+        } else if named_in_temporary(&name).is_some_and(is_block)
+            && used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER)
+        {
+            let _ = fs::remove_file(&path);
         }
     }
     files
 }
 
+/// Returns whether a name is that of a block: its index in hexadecimal digits.
+fn is_block(name: &str) -> bool {
+    let index = name.strip_suffix(".block").unwrap_or_default();
+    index.len() >= 8 && index.bytes().all(|byte| byte.is_ascii_hexdigit())
+}
+
 fn write(path: &Path, key: u64, block: &Block) -> io::Result<()> {
     if let Some(folder) = path.parent() {
-        fs::create_dir_all(folder)?;
+        cache_folder::create_within(folder)?;
     }
-    let partial =
-        path.with_extension(format!("{}.{}.part", std::process::id(), PARTIAL.fetch_add(1, Ordering::Relaxed)));
-    let written = fs::OpenOptions::new().write(true).create_new(true).open(&partial).and_then(|mut file| {
-        let mut bytes = head(key, block);
-        bytes.extend_from_slice(&block.bytes);
-        file.write_all(&bytes)
-    });
-    let renamed = written.and_then(|()| fs::rename(&partial, path));
-    if renamed.is_err() {
-        let _ = fs::remove_file(&partial);
-    }
-    renamed
+    let mut file = AtomicFile::create_for(path, Readers::Owner)?;
+    file.writer().write_all(&head_of(key, block))?;
+    file.writer().write_all(&block.bytes)?;
+    file.commit_unsynced()
 }
 
 fn checksum(key: u64, index: u64, bytes: &[u8]) -> u64 {
@@ -210,8 +215,9 @@ fn checksum(key: u64, index: u64, bytes: &[u8]) -> u64 {
     Fnv::new().add(&key.to_le_bytes()).add(&index.to_le_bytes()).add(&length).add(bytes).finish()
 }
 
-fn head(key: u64, block: &Block) -> Vec<u8> {
-    let mut head = Vec::with_capacity(HEAD_BYTES + block.bytes.len());
+/// Returns the bytes of a file before those of the block.
+fn head_of(key: u64, block: &Block) -> Vec<u8> {
+    let mut head = Vec::with_capacity(HEAD_BYTES);
     head.extend_from_slice(MAGIC);
     head.extend_from_slice(&key.to_le_bytes());
     head.extend_from_slice(&block.index.to_le_bytes());

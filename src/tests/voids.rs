@@ -265,7 +265,7 @@ fn spikes_go_and_summits_stay() {
 
 fn baked(folder: &Path, name: &str, reader: &dyn HeightReader, chunk_levels: u32) -> Vec<u8> {
     let out = folder.join(name);
-    let work = BakeWork { chunk_levels, in_folder: false, resume: false, shard: None, stop: &AtomicBool::new(false) };
+    let work = BakeWork { chunk_levels, ..BakeWork::default() };
     bake_reader(reader, &out, &BakeOptions::default(), &work, &Silent).unwrap();
     std::fs::read(out).unwrap()
 }

@@ -44,7 +44,7 @@ pub(super) fn take(
 fn free_path(folder: &Path, stem: &str) -> PathBuf {
     let numbered = (2..).map(|number| format!("{stem}-{number}.png"));
     let mut paths = std::iter::once(format!("{stem}.png")).chain(numbered).map(|name| folder.join(name));
-    paths.find(|path| !path.exists()).unwrap_or_else(|| folder.join(stem))
+    paths.find(|path| path.symlink_metadata().is_err()).unwrap_or_else(|| folder.join(stem))
 }
 
 /// Returns `hachure-YYYYMMDD-HHMMSS` in UTC: the standard library has no other time zones.

@@ -9,12 +9,12 @@ use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{RenderArgs, like};
-use crate::file::FileError;
 use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
 use crate::file::imprint::Notes;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::{PngPixels, PngWriter};
 use crate::file::video::VideoWriter;
+use crate::file::{FileError, unnamed};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::recorder::Submits;
@@ -202,7 +202,8 @@ impl Job<'_> {
         previous: Pose,
     ) -> anyhow::Result<PictureReport> {
         let [width, height] = self.args.size_of_all();
-        let imprint = self.imprint_text();
+        let side_files = self.map.as_ref().map(|map| map.side_files.clone()).unwrap_or_default();
+        let imprint = unnamed::imprint_with(&self.imprint_text(), &side_files);
         let notes = self.notes(&imprint, pose);
         match format {
             PictureFormat::Png => {
@@ -213,11 +214,11 @@ impl Job<'_> {
                     sheets.iter_mut().try_for_each(|sheets| sheets.write_rows(&rows))?;
                     writer.write_rows(&rows)
                 };
-                let sidecars = self.map.as_ref().map(|map| Sidecars::create(path, map)).transpose()?;
+                let sidecars = Sidecars::create(path, &side_files, self.args.overwrite)?;
                 let report = self.render(pose, previous, take)?;
                 let sheets = sheets.map(SheetWriter::end).transpose()?;
                 writer.finish_after(|| {
-                    sidecars.map_or(Ok(()), Sidecars::commit)?;
+                    sidecars.commit()?;
                     sheets.map_or(Ok(()), EndedSheets::commit)
                 })?;
                 Ok(report)

@@ -16,6 +16,7 @@ use crate::file::geotiff::GeoTiffWriter;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::Layer;
+use crate::file::unnamed::{self, SideFile};
 use crate::picture::{self, PictureReport};
 use crate::pyramid::format::geotags;
 use crate::scene::map::Map;
@@ -79,64 +80,93 @@ pub(super) struct PlacedMap {
     pub(super) pose: Pose,
     /// Georeference of the picture's pixels.
     pub(super) georeference: Georeference,
+    /// The files beside the picture that place it on the earth.
+    pub(super) side_files: Vec<SideFile>,
 }
 
 impl PlacedMap {
     /// Returns `None` if no map is to be drawn.
-    pub(super) fn new(args: &RenderArgs, world: &OpenWorld, foot_px: f32) -> Option<Self> {
-        let (map, pose) = world.map_above(args.map?, args.size(), foot_px as u32);
+    ///
+    /// # Errors
+    /// Fails if a file beside the picture would replace one that hachure did not write.
+    pub(super) fn new(
+        args: &RenderArgs,
+        kind: &OutputKind,
+        world: &OpenWorld,
+        foot_px: f32,
+    ) -> Result<Option<Self>, FileError> {
+        let Some(area) = args.map else { return Ok(None) };
+        let (map, pose) = world.map_above(area, args.size(), foot_px as u32);
         let terrain = &world.surfaces.terrain;
         let first_m = map.world_from_px(DVec2::splat(0.5));
         let georeference = terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);
-        Some(Self { map, pose, georeference })
+        let side_files = match kind {
+            OutputKind::Picture(PictureFormat::Png) => side_files(&args.output, &georeference),
+            _ => Vec::new(),
+        };
+        unnamed::check_beside(&args.output, &side_files, args.overwrite)?;
+        Ok(Some(Self { map, pose, georeference, side_files }))
     }
 }
 
-/// Returns the sidecar files of a picture: those of [`Sidecars`].
+/// Returns the paths of the files beside a picture that are never inputs: those of [`side_files`].
 pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
     let is_placed = args.map.is_some() && matches!(kind, OutputKind::Picture(PictureFormat::Png));
     if is_placed { ["pgw", "prj"].map(|ending| args.output.with_extension(ending)).to_vec() } else { Vec::new() }
 }
 
-/// The world file and the `.prj` of a PNG, complete but not yet renamed to their final names.
-pub(super) struct Sidecars(Vec<(PathBuf, AtomicFile)>);
-
-impl Sidecars {
-    pub(super) fn create(output: &Path, placed: &PlacedMap) -> Result<Self, FileError> {
-        let [x0, x_column, x_row, y0, y_column, y_row] = placed.georeference.crs_from_grid;
-        // In ESRI's order; the position is that of the first pixel's centre.
-        let world_file = [x_column, y_column, x_row, y_row, x0, y0].map(|number| format!("{number}\n")).concat();
-        let mut files = vec![("pgw", world_file)];
-        let prj = output.with_extension("prj");
-        match placed.georeference.wkt() {
-            Some(wkt) => files.push(("prj", wkt + "\n")),
-            None if prj.exists() => {
-                tracing::warn!(
-                    "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
-                    named(&prj)
-                );
-            }
-            None if placed.georeference.crs == Crs::Local => {}
-            None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&prj)),
+/// Returns the world file and the `.prj` of a PNG. [`unnamed::check_beside`] decides whether they may be written.
+fn side_files(output: &Path, georeference: &Georeference) -> Vec<SideFile> {
+    let [x0, x_column, x_row, y0, y_column, y_row] = georeference.crs_from_grid;
+    // In ESRI's order; the position is that of the first pixel's centre.
+    let world_file = [x_column, y_column, x_row, y_row, x0, y0].map(|number| format!("{number}\n")).concat();
+    let file = |ending: &str, text: String| SideFile { path: output.with_extension(ending), text };
+    let mut files = vec![file("pgw", world_file)];
+    let prj = output.with_extension("prj");
+    match georeference.wkt() {
+        Some(wkt) => files.push(file("prj", wkt + "\n")),
+        None if prj.exists() => {
+            tracing::warn!(
+                "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
+                named(&prj)
+            );
         }
-        let create = |(ending, text): (&str, String)| {
-            let path = output.with_extension(ending);
+        None if georeference.crs == Crs::Local => {}
+        None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&prj)),
+    }
+    files
+}
+
+/// Files beside a picture, complete but not yet renamed to their final names.
+pub(super) struct Sidecars<'a> {
+    picture: &'a Path,
+    files: Vec<(SideFile, AtomicFile)>,
+    overwrite: bool,
+}
+
+impl<'a> Sidecars<'a> {
+    pub(super) fn create(picture: &'a Path, files: &[SideFile], overwrite: bool) -> Result<Self, FileError> {
+        let create = |file: &SideFile| {
             let write = || {
-                let mut file = AtomicFile::create(&path)?;
-                std::io::Write::write_all(file.writer(), text.as_bytes())?;
-                file.sync()?;
-                Ok(file)
+                let mut written = AtomicFile::create(&file.path)?;
+                std::io::Write::write_all(written.writer(), file.text.as_bytes())?;
+                written.sync()?;
+                Ok(written)
             };
-            let file = write().map_err(|error: std::io::Error| FileError::write(&path, error))?;
-            Ok((path, file))
+            let written = write().map_err(|error: std::io::Error| FileError::write(&file.path, error))?;
+            Ok((file.clone(), written))
         };
-        Ok(Self(files.into_iter().map(create).collect::<Result<_, _>>()?))
+        Ok(Self { picture, files: files.iter().map(create).collect::<Result<_, _>>()?, overwrite })
     }
 
-    /// Renames the files to their final names.
+    /// Renames the files to their final names, unless the user put files there meanwhile.
     pub(super) fn commit(self) -> Result<(), FileError> {
-        let name = |(path, file): (PathBuf, AtomicFile)| file.commit().map_err(|error| FileError::write(&path, error));
-        self.0.into_iter().try_for_each(name)
+        let (files, written): (Vec<_>, Vec<_>) = self.files.into_iter().unzip();
+        unnamed::check_beside(self.picture, &files, self.overwrite)?;
+        let name = |(file, written): (&SideFile, AtomicFile)| {
+            written.commit().map_err(|error| FileError::write(&file.path, error))
+        };
+        files.iter().zip(written).try_for_each(name)
     }
 }
 

@@ -1,42 +1,53 @@
-//! Checks that `hachure render` does not overwrite its inputs.
+//! Checks that `hachure render` overwrites neither its inputs nor files of the user that nobody named.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use anyhow::bail;
 
-use super::{MAX_FRAMES, RenderArgs, map};
+use super::{MAX_FRAMES, RenderArgs, map, sheets};
 use crate::commands::inputs;
 use crate::file::pattern::OutputKind;
+use crate::file::{FileError, unnamed};
 use crate::scene::Scene;
 use crate::scene::path::CameraPath;
 use crate::style::Style;
+use crate::vector::sheets::Sheets;
 
 /// Number of frames that are compared with the inputs whether they exist or not.
 const LOOKED_AT: u64 = 1000;
 
-/// Checks that no output file is an input. `sheets` are written in addition to the picture.
+/// Checks that no output file is an input, and that sheets and frames replace only those that hachure drew. The files
+/// beside a map are checked when their content is known ([`map::PlacedMap::new`]).
 ///
 /// # Errors
-/// Names the output that is an input.
+/// Names the output that would replace another file.
 pub(super) fn check(
     args: &RenderArgs,
     kind: &OutputKind,
-    sheets: &[PathBuf],
+    sheets: Option<&Sheets>,
     scene: &Scene,
     style: &Style,
     flight: Option<&str>,
 ) -> anyhow::Result<()> {
     let mut inputs = inputs::of(args.world.name(), scene, std::slice::from_ref(style), args.path.as_deref());
     args.like.iter().for_each(|like| inputs.add(like));
-    map::side_paths(args, kind).iter().chain(sheets).try_for_each(|written| inputs.check(written))?;
+    map::side_paths(args, kind).iter().try_for_each(|written| inputs.check(written))?;
+    for (path, name) in sheets::paths(args, sheets).iter().zip(sheets::names(sheets)) {
+        inputs.check(path)?;
+        unnamed::check(path, args.overwrite, |path| unnamed::is_sheet(path, &name))?;
+    }
     let OutputKind::Frames(pattern, _) = kind else { return Ok(inputs.check(&args.output)?) };
-    let (Some(flight), Some(name)) = (flight, &args.path) else { return Ok(inputs.check(&pattern.path(0))?) };
+    let check = |path: &Path| -> Result<(), FileError> {
+        inputs.check(path)?;
+        unnamed::check(path, args.overwrite, unnamed::is_drawing)
+    };
+    let (Some(flight), Some(name)) = (flight, &args.path) else { return Ok(check(&pattern.path(0))?) };
     let frames = check_flight(args, name, flight)?;
     // Of many frames, only those that exist are looked at: there are fewer files than there may be frames.
     let first = frames.min(LOOKED_AT);
     let existing = (frames > first).then(|| pattern.existing()).unwrap_or_default();
     let rest = existing.into_iter().filter(|frame| (first..frames).contains(frame));
-    Ok((0..first).chain(rest).try_for_each(|frame| inputs.check(&pattern.path(frame)))?)
+    Ok((0..first).chain(rest).try_for_each(|frame| check(&pattern.path(frame)))?)
 }
 
 /// Checks the camera path before anything is opened, and returns its number of frames, which does not depend on the

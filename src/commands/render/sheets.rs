@@ -13,6 +13,7 @@ use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::svg::{Drawing, Layer, Stroke, write_svg};
+use crate::file::unnamed;
 use crate::picture::sheets::sheet_path;
 use crate::vector::sheet::sides_mm;
 use crate::vector::sheets::{Place, Sheets, Wish};
@@ -83,6 +84,11 @@ pub(super) fn paths(args: &RenderArgs, sheets: Option<&Sheets>) -> Vec<PathBuf> 
     sheets.map(paths).unwrap_or_default()
 }
 
+/// Returns the names of the sheets of a plan, such as `B3`, in the order of [`paths`].
+pub(super) fn names(sheets: Option<&Sheets>) -> Vec<String> {
+    sheets.map(|sheets| sheets.places().map(Place::name).collect()).unwrap_or_default()
+}
+
 /// Report on a picture that was cut into sheets, as JSON.
 #[derive(Serialize)]
 pub(super) struct SheetsReport {
@@ -130,7 +136,8 @@ impl Job<'_> {
                 layers,
                 ..drawing.clone()
             };
-            write_svg(&sheet_path(&self.args.output, place), &sheet, Some(&self.imprint_text()))?;
+            let imprint = unnamed::imprint_of_sheet(&self.imprint_text(), &place.name());
+            write_svg(&sheet_path(&self.args.output, place), &sheet, Some(&imprint))?;
         }
         Ok(())
     }

@@ -15,6 +15,7 @@ use super::plan::{Chunk, Plan, Regions, Round, own_vertices};
 use super::tile_error::{Base, LevelView, against_base, against_heights, tile_statistics};
 use super::vertices::{Vertices, for_children};
 use super::{codec, mesh_error};
+use crate::file::atomic::Readers;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::encode::{Codec, padded_tile};
 use crate::pyramid::format::record::{self, page_bytes};
@@ -38,6 +39,8 @@ pub(super) struct Job<'a> {
     pub encodes: bool,
     /// The path of the pyramid, for messages.
     pub out: &'a Path,
+    /// Who may read the files.
+    pub readers: Readers,
     /// The identity of the bake: a hash of the heights, options and version.
     pub bake: u64,
     /// Set from another thread to stop the bake; checked between the steps of a chunk.

@@ -138,7 +138,7 @@ pub(super) fn join(
 ) -> Result<Joined, PyramidError> {
     let sizes = &job.plan.sizes;
     let [min_m, max_m] = range_m(job, done)?;
-    let mut tif = AtomicFile::create(target).map_err(PyramidError::io(target, "creating"))?;
+    let mut tif = AtomicFile::create_for(target, job.readers).map_err(PyramidError::io(target, "creating"))?;
     let mut writer = CogWriter::begin(tif.writer(), job.out, sizes, georeference, job.codec)?;
     let mut levels = vec![LevelSummary { bytes: 0, largest_error_m: 0.0 }; sizes.len()];
     let tiles: u64 = sizes.iter().map(|size| size.tiles()).sum();
@@ -182,7 +182,7 @@ pub(super) fn join(
     let header = sidecar.header_to_bytes().map_err(PyramidError::encode(job.out))?;
     sidecar.header_bytes = header.len() as u64;
     let sidecar_file = sidecar_path(target);
-    let mut records = AtomicFile::create(&sidecar_file).map_err(PyramidError::io(&sidecar_file, "creating"))?;
+    let mut records = AtomicFile::create_for(&sidecar_file, job.readers).map_err(PyramidError::io(&sidecar_file, "creating"))?;
     records.writer().write_all(&header).map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let mut number = 0;
     for (level, size) in sizes.iter().enumerate() {

@@ -25,8 +25,9 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-pub(crate) use folder::parts_path;
+pub(crate) use folder::{parts_path, remove_parts};
 
+use crate::file::atomic::Readers;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;
 use crate::pyramid::format::encode::Codec;
@@ -63,15 +64,29 @@ pub struct BakeWork<'a> {
     pub resume: bool,
     /// (I, N): bake only the chunks c of the first round with c mod N = I − 1, into the work folder.
     pub shard: Option<(u32, u32)>,
+    /// Whether only the user may read the files.
+    pub is_private: bool,
     /// Set from another thread, it stops the bake with [`PyramidError::Stopped`].
     pub stop: &'a AtomicBool,
 }
 
 static NEVER: AtomicBool = AtomicBool::new(false);
 
+impl BakeWork<'static> {
+    /// The default: a new bake in memory.
+    pub(crate) const NEW: Self =
+        Self { chunk_levels: 4, in_folder: false, resume: false, shard: None, is_private: false, stop: &NEVER };
+}
+
 impl Default for BakeWork<'_> {
     fn default() -> Self {
-        Self { chunk_levels: 4, in_folder: false, resume: false, shard: None, stop: &NEVER }
+        BakeWork::NEW
+    }
+}
+
+impl BakeWork<'_> {
+    fn readers(&self) -> Readers {
+        if self.is_private { Readers::Owner } else { Readers::Usual }
     }
 }
 
@@ -124,12 +139,26 @@ pub fn bake(
     options: &BakeOptions,
     progress: &dyn Progress,
 ) -> Result<BakeReport, PyramidError> {
+    bake_with(grid, out, options, &BakeWork::NEW, progress)
+}
+
+/// Does the same as [`bake()`], with other `work`, but no shard.
+///
+/// # Errors
+/// As for [`bake()`].
+pub(crate) fn bake_with(
+    grid: &HeightGrid,
+    out: &Path,
+    options: &BakeOptions,
+    work: &BakeWork<'_>,
+    progress: &dyn Progress,
+) -> Result<BakeReport, PyramidError> {
     if grid.heights_m.len() as u64 != u64::from(grid.width) * u64::from(grid.height) {
         let cause = format!("{} heights for {} × {} samples", grid.heights_m.len(), grid.width, grid.height);
         return Err(PyramidError::BadGrid { path: out.to_owned(), cause });
     }
     let reader = GridReader::new(grid, "heights in memory".into());
-    match bake_reader(&reader, out, options, &BakeWork::default(), progress)? {
+    match bake_reader(&reader, out, options, work, progress)? {
         Baked::Pyramid(report) => Ok(report),
         Baked::Shard { .. } => unreachable!("no shard was asked for"),
     }
@@ -157,7 +186,7 @@ pub fn bake_reader(
     let one_chunk = plan.chunk_counts(rounds[0]) == (1, 1);
     let keep = work.resume || work.shard.is_some();
     let folder = match work.shard.is_some() || work.in_folder && !one_chunk {
-        true => Some(Folder::open(out, bake, &identity, keep)?),
+        true => Some(Folder::open(out, bake, &identity, keep, work.readers())?),
         false => None,
     };
     let job = Job {
@@ -165,6 +194,7 @@ pub fn bake_reader(
         codec: if options.max_error_m > 0.0 { Codec::WithinMetres(options.max_error_m) } else { Codec::Lossless },
         encodes: true,
         out,
+        readers: work.readers(),
         bake,
         stop: work.stop,
         stage: &|what| {
@@ -185,7 +215,7 @@ pub fn bake_reader(
         folder.remove();
     } else if one_chunk && work.in_folder && keep {
         // The parts that shards of a small grid left behind.
-        if let Ok(folder) = Folder::open(out, bake, &identity, true) {
+        if let Ok(folder) = Folder::open(out, bake, &identity, true, work.readers()) {
             folder.remove();
         }
     }
@@ -232,6 +262,7 @@ pub(in crate::pyramid) fn measure(
         codec: Codec::Lossless,
         encodes: false,
         out: name,
+        readers: Readers::Usual,
         bake: 0,
         stop,
         stage: &|_| (),

@@ -22,8 +22,10 @@ use std::path::{Path, PathBuf};
 
 use super::deferred::Deferred;
 use super::plan::Chunk;
-use crate::file::atomic;
+use crate::file::atomic::{self, Readers};
+use crate::file::input::read_bytes;
 use crate::file::random_access::RandomAccess;
+use crate::file::unnamed::head;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::{Cursor, put_f32s};
 use crate::pyramid::format::record::{self, PAGE_BYTES};
@@ -166,15 +168,20 @@ impl Part {
     }
 
     /// Writes a part to a file, atomically.
-    pub(super) fn write(bytes: &[u8], path: &Path) -> Result<Self, PyramidError> {
-        atomic::write(path, bytes).map_err(PyramidError::io(path, "writing"))?;
+    pub(super) fn write(bytes: &[u8], path: &Path, readers: Readers) -> Result<Self, PyramidError> {
+        atomic::write_for(path, bytes, readers).map_err(PyramidError::io(path, "writing"))?;
         Self::parse(bytes).ok_or_else(|| damaged(path)).map(|part| Self { bytes: Bytes::File(path.to_owned()), ..part })
+    }
+
+    /// Returns whether the file at `path` is a part, whole or damaged.
+    pub(super) fn is_part(path: &Path) -> bool {
+        head(path, MAGIC.len()) == MAGIC
     }
 
     /// Opens an existing part and verifies every byte. Returns `None` if the file is missing or damaged, or if it is
     /// another part than `name`.
     pub(super) fn open(path: &Path, name: PartName) -> Option<Self> {
-        let bytes = std::fs::read(path).ok()?;
+        let bytes = read_bytes(path, u64::MAX).ok()?;
         let mut head = Cursor { bytes: &bytes };
         if head.take(8)? != MAGIC || head.u32()? != crc32fast::hash(bytes.get(SUMMED_AT..)?) {
             return None;

@@ -2,11 +2,11 @@
 //! A sidecar whose fingerprint differs from that of the file is outdated. A change that leaves the length and both ends
 //! as they are goes unnoticed.
 
-use std::fs;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use super::bytes::{Cursor, fnv};
+use crate::file::input::open_regular;
 
 /// Number of bytes at each end of the .tif that the hash covers: enough for the IFDs of a COG of about 4,000 tiles,
 /// which contain the offsets and lengths of the tiles.
@@ -24,7 +24,7 @@ pub(crate) struct Fingerprint {
 impl Fingerprint {
     /// Computes the fingerprint of the file at `path` as it is now.
     pub(crate) fn of(path: &Path) -> io::Result<Self> {
-        let mut file = fs::File::open(path)?;
+        let mut file = open_regular(path)?;
         let tif_bytes = file.metadata()?.len();
         let mut ends = Vec::new();
         (&mut file).take(END_BYTES).read_to_end(&mut ends)?;

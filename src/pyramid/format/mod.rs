@@ -17,5 +17,6 @@ pub(super) mod fingerprint;
 pub(super) mod sidecar;
 pub(super) mod pair;
 
-pub(crate) use sidecar::LevelSummary;
+pub(crate) use pair::next_path;
+pub(crate) use sidecar::{LevelSummary, is_sidecar};
 pub use sidecar::sidecar_path;

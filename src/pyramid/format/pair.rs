@@ -9,12 +9,12 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::fingerprint::Fingerprint;
-use super::sidecar::{HEAD_BYTES, HeaderFault, Sidecar, sidecar_path};
+use super::sidecar::{HEAD_BYTES, HeaderFault, Sidecar, is_sidecar, sidecar_path};
 use crate::file::random_access::RandomAccess;
 use crate::pyramid::error::PyramidError;
 
 /// Returns the temporary name of a new sidecar.
-fn next_path(tif: &Path) -> PathBuf {
+pub(crate) fn next_path(tif: &Path) -> PathBuf {
     let mut name = std::ffi::OsString::from(".");
     name.push(sidecar_path(tif).file_name().unwrap_or_default());
     name.push(".next");
@@ -88,7 +88,8 @@ pub(crate) fn commit(tif: &Path, sidecar: &Path, out: &Path) -> Result<(), Pyram
 
 /// Removes what an interrupted commit left behind, if the pyramid is complete without it.
 pub(crate) fn tidy(out: &Path) {
-    if open_fitting(out, &sidecar_path(out)).is_ok() {
-        let _ = fs::remove_file(next_path(out));
+    let next = next_path(out);
+    if is_sidecar(&next) && open_fitting(out, &sidecar_path(out)).is_ok() {
+        let _ = fs::remove_file(next);
     }
 }

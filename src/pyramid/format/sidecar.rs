@@ -28,6 +28,7 @@ use std::path::{Path, PathBuf};
 use super::bytes::{Cursor, fnv, put_f32s};
 use super::fingerprint::Fingerprint;
 use super::record::{RECORD_BYTES, Record, parse_record};
+use crate::file::unnamed::head;
 use crate::pyramid::surface::levels::{LevelSize, level_sizes};
 use crate::pyramid::surface::statistics::{PatchStatistics, patch_counts, patch_levels, tile_index};
 use crate::pyramid::tile::{PATCH_QUADS, TileAddress};
@@ -96,6 +97,11 @@ pub fn sidecar_path(tif: &Path) -> PathBuf {
     let mut path = tif.as_os_str().to_owned();
     path.push(".tiles");
     path.into()
+}
+
+/// Returns whether the file at `path` is a sidecar, whole or damaged, of any version.
+pub(crate) fn is_sidecar(path: &Path) -> bool {
+    head(path, MAGIC.len()) == MAGIC
 }
 
 impl Sidecar {

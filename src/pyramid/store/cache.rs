@@ -2,8 +2,8 @@
 //! removed, the least recently used first, when they take too much space. Damaged files are rebuilt (`entry`,
 //! `healing`).
 //!
-//! The folder is the one that the caller names, otherwise `HACHURE_CACHE`, otherwise the system's cache folder for
-//! hachure.
+//! The folder is hachure's own ([`crate::file::cache_folder`]) within the one that the caller names, otherwise
+//! `HACHURE_CACHE`, otherwise the system's cache folder for hachure.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,8 @@ use super::entry::Entry;
 use super::healing::Healing;
 use super::pyramid::Pyramid;
 use super::tile_store::TileStore;
-use crate::pyramid::bake::{BakeOptions, BakeWork, bake, bake_reader};
+use crate::file::cache_folder as own_folder;
+use crate::pyramid::bake::{BakeOptions, BakeWork, bake_reader, bake_with};
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::bytes::fnv;
 use crate::pyramid::format::pair::has_sidecar;
@@ -23,6 +24,9 @@ use crate::source::{self, HeightGrid, HeightReader, OpenOptions, Progress, Silen
 
 /// A DEM with more samples is read in windows: half a gigabyte.
 const IN_MEMORY_SAMPLES: u64 = 1 << 27;
+
+/// The work of a bake into the cache: only the user may read the files.
+const WORK: BakeWork<'static> = BakeWork { is_private: true, ..BakeWork::NEW };
 
 /// Opens `path` itself if it is a pyramid with a valid sidecar; otherwise the pyramid that was baked from it before;
 /// otherwise bakes one from the heights that `load` returns. A file counts as the same if its absolute path, size and
@@ -128,11 +132,11 @@ fn file_of_cache(
 fn bake_file(reader: &dyn HeightReader, path: &Path, out: &Path, progress: &dyn Progress) -> Result<(), PyramidError> {
     let [width, height] = reader.size();
     if u64::from(width) * u64::from(height) > IN_MEMORY_SAMPLES {
-        let work = BakeWork { in_folder: true, resume: true, ..BakeWork::default() };
+        let work = BakeWork { in_folder: true, resume: true, ..WORK };
         bake_reader(reader, out, &BakeOptions::default(), &work, progress)?;
     } else {
         let grid = source::read_all(reader, path, progress).map_err(load_error)?;
-        bake(&grid, out, &BakeOptions::default(), progress)?;
+        bake_with(&grid, out, &BakeOptions::default(), &WORK, progress)?;
     }
     Ok(())
 }
@@ -156,7 +160,7 @@ where
     entry_of(key, name, cache_dir)?.open_or_make(|out| {
         let Some(load) = load.take() else { return Err(PyramidError::Stopped) };
         let grid = load().map_err(|source: E| PyramidError::Load(source.into()))?;
-        bake(&grid, out, &BakeOptions::default(), progress).map(drop)
+        bake_with(&grid, out, &BakeOptions::default(), &WORK, progress).map(drop)
     })
 }
 
@@ -174,7 +178,7 @@ pub fn open_or_grow_store(
 ) -> Result<Arc<dyn TileStore>, PyramidError> {
     let entry = entry_of(key, name, cache_dir)?;
     let make = move |out: &Path, progress: &dyn Progress| {
-        bake(&grow(progress), out, &BakeOptions::default(), progress).map(drop)
+        bake_with(&grow(progress), out, &BakeOptions::default(), &WORK, progress).map(drop)
     };
     let pyramid = entry.open_or_make(|out| make(out, progress))?;
     Ok(Arc::new(Healing::new(pyramid, entry, Box::new(move |out| make(out, &Silent)))))
@@ -184,8 +188,14 @@ fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, Py
     Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key))
 }
 
-/// Returns the folder of cached pyramids, and of hachure's other caches.
+/// Returns hachure's own folder for cached pyramids and its other caches. It exists and may be trusted.
 pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
+    let root = root(named)?;
+    own_folder::open(&root).map_err(|source| PyramidError::Cache { folder: root, source: source.into() })
+}
+
+/// Returns the folder that holds hachure's own.
+fn root(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
     if let Some(folder) = named {
         return Ok(folder.to_owned());
     }

@@ -2,12 +2,12 @@
 //!
 //! ```text
 //! NAME.tif, NAME.tif.tiles   the pyramid
-//! NAME.tif.from              the origin of the pyramid: 8 bytes "HACHFROM", u64 hash of the key,
-//!                            u64 u64 the fingerprint of the .tif, u64 FNV-1a of the numbers
+//! NAME.tif.from              the origin of the pyramid, which is also the manifest of the entry: see `manifest`
 //! .NAME.tif.lock             locked by the process that bakes it
 //! ```
 //!
-//! Files may be damaged in any way, replaced by others, or missing. A pyramid gets its name only when it is complete,
+//! Nobody else can write to the folder (`file::cache_folder`). An entry whose origin is missing or is not the whole key
+//! is not believed. Files may be damaged in any way, replaced by others, or missing. A pyramid gets its name only when it is complete,
 //! and a bake gives the same bytes whoever runs it: if two processes bake an entry at once in spite of the lock (not
 //! every file system has locks), they only do the same work twice.
 
@@ -16,15 +16,13 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::SystemTime;
 
+use super::manifest::{Manifest, origin_path};
 use super::pyramid::Pyramid;
-use super::trim::{CACHE_LIMIT_BYTES, lock_path, origin_path, trim};
-use crate::file::atomic;
-use crate::pyramid::bake::parts_path;
+use super::trim::{CACHE_LIMIT_BYTES, lock_path, trim};
+use crate::file::cache_folder;
+use crate::pyramid::bake::remove_parts;
 use crate::pyramid::error::PyramidError;
-use crate::pyramid::format::bytes::fnv;
-use crate::pyramid::format::fingerprint::Fingerprint;
-
-const MAGIC: &[u8; 8] = b"HACHFROM";
+use crate::pyramid::format::sidecar_path;
 
 /// Prevents two threads from baking one pyramid at a time: their partial files would be the same.
 static BAKING: Mutex<()> = Mutex::new(());
@@ -99,13 +97,19 @@ impl Entry {
     }
 
     fn open(&self) -> Result<Pyramid, PyramidError> {
+        let mismatch = |cause: &str| PyramidError::Mismatch { path: self.tif.clone(), cause: cause.to_owned() };
+        // A link would lead out of the folder, and a pipe would wait.
+        let are_files = [self.tif.clone(), sidecar_path(&self.tif)].iter().all(|path| {
+            path.symlink_metadata().is_err() || cache_folder::is_file(path)
+        });
+        if !are_files {
+            return Err(mismatch("it is not a file"));
+        }
         let pyramid = Pyramid::open(&self.tif)?;
-        // An entry of an older version has no origin file.
-        if let Ok(found) = fs::read(origin_path(&self.tif))
-            && found != self.origin()?
-        {
-            let cause = "it was baked from another input".to_owned();
-            return Err(PyramidError::Mismatch { path: self.tif.clone(), cause });
+        match Manifest::read(&self.tif) {
+            Some(found) if found == self.manifest()? => {}
+            Some(_) => return Err(mismatch("it was baked from another input")),
+            None => return Err(mismatch("its origin is not recorded")),
         }
         // The modification time records the last use. It is only a hint for `trim`.
         let used = fs::File::options().append(true).open(&self.tif);
@@ -115,34 +119,39 @@ impl Entry {
         Ok(pyramid)
     }
 
-    fn origin(&self) -> Result<Vec<u8>, PyramidError> {
-        let fingerprint = Fingerprint::of(&self.tif).map_err(PyramidError::io(&self.tif, "opening"))?;
-        let mut numbers = fnv(self.key.as_bytes()).to_le_bytes().to_vec();
-        fingerprint.put(&mut numbers);
-        let sum = fnv(&numbers).to_le_bytes();
-        Ok([MAGIC.as_slice(), &numbers, &sum].concat())
+    fn manifest(&self) -> Result<Manifest, PyramidError> {
+        Manifest::of(&self.tif, &self.key).map_err(PyramidError::io(&self.tif, "opening"))
     }
 
     fn make(&self, mut make: impl FnMut(&Path) -> Result<(), PyramidError>) -> Result<Pyramid, PyramidError> {
         let mut made = make(&self.tif);
         if matches!(made, Err(PyramidError::Parts { .. })) {
             // The work folder holds parts of another bake.
-            let _ = fs::remove_dir_all(parts_path(&self.tif));
+            remove_parts(&self.tif);
             made = make(&self.tif);
         }
         made.map_err(|error| self.of_cache(error))?;
-        let origin = self.origin()?;
-        atomic::write(&origin_path(&self.tif), &origin).map_err(|error| self.unwritable(error))?;
+        let manifest = self.manifest()?.to_bytes();
+        cache_folder::write(&origin_path(&self.tif), &manifest).map_err(|error| self.unwritable(error))?;
         trim(&self.folder, &self.tif, CACHE_LIMIT_BYTES);
         Pyramid::open(&self.tif)
     }
 
-    /// Locks the entry until the returned file is dropped, or until the process ends in any way.
-    fn lock(&self) -> Result<fs::File, PyramidError> {
-        fs::create_dir_all(&self.folder).map_err(|error| self.unwritable(error))?;
+    /// Locks the entry until the returned file is dropped, or until the process ends in any way. Returns `None` if
+    /// something that is not a file has the name of the lock; the names of partial files then keep processes apart.
+    fn lock(&self) -> Result<Option<fs::File>, PyramidError> {
+        cache_folder::create_within(&self.folder).map_err(|error| self.unwritable(error))?;
         let path = lock_path(&self.tif);
-        let file = fs::File::options().create(true).truncate(false).write(true).open(&path);
-        let file = file.map_err(|error| self.unwritable(error))?;
+        // Opening a pipe would wait for its reader.
+        if path.symlink_metadata().is_ok() && !cache_folder::is_file(&path) {
+            tracing::debug!("{}: is not a file, and no lock", path.display());
+            return Ok(None);
+        }
+        let mut options = fs::File::options();
+        options.create(true).truncate(false).write(true);
+        #[cfg(unix)]
+        std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
+        let file = options.open(&path).map_err(|error| self.unwritable(error))?;
         if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
             tracing::info!("{}: waiting for another process that bakes it", self.tif.display());
             // Where locks fail, the names of partial files keep processes apart.
@@ -150,7 +159,7 @@ impl Entry {
                 tracing::debug!("{}: {error}", path.display());
             }
         }
-        Ok(file)
+        Ok(Some(file))
     }
 
     fn unwritable(&self, source: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> PyramidError {

@@ -15,6 +15,7 @@ mod measured;
 mod cog_levels;
 mod cog_store;
 mod mosaic_store;
+mod manifest;
 mod trim;
 mod entry;
 mod healing;
@@ -39,5 +40,7 @@ pub(crate) use open_store::open_local_cog_with;
 pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
 pub use tile_store::{Cancel, Decode, TileStore};
+#[cfg(test)]
+pub(crate) use manifest::write_manifest;
 #[cfg(test)]
 pub(crate) use trim::trim;

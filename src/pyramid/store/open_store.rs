@@ -1,7 +1,7 @@
 //! Opening COGs, local or remote, as stores of tiles without baking them.
 
 use std::path::Path;
-use std::sync::Arc;
+use std::sync::{Arc, Once};
 
 use super::cache::cache_folder;
 use super::cog_store::CogStore;
@@ -26,7 +26,9 @@ const REMOTE_FOLDER: &str = "remote";
 /// why it cannot be read as heights.
 pub fn open_remote(url: &str, voids: VoidMode) -> Result<Arc<dyn TileStore>, PyramidError> {
     // Without a cache folder, nothing is cached on disk; everything else works.
-    let cache = cache_folder(None).ok().map(|folder| folder.join(REMOTE_FOLDER));
+    static WARNED: Once = Once::new();
+    let warn = |error: &PyramidError| WARNED.call_once(|| tracing::warn!("{error}; blocks of remote files are not cached"));
+    let cache = cache_folder(None).inspect_err(warn).ok().map(|folder| folder.join(REMOTE_FOLDER));
     open_remote_as(url, Settings { cache, ..Settings::default() }, DECODED_BYTES, voids).map(|store| store as _)
 }
 

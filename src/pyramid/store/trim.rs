@@ -1,10 +1,15 @@
-//! The files of a cache entry, and their removal when the cache is too large.
+//! Removes the least recently used entries of the cache when it is too large. Only what a bake put there is removed: a
+//! pyramid that its manifest describes, with the files of its entry, and temporary files of entries.
 
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, UNIX_EPOCH};
 
-use crate::pyramid::format::sidecar::sidecar_path;
+use super::manifest::{Manifest, origin_path};
+use crate::file::atomic::named_in_temporary;
+use crate::file::cache_folder::is_file;
+use crate::pyramid::format::sidecar_path;
 
 /// The largest size of the cache: 8 GiB.
 pub(crate) const CACHE_LIMIT_BYTES: u64 = 8 << 30;
@@ -12,28 +17,36 @@ pub(crate) const CACHE_LIMIT_BYTES: u64 = 8 << 30;
 /// The age from which a partial file counts as abandoned by its bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
-/// Returns the path of the file that identifies the origin of the pyramid.
-pub(super) fn origin_path(tif: &Path) -> PathBuf {
-    let mut path = tif.as_os_str().to_owned();
-    path.push(".from");
-    path.into()
-}
-
 /// Returns the path of the lock file.
 pub(super) fn lock_path(tif: &Path) -> PathBuf {
-    let mut name = std::ffi::OsString::from(".");
+    let mut name = OsString::from(".");
     name.push(tif.file_name().unwrap_or_default());
     name.push(".lock");
     tif.with_file_name(name)
 }
 
-/// Removes the pyramid with its other files, as far as possible. Returns whether the GeoTIFF was removed.
-pub(super) fn remove(tif: &Path) -> bool {
-    // The sidecar first: a GeoTIFF without one does not count as a pyramid.
-    let _ = fs::remove_file(sidecar_path(tif));
-    let _ = fs::remove_file(origin_path(tif));
-    let _ = fs::remove_file(lock_path(tif));
-    fs::remove_file(tif).is_ok()
+/// Removes an entry, as far as possible. Returns whether the GeoTIFF was removed; one that its manifest does not
+/// describe stays, because it may be a file of the user.
+fn remove(tif: &Path) -> bool {
+    if !Manifest::read(tif).is_some_and(|manifest| manifest.describes(tif)) {
+        return false;
+    }
+    // The sidecar first: a GeoTIFF without one does not count as a pyramid. The manifest last: without it, nothing of
+    // the entry would ever be removed.
+    let is_removed = [sidecar_path(tif), lock_path(tif), tif.to_owned()].map(|path| fs::remove_file(path).is_ok())[2];
+    is_removed && fs::remove_file(origin_path(tif)).is_ok()
+}
+
+/// Returns whether a name is that of an entry's GeoTIFF: `NAME.HASH.tif`.
+fn is_entry(name: &str) -> bool {
+    let hash = name.strip_suffix(".tif").and_then(|name| name.rsplit_once('.')).map_or("", |(_, hash)| hash);
+    hash.len() == 16 && hash.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
+}
+
+/// Returns whether a name is that of a temporary file of an entry.
+fn is_partial(name: &str) -> bool {
+    let of = named_in_temporary(name).unwrap_or_default();
+    is_entry(of.strip_suffix(".tiles").or(of.strip_suffix(".from")).unwrap_or(of))
 }
 
 /// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files.
@@ -42,18 +55,17 @@ pub(crate) fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut pyramids = Vec::new();
     for entry in entries.flatten() {
-        let path = entry.path();
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
         let Ok(metadata) = entry.metadata() else { continue };
         let used = metadata.modified().unwrap_or(UNIX_EPOCH);
-        match path.extension().and_then(|extension| extension.to_str()) {
-            Some("tif") => {
-                let sidecar_bytes = fs::metadata(sidecar_path(&path)).map_or(0, |metadata| metadata.len());
-                pyramids.push((used, metadata.len() + sidecar_bytes, path));
-            }
-            Some("part") if used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER) => {
-                let _ = fs::remove_file(&path);
-            }
-            _ => {}
+        if !metadata.is_file() {
+            continue;
+        }
+        if is_entry(&name) && is_file(&origin_path(&path)) {
+            let sidecar_bytes = fs::metadata(sidecar_path(&path)).map_or(0, |metadata| metadata.len());
+            pyramids.push((used, metadata.len() + sidecar_bytes, path));
+        } else if is_partial(&name) && used.elapsed().is_ok_and(|age| age > ABANDONED_AFTER) {
+            let _ = fs::remove_file(&path);
         }
     }
     pyramids.sort();

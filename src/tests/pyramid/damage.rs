@@ -1,11 +1,13 @@
 //! Tests interrupted bakes, stale and damaged files, and the cache.
 
 use std::fs;
+use std::path::PathBuf;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 
 use hachure::pyramid::format::sidecar_path;
-use hachure::pyramid::store::{open_or_bake, open_or_bake_key, trim};
+use hachure::file::cache_folder;
+use hachure::pyramid::store::{open_or_bake, open_or_bake_key, trim, write_manifest};
 use hachure::pyramid::{BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake};
 use hachure::source::{Progress, Silent};
 
@@ -162,11 +164,45 @@ fn the_cache_bakes_once() {
     drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
     assert_eq!(loads.get(), 2);
     // A damaged cache is rebuilt.
-    for entry in fs::read_dir(&cache).unwrap().flatten() {
-        fs::write(entry.path(), b"damaged").unwrap();
-    }
+    let files = || {
+        let entries = fs::read_dir(cache_folder::open(&cache).unwrap()).unwrap().flatten();
+        entries.map(|entry| entry.path()).filter(|path| !path.ends_with("CACHEDIR.TAG"))
+    };
+    files().for_each(|path| fs::write(path, b"damaged").unwrap());
     drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
     assert_eq!(loads.get(), 3);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        assert!(files().all(|path| fs::metadata(path).unwrap().permissions().mode() & 0o777 == 0o600));
+        // A pyramid whose origin is not recorded may be forged. Pipes and links in the place of files hold nothing up.
+        let is_of = |path: &PathBuf, ending: &str| path.to_string_lossy().ends_with(ending);
+        for (times, ending) in [(4, ".from"), (5, ".lock"), (6, ".tif"), (7, ".tiles")] {
+            for path in files().filter(|path| is_of(path, ending)).collect::<Vec<_>>() {
+                fs::remove_file(&path).unwrap();
+                if times == 4 {
+                    continue;
+                }
+                assert!(std::process::Command::new("mkfifo").arg(path).status().unwrap().success());
+            }
+            if ending == ".lock" {
+                files().filter(|path| is_of(path, ".from")).for_each(|path| fs::remove_file(path).unwrap());
+            }
+            drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
+            assert_eq!(loads.get(), times, "{ending}");
+        }
+        let victim = folder.path().join("victim");
+        fs::write(&victim, b"mine").unwrap();
+        for path in files().filter(|path| is_of(path, ".tif")).collect::<Vec<_>>() {
+            fs::remove_file(&path).unwrap();
+            std::os::unix::fs::symlink(&victim, path).unwrap();
+        }
+        let changed = fs::metadata(&victim).unwrap().modified().unwrap();
+        drop(open_or_bake(&source, load, Some(&cache), &Silent).unwrap());
+        assert_eq!((loads.get(), fs::read(&victim).unwrap()), (8, b"mine".to_vec()));
+        assert_eq!(fs::metadata(&victim).unwrap().modified().unwrap(), changed);
+        loads.set(3);
+    }
     // A pyramid with its sidecar file is opened directly.
     let own = folder.path().join("own.tif");
     drop(baked(&world::rough(300, 200, true), &own, 0.0));
@@ -186,14 +222,31 @@ fn the_cache_stays_within_its_limit() {
     let grid = world::rough(64, 64, false);
     let mut paths = Vec::new();
     for i in 0..4 {
-        let path = folder.path().join(format!("{i}.tif"));
+        let path = folder.path().join(format!("world.{i:016x}.tif"));
         drop(baked(&grid, &path, 0.0));
+        write_manifest(&path, &format!("key {i}"));
         let used = std::time::SystemTime::now() - std::time::Duration::from_secs(1000 * (4 - i));
         fs::File::options().append(true).open(&path).unwrap().set_modified(used).unwrap();
         paths.push(path);
     }
     let bytes = fs::metadata(&paths[0]).unwrap().len() + fs::metadata(sidecar_path(&paths[0])).unwrap().len();
-    trim(folder.path(), &paths[0], 2 * bytes);
+    // Files of a user that look more or less like those of the cache: all are old, and one is large.
+    let mine = ["my_dem.tif", "my.0123456789abcdef.tif", "ubuntu.iso.part", ".my.tif.4711.part", "a.tif.from"];
+    let mine = mine.map(|name| folder.path().join(name));
+    let old = std::time::SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(1_000_000);
+    for path in &mine {
+        fs::write(path, b"HACHTILE").unwrap();
+        fs::File::options().append(true).open(path).unwrap().set_modified(old).unwrap();
+    }
+    fs::File::options().append(true).open(&mine[0]).unwrap().set_len(9 << 30).unwrap();
+    // A manifest beside another file than the one that it describes.
+    fs::copy(format!("{}.from", paths[1].display()), format!("{}.from", mine[1].display())).unwrap();
+    // Planted: an abandoned temporary file of an entry, which the same rules find.
+    let abandoned = folder.path().join(format!(".world.{:016x}.tif.tiles.abcdefABCDEF.part", 7));
+    fs::write(&abandoned, b"").unwrap();
+    fs::File::options().append(true).open(&abandoned).unwrap().set_modified(old).unwrap();
+    trim(folder.path(), &paths[0], 2 * bytes + 100);
+    assert!(mine.iter().all(|path| path.exists()) && !abandoned.exists());
     let left: Vec<bool> = paths.iter().map(|path| path.exists()).collect();
     assert_eq!(left, [true, false, false, true], "the oldest must be deleted first, and the one in use kept");
     assert!(!sidecar_path(&paths[1]).exists());

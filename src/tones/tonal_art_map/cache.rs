@@ -16,7 +16,8 @@ use std::path::Path;
 use std::time::UNIX_EPOCH;
 
 use super::{GENERATOR_VERSION, TonalArtMap};
-use crate::file::atomic;
+use crate::file::cache_folder;
+use crate::file::unnamed::head;
 use crate::remote::Fnv;
 use crate::style::StyleError;
 use crate::style::marks::{Kind, Recipe};
@@ -25,6 +26,8 @@ const MAGIC: &[u8; 8] = b"HACHTAM1";
 const HEAD_BYTES: usize = 8 + 8 + 4 + 8;
 /// A user who edits a recipe generates many maps; the oldest files are removed.
 const MAX_FILES: usize = 64;
+/// Largest file that is read, in bytes: a side has at most 2048 texels.
+const LARGEST_BYTES: u64 = 64 << 20;
 
 /// Returns the recipe's map from `folder`; if it is not there, generates and stores it.
 ///
@@ -37,14 +40,14 @@ pub(crate) fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap
     }
     let key = key(recipe);
     let path = folder.join(format!("{key:016x}.tam"));
-    if let Ok(bytes) = fs::read(&path) {
+    if let Some(bytes) = cache_folder::read(&path, LARGEST_BYTES) {
         if let Some(map) = unpack(&bytes, key) {
             return Ok(map);
         }
         tracing::warn!("{}: this cached tonal art map is damaged; it is regenerated", path.display());
     }
     let map = TonalArtMap::make(recipe)?;
-    if let Err(error) = fs::create_dir_all(folder).and_then(|()| atomic::write(&path, &pack(&map, key))) {
+    if let Err(error) = cache_folder::write(&path, &pack(&map, key)) {
         tracing::debug!("{}: {error}", path.display());
     }
     trim(folder);
@@ -81,13 +84,23 @@ fn unpack(bytes: &[u8], key: u64) -> Option<TonalArtMap> {
     is_whole.then(|| TonalArtMap { side_px, thresholds: thresholds.to_vec() })
 }
 
+/// Returns whether a file of the folder is a map, by its name and its first bytes.
+fn is_own(path: &Path) -> bool {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    let hash = name.strip_suffix(".tam").unwrap_or_default();
+    hash.len() == 16
+        && hash.bytes().all(|byte| byte.is_ascii_hexdigit())
+        && cache_folder::is_file(path)
+        && head(path, MAGIC.len()) == MAGIC
+}
+
 /// Removes the oldest files beyond [`MAX_FILES`]. Files that cannot be removed stay.
 fn trim(folder: &Path) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut maps: Vec<_> = entries
         .flatten()
         .map(|entry| entry.path())
-        .filter(|path| path.extension().is_some_and(|extension| extension == "tam"))
+        .filter(|path| is_own(path))
         .map(|path| (fs::metadata(&path).and_then(|metadata| metadata.modified()).unwrap_or(UNIX_EPOCH), path))
         .collect();
     maps.sort();
