@@ -85,10 +85,11 @@ fn render(folder: &Path, cache: &Path, world: &Path) -> (Output, Option<Vec<u8>>
 
 /// Returns the .tif and .tiles files of the cache entry whose name begins with `name`.
 fn entry(cache: &Path, name: &str) -> [PathBuf; 2] {
-    let found = fs::read_dir(own_cache_folder(cache).unwrap()).unwrap().flatten().map(|entry| entry.path()).find(|path| {
-        let file = path.file_name().unwrap().to_string_lossy().into_owned();
-        file.starts_with(name) && file.ends_with(".tif")
-    });
+    let found =
+        fs::read_dir(own_cache_folder(cache).unwrap()).unwrap().flatten().map(|entry| entry.path()).find(|path| {
+            let file = path.file_name().unwrap().to_string_lossy().into_owned();
+            file.starts_with(name) && file.ends_with(".tif")
+        });
     let tif = found.unwrap();
     [tif.clone(), sidecar_path(&tif)]
 }

@@ -210,7 +210,10 @@ mod tests {
         assert!(create_new(&at("planted"), Readers::Usual).is_err());
         symlink(at("victim"), at("a.png")).unwrap();
         write(&at("a.png"), b"picture").unwrap();
-        assert_eq!((fs::read(at("victim")).unwrap(), fs::read(at("a.png")).unwrap()), (b"mine".into(), b"picture".into()));
+        assert_eq!(
+            (fs::read(at("victim")).unwrap(), fs::read(at("a.png")).unwrap()),
+            (b"mine".into(), b"picture".into())
+        );
         write_for(&at("cached"), b"", Readers::Owner).unwrap();
         assert_eq!(fs::metadata(at("cached")).unwrap().permissions().mode() & 0o777, 0o600);
         let _socket = std::os::unix::net::UnixListener::bind(at("socket")).unwrap();

@@ -190,6 +190,9 @@ mod tests {
         symlink(at("a"), at("link")).unwrap();
         assert!(std::process::Command::new("mkfifo").arg(at("pipe")).status().unwrap().success());
         assert_eq!(read(&at("a"), 3), Some(b"xyz".into()));
-        assert_eq!([read(&at("a"), 2), read(&at("link"), 9), read(&at("pipe"), 9), read(&at("none"), 9)], [const { None }; 4]);
+        assert_eq!(
+            [read(&at("a"), 2), read(&at("link"), 9), read(&at("pipe"), 9), read(&at("none"), 9)],
+            [const { None }; 4]
+        );
     }
 }

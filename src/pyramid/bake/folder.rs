@@ -67,7 +67,9 @@ impl Folder {
                 Ok(found) => found,
                 // Another process may be about to write `bake.txt`, and may have done so between the two reads.
                 Err(_) if is_begun() => return folder.describe(&text),
-                Err(_) => read_text(&about, LARGEST_ABOUT_BYTES).map_err(|_| refused("is not a work folder; move it away"))?,
+                Err(_) => {
+                    read_text(&about, LARGEST_ABOUT_BYTES).map_err(|_| refused("is not a work folder; move it away"))?
+                }
             };
             let lines: Vec<&str> = found.lines().collect();
             if lines.first() != Some(&FIRST_LINE) || lines.get(2) != Some(&&*name) {

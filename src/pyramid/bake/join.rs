@@ -182,7 +182,8 @@ pub(super) fn join(
     let header = sidecar.header_to_bytes().map_err(PyramidError::encode(job.out))?;
     sidecar.header_bytes = header.len() as u64;
     let sidecar_file = sidecar_path(target);
-    let mut records = AtomicFile::create_for(&sidecar_file, job.readers).map_err(PyramidError::io(&sidecar_file, "creating"))?;
+    let mut records =
+        AtomicFile::create_for(&sidecar_file, job.readers).map_err(PyramidError::io(&sidecar_file, "creating"))?;
     records.writer().write_all(&header).map_err(PyramidError::io(&sidecar_file, "writing"))?;
     let mut number = 0;
     for (level, size) in sizes.iter().enumerate() {

@@ -18,5 +18,5 @@ pub(super) mod sidecar;
 pub(super) mod pair;
 
 pub(crate) use pair::next_path;
-pub(crate) use sidecar::{LevelSummary, is_sidecar};
 pub use sidecar::sidecar_path;
+pub(crate) use sidecar::{LevelSummary, is_sidecar};

@@ -99,9 +99,9 @@ impl Entry {
     fn open(&self) -> Result<Pyramid, PyramidError> {
         let mismatch = |cause: &str| PyramidError::Mismatch { path: self.tif.clone(), cause: cause.to_owned() };
         // A link would lead out of the folder, and a pipe would wait.
-        let are_files = [self.tif.clone(), sidecar_path(&self.tif)].iter().all(|path| {
-            path.symlink_metadata().is_err() || cache_folder::is_file(path)
-        });
+        let are_files = [self.tif.clone(), sidecar_path(&self.tif)]
+            .iter()
+            .all(|path| path.symlink_metadata().is_err() || cache_folder::is_file(path));
         if !are_files {
             return Err(mismatch("it is not a file"));
         }

@@ -34,13 +34,13 @@ pub(crate) use derive::coarse_patches;
 pub use derive::derive;
 pub(crate) use exaggerated::Exaggerated;
 pub(crate) use ground::Ground;
+#[cfg(test)]
+pub(crate) use manifest::write_manifest;
 pub use memory_store::MemoryStore;
 pub(crate) use mosaic_store::MosaicStore;
 pub(crate) use open_store::open_local_cog_with;
 pub use open_store::{open_local_cog, open_remote, open_remote_with};
 pub use pyramid::Pyramid;
 pub use tile_store::{Cancel, Decode, TileStore};
-#[cfg(test)]
-pub(crate) use manifest::write_manifest;
 #[cfg(test)]
 pub(crate) use trim::trim;

@@ -27,7 +27,8 @@ const REMOTE_FOLDER: &str = "remote";
 pub fn open_remote(url: &str, voids: VoidMode) -> Result<Arc<dyn TileStore>, PyramidError> {
     // Without a cache folder, nothing is cached on disk; everything else works.
     static WARNED: Once = Once::new();
-    let warn = |error: &PyramidError| WARNED.call_once(|| tracing::warn!("{error}; blocks of remote files are not cached"));
+    let warn =
+        |error: &PyramidError| WARNED.call_once(|| tracing::warn!("{error}; blocks of remote files are not cached"));
     let cache = cache_folder(None).inspect_err(warn).ok().map(|folder| folder.join(REMOTE_FOLDER));
     open_remote_as(url, Settings { cache, ..Settings::default() }, DECODED_BYTES, voids).map(|store| store as _)
 }

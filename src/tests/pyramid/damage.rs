@@ -1,12 +1,12 @@
 //! Tests interrupted bakes, stale and damaged files, and the cache.
 
 use std::fs;
-use std::path::PathBuf;
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
 use std::sync::Arc;
 
-use hachure::pyramid::format::sidecar_path;
 use hachure::file::cache_folder;
+use hachure::pyramid::format::sidecar_path;
 use hachure::pyramid::store::{open_or_bake, open_or_bake_key, trim, write_manifest};
 use hachure::pyramid::{BakeOptions, Pyramid, PyramidError, TileAddress, TileStore, bake};
 use hachure::source::{Progress, Silent};
