@@ -306,10 +306,17 @@ fn an_exr_has_its_camera() {
 fn a_film_says_it_through_ffmpeg() {
     let place = Place::new();
     let fake = place.path("ffmpeg");
-    let script = "#!/bin/sh\nprintf '%s|' \"$@\" >\"$(dirname \"$0\")/arguments\"\ncat >/dev/null\n";
+    // A film of one frame, as small as one can be.
+    let film = "\\000\\000\\000\\020ftypisom\\000\\000\\000\\000\\000\\000\\000\\074moov\\000\\000\\000\\064trak\\000\\000\\000\\054mdia\
+        \\000\\000\\000\\044minf\\000\\000\\000\\034stbl\\000\\000\\000\\024stsz\\000\\000\\000\\000\\000\\000\\000\\001\\000\\000\\000\\001\
+        \\000\\000\\000\\010mdat";
+    let script = format!(
+        "#!/bin/sh\nprintf '%s|' \"$@\" >\"$(dirname \"$0\")/arguments\"\ncat >/dev/null\nfor last; do :; done\n\
+         printf '{film}' >\"${{last#file:}}\"\n"
+    );
     // Another process writes the script, as in `src/tests/files.rs`.
     let write = "printf '%s' \"$1\" >\"$0\" && chmod 755 \"$0\"";
-    assert!(Command::new("sh").arg("-c").arg(write).arg(&fake).arg(script).status().unwrap().success());
+    assert!(Command::new("sh").arg("-c").arg(write).arg(&fake).arg(&script).status().unwrap().success());
     let arguments = |notes: &Notes<'_>| {
         let path = place.path("a.mp4");
         let mut film = VideoWriter::create_noted(fake.as_os_str(), &path, [2, 2], 24.0, notes).unwrap();

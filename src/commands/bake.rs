@@ -19,7 +19,7 @@ use super::{arguments, print, print_json};
 use crate::file::guard::Inputs;
 use crate::file::message::named;
 use crate::file::unnamed;
-use crate::pyramid::bake::{BakeWork, Baked, parts_path};
+use crate::pyramid::bake::{BakeLock, BakeWork, Baked, parts_path};
 use crate::pyramid::format::{is_sidecar, next_path, sidecar_path};
 use crate::pyramid::{self, BakeOptions, Pyramid, PyramidError};
 use crate::source::mosaic::MosaicReader;
@@ -131,6 +131,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
     args.inputs.iter().try_for_each(|input| arguments::check_local(input, "bake"))?;
     check_output(&args.inputs, output, args.overwrite)?;
     use_granted_threads();
+    let _lock = BakeLock::take(output, args.shard.is_some())?;
     let reader = open(&args.inputs, &args.meaning())?;
     // Without a handler, Ctrl-C ends the program as usual, and nothing is lost either.
     if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {

@@ -117,11 +117,9 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
     let inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
-    for (name, is_own) in FILES.iter().zip(IS_OWN) {
-        let path = args.output.join(name);
-        inputs.check(&path)?;
-        unnamed::check(&path, args.overwrite, is_own)?;
-    }
+    FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
+    let mut own = FILES.iter().zip(IS_OWN);
+    own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
     std::fs::create_dir_all(&args.output).with_context(|| format!("cannot create {}", named(&args.output)))?;
     // Bakes the world once, if needed; then each style opens its own.
     drop(world::open_store(&scene, &Bar::default())?);

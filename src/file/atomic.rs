@@ -9,7 +9,7 @@ use std::io::{self, BufWriter, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, PoisonError};
 
-use tempfile::TempPath;
+use tempfile::{TempDir, TempPath};
 
 use super::input::kind;
 
@@ -85,6 +85,27 @@ impl AtomicFile {
     }
 }
 
+/// Creates a temporary folder that only the user can enter in the folder of `path`, for a program that writes `path`.
+pub(super) fn temporary_folder(path: &Path) -> io::Result<TempDir> {
+    check_replaceable(path)?;
+    let (prefix, folder) = prefix_and_folder(path);
+    private_folder(&prefix, folder)
+}
+
+/// Creates a folder with a random name after `prefix` that only the user can enter.
+pub(super) fn private_folder(prefix: &OsStr, within: &Path) -> io::Result<TempDir> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(prefix).suffix(ENDING).rand_bytes(RANDOM_LETTERS);
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
+    // Messages name the file already, so the path that `tempfile` adds is removed.
+    builder.tempdir_in(within).map_err(|error| {
+        let source = error.get_ref().and_then(std::error::Error::source);
+        let code = source.and_then(|source| source.downcast_ref::<io::Error>()).and_then(io::Error::raw_os_error);
+        code.map_or(error, io::Error::from_raw_os_error)
+    })
+}
+
 /// Checks that a rename to `path` replaces a file or a link, and no pipe or device that somebody needs. In the cache,
 /// which nobody else needs, anything is replaced.
 fn check_replaceable(path: &Path) -> io::Result<()> {
@@ -99,7 +120,7 @@ fn check_replaceable(path: &Path) -> io::Result<()> {
 }
 
 /// Returns the beginning of the name of a temporary file, and its folder.
-pub(super) fn prefix_and_folder(path: &Path) -> (OsString, &Path) {
+fn prefix_and_folder(path: &Path) -> (OsString, &Path) {
     let name = path.file_name().filter(|name| name.len() <= LONGEST_NAME_BYTES).unwrap_or(OsStr::new("hachure"));
     let mut prefix = OsString::from(".");
     prefix.push(name);

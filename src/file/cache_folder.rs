@@ -47,25 +47,12 @@ fn name() -> String {
 
 fn create(root: &Path, folder: &Path) -> io::Result<()> {
     fs::create_dir_all(root)?;
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".hachure-").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o700));
-    let made = builder.tempdir_in(root).map_err(plain)?;
+    let made = atomic::private_folder(".hachure-".as_ref(), root)?;
     atomic::write_for(&made.path().join(TAG), TAG_TEXT.as_bytes(), Readers::Owner)?;
     // The folder appears with its marker. Another process may have been faster; a rename replaces no folder with files.
     match fs::rename(made.path(), folder) {
         Ok(()) => Ok(()),
         Err(error) => check(root, folder, &folder.symlink_metadata().map_err(|_| error)?),
-    }
-}
-
-/// Removes the path that `tempfile` adds to an error: the message names the folder already.
-fn plain(error: Error) -> Error {
-    let source = error.get_ref().and_then(std::error::Error::source);
-    match source.and_then(|source| source.downcast_ref::<Error>()).and_then(Error::raw_os_error) {
-        Some(code) => Error::from_raw_os_error(code),
-        None => error,
     }
 }
 
@@ -192,7 +179,7 @@ mod tests {
         assert_eq!(read(&at("a"), 3), Some(b"xyz".into()));
         assert_eq!(
             [read(&at("a"), 2), read(&at("link"), 9), read(&at("pipe"), 9), read(&at("none"), 9)],
-            [const { None }; 4]
+            [None::<Vec<u8>>, None, None, None]
         );
     }
 }

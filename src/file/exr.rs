@@ -4,6 +4,7 @@
 //! next band, so that a picture of any size needs the memory of a few bands. [`write_exr`] writes a picture that is
 //! already complete.
 
+mod order;
 mod read;
 
 use std::path::{Path, PathBuf};
@@ -15,6 +16,7 @@ use exr::block::{BlockIndex, UncompressedBlock};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{AttributeValue, ChannelDescription, Compression, LineOrder, SampleType, SmallVec, Text, Vec2};
+use order::sort_attributes;
 pub(super) use read::imprint;
 pub use read::{ExrPicture, read_exr};
 
@@ -210,7 +212,8 @@ impl ExrWriter {
         if self.rows_left > 0 {
             return Err(FileError::write(&self.path, format!("{} rows are missing", self.rows_left)));
         }
-        let file = self.stop()?;
+        let mut file = self.stop()?;
+        sort_attributes(file.writer()).map_err(|error| FileError::write(&self.path, error))?;
         file.commit().map_err(|error| FileError::write(&self.path, error))
     }
 

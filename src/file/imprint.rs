@@ -9,9 +9,10 @@
 
 use std::io::{BufReader, Read};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::Command;
 
 use super::input::open_regular;
+use super::process::{self, PATIENCE};
 use super::{FileError, exr, png, video};
 
 /// Key under which an output stores its imprint.
@@ -21,7 +22,7 @@ pub(crate) const KEY: &str = "hachure";
 pub(super) const LARGEST_BYTES: u64 = 4 << 20;
 
 /// Largest part of ffmpeg's messages that is kept, in bytes.
-const LONGEST_MESSAGES_BYTES: u64 = 1 << 16;
+const LONGEST_MESSAGES_BYTES: usize = 1 << 16;
 
 /// Metadata of an output.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -166,36 +167,19 @@ pub(super) fn of_ffmetadata(text: &str) -> Option<String> {
 
 /// Runs a program (ffmpeg) on a film and returns its standard output.
 pub(super) fn output_of(program: &mut Command, path: &Path) -> Result<String, FileError> {
-    program.stdin(Stdio::null()).stdout(Stdio::piped()).stderr(Stdio::piped());
-    let mut child = program.spawn().map_err(|error| match error.kind() {
+    let output = process::output(program, PATIENCE).map_err(|error| match error.kind() {
         std::io::ErrorKind::NotFound => {
             FileError::read(path, "hachure reads films through ffmpeg, which is not installed")
         }
+        std::io::ErrorKind::TimedOut => FileError::read(path, format!("ffmpeg: {error}")),
         _ => FileError::read(path, format!("ffmpeg cannot be started: {error}")),
     })?;
-    // Tags and messages are as long as the film's author likes. What is too long is read and dropped, so that ffmpeg
-    // ends; both streams are read at once, so that it never waits.
-    let (stdout, stderr) = (child.stdout.take(), child.stderr.take());
-    let (tags, messages) = std::thread::scope(|scope| {
-        let messages = scope.spawn(move || beginning(stderr, LONGEST_MESSAGES_BYTES));
-        (beginning(stdout, 2 * LARGEST_BYTES), messages.join().unwrap_or_default())
-    });
-    let status = child.wait().map_err(|error| FileError::read(path, format!("ffmpeg: {error}")))?;
-    if !status.success() {
-        return Err(FileError::read(path, format!("ffmpeg: {}", String::from_utf8_lossy(&messages))));
+    // Tags and messages are as long as the film's author likes; `process` keeps their beginning.
+    if !output.status.success() {
+        let messages = &output.stderr[..output.stderr.len().min(LONGEST_MESSAGES_BYTES)];
+        return Err(FileError::read(path, format!("ffmpeg: {}", String::from_utf8_lossy(messages))));
     }
-    Ok(String::from_utf8_lossy(&tags).into_owned())
-}
-
-/// Reads a stream to its end, and returns its first `most` bytes.
-fn beginning(stream: Option<impl Read>, most: u64) -> Vec<u8> {
-    let mut bytes = Vec::new();
-    if let Some(mut stream) = stream {
-        // A stream that breaks off is one that ends; the exit status says whether it was complete.
-        let _ = stream.by_ref().take(most).read_to_end(&mut bytes);
-        let _ = std::io::copy(&mut stream, &mut std::io::sink());
-    }
-    bytes
+    Ok(String::from_utf8_lossy(&output.stdout).into_owned())
 }
 
 #[cfg(test)]

@@ -59,7 +59,10 @@ pub(crate) fn read_layer(
     gpu.queue.submit([encoder.finish()]);
     map(gpu, &buffer)?;
     let padded = buffer.get_mapped_range(..).map_err(|error| GpuError::Readback(error.to_string()))?;
-    let mut rows = Vec::with_capacity(row_bytes as usize * size_px[1] as usize);
+    let mut rows = Vec::new();
+    let needed_bytes = row_bytes as usize * size_px[1] as usize;
+    rows.try_reserve_exact(needed_bytes)
+        .map_err(|_| GpuError::Readback(format!("not enough memory: {needed_bytes} bytes are needed")))?;
     for row in padded.chunks_exact(padded_row_bytes as usize) {
         rows.extend_from_slice(&row[..row_bytes as usize]);
     }

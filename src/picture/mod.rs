@@ -124,6 +124,12 @@ pub enum PictureError<E> {
     /// The GPU failed.
     #[error(transparent)]
     Gpu(#[from] GpuError),
+    /// There is too little memory for a band of rows.
+    #[error(
+        "not enough memory for {rows} rows of {width} pixels: {} MiB are needed; reduce the size of the picture",
+        needed_bytes.div_ceil(1 << 20)
+    )]
+    Memory { rows: u32, width: u32, needed_bytes: u64 },
     /// The receiver of the bands failed.
     #[error(transparent)]
     Sink(E),
@@ -232,6 +238,11 @@ fn render_eyes<E>(
     for first_row in (0..height).step_by(band_rows as usize) {
         let rows = band_rows.min(height - first_row);
         let pixels = rows as usize * width as usize;
+        // The receiver converts the rows to sRGB, and joins those of two eyes.
+        let needed_bytes = u64::from(rows) * (bytes_per_row + 8 * eyes * u64::from(width));
+        if !has_room(needed_bytes) {
+            return Err(PictureError::Memory { rows, width, needed_bytes });
+        }
         let band = |_| Band {
             first_row,
             rows,
@@ -295,6 +306,11 @@ fn render_eyes<E>(
     world.terrain.hold_error_px(0.0);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)
+}
+
+/// Returns whether so much memory can be allocated now. An allocation that fails later would abort the program.
+fn has_room(bytes: u64) -> bool {
+    usize::try_from(bytes).is_ok_and(|bytes| Vec::<u8>::new().try_reserve_exact(bytes).is_ok())
 }
 
 /// Renders a picture into a PNG file. On failure no file is written.

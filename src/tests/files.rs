@@ -325,3 +325,70 @@ print(part.header['software'])
     let complaints = String::from_utf8_lossy(&output.stderr);
     assert_eq!(said.lines().collect::<Vec<_>>(), expected, "{complaints}");
 }
+
+/// Writes a program that stands for ffmpeg. Another process writes it, as in [`film_reports_what_ffmpeg_said`].
+#[cfg(unix)]
+fn fake_ffmpeg(folder: &Path, script: &str) -> PathBuf {
+    let fake = folder.join("ffmpeg");
+    let write = "printf '%s' \"$1\" >\"$0\" && chmod 755 \"$0\"";
+    assert!(Command::new("sh").args(["-c", write]).arg(&fake).arg(script).status().unwrap().success());
+    fake
+}
+
+#[cfg(unix)]
+#[test]
+fn a_film_is_looked_at_before_it_replaces_another() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.mp4");
+    std::fs::write(&path, b"an older film").unwrap();
+    let film = |script: &str| {
+        let fake = fake_ffmpeg(folder.path(), &format!("#!/bin/sh\nfor last; do :; done\n{script}\n"));
+        let mut film = VideoWriter::create_with(fake.as_os_str(), &path, 2, 2, 24.0).unwrap();
+        film.set_patience(std::time::Duration::from_millis(300));
+        film.write_frame(&[0; 16])?;
+        film.finish()
+    };
+    let smallest = crate::file::mp4::SMALLEST.iter().map(|byte| format!("\\{byte:03o}")).collect::<String>();
+    let whole = format!("cat >/dev/null; printf '{smallest}' >\"${{last#file:}}\"");
+    for (script, cause) in [
+        ("cat >/dev/null".to_owned(), "ffmpeg reported success, but wrote a film that cannot be read"),
+        ("cat >/dev/null; : >\"${last#file:}\"".to_owned(), "wrote no film"),
+        (whole.replace("\\155\\144\\141\\164", ""), "wrote no film, or only a part of one"),
+        (format!("{whole}; exit 3"), "exit status: 3"),
+        ("cat >/dev/null; sleep 1000".to_owned(), "ffmpeg made no progress for 0.3 s"),
+    ] {
+        let error = film(&script).unwrap_err().to_string();
+        assert!(error.contains(cause), "{script}: {error}");
+        assert_eq!(names_in(folder.path()), ["a.mp4", "ffmpeg"]);
+        assert_eq!(std::fs::read(&path).unwrap(), b"an older film");
+    }
+    film(&whole).unwrap();
+    assert_eq!(std::fs::read(&path).unwrap(), crate::file::mp4::SMALLEST);
+    // A program that reads nothing: the pipe is full before the first frame is sent.
+    let fake = fake_ffmpeg(folder.path(), "#!/bin/sh\nsleep 1000\n");
+    let mut film = VideoWriter::create_with(fake.as_os_str(), &path, 512, 512, 24.0).unwrap();
+    film.set_patience(std::time::Duration::from_millis(300));
+    let error = film.write_frame(&[0; 512 * 512 * 4]).unwrap_err().to_string();
+    assert!(error.contains("ffmpeg made no progress"), "{error}");
+    drop(film);
+    assert_eq!(names_in(folder.path()), ["a.mp4", "ffmpeg"]);
+}
+
+#[test]
+fn exr_has_the_same_bytes_in_every_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.exr");
+    let attributes: Vec<_> = (0..8).map(|i| (format!("name{i}"), format!("value {i}"))).collect();
+    let written = |attributes: &[(String, String)]| {
+        write_exr(&path, 3, 2, &[Channel { name: "R".into(), samples: Samples::F32(vec![1.0; 6]) }], attributes)
+            .unwrap();
+        std::fs::read(&path).unwrap()
+    };
+    let first = written(&attributes);
+    // A random order of eight attributes would hardly be the same four times. Planted: another value.
+    assert!((0..4).all(|_| written(&attributes) == first));
+    assert!(written(&attributes[1..]) != first);
+    let reversed: Vec<_> = attributes.iter().rev().cloned().collect();
+    assert!(written(&reversed) == first);
+    assert_eq!(read_exr(&path).unwrap().attributes, attributes);
+}

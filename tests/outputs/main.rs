@@ -7,6 +7,7 @@
 mod faulty_server;
 mod guard;
 mod place;
+mod planted;
 mod reach;
 mod standard_output;
 mod texts;

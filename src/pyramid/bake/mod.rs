@@ -16,6 +16,7 @@ mod mesh_error;
 mod vertices;
 mod part;
 mod folder;
+mod lock;
 mod below;
 mod chunk;
 mod join;
@@ -26,6 +27,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 pub(crate) use folder::{parts_path, remove_parts};
+pub(crate) use lock::BakeLock;
 
 use crate::file::atomic::Readers;
 use crate::pyramid::error::PyramidError;

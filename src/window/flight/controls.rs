@@ -199,6 +199,7 @@ impl Flight {
             Err(PictureError::Gpu(error)) => return Err(error.into()),
             // A full disk must not end the flight.
             Err(PictureError::Sink(error)) => error.to_string(),
+            Err(error @ PictureError::Memory { .. }) => error.to_string(),
         };
         self.say(About::File, text, TOAST);
         Ok(())
