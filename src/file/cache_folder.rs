@@ -37,12 +37,16 @@ pub fn open(root: &Path) -> io::Result<PathBuf> {
     Ok(folder)
 }
 
-/// Returns the name of the own folder.
+/// Returns the name of the own folder, which has the user's number.
+#[cfg(unix)]
 fn name() -> String {
-    #[cfg(unix)]
-    return format!("hachure-{}", rustix::process::geteuid().as_raw());
-    #[cfg(not(unix))]
-    return "hachure-cache".to_owned();
+    format!("hachure-{}", rustix::process::geteuid().as_raw())
+}
+
+/// Returns the name of the own folder.
+#[cfg(not(unix))]
+fn name() -> String {
+    "hachure-cache".to_owned()
 }
 
 fn create(root: &Path, folder: &Path) -> io::Result<()> {

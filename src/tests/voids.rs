@@ -5,7 +5,6 @@ use crate::tests::common;
 
 use std::path::Path;
 use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
 
 use common::{grid_of, random, real_data};
 use hachure::pyramid::bake::{BakeWork, bake_reader};

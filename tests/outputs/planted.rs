@@ -93,8 +93,11 @@ fn changed(before: &Seen, after: &Seen) -> Vec<PathBuf> {
 fn commands() -> [(&'static str, &'static str); 8] {
     [
         ("parcels.png", "render dem.tif --size 64x36 --style plain --map -o out/parcels.png"),
-        ("po.png", "render dem.tif --style plain --paper a6 --dpi 20 --sheets a7 --sheets-overlap 2 -o out/po.png"),
-        ("po.svg", "render dem.tif --style strokes --paper a6 --dpi 20 --sheets a7 --sheets-overlap 2 -o out/po.svg"),
+        ("po.png", "render dem.tif --style plain --paper a6 --dpi 96 --sheets 105x74 --sheets-overlap 2 -o out/po.png"),
+        (
+            "po.svg",
+            "render dem.tif --style strokes --paper a6 --dpi 96 --sheets 105x74 --sheets-overlap 2 -o out/po.svg",
+        ),
         ("f%d.png", "render dem.tif --size 32x18 --style plain --path path.csv --fps 2 -o out/f%d.png"),
         ("y.tif", "bake dem.tif -o out/y.tif"),
         ("z.tif", "bake dem.tif -o out/z.tif"),
@@ -137,7 +140,9 @@ fn files_of_a_user_stay_as_they_are() {
     assert!(cached.any(|name| name.to_string_lossy().starts_with("heights.")), "nothing was cached");
     // Others are refused, and name the file.
     for (output, line) in commands() {
-        let said = place.error(&words(line));
+        let refused = place.run(&words(line));
+        let said = String::from_utf8_lossy(&refused.stderr).into_owned();
+        assert_eq!((refused.status.code(), said.matches("hachure: ").count()), (Some(1), 1), "{line}: {said}");
         let named = IN_THE_WAY.iter().filter(|(of, _)| *of == output).any(|(_, name)| {
             said.contains(name)
                 || said.contains(Path::new(name).parent().unwrap().to_str().unwrap()) && output == "parts.tif"
@@ -185,15 +190,15 @@ fn ffmpeg_ends_with_hachure() {
         let stat = fs::read_to_string(format!("/proc/{}/stat", pid.trim())).unwrap_or_default();
         stat.rsplit_once(") ").is_some_and(|(_, rest)| !rest.starts_with('Z'))
     };
-    for signal in ["-INT", "-TERM", "-KILL"] {
+    for signal in ["-TERM", "-KILL"] {
         let mut child = place.command(&arguments).env("PATH", &path).spawn().unwrap();
         let (start, patience) = (Instant::now(), Duration::from_secs(60));
-        while !fs::read_to_string(place.path("pid")).is_ok_and(|pid| pid.ends_with('\n')) {
+        while !fs::read_to_string(place.path("bin/pid")).is_ok_and(|pid| pid.ends_with('\n')) {
             assert!(start.elapsed() < patience && child.try_wait().unwrap().is_none(), "ffmpeg was not started");
             std::thread::sleep(Duration::from_millis(5));
         }
-        let pid = fs::read_to_string(place.path("pid")).unwrap();
-        fs::remove_file(place.path("pid")).unwrap();
+        let pid = fs::read_to_string(place.path("bin/pid")).unwrap();
+        fs::remove_file(place.path("bin/pid")).unwrap();
         // Planted: while hachure runs, ffmpeg does too.
         assert!(is_alive(&pid));
         assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
