@@ -24,19 +24,9 @@ pub(crate) fn whole_within<T: TryFrom<u64> + Clone>(range: NumberRange) -> impl 
     move |text| range.parse_whole(text)
 }
 
-/// Parses a finite number.
-pub(crate) fn number(text: &str) -> Result<f64, String> {
-    NumberRange::Finite.parse(text)
-}
-
 /// Parses a finite number above 0.
 pub(crate) fn above_0(text: &str) -> Result<f64, String> {
     NumberRange::Above0.parse(text)
-}
-
-/// Parses a finite number other than 0.
-pub(crate) fn not_0(text: &str) -> Result<f64, String> {
-    number(text).ok().filter(|&number| number != 0.0).ok_or_else(|| "it must be a number other than 0".to_owned())
 }
 
 /// Returns a parser of numbers from `least` to `most`, ends included.

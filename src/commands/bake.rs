@@ -53,12 +53,6 @@ pub(crate) struct BakeArgs {
     /// Whether the samples of a raw heightmap are big-endian: true or false [default: from its NAME.ext.toml, or false]
     #[arg(long)]
     pub raw_big_endian: Option<bool>,
-    /// Metres per integer step of a heightmap (16-bit PNG or raw) [default: from its NAME.ext.toml, or 1]
-    #[arg(long, value_name = "METRES", value_parser = arguments::not_0, allow_hyphen_values = true)]
-    pub height_scale: Option<f64>,
-    /// Height of the value 0 of a heightmap (16-bit PNG or raw), in metres [default: from its NAME.ext.toml, or 0]
-    #[arg(long, value_name = "METRES", value_parser = arguments::number, allow_hyphen_values = true)]
-    pub height_offset: Option<f64>,
     /// How to read height files.
     #[command(flatten)]
     pub heights: HeightArgs,
@@ -79,8 +73,6 @@ impl BakeArgs {
         OpenOptions {
             spacing_m: self.spacing,
             size: self.raw_size,
-            height_scale_m: self.height_scale,
-            height_offset_m: self.height_offset,
             big_endian: self.raw_big_endian,
             ..self.heights.options()
         }

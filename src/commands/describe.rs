@@ -11,6 +11,9 @@ use crate::pyramid::{LevelSize, Pyramid};
 use crate::source::georeference::Georeference;
 use crate::source::{GeoreferenceError, GroundScale, HeightReader, ScaleRange, Statistics, WorldMapping};
 
+/// Lowest and highest heights on the Earth, in metres, with some room.
+const EARTH_M: [f32; 2] = [-11_100.0, 9000.0];
+
 /// Properties of a grid of heights.
 #[derive(Serialize)]
 pub(super) struct Heights {
@@ -128,6 +131,26 @@ impl Heights {
             (filled, 0) => format!("; {filled} are filled (--voids)"),
             (filled, spikes) => format!("; {filled} are filled, and {spikes} spikes next to them removed (--voids)"),
         }
+    }
+
+    /// Returns what is implausible about the heights on the Earth, as a sentence: they vary by more than the land is
+    /// wide, or no land is so high or so deep.
+    pub(super) fn doubt(&self) -> Option<String> {
+        let (relief_m, wide_m) = (f64::from(self.max_m - self.min_m), self.extent_m[0].max(self.extent_m[1]));
+        let [low_m, high_m] = EARTH_M;
+        if relief_m > wide_m {
+            return Some(format!(
+                "its heights vary by {relief_m:.0} m within {wide_m:.0} m; check the distance between samples \
+                 (spacing_m, a world file) and the unit of heights (--height-unit)"
+            ));
+        }
+        (self.max_m > high_m || self.min_m < low_m).then(|| {
+            format!(
+                "its heights of {:.0} to {:.0} m do not occur on the Earth; if they are feet, --height-unit ft converts \
+                 them",
+                self.min_m, self.max_m
+            )
+        })
     }
 
     /// Returns the description as lines of text.

@@ -101,6 +101,11 @@ pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
     arguments::check_local(&args.file, "info")?;
     let reach = Reach::trusting(args.trust_scene);
     let answer = Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() };
+    if let Info::Dem { heights, .. } | Info::Pyramid { heights, .. } = &answer.info
+        && let Some(doubt) = heights.doubt()
+    {
+        tracing::warn!("{}: {doubt}", named(&args.file));
+    }
     if args.json {
         return print_json(&answer);
     }
@@ -148,7 +153,7 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
         Err(_) => {}
     }
     // The pyramid's heights are averages, so an additional no-data value no longer applies to them.
-    if !sidecar_path(file).exists() || options.no_data.is_some() {
+    if !sidecar_path(file).exists() || options.changes_heights() {
         return dem(file, options, None);
     }
     match Pyramid::open(file) {

@@ -102,6 +102,14 @@ pub struct More {
     pub voids: Option<String>,
     /// Memory for tiles, in MiB: with too little, coarser tiles are drawn.
     pub tile_memory: Option<u64>,
+    /// Value of `--height-scale`.
+    pub height_scale: Option<f64>,
+    /// Value of `--height-offset`.
+    pub height_offset: Option<f64>,
+    /// Value of `--height-unit`.
+    pub height_unit: Option<String>,
+    /// Value of `--tile-rows`.
+    pub tile_rows: Option<String>,
     /// Value of `--eyes`.
     pub eyes: Option<String>,
     /// Distance between the eyes.
@@ -136,9 +144,14 @@ pub struct More {
 
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
-    /// `focus` and `water`; 4 `voids`, `tile_memory` and `antialias`.
+    /// `focus` and `water`; 4 `voids`, `tile_memory` and `antialias`, and how heights are read.
     fn version(&self) -> u32 {
+        let reads_as_usual = self.height_scale.is_none()
+            && self.height_offset.is_none()
+            && self.height_unit.is_none()
+            && self.tile_rows.is_none();
         match self {
+            _ if !reads_as_usual => VERSION,
             Self { voids: None, tile_memory: None, antialias: None, title: None, focus: None, water: None, .. } => {
                 if self.map.is_some() {
                     2
@@ -162,6 +175,8 @@ impl More {
             samples,
             lod_error,
             nodata,
+            height_scale,
+            height_offset,
             tile_memory,
             convergence,
             margin,
@@ -169,6 +184,8 @@ impl More {
             pens,
             fps,
             encoding: _,
+            height_unit: _,
+            tile_rows: _,
             voids: _,
             eyes: _,
             ipd: _,
@@ -186,6 +203,8 @@ impl More {
             ("samples", samples.map(f64::from), ranges::SAMPLES),
             ("lod_error", *lod_error, ranges::LOD_ERROR_PX),
             ("nodata", *nodata, ranges::NO_DATA_M),
+            ("height_scale", *height_scale, ranges::HEIGHT_SCALE_M),
+            ("height_offset", *height_offset, ranges::HEIGHT_OFFSET_M),
             ("tile_memory", tile_memory.map(|mib| mib as f64), ranges::TILE_MEMORY_MIB),
             ("convergence", *convergence, ranges::CONVERGENCE_M),
             ("margin", *margin, ranges::MARGIN_MM),

@@ -5,6 +5,8 @@
 pub(crate) enum NumberRange {
     /// Every finite number.
     Finite,
+    /// Every finite number other than 0.
+    Not0,
     /// Every finite number above 0.
     Above0,
     /// Every number above 0, at most this.
@@ -21,6 +23,7 @@ impl NumberRange {
         number.is_finite()
             && match self {
                 Self::Finite => true,
+                Self::Not0 => number != 0.0,
                 Self::Above0 => number > 0.0,
                 Self::Above0To(most) => number > 0.0 && number <= most,
                 Self::Within(least, most) => (least..=most).contains(&number),
@@ -32,6 +35,7 @@ impl NumberRange {
     pub(crate) fn rule(self) -> String {
         match self {
             Self::Finite => "it must be a number".to_owned(),
+            Self::Not0 => "it must be a number other than 0".to_owned(),
             Self::Above0 => "it must be a number above 0".to_owned(),
             Self::Above0To(most) => format!("it must be a number above 0, at most {most}"),
             Self::Within(least, most) => format!("it must be a number between {least} and {most}"),
@@ -77,6 +81,10 @@ pub(crate) const CONVERGENCE_M: NumberRange = NumberRange::Above0;
 pub(crate) const IPD_M: NumberRange = NumberRange::Within(0.0, 1e6);
 /// Additional no-data value, in metres.
 pub(crate) const NO_DATA_M: NumberRange = NumberRange::Finite;
+/// Metres per step of a height.
+pub(crate) const HEIGHT_SCALE_M: NumberRange = NumberRange::Not0;
+/// Height of step 0, in metres.
+pub(crate) const HEIGHT_OFFSET_M: NumberRange = NumberRange::Finite;
 /// Distance between fitted curves and strokes, in pixels.
 pub(crate) const TOLERANCE_PX: NumberRange = NumberRange::Within(0.01, 100.0);
 /// Margin around an SVG, in millimetres.
@@ -106,6 +114,8 @@ mod tests {
             CONVERGENCE_M,
             IPD_M,
             NO_DATA_M,
+            HEIGHT_SCALE_M,
+            HEIGHT_OFFSET_M,
             TOLERANCE_PX,
             MARGIN_MM,
             PENS,

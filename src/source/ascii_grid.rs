@@ -69,7 +69,8 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         tracing::warn!("{}: has more than {width}×{height} samples; the rest is ignored", path.display());
     }
     let files: Vec<&Path> = std::iter::once(path).chain(prj.as_deref()).collect();
-    Ok(MemoryReader { path: path.into(), size, heights_m, georeference, identity: place::identity(&files, "") })
+    let identity = place::identity(&files, "");
+    Ok(MemoryReader { path: path.into(), size, heights_m, unit_m: 1.0, georeference, identity })
 }
 
 fn read_header(path: &Path, words: &mut Words) -> Result<Header, SourceError> {

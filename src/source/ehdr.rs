@@ -13,6 +13,7 @@ use super::place::{self, cannot_open, ending, inconsistent, small_text};
 use super::prj;
 use super::samples::{Meaning, SampleType, parse_no_data};
 use super::text::number;
+use super::tiff_sidecars::from_world_file;
 
 /// Extensions of data files; the data of a header is searched with these.
 pub(super) const DATA_ENDINGS: [&str; 9] = ["bil", "flt", "bsq", "bip", "bin", "dem", "img", "dat", "raw"];
@@ -83,12 +84,12 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
         }
     };
     let strides = strides(&fields, size, bands, sample_type.bytes() as u64)?;
-    let crs_from_grid = crs_from_grid(&fields, size)?;
+    let (crs_from_grid, world) = crs_from_grid(data, &fields, size)?;
     let (keys, prj) = match (fields.text(&["projection"]), fields.text(&["datum"])) {
         (Some("geographic"), Some("wgs84")) => (place::wgs84(), None),
         _ => prj::keys(data, crs_from_grid, size)?,
     };
-    let files: Vec<&Path> = [data, header].into_iter().chain(prj.as_deref()).collect();
+    let files: Vec<&Path> = [data, header].into_iter().chain(prj.as_deref()).chain(world.as_deref()).collect();
     let georeference = place::locate(data, crs_from_grid, keys, size)?;
     let identity = place::identity(&files, "");
     FlatReader::new(data, None, Description { size, strides, is_big_endian, meaning, georeference, identity })
@@ -161,7 +162,12 @@ fn strides(
     }
 }
 
-fn crs_from_grid(fields: &Fields<'_>, [_, height]: [u32; 2]) -> Result<[f64; 6], SourceError> {
+/// Returns the place of the samples, and the world file if it gives that place because the header does not.
+fn crs_from_grid(
+    data: &Path,
+    fields: &Fields<'_>,
+    [_, height]: [u32; 2],
+) -> Result<([f64; 6], Option<PathBuf>), SourceError> {
     let cell = fields.number(&["cellsize"])?;
     let step = [fields.number(&["xdim"])?.or(cell), fields.number(&["ydim"])?.or(cell)];
     let rows = f64::from(height) - 1.0;
@@ -179,10 +185,13 @@ fn crs_from_grid(fields: &Fields<'_>, [_, height]: [u32; 2]) -> Result<[f64; 6],
     };
     let place = [first(0, "ulxmap", "xllcorner", "xllcenter")?, first(1, "ulymap", "yllcorner", "yllcenter")?];
     match (place, step) {
-        ([Some(x), Some(y)], [dx, dy]) => Ok(place::north_up([x, y], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)])),
+        ([Some(x), Some(y)], [dx, dy]) => Ok((place::north_up([x, y], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)]), None)),
         (_, [dx, dy]) => {
+            if let Some((place, world)) = from_world_file(data) {
+                return Ok((place, Some(world)));
+            }
             tracing::warn!("{}: has no georeference", fields.path.display());
-            Ok(place::north_up([0.0, rows], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)]))
+            Ok((place::north_up([0.0, rows], [dx.unwrap_or(1.0), dy.unwrap_or(1.0)]), None))
         }
     }
 }

@@ -8,6 +8,7 @@ use super::flat::{Description, FlatReader, Strides};
 use super::place::{self, inconsistent, small_text};
 use super::samples::{Meaning, SampleType};
 use super::text::number;
+use super::tiff_sidecars::from_world_file;
 use super::{GeoKeys, SourceError, prj, wkt};
 
 /// The `name = value` fields of a header; a value in braces may span several lines.
@@ -95,6 +96,9 @@ pub(super) fn open(data: &Path, header: &Path) -> Result<FlatReader, SourceError
 
 fn place_of(fields: &Fields, data: &Path, size: [u32; 2]) -> Result<([f64; 6], GeoKeys), SourceError> {
     let Some(map_info) = fields.text("map info") else {
+        if let Some((place, _)) = from_world_file(data) {
+            return Ok((place, prj::keys(data, place, size)?.0));
+        }
         tracing::warn!("{}: has no georeference; a sample spacing of 1 m is assumed", data.display());
         return Ok((place::north_up([0.0; 2], [1.0; 2]), place::local_metres()));
     };

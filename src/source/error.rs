@@ -33,8 +33,8 @@ pub enum SourceError {
     Empty { path: PathBuf },
     /// The file has none of the formats that hachure reads.
     #[error(
-        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, GridFloat, ENVI, 16-bit PNG, \
-         terrain-RGB, raw .r16 and XYZ",
+        "{}: {looks_like}; hachure reads GeoTIFF, HGT, DTED, USGS DEM, ASCII grids, BIL, ENVI, 16-bit PNG, terrain-RGB, \
+         PMTiles, netCDF, EXR, .r16 and XYZ",
         named(path)
     )]
     UnknownFormat {
@@ -79,6 +79,23 @@ pub enum SourceError {
         path: PathBuf,
         /// The missing information, and where it can be given.
         why: String,
+    },
+    /// The colours hold numbers that several encodings read as heights, or that none reads as heights of land.
+    #[error(
+        "{}: its colours may be {candidates}; give --encoding, and --height-scale and --height-offset if it has others",
+        named(path)
+    )]
+    Encodings {
+        path: PathBuf,
+        /// The encodings with the heights that each gives, such as "mapbox (410 to 990 m) or gsi (1041 to 1099 m)".
+        candidates: String,
+    },
+    /// The file in a container cannot be read.
+    #[error("{}: {cause}", named(path))]
+    InArchive {
+        path: PathBuf,
+        /// The error of the file, which begins with its name.
+        cause: String,
     },
     /// The folder contains no height file.
     #[error("{}: the folder holds no height files", named(path))]

@@ -179,6 +179,10 @@ impl HeightReader for FlatReader {
         [self.size[0], rows as u32]
     }
 
+    fn declared_unit_m(&self) -> Option<f64> {
+        Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

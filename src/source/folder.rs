@@ -3,9 +3,10 @@
 use std::path::{Path, PathBuf};
 
 use super::format::{self, Format};
+use super::geotiff::guarded;
 use super::place::{cannot_open, ending};
 use super::sidecar::OpenOptions;
-use super::{SourceError, ehdr, hgt, png16, sidecar, tile_folder, xyz};
+use super::{SourceError, archive, ehdr, png16, sidecar, tile_folder, xyz};
 use crate::file::png::is_drawing;
 
 /// The kinds of path.
@@ -13,7 +14,7 @@ use crate::file::png::is_drawing;
 pub enum Kind {
     /// A file, or a path that does not exist; opening it gives the error.
     File,
-    /// A folder of web map tiles, `z/x/y.png`, which together are one grid.
+    /// A folder of web map tiles, `z/x/y.png` or `z/x/y.webp`, which together are one grid.
     TileFolder,
     /// A folder of height files; see [`members`].
     Folder,
@@ -74,8 +75,17 @@ pub(super) fn is_member(path: &Path) -> bool {
         // The folder may contain pictures that hachure drew of it.
         Ok(Format::Png) if is_drawing(path) => false,
         // The folder may contain photographs and textures; only the pixels distinguish them from terrain-RGB.
-        Ok(Format::Png) => sidecar::RasterInfo::of(path, &options).and_then(|info| png16::open(path, &info)).is_ok(),
-        Ok(Format::ZippedHgt) => !matches!(hgt::open_zip(path), Err(SourceError::UnknownFormat { .. })),
+        // Numbers whose encoding is not known are heights; opening them says so.
+        Ok(Format::Png) => {
+            let opened = sidecar::RasterInfo::of(path, &options)
+                .and_then(|info| guarded(path, || png16::open(path, &info, &options)));
+            matches!(opened, Ok(_) | Err(SourceError::Encodings { .. }))
+        }
+        // The tiles that it describes are members themselves.
+        Ok(Format::TileJson) => false,
+        Ok(Format::Container(container)) => archive::holds_heights(path, container),
+        // Most EXR pictures are textures or drawings.
+        Ok(Format::Exr) => sidecar::sidecar_path(path).is_some(),
         // Any numeric table begins like XYZ points, for example a camera path.
         Ok(Format::Xyz) => ending(path) == "xyz" || xyz::open(path).is_ok(),
         Ok(_) => true,

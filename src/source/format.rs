@@ -6,9 +6,10 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::SourceError;
+use super::archive::{self, Container};
 use super::place::{cannot_open, ending};
 use super::sidecar::{OpenOptions, sidecar_path};
-use super::{dted, ehdr, hgt, usgs_dem, xyz};
+use super::{dted, ehdr, hgt, tile_json, usgs_dem, webp, xyz};
 use crate::file::input;
 
 /// Number of bytes that are examined: enough for every signature and for the header words of the text formats.
@@ -18,15 +19,29 @@ const HEAD_BYTES: u64 = 2048;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Format {
     GeoTiff,
+    /// A PNG or WebP picture.
     Png,
+    PmTiles,
+    TileJson,
     Hgt,
-    ZippedHgt,
-    Dted { offset: u64 },
+    /// A compressed file or an archive.
+    Container(Container),
+    NetCdf,
+    Exr,
+    Dted {
+        offset: u64,
+    },
     AsciiGrid,
     UsgsDem,
     Xyz,
-    Ehdr { data: PathBuf, header: PathBuf },
-    Envi { data: PathBuf, header: PathBuf },
+    Ehdr {
+        data: PathBuf,
+        header: PathBuf,
+    },
+    Envi {
+        data: PathBuf,
+        header: PathBuf,
+    },
     Raw,
 }
 
@@ -39,14 +54,10 @@ const SIGNATURES: &[(&[u8], &str)] = &[
     (b"\xff\xd8\xff", "is a JPEG picture"),
     (b"GIF8", "is a GIF picture"),
     (b"BM", "is a BMP picture"),
-    (b"RIFF", "is a RIFF file (WebP?)"),
+    (b"RIFF", "is a RIFF file (audio or video?)"),
+    (b"SQLite format 3\0", "is an SQLite file (`pmtiles convert` converts MBTiles)"),
     (b"\0\0\0\x0cjP  ", "is a JPEG 2000 picture (gdal_translate converts it)"),
-    (b"\x76\x2f\x31\x01", "is an EXR picture"),
-    (b"\x1f\x8b", "is a gzip archive"),
     (b"\x28\xb5\x2f\xfd", "is a Zstandard archive"),
-    (b"\x89HDF\r\n\x1a\n", "is an HDF5 file (gdal_translate converts it)"),
-    (b"CDF\x01", "is a netCDF file (gdal_translate converts it)"),
-    (b"CDF\x02", "is a netCDF file (gdal_translate converts it)"),
     (b"GRIB", "is a GRIB file (gdal_translate converts it)"),
     (b"LASF", "is a LAS point cloud"),
     (b"DSAA", "is a Surfer grid (gdal_translate converts it)"),
@@ -127,6 +138,14 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if ending == "raw" && !is_text(&head) {
         return Ok(Format::Raw);
     }
+    if archive::is_gzip(&head) {
+        return Ok(Format::Container(Container::Gzip));
+    }
+    if String::from_utf8_lossy(&head).trim_start_matches('\u{feff}').trim_start().starts_with('{')
+        && tile_json::is_tile_json(path)
+    {
+        return Ok(Format::TileJson);
+    }
     if let Some((_, what)) = SIGNATURES.iter().find(|(signature, _)| head.starts_with(signature)) {
         return unknown(what);
     }
@@ -166,9 +185,15 @@ fn proved(head: &[u8]) -> Option<&'static str> {
 fn by_signature(head: &[u8]) -> Option<Format> {
     match head {
         [b'I', b'I', b'*' | b'+', 0, ..] | [b'M', b'M', 0, b'*' | b'+', ..] => Some(Format::GeoTiff),
-        _ if head.starts_with(b"\x89PNG\r\n\x1a\n") => Some(Format::Png),
-        _ if head.starts_with(b"PK\x03\x04") => Some(Format::ZippedHgt),
-        _ => dted::header_offset(head).map(|offset| Format::Dted { offset }),
+        _ if head.starts_with(b"\x89PNG\r\n\x1a\n") || webp::begins(head) => Some(Format::Png),
+        [b'C', b'D', b'F', 1 | 2 | 5, ..] => Some(Format::NetCdf),
+        // The version, 2, and its flags follow the signature.
+        [0x76, 0x2f, 0x31, 1, 2, _, 0, 0, ..] => Some(Format::Exr),
+        _ if head.starts_with(b"PMTiles") => Some(Format::PmTiles),
+        _ if head.starts_with(b"\x89HDF\r\n\x1a\n") => Some(Format::NetCdf),
+        _ => archive::proved(head)
+            .map(Format::Container)
+            .or_else(|| dted::header_offset(head).map(|offset| Format::Dted { offset })),
     }
 }
 

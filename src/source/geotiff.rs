@@ -196,6 +196,10 @@ impl HeightReader for GeoTiffReader {
         [columns.min(width), rows.min(height)]
     }
 
+    fn declared_unit_m(&self) -> Option<f64> {
+        Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

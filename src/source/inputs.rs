@@ -5,19 +5,25 @@ use std::path::{Path, PathBuf};
 
 use super::ehdr::DATA_ENDINGS;
 use super::folder::{self, Kind, kind_of};
-use super::tile_folder;
+use super::tile_folder::{self, DESCRIPTIONS, TILE_ENDINGS, TMS_DESCRIPTION};
+use super::tile_json;
 use crate::file::guard::Inputs;
 
 /// Extensions of the files that belong to a raster. They follow its whole name or replace its extension.
-const SIDECAR_EXTENSIONS: [&str; 20] = [
+const SIDECAR_EXTENSIONS: [&str; 28] = [
     "hdr", "prj", "toml", "tiles", "tfw", "tifw", "wld", "pgw", "pngw", "blw", "bpw", "aux.xml", "aux", "ovr", "msk",
-    "stx", "clr", "qpj", "vrt", "tiffw",
+    "stx", "clr", "qpj", "vrt", "tiffw", "jgw", "wpw", "webpw", "rww", "raww", "r6w", "r16w", "exrw",
 ];
 
 /// Adds a height file with its sidecar files, a folder of height files, or a folder of tiles.
 pub(crate) fn add_inputs(path: &Path, inputs: &mut Inputs) {
     match kind_of(path) {
-        Kind::File => files_of(path).iter().for_each(|file| inputs.add(file)),
+        Kind::File => {
+            files_of(path).iter().for_each(|file| inputs.add(file));
+            if let Some(folder) = has_ending(path, "json").then(|| tile_json::folder_of(path)).flatten() {
+                add_tiles(&folder, inputs);
+            }
+        }
         Kind::TileFolder => add_tiles(path, inputs),
         Kind::Folder => {
             inputs.add_folder(path, |inside| inside.components().count() <= 2 && is_geotiff(inside));
@@ -67,13 +73,15 @@ fn add_tiles(folder: &Path, inputs: &mut Inputs) {
             [zoom, column, _] => {
                 is_number(zoom)
                     && is_number(column)
-                    && has_ending(inside, "png")
+                    && TILE_ENDINGS.iter().any(|ending| has_ending(inside, ending))
                     && inside.file_stem().is_some_and(is_number)
             }
             _ => false,
         }
     });
     files_of(folder).iter().for_each(|file| inputs.add(file));
+    let descriptions = DESCRIPTIONS.iter().chain([&TMS_DESCRIPTION]).map(|name| folder.join(name));
+    descriptions.filter(|file| file.is_file()).for_each(|file| inputs.add(&file));
 }
 
 fn entries(folder: &Path) -> Vec<PathBuf> {

@@ -173,6 +173,10 @@ impl HeightReader for Masked {
         self.heights.is_serial()
     }
 
+    fn declared_unit_m(&self) -> Option<f64> {
+        self.heights.declared_unit_m()
+    }
+
     fn identity(&self) -> String {
         let names = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
         // The identity includes the masks: a cache from before they were applied does not match.

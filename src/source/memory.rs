@@ -17,6 +17,8 @@ pub(super) struct MemoryReader {
     pub path: PathBuf,
     pub size: [u32; 2],
     pub heights_m: Vec<f32>,
+    /// Metres per unit of the file's heights.
+    pub unit_m: f64,
     pub georeference: Georeference,
     pub identity: String,
 }
@@ -77,6 +79,10 @@ impl HeightReader for MemoryReader {
     fn block(&self) -> [u32; 2] {
         // Nothing is decoded, so that any window is as good as another; rows are contiguous in memory.
         [self.size[0], 256.min(self.size[1])]
+    }
+
+    fn declared_unit_m(&self) -> Option<f64> {
+        Some(self.unit_m).filter(|unit_m| *unit_m != 1.0)
     }
 
     fn identity(&self) -> String {

@@ -11,18 +11,22 @@
 //!
 //! The reasons are in `docs/decisions/height-readers.md`.
 
+mod archive;
 mod ascii_grid;
 pub(crate) mod cog;
+mod colour_proof;
 pub(crate) mod continent;
 mod crs_catalogue;
 mod dted;
 mod earth_place;
 pub(crate) mod earth_projection;
 mod ehdr;
+mod encoding;
 mod envi;
 mod erosion;
 mod error;
 mod esri_citation;
+mod exr_heights;
 mod flat;
 pub(crate) mod folder;
 mod format;
@@ -36,8 +40,10 @@ mod inputs;
 mod masked;
 pub(crate) mod memory;
 pub(crate) mod mosaic;
+mod netcdf;
 mod picture;
 mod place;
+mod pmtiles;
 mod png16;
 mod prj;
 pub mod procedural;
@@ -54,11 +60,15 @@ mod tiff_blocks;
 mod tiff_samples;
 pub(crate) mod tiff_sidecars;
 mod tile_folder;
+mod tile_json;
+mod tile_seams;
+mod tile_set;
 mod undeclared;
 mod usgs_dem;
 mod valley;
 mod values;
 pub(crate) mod voids;
+mod webp;
 pub(crate) mod wkt;
 mod wkt_text;
 mod world_mapping;
@@ -67,6 +77,7 @@ mod xyz;
 use std::path::Path;
 
 pub use earth_place::EarthPlace;
+pub use encoding::{Encoding, HeightUnit, TileRows};
 pub use error::SourceError;
 pub(crate) use folder::{Kind, kind_of, members};
 use format::Format;
@@ -75,7 +86,7 @@ use georeference::Georeference;
 pub use georeference::GeoreferenceError;
 pub(crate) use inputs::{add_inputs, files_of};
 pub use reader::{GridReader, HeightReader, Window};
-pub use sidecar::{Encoding, OpenOptions};
+pub use sidecar::OpenOptions;
 pub(crate) use statistics::Statistics;
 pub(crate) use statistics::statistics;
 pub(crate) use values::{Holds, open_values};
@@ -112,7 +123,7 @@ impl Progress for Silent {
 
 /// Version of the readers' results. It changes when files yield other heights, or another position, than before;
 /// pyramids baked with an older version are then baked again.
-pub(crate) const VERSION: u32 = 2;
+pub(crate) const VERSION: u32 = 3;
 
 /// Largest number of samples that are read into memory at once: 8 GiB of heights.
 pub(crate) const MAX_SAMPLES: u64 = 1 << 31;
@@ -143,33 +154,44 @@ pub fn open_reader(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
 /// # Errors
 /// The same as [`open`].
 pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
-    let reader = undeclared::watch(open_as_it_is(path, options)?, path, options);
+    let reader = undeclared::watch(open_as_it_is(path, options)?, path, options)?;
     Ok(match options.voids {
         VoidMode::Fill => voids::filled(reader),
         VoidMode::Holes => reader,
     })
 }
 
+/// The options that tiles of terrain-RGB use.
+const TILE_OPTIONS: [&str; 4] = ["--height-scale", "--height-offset", "--encoding", "--tile-rows"];
+
 /// Opens a file without filling holes and without looking for undeclared no-data values.
 fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
     if kind_of(path) == Kind::TileFolder {
-        return Ok(Box::new(tile_folder::TileFolderReader::open(path, options)?));
+        options.warn_unused(path, &TILE_OPTIONS);
+        return Ok(Box::new(geotiff::guarded(path, || tile_folder::open(path, options))?));
     }
     let format = format::of(path, options)?;
-    let ignored = options.for_heightmaps();
-    if !ignored.is_empty() && !matches!(format, Format::Png | Format::Raw) {
-        tracing::warn!(
-            "{}: ignored, because they apply only to PNG and raw heightmaps: {}",
-            path.display(),
-            ignored.join(", ")
-        );
+    match format {
+        // A picture's own options depend on its colours.
+        Format::Png => {}
+        // What is inside says which options apply.
+        Format::Container(_) => {}
+        Format::Exr => options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset"]),
+        Format::Raw => options
+            .warn_unused(path, &["--spacing", "--raw-size", "--height-scale", "--height-offset", "--raw-big-endian"]),
+        Format::PmTiles | Format::TileJson => options.warn_unused(path, &TILE_OPTIONS),
+        _ => options.warn_unused(path, &[]),
     }
     let info = || sidecar::RasterInfo::of(path, options);
     Ok(match format {
         Format::GeoTiff => geotiff::GeoTiffReader::open(path)?,
-        Format::Png => geotiff::guarded(path, || png16::open(path, &info()?))?,
+        Format::Png => geotiff::guarded(path, || png16::open(path, &info()?, options))?,
+        Format::PmTiles => Box::new(geotiff::guarded(path, || pmtiles::open(path, options))?),
+        Format::TileJson => Box::new(geotiff::guarded(path, || tile_json::open(path, options))?),
         Format::Hgt => Box::new(hgt::open(path)?),
-        Format::ZippedHgt => Box::new(geotiff::guarded(path, || hgt::open_zip(path))?),
+        Format::Container(container) => geotiff::guarded(path, || archive::open(path, container, options))?,
+        Format::NetCdf => geotiff::guarded(path, || netcdf::open(path))?,
+        Format::Exr => Box::new(geotiff::guarded(path, || exr_heights::open(path, &info()?))?),
         Format::Dted { offset } => Box::new(dted::DtedReader::open(path, offset)?),
         Format::AsciiGrid => Box::new(ascii_grid::open(path)?),
         Format::UsgsDem => Box::new(usgs_dem::open(path)?),

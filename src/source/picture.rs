@@ -1,20 +1,24 @@
-//! Decodes PNG pictures (ISO/IEC 15948) for heightmaps and terrain-RGB. A picture is either decoded completely and held
-//! with the samples of its file (2 to 4 bytes per pixel), or read row by row from the top, one row at a time.
+//! Decodes PNG pictures (ISO/IEC 15948), and lossless WebP pictures (`webp`), for heightmaps and terrain-RGB. A picture is
+//! either decoded completely and held with the samples of its file (2 to 4 bytes per pixel), or a PNG is read row by row
+//! from the top, one row at a time.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
 use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType, Decoder, DecodingError, Reader, Transformations};
 
 use super::SourceError;
-use super::memory;
 use super::place::{cannot_open, inconsistent};
+use super::{memory, webp};
 
+/// Largest size of a tile's file.
+const MAX_TILE_BYTES: u64 = 64 << 20;
 /// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
-/// The size, colour type and bit depth from a PNG's header.
+
+/// The size, colour type and bit depth from a picture's header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Header {
     pub size: [u32; 2],
@@ -35,7 +39,11 @@ pub(super) struct Picture {
 
 /// Reads only the header.
 pub(super) fn header(path: &Path) -> Result<Header, SourceError> {
-    let mut decoder = Decoder::new(BufReader::new(File::open(path).map_err(cannot_open(path))?));
+    let mut source = BufReader::new(File::open(path).map_err(cannot_open(path))?);
+    if webp::begins(source.fill_buf().map_err(cannot_open(path))?) {
+        return webp::header(path, source);
+    }
+    let mut decoder = Decoder::new(source);
     let info = decoder.read_header_info().map_err(|error| damaged(path, &error))?;
     Ok(Header { size: [info.width, info.height], color: info.color_type, depth: info.bit_depth })
 }
@@ -56,7 +64,7 @@ impl Rows {
     /// # Errors
     /// The same as [`decode`], as far as the header reveals them.
     pub(super) fn open(path: &Path) -> Result<Option<Self>, SourceError> {
-        let (reader, _) = begin(path)?;
+        let (reader, _) = begin_file(path)?;
         if reader.info().interlaced {
             return Ok(None);
         }
@@ -83,9 +91,38 @@ impl Rows {
     }
 }
 
-/// Decodes a picture; palettes become colours.
+/// Decodes a picture file; palettes become colours.
 pub(super) fn decode(path: &Path) -> Result<Picture, SourceError> {
-    let (mut reader, needed) = begin(path)?;
+    let mut source = BufReader::new(File::open(path).map_err(cannot_open(path))?);
+    if webp::begins(source.fill_buf().map_err(cannot_open(path))?) {
+        return webp::decode(path, source);
+    }
+    decode_png(path, begin_file(path)?)
+}
+
+/// Decodes a picture in memory; `path` is its name in errors.
+pub(super) fn decode_bytes(path: &Path, bytes: &[u8]) -> Result<Picture, SourceError> {
+    match webp::begins(bytes) {
+        true => webp::decode(path, Cursor::new(bytes)),
+        false => decode_png(path, begin(path, Cursor::new(bytes), bytes.len() as u64)?),
+    }
+}
+
+/// Reads the file of a small picture, such as a tile, into memory.
+pub(super) fn small_file(path: &Path) -> Result<Vec<u8>, SourceError> {
+    let file = File::open(path).map_err(cannot_open(path))?;
+    let mut bytes = Vec::new();
+    file.take(MAX_TILE_BYTES + 1).read_to_end(&mut bytes).map_err(cannot_open(path))?;
+    match bytes.len() as u64 > MAX_TILE_BYTES {
+        true => Err(inconsistent(path, format!("a tile of more than {} MiB is not read", MAX_TILE_BYTES >> 20))),
+        false => Ok(bytes),
+    }
+}
+
+fn decode_png<R: BufRead + Seek>(
+    path: &Path,
+    (mut reader, needed): (Reader<R>, usize),
+) -> Result<Picture, SourceError> {
     let [width, height] = [reader.info().width, reader.info().height];
     let mut bytes = memory::room(path, [width, height], needed as u64)?;
     bytes.resize(needed, 0);
@@ -99,11 +136,16 @@ pub(super) fn decode(path: &Path) -> Result<Picture, SourceError> {
     Ok(picture)
 }
 
-/// Returns a decoder that has read up to the samples, and the decoded size in bytes.
-fn begin(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
+/// Opens a file as [`begin`] does.
+fn begin_file(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
     let file = File::open(path).map_err(cannot_open(path))?;
     let file_bytes = file.metadata().map_err(cannot_open(path))?.len();
-    let mut decoder = Decoder::new(BufReader::new(file));
+    begin(path, BufReader::new(file), file_bytes)
+}
+
+/// Returns a decoder that has read up to the samples, and the decoded size in bytes.
+fn begin<R: BufRead + Seek>(path: &Path, source: R, file_bytes: u64) -> Result<(Reader<R>, usize), SourceError> {
+    let mut decoder = Decoder::new(source);
     decoder.set_transformations(Transformations::EXPAND);
     let reader = decoder.read_info().map_err(|error| damaged(path, &error))?;
     let [width, height] = [reader.info().width, reader.info().height];

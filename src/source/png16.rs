@@ -18,25 +18,33 @@ use super::picture::{Picture, Rows};
 use super::place::{self, check_window};
 use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, SampleType, Tally, WarnOnce};
-use super::sidecar::RasterInfo;
+use super::sidecar::{OpenOptions, RasterInfo};
 use super::values::Holds;
 use super::{picture, terrain_rgb};
 
 /// Approximate number of samples in a block of rows.
 const BLOCK_SAMPLES: u32 = 1 << 20;
 
-/// Opens a PNG: a heightmap, or terrain-RGB.
-pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<Box<dyn HeightReader>, SourceError> {
+/// Opens a PNG or WebP picture: a heightmap, or terrain-RGB.
+pub(super) fn open(
+    path: &Path,
+    info: &RasterInfo,
+    options: &OpenOptions,
+) -> Result<Box<dyn HeightReader>, SourceError> {
     let header = picture::header(path)?;
     place::check_size(path, header.size)?;
     let refused = |what| Err(SourceError::NotHeights { path: path.into(), what, holds: Holds::Heights });
     match (header.color, header.depth) {
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
+            options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset"]);
             Ok(Box::new(GreyReader::open(path, info, header.size)?))
         }
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, _) => refused("a grey picture of 8 bits or less"),
         (_, BitDepth::Sixteen) => refused("a colour picture of 16 bits"),
-        _ => Ok(Box::new(terrain_rgb::open(path, info)?)),
+        _ => {
+            options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset", "--encoding"]);
+            Ok(Box::new(terrain_rgb::open(path, info)?))
+        }
     }
 }
 
@@ -69,14 +77,7 @@ impl State {
 
 impl GreyReader {
     fn open(path: &Path, info: &RasterInfo, size: [u32; 2]) -> Result<Self, SourceError> {
-        let [scale, offset] = info.steps(path);
-        let meaning = Meaning {
-            sample_type: SampleType::U16,
-            no_data: info.sidecar.no_data,
-            scale,
-            offset,
-            metres_per_unit: 1.0,
-        };
+        let meaning = info.meaning(path, SampleType::U16);
         let state = State::before_the_first(path)?;
         Ok(Self {
             path: path.into(),

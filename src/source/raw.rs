@@ -6,7 +6,7 @@ use std::path::Path;
 use super::SourceError;
 use super::flat::{Description, FlatReader, Strides};
 use super::place::{self, cannot_open};
-use super::samples::{Meaning, SampleType};
+use super::samples::SampleType;
 use super::sidecar::RasterInfo;
 
 /// Opens a file without a header.
@@ -26,9 +26,7 @@ pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<FlatReader, SourceE
         tracing::warn!("{}: its byte order is not given; little-endian is assumed", path.display());
         false
     });
-    let [scale, offset] = info.steps(path);
-    let meaning =
-        Meaning { sample_type: SampleType::U16, no_data: info.sidecar.no_data, scale, offset, metres_per_unit: 1.0 };
+    let meaning = info.meaning(path, SampleType::U16);
     let described = Description {
         size,
         strides: Strides { offset: 0, row: u64::from(width) * 2, sample: 2 },

@@ -75,6 +75,12 @@ pub trait HeightReader: Send + Sync {
         false
     }
 
+    /// Returns metres per unit of the stored heights, if the file declares another unit than metres. The heights that
+    /// [`HeightReader::read`] returns are metres all the same.
+    fn declared_unit_m(&self) -> Option<f64> {
+        None
+    }
+
     /// Returns the hole filler, if the reader fills holes: code that reads a whole grid reads it unfilled and fills it
     /// at the end.
     fn filled(&self) -> Option<&Filled> {

@@ -11,17 +11,23 @@
 //! no_data = 0             # in steps
 //! crs = "EPSG:32610"
 //! origin = [594000.0, 5195000.0] # centre of the first sample, in the CRS
-//! encoding = "terrarium"  # or "mapbox"; terrain-RGB only
-//! interval_m = 0.1        # metres per step of "mapbox"
+//! tile_rows = "tms"       # or "xyz"; folders of tiles only (FOLDER.toml)
+//! encoding = "terrarium"  # or "mapbox" or "gsi"; terrain-RGB only
+//! interval_m = 0.1        # metres per step of "mapbox" or "gsi"
+//! base_m = -10000.0       # height of the colour code 0 of "mapbox" or "gsi"
 //! ```
 
 use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::georeference::Georeference;
+use super::georeference::{Crs, Georeference};
 use super::place::{self, small_text, unclear};
-use super::{GeoKeys, SourceError, VoidMode, crs_catalogue as catalogue};
+use super::prj;
+use super::samples::{Meaning, SampleType};
+use super::tiff_sidecars::TiffSidecars;
+use super::tile_json::TileJson;
+use super::{Encoding, GeoKeys, HeightUnit, SourceError, TileRows, VoidMode, crs_catalogue as catalogue};
 use crate::file::message::quoted;
 use crate::file::toml_text;
 
@@ -33,14 +39,18 @@ pub struct OpenOptions {
     pub spacing_m: Option<f64>,
     /// Columns and rows of a raw file.
     pub size: Option<[u32; 2]>,
-    /// Metres per step of a 16-bit sample.
+    /// Metres per step of a 16-bit sample, or of a colour code.
     pub height_scale_m: Option<f64>,
-    /// Height in metres of a sample of 0.
+    /// Height in metres of a sample or colour code of 0.
     pub height_offset_m: Option<f64>,
     /// Whether a raw file is big-endian.
     pub big_endian: Option<bool>,
     /// Encoding of heights in the colours of a picture.
     pub encoding: Option<Encoding>,
+    /// Direction of the rows of tiles.
+    pub tile_rows: Option<TileRows>,
+    /// Unit of the heights of any format, where the file declares none.
+    pub height_unit: Option<HeightUnit>,
     /// Additional no-data value for any format, as a height in metres.
     pub no_data: Option<f64>,
     /// Treatment of no-data; the default leaves holes, as in the file.
@@ -48,42 +58,32 @@ pub struct OpenOptions {
 }
 
 impl OpenOptions {
-    /// Returns the names of the given options that only PNG and raw files need.
-    pub(super) fn for_heightmaps(&self) -> Vec<&'static str> {
-        let given = [
-            ("spacing", self.spacing_m.is_some()),
-            ("size", self.size.is_some()),
-            ("height scale", self.height_scale_m.is_some()),
-            ("height offset", self.height_offset_m.is_some()),
-            ("byte order", self.big_endian.is_some()),
-            ("encoding", self.encoding.is_some()),
-        ];
-        given.into_iter().filter(|(_, is_given)| *is_given).map(|(name, _)| name).collect()
+    /// Returns whether the options change heights that a file declares completely.
+    pub(crate) fn changes_heights(&self) -> bool {
+        self.no_data.is_some() || self.height_unit.is_some_and(|unit| unit != HeightUnit::M)
     }
-}
 
-/// The encodings of heights in the colours of a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize, clap::ValueEnum)]
-#[serde(rename_all = "lowercase")]
-pub enum Encoding {
-    /// (red × 256 + green + blue / 256) − 32768 metres.
-    Terrarium,
-    /// −10000 + (red × 65536 + green × 256 + blue) × 0.1 metres.
-    Mapbox,
-}
-
-impl Encoding {
-    pub const ALL: [Self; 2] = [Self::Mapbox, Self::Terrarium];
-
-    /// Returns the name that options and sidecar files use.
-    #[must_use]
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::Terrarium => "terrarium",
-            Self::Mapbox => "mapbox",
+    /// Warns about the given options that a format does not use: all except those whose names are in `used`.
+    pub(crate) fn warn_unused(&self, path: &Path, used: &[&str]) {
+        let given = [
+            ("--spacing", self.spacing_m.is_some()),
+            ("--raw-size", self.size.is_some()),
+            ("--height-scale", self.height_scale_m.is_some()),
+            ("--height-offset", self.height_offset_m.is_some()),
+            ("--raw-big-endian", self.big_endian.is_some()),
+            ("--encoding", self.encoding.is_some()),
+            ("--tile-rows", self.tile_rows.is_some()),
+        ];
+        let unused = given.into_iter().filter(|(name, is_given)| *is_given && !used.contains(name));
+        let names: Vec<&str> = unused.map(|(name, _)| name).collect();
+        if !names.is_empty() {
+            tracing::warn!("{}: ignored, because the file itself says it: {}", path.display(), names.join(", "));
         }
     }
 }
+
+/// Metres per degree of latitude.
+const METRES_PER_DEGREE: f64 = 111_320.0;
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -108,7 +108,9 @@ pub(super) struct Sidecar {
     crs: Option<String>,
     origin: Option<[f64; 2]>,
     encoding: Option<Encoding>,
-    pub interval_m: Option<f64>,
+    tile_rows: Option<TileRows>,
+    interval_m: Option<f64>,
+    base_m: Option<f64>,
 }
 
 /// The sidecar file of a file, combined with the caller's options.
@@ -117,6 +119,8 @@ pub(super) struct RasterInfo {
     /// Path of the sidecar file, if it exists.
     pub sidecar_path: Option<PathBuf>,
     pub sidecar: Sidecar,
+    /// The world file and `.aux.xml` beside the file.
+    beside: TiffSidecars,
     options: OpenOptions,
 }
 
@@ -137,8 +141,9 @@ impl RasterInfo {
             }
             None => Sidecar::default(),
         };
-        let info = Self { sidecar_path, sidecar, options: *options };
-        let numbers = [info.spacing_m(), info.sidecar.spacing_degrees, info.sidecar.interval_m, info.height_scale_m()];
+        let beside = if path.is_dir() { TiffSidecars::default() } else { TiffSidecars::of(path) };
+        let info = Self { sidecar_path, sidecar, beside, options: *options };
+        let numbers = [info.spacing_m(), info.sidecar.spacing_degrees, info.colour_interval_m(), info.height_scale_m()];
         if numbers.into_iter().flatten().any(|number| !number.is_finite() || number == 0.0) {
             return Err(unclear(path, "its spacing and its height scale must be numbers other than 0"));
         }
@@ -160,33 +165,83 @@ impl RasterInfo {
         self.options.encoding.or(self.sidecar.encoding)
     }
 
+    /// Returns the direction of the rows of tiles, if it is given.
+    pub(super) fn tile_rows(&self) -> Option<TileRows> {
+        self.options.tile_rows.or(self.sidecar.tile_rows)
+    }
+
+    /// Adds what a description beside tiles declares, unless the caller or the sidecar file says otherwise.
+    pub(super) fn declare(&mut self, described: &TileJson) {
+        if self.encoding().is_none() {
+            self.sidecar.encoding = described.encoding;
+            self.sidecar.interval_m = self.sidecar.interval_m.or(described.interval_m);
+            self.sidecar.base_m = self.sidecar.base_m.or(described.base_m);
+        }
+    }
+
     /// Returns metres per step, if it is given.
     pub(super) fn height_scale_m(&self) -> Option<f64> {
         self.options.height_scale_m.or(self.sidecar.height_scale_m)
     }
 
-    /// Returns the height in metres of a sample of 0.
-    pub(super) fn height_offset_m(&self) -> f64 {
-        self.options.height_offset_m.or(self.sidecar.height_offset_m).unwrap_or(0.0)
+    /// Returns metres per step of a colour code, if it is given.
+    pub(super) fn colour_interval_m(&self) -> Option<f64> {
+        self.options.height_scale_m.or(self.sidecar.interval_m).or(self.sidecar.height_scale_m)
     }
 
-    fn spacing_m(&self) -> Option<f64> {
+    /// Returns the height in metres of the colour code 0, if it is given.
+    pub(super) fn colour_base_m(&self) -> Option<f64> {
+        self.options.height_offset_m.or(self.sidecar.base_m).or(self.sidecar.height_offset_m)
+    }
+
+    /// Returns the distance between samples in metres, if it is given.
+    pub(super) fn spacing_m(&self) -> Option<f64> {
         self.options.spacing_m.or(self.sidecar.spacing_m)
     }
 
-    /// Returns scale and offset of 16-bit steps, with a warning if the scale is not given.
-    pub(super) fn steps(&self, path: &Path) -> [f64; 2] {
-        let scale_m = self.height_scale_m().unwrap_or_else(|| {
+    /// Returns the meaning of samples that are steps of a height, with a warning if their size is not given.
+    pub(super) fn meaning(&self, path: &Path, sample_type: SampleType) -> Meaning {
+        let mut meaning = Meaning::metres(sample_type, None);
+        self.beside.overrule(&mut meaning);
+        if let Some(scale_m) = self.height_scale_m() {
+            (meaning.scale, meaning.metres_per_unit) = (scale_m, 1.0);
+        } else if !self.beside.knows_steps() {
             let name = path.display();
             tracing::warn!("{name}: has no height scale; 1 m per step is assumed (set height_scale_m in {name}.toml)");
-            1.0
-        });
-        [scale_m, self.height_offset_m()]
+        }
+        if let Some(offset_m) = self.options.height_offset_m.or(self.sidecar.height_offset_m) {
+            meaning.offset = offset_m / meaning.metres_per_unit;
+        }
+        meaning.no_data = self.sidecar.no_data.or(meaning.no_data);
+        meaning
     }
 
-    /// Returns the georeference of the grid.
+    /// Returns the distance between samples on the ground in metres, if anything beside the file gives it.
+    pub(super) fn spacing_beside_m(&self) -> Option<f64> {
+        let of_place = |[x, a, _, _, c, _]: [f64; 6]| {
+            let step = a.hypot(c);
+            // Steps of a hundredth on the globe are degrees, not centimetres.
+            let is_degrees = step < 0.02 && x.abs() <= 360.0;
+            if is_degrees { step * METRES_PER_DEGREE } else { step }
+        };
+        let degrees = self.sidecar.spacing_degrees.map(|degrees| degrees * METRES_PER_DEGREE);
+        self.spacing_m().or(degrees).or_else(|| self.beside.own_place().map(of_place))
+    }
+
+    /// Returns the georeference of the grid: that of the `.toml` or the options, or of a world file or `.aux.xml`.
     pub(super) fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
-        let (keys, metres_per_unit) = self.crs_keys(path)?;
+        if self.sidecar.origin.is_none()
+            && let Some(place) = self.beside.own_place()
+        {
+            return self.georeference_beside(path, place, size);
+        }
+        if self.sidecar.crs.is_some() && self.sidecar.origin.is_none() {
+            return Err(unclear(path, "its sidecar file has a crs, but no origin = [x, y]"));
+        }
+        let (keys, metres_per_unit) = match &self.sidecar.crs {
+            Some(crs) => crs_keys(path, crs)?,
+            None => (place::local_metres(), Some(1.0)),
+        };
         let step = match (metres_per_unit, self.spacing_m(), self.sidecar.spacing_degrees) {
             (None, _, Some(degrees)) => degrees,
             (None, _, None) => return Err(unclear(path, "a geographic CRS needs spacing_degrees in its sidecar file")),
@@ -201,28 +256,48 @@ impl RasterInfo {
         place::locate(path, place::north_up(first, [step; 2]), keys, size)
     }
 
-    /// Returns the keys of the CRS, and metres per unit; `None` for degrees.
-    fn crs_keys(&self, path: &Path) -> Result<(GeoKeys, Option<f64>), SourceError> {
-        let Some(crs) = &self.sidecar.crs else { return Ok((place::local_metres(), Some(1.0))) };
-        if self.sidecar.origin.is_none() {
-            return Err(unclear(path, "its sidecar file has a crs, but no origin = [x, y]"));
-        }
-        let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
-        let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
-        let (code, definition) = definition
-            .ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
-        match definition.kind {
-            catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
-            catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),
-            catalogue::Kind::Geocentric => {
-                Err(unclear(path, format!("the crs {} in its sidecar file is geocentric", quoted(crs))))
+    /// Returns the georeference of a world file or `.aux.xml`; a spacing that is given replaces theirs.
+    fn georeference_beside(&self, path: &Path, place: [f64; 6], size: [u32; 2]) -> Result<Georeference, SourceError> {
+        let keys = match (&self.sidecar.crs, self.beside.geokeys()) {
+            (Some(crs), _) => crs_keys(path, crs)?.0,
+            (None, Some(keys)) => keys.clone(),
+            (None, None) => prj::keys(path, place, size)?.0,
+        };
+        let georeference = place::locate(path, place, keys, size)?;
+        let Some(spacing_m) = self.spacing_m() else { return Ok(georeference) };
+        let unit = match georeference.crs {
+            Crs::Local => 1.0,
+            Crs::Projected { metres_per_unit, .. } => metres_per_unit,
+            Crs::Geographic { .. } => {
+                tracing::warn!("{}: its spacing is in degrees; that in metres is ignored", path.display());
+                return Ok(georeference);
             }
-        }
+        };
+        let [x, a, b, y, c, d] = place;
+        let [columns, rows] = [spacing_m / unit / a.hypot(c), spacing_m / unit / b.hypot(d)];
+        place::locate(path, [x, a * columns, b * rows, y, c * columns, d * rows], georeference.geokeys, size)
     }
 
-    /// Returns what the heights depend on: the file, its sidecar file and the options.
+    /// Returns what the heights depend on: the file, the files beside it and the options.
     pub(super) fn identity(&self, path: &Path) -> String {
-        let files: Vec<&Path> = std::iter::once(path).chain(self.sidecar_path.as_deref()).collect();
+        let prj = self.beside.own_place().and_then(|_| place::sibling(path, "prj"));
+        let beside = self.sidecar_path.iter().chain(&self.beside.files).chain(&prj).map(PathBuf::as_path);
+        let files: Vec<&Path> = std::iter::once(path).chain(beside).collect();
         place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))
+    }
+}
+
+/// Returns the keys of a CRS of a sidecar file, and metres per unit; `None` for degrees.
+fn crs_keys(path: &Path, crs: &str) -> Result<(GeoKeys, Option<f64>), SourceError> {
+    let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
+    let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
+    let (code, definition) =
+        definition.ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
+    match definition.kind {
+        catalogue::Kind::Projected => Ok((place::epsg(code, false), Some(definition.unit))),
+        catalogue::Kind::Geographic => Ok((place::epsg(code, true), None)),
+        catalogue::Kind::Geocentric => {
+            Err(unclear(path, format!("the crs {} in its sidecar file is geocentric", quoted(crs))))
+        }
     }
 }

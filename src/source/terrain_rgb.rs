@@ -1,129 +1,83 @@
 //! Terrain-RGB: heights that are encoded in the colours of a picture.
 //!
 //! - Terrarium (Mapzen, "Terrain tile formats"): red × 256 + green + blue / 256 − 32768 metres.
-//! - Mapbox ("Mapbox Terrain-RGB v1"): −10000 + (red × 65536 + green × 256 + blue) × 0.1 metres.
+//! - Mapbox ("Mapbox Terrain-RGB v1"): −10000 + code × 0.1 metres, where the code is red × 65536 + green × 256 + blue.
+//!   Other programs (`rio rgbify`) write another base and another interval.
+//! - GSI (Geospatial Information Authority of Japan, "標高タイルの詳細仕様"): code × 0.01 metres in two's complement;
+//!   (128, 0, 0) is no-data.
 //!
 //! The encoding, and whether a picture contains heights at all, is not in the file; a sidecar file or an option must
-//! give it. Otherwise the colours must prove it ([`Packing::of`]): plausible heights in one encoding, and carries as
-//! only numbers of several bytes have them.
+//! give it. Otherwise the colours must prove it (`colour_proof`).
 
 use std::path::{Path, PathBuf};
 
-use super::SourceError;
 use super::georeference::Georeference;
 use super::memory;
 use super::picture::{self, Picture};
-use super::place::{check_window, unclear};
+use super::place::check_window;
 use super::reader::{HeightReader, Window};
 use super::samples::MAX_HEIGHT_M;
-use super::sidecar::{Encoding, RasterInfo};
+use super::sidecar::RasterInfo;
+use super::{Encoding, SourceError, colour_proof};
 
-/// Plausible heights in metres: from below the deepest trench to above the highest mountain.
-const PLAUSIBLE_M: std::ops::RangeInclusive<f32> = -11_100.0..=9_100.0;
-/// Smallest share of plausible heights among the pixels that hold a height.
-const PLAUSIBLE_SHARE: f64 = 0.95;
-/// Test for carries. Where neighbours differ by one in a byte, the next lower byte of heights goes the other way: from
-/// 255 to 0, or slightly less where the land is steep. In an ordinary picture both channels change alike, or
-/// independently. There must be at least [`CARRIES`] such places, and at a share of [`CARRY_SHARE`] of them the lower
-/// byte must go back by more than [`WRAP`] steps.
-const CARRIES: u64 = 32;
-const CARRY_SHARE: f64 = 0.9;
-const WRAP: i32 = 64;
+/// The code of GSI that means no-data, which is also the smallest number of 24 bits in two's complement.
+const GSI_VOID: u32 = 1 << 23;
 
-/// Default of metres per step of Mapbox's encoding.
-pub(super) const MAPBOX_INTERVAL_M: f64 = 0.1;
-
-/// The encoding of heights, with its step.
+/// The encoding of heights, with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Packing {
     pub encoding: Encoding,
+    /// Metres per step of the code.
     pub interval_m: f64,
+    /// Height of code 0, in metres.
+    pub base_m: f64,
+    /// Whether black is no-data: a height only if the base says so.
+    is_black_void: bool,
+    /// Another code that means no-data.
+    void_code: Option<u32>,
 }
 
 impl Packing {
-    /// Returns a height in metres; NaN for a black or transparent pixel, which never is a height.
-    fn height_m(self, pixel: &[u8]) -> f32 {
-        let [red, green, blue] = [pixel[0], pixel[1], pixel[2]].map(f64::from);
-        let is_void = pixel[..3] == [0, 0, 0] || pixel.get(3) == Some(&0);
-        match self.encoding {
-            _ if is_void => f32::NAN,
-            Encoding::Terrarium => (red * 256.0 + green + blue / 256.0 - 32_768.0) as f32,
-            Encoding::Mapbox => {
-                let height_m = (red * 65_536.0 + green * 256.0 + blue) * self.interval_m - 10_000.0;
-                // Whatever the interval, the range of valid heights is the same as for other formats.
-                if height_m.abs() <= MAX_HEIGHT_M { height_m as f32 } else { f32::NAN }
-            }
+    /// Returns an encoding with its own numbers, as far as none are given.
+    pub(super) fn new(encoding: Encoding, interval_m: Option<f64>, base_m: Option<f64>) -> Self {
+        let [own_interval_m, own_base_m] = encoding.steps_m();
+        Self {
+            encoding,
+            interval_m: interval_m.unwrap_or(own_interval_m),
+            base_m: base_m.unwrap_or(own_base_m),
+            is_black_void: encoding != Encoding::Gsi && base_m.is_none_or(|base_m| base_m == own_base_m),
+            void_code: None,
         }
+    }
+
+    /// Returns the packing with a no-data value in steps, as a sidecar file gives it.
+    pub(super) fn with_void(self, no_data: Option<f64>) -> Self {
+        let code = no_data.filter(|code| (0.0..f64::from(1 << 24)).contains(code) && code.fract() == 0.0);
+        Self { void_code: code.map(|code| code as u32).or(self.void_code), ..self }
+    }
+
+    /// Returns a height in metres; NaN for a pixel that is transparent or has the colour of no-data.
+    pub(super) fn height_m(&self, pixel: &[u8]) -> f32 {
+        let code = u32::from_be_bytes([0, pixel[0], pixel[1], pixel[2]]);
+        let is_void = pixel.get(3) == Some(&0)
+            || (code == 0 && self.is_black_void)
+            || self.void_code == Some(code)
+            || (code == GSI_VOID && self.encoding == Encoding::Gsi);
+        if is_void {
+            return f32::NAN;
+        }
+        let steps = match self.encoding {
+            Encoding::Gsi if code > GSI_VOID => f64::from(code) - f64::from(1 << 24),
+            _ => f64::from(code),
+        };
+        let height_m = steps * self.interval_m + self.base_m;
+        // Whatever the interval, the range of valid heights is the same as for other formats.
+        if height_m.abs() <= MAX_HEIGHT_M { height_m as f32 } else { f32::NAN }
     }
 
     /// Returns the heights of a colour picture in metres, row by row.
-    pub(super) fn heights_m(self, picture: &Picture) -> impl Iterator<Item = f32> + '_ {
-        picture.bytes.chunks_exact(picture.channels.max(3)).map(move |pixel| self.height_m(pixel))
-    }
-
-    /// Returns the given encoding, or the one that the colours of the pictures prove.
-    ///
-    /// # Errors
-    /// Fails if no encoding is given and the colours prove nothing; the message names the option to use.
-    pub(super) fn of(path: &Path, info: &RasterInfo, pictures: &[Picture]) -> Result<Self, SourceError> {
-        let interval_m = info.sidecar.interval_m.unwrap_or(MAPBOX_INTERVAL_M);
-        if let Some(encoding) = info.encoding() {
-            return Ok(Self { encoding, interval_m });
-        }
-        let both = Encoding::ALL.map(|encoding| Self { encoding, interval_m });
-        let plausible: Vec<Self> = both.into_iter().filter(|packing| packing.is_plausible(pictures)).collect();
-        if let Some(proved) = plausible.iter().find(|packing| packing.has_carries(pictures)) {
-            return Ok(*proved);
-        }
-        let which = match &*plausible {
-            [one] => one.encoding.name(),
-            _ => "mapbox or terrarium",
-        };
-        let file_name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
-        Err(unclear(
-            path,
-            format!(
-                "holds a colour picture, not heights; if it is terrain-RGB, give --encoding {which} (or `encoding` in \
-                 {file_name}.toml)"
-            ),
-        ))
-    }
-
-    /// Returns whether nearly all pixels would be heights on the Earth.
-    fn is_plausible(self, pictures: &[Picture]) -> bool {
-        let (mut heights, mut plausible) = (0u64, 0u64);
-        for height_m in pictures.iter().flat_map(|picture| self.heights_m(picture)).filter(|it| !it.is_nan()) {
-            heights += 1;
-            plausible += u64::from(PLAUSIBLE_M.contains(&height_m));
-        }
-        heights > 0 && plausible as f64 >= PLAUSIBLE_SHARE * heights as f64
-    }
-
-    /// Returns whether bytes carry into the next higher ones from pixel to pixel.
-    fn has_carries(self, pictures: &[Picture]) -> bool {
-        // The lowest byte of Terrarium may be missing, and the highest of Mapbox seldom changes.
-        [[0, 1], [1, 2]].into_iter().any(|[coarse, fine]| {
-            let (mut steps, mut wraps) = (0u64, 0u64);
-            for picture in pictures {
-                let channels = picture.channels.max(3);
-                for row in picture.bytes.chunks_exact((picture.size[0] as usize * channels).max(1)) {
-                    let next = row.chunks_exact(channels).skip(1);
-                    for (a, b) in row.chunks_exact(channels).zip(next) {
-                        let is_void = |pixel: &[u8]| self.height_m(pixel).is_nan();
-                        let difference = |channel: usize| i32::from(b[channel]) - i32::from(a[channel]);
-                        if is_void(a) || is_void(b) || (0..coarse).any(|higher| difference(higher) != 0) {
-                            continue;
-                        }
-                        let step = difference(coarse);
-                        if step.abs() == 1 {
-                            steps += 1;
-                            wraps += u64::from(difference(fine) * step < -WRAP);
-                        }
-                    }
-                }
-            }
-            steps >= CARRIES && wraps as f64 >= CARRY_SHARE * steps as f64
-        })
+    pub(super) fn heights_m<'a>(&'a self, picture: &'a Picture) -> impl Iterator<Item = f32> + 'a {
+        picture.bytes.chunks_exact(picture.channels.max(3)).map(|pixel| self.height_m(pixel))
     }
 }
 
@@ -169,7 +123,8 @@ impl HeightReader for ColourReader {
 /// Reads a single picture.
 pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<ColourReader, SourceError> {
     let picture = picture::decode(path)?;
-    let packing = Packing::of(path, info, std::slice::from_ref(&picture))?;
+    let known = colour_proof::Known { spacing_m: info.spacing_beside_m(), in_japan: None };
+    let packing = colour_proof::packing(path, info, std::slice::from_ref(&picture), &known)?;
     let georeference = info.georeference(path, picture.size)?;
     Ok(ColourReader { path: path.into(), picture, packing, georeference, identity: info.identity(path) })
 }

@@ -1,20 +1,48 @@
-//! The sidecar files of a GeoTIFF: GDAL's `dem.tif.aux.xml`, and a world file such as `dem.tfw`.
+//! The sidecar files of a raster: GDAL's `dem.tif.aux.xml`, and a world file such as `dem.tfw`.
 //!
-//! As in GDAL, the first takes precedence over the tags of the file, and a world file only counts if nothing else gives
-//! a georeference.
+//! As in GDAL, the first takes precedence over the tags of a GeoTIFF, and a world file only counts if nothing else gives
+//! a georeference. Pictures and raw files have no georeference of their own (`sidecar`).
 
 use std::path::{Path, PathBuf};
 
 use super::georeference::GeoTags;
-use super::place::{sibling, small_text};
+use super::place::{ending, sibling, small_text};
 use super::samples::{BandMetadata, Meaning, parse_no_data};
 use super::{GeoKeys, masked, wkt};
 
-/// Extensions of world files.
-const WORLD_FILES: [&str; 4] = ["tfw", "tifw", "tiffw", "wld"];
+/// Returns the extensions of the world files of a raster, as GDAL has them: the first and the last letter of the
+/// raster's own extension with a `w`, the whole extension with a `w`, and `wld`.
+fn world_file_endings(path: &Path) -> Vec<String> {
+    let own = ending(path);
+    let mut endings = Vec::new();
+    if let (Some(first), Some(last)) = (own.chars().next(), own.chars().last()) {
+        endings.extend([format!("{first}{last}w"), format!("{own}w")]);
+    }
+    if own.starts_with("tif") {
+        endings.extend(["tfw", "tifw", "tiffw"].map(str::to_owned));
+    }
+    endings.push("wld".to_owned());
+    endings
+}
 
-/// The information from the sidecar files of a GeoTIFF.
-#[derive(Debug, Default)]
+/// Returns the world file of a raster, if it exists.
+fn world_file(path: &Path) -> Option<PathBuf> {
+    world_file_endings(path).iter().find_map(|ending| sibling(path, ending))
+}
+
+/// Returns the sample positions from the world file of a raster, and that file. An invalid one is ignored with a
+/// warning.
+pub(super) fn from_world_file(path: &Path) -> Option<([f64; 6], PathBuf)> {
+    let world = world_file(path)?;
+    let place = small_text(&world).ok().and_then(|text| parse_world_file(&text));
+    if place.is_none() {
+        tracing::warn!("{}: is not a valid world file and is ignored", world.display());
+    }
+    Some((place?, world))
+}
+
+/// The information from the sidecar files of a raster.
+#[derive(Clone, Debug, Default)]
 pub(super) struct TiffSidecars {
     /// The sidecar files that contain relevant information.
     pub files: Vec<PathBuf>,
@@ -27,7 +55,7 @@ pub(super) struct TiffSidecars {
 }
 
 impl TiffSidecars {
-    /// Reads the sidecar files of the GeoTIFF at `path`. Invalid files are ignored with a warning. Other content of
+    /// Reads the sidecar files of the raster at `path`. Invalid files are ignored with a warning. Other content of
     /// `.aux.xml`, such as statistics and other programs' metadata, is ignored.
     pub(super) fn of(path: &Path) -> Self {
         let mut found = Self::default();
@@ -41,14 +69,26 @@ impl TiffSidecars {
                 Err(error) => tracing::warn!("{error}; it is ignored"),
             }
         }
-        if let Some(world) = WORLD_FILES.into_iter().find_map(|ending| sibling(path, ending)) {
-            found.world_file = small_text(&world).ok().and_then(|text| parse_world_file(&text));
-            match found.world_file {
-                Some(_) => found.files.push(world),
-                None => tracing::warn!("{}: is not a valid world file and is ignored", world.display()),
-            }
+        if let Some((place, world)) = from_world_file(path) {
+            found.world_file = Some(place);
+            found.files.push(world);
         }
         found
+    }
+
+    /// Returns the transform for sample centres of a raster that has none of its own.
+    pub(super) fn own_place(&self) -> Option<[f64; 6]> {
+        self.crs_from_grid.or(self.world_file)
+    }
+
+    /// Returns the keys of the CRS.
+    pub(super) fn geokeys(&self) -> Option<&GeoKeys> {
+        self.geokeys.as_ref()
+    }
+
+    /// Returns whether the steps of the samples are known: their scale, their offset or their unit.
+    pub(super) fn knows_steps(&self) -> bool {
+        self.band.scale.is_some() || self.band.offset.is_some() || self.band.metres_per_unit().is_some()
     }
 
     /// Returns whether the sidecar file changes the heights or their georeference.

@@ -5,15 +5,17 @@
 //! samples are left unchanged, and one warning gives their share of all samples; `OpenOptions::no_data` makes them
 //! no-data.
 //!
-//! Heights are examined as a reader returns them, in metres. -32768 and -32767 of 16-bit files are no-data already, and
+//! Heights are examined as a reader returns them, in metres, or in the unit that the caller gives for a file without
+//! one, which is applied here. -32768 and -32767 of 16-bit files are no-data already, and
 //! so are values beyond ±1000 km (`samples`).
 
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 
 use super::georeference::Georeference;
+use super::place::unclear;
 use super::reader::{HeightReader, Window};
-use super::{OpenOptions, SourceError};
+use super::{HeightUnit, OpenOptions, SourceError};
 
 /// Common no-data values, in metres.
 const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
@@ -22,11 +24,13 @@ const MIN_GAP_M: f32 = 500.0;
 /// … and as a fraction of their range.
 const GAP_OF_RANGE: f32 = 0.5;
 
-/// A reader that treats one height as no-data, and warns about probable no-data values among the others.
+/// A reader that treats one height as no-data, warns about probable no-data values among the others, and converts the
+/// rest to metres.
 struct Watched {
     inner: Box<dyn HeightReader>,
     path: PathBuf,
     void_m: Option<f32>,
+    unit: HeightUnit,
     found: Mutex<Found>,
 }
 
@@ -88,14 +92,35 @@ impl Found {
 }
 
 /// Wraps a reader of `path` so that it watches for undeclared no-data values.
-pub(super) fn watch(inner: Box<dyn HeightReader>, path: &Path, options: &OpenOptions) -> Box<dyn HeightReader> {
+///
+/// # Errors
+/// Fails if a unit is given, but the file declares one itself.
+pub(super) fn watch(
+    inner: Box<dyn HeightReader>,
+    path: &Path,
+    options: &OpenOptions,
+) -> Result<Box<dyn HeightReader>, SourceError> {
     let void_m = options.no_data.map(|no_data| no_data as f32);
-    Box::new(Watched { inner, path: path.into(), void_m, found: Mutex::new(Found::NONE) })
+    let unit = options.height_unit.unwrap_or(HeightUnit::M);
+    if let Some(unit_m) = inner.declared_unit_m().filter(|_| options.height_unit.is_some()) {
+        let why =
+            format!("declares its unit of heights itself ({unit_m} m), which is applied; leave out --height-unit");
+        return Err(unclear(path, why));
+    }
+    Ok(Box::new(Watched { inner, path: path.into(), void_m, unit, found: Mutex::new(Found::NONE) }))
 }
 
 impl Watched {
     fn void_or(&self, height_m: f32) -> f32 {
         if self.void_m == Some(height_m) { f32::NAN } else { height_m }
+    }
+
+    /// Converts a height from the unit that the caller gives.
+    fn metres(&self, height: f32) -> f32 {
+        match self.unit {
+            HeightUnit::M => height,
+            unit => (f64::from(height) * unit.metres()) as f32,
+        }
     }
 
     /// Adds counts; after the whole grid has been read, prints the warnings.
@@ -129,6 +154,9 @@ impl HeightReader for Watched {
         let mut here = Found::NONE;
         here.add(&heights_m);
         self.count(&here);
+        if self.unit != HeightUnit::M {
+            heights_m.iter_mut().for_each(|height_m| *height_m = self.metres(*height_m));
+        }
         Ok(heights_m)
     }
 
@@ -138,7 +166,7 @@ impl HeightReader for Watched {
         let mut here = Found::NONE;
         here.add_equal(height_m, window.samples() as u64);
         self.count(&here);
-        Some(height_m)
+        Some(self.metres(height_m))
     }
 
     fn is_serial(&self) -> bool {
@@ -151,7 +179,11 @@ impl HeightReader for Watched {
 
     fn identity(&self) -> String {
         let inner = self.inner.identity();
-        self.void_m.map_or_else(|| inner.clone(), |void_m| format!("{inner}\nno data {void_m}"))
+        let inner = self.void_m.map_or_else(|| inner.clone(), |void_m| format!("{inner}\nno data {void_m}"));
+        match self.unit {
+            HeightUnit::M => inner,
+            unit => format!("{inner}\nheights in {}", unit.name()),
+        }
     }
 }
 

@@ -108,7 +108,8 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     heights_m.resize(samples as usize, f32::NAN);
     read_profiles(path, &bytes, &header, &mut heights_m)?;
     let identity = place::identity(&[path], "");
-    Ok(MemoryReader { path: path.into(), size: header.size, heights_m, georeference, identity })
+    let unit_m = header.metres_per_unit;
+    Ok(MemoryReader { path: path.into(), size: header.size, heights_m, unit_m, georeference, identity })
 }
 
 fn read_header(path: &Path, bytes: &[u8]) -> Result<Header, SourceError> {

@@ -80,6 +80,7 @@ fn grey(path: &Path) -> Result<Values, SourceError> {
     let full = if picture.channel_bytes == 1 { 255.0 } else { 65_535.0 };
     let identity = place::identity(&[path], "shades\n");
     let georeference = georeference::assumed();
-    let reader = MemoryReader { path: path.into(), size: picture.size, heights_m: shades, georeference, identity };
+    let (path, size) = (path.into(), picture.size);
+    let reader = MemoryReader { path, size, heights_m: shades, unit_m: 1.0, georeference, identity };
     Ok(Values { reader: Box::new(reader), full, is_located: false })
 }

@@ -1,6 +1,6 @@
 //! XYZ: one line per point with easting, northing and height. The points must form a complete regular grid by rows, as
 //! GDAL and mapping agencies write it. Separators are spaces, tabs, commas or semicolons; the first line may hold
-//! names.
+//! names. Numbers may have decimal commas, unless commas separate them.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Read};
@@ -11,6 +11,7 @@ use super::memory::{self, MemoryReader};
 use super::place::{self, cannot_open, inconsistent, unclear};
 use super::prj;
 use super::samples::{Meaning, SampleType, Tally, WarnOnce};
+use super::text::number;
 
 /// Largest length of a line in bytes.
 const MAX_LINE_BYTES: u64 = 4096;
@@ -27,10 +28,23 @@ pub(super) fn is_beginning(text: &str, is_whole: bool) -> bool {
 }
 
 fn point(line: &str) -> Option<[f64; 3]> {
-    let mut numbers = line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';')).filter(|it| !it.is_empty());
-    let mut next = || numbers.next()?.parse::<f64>().ok();
-    let point = [next()?, next()?, next()?];
+    let line = line.trim_start_matches('\u{feff}');
+    // Where semicolons or spaces separate three numbers, a comma between digits is a decimal comma.
+    let is_inside = |word: &str| word.trim_matches(',').contains(',');
+    let words = || line.split(|c: char| c.is_whitespace() || c == ';').filter(|it| !it.is_empty());
+    let has_decimal_commas = words().nth(2).is_some() && words().take(3).any(is_inside);
+    let point = if has_decimal_commas {
+        three(words(), number)?
+    } else {
+        let words = line.split(|c: char| c.is_whitespace() || matches!(c, ',' | ';')).filter(|it| !it.is_empty());
+        three(words, |word| word.parse().ok())?
+    };
     (point[0].is_finite() && point[1].is_finite()).then_some(point)
+}
+
+fn three<'a>(mut words: impl Iterator<Item = &'a str>, number: impl Fn(&str) -> Option<f64>) -> Option<[f64; 3]> {
+    let mut next = || number(words.next()?);
+    Some([next()?, next()?, next()?])
 }
 
 /// The columns and rows of the grid, collected as points arrive.
@@ -145,5 +159,6 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
     let (keys, prj) = prj::keys(path, crs_from_grid, size)?;
     let georeference = place::locate(path, crs_from_grid, keys, size)?;
     let files: Vec<&Path> = std::iter::once(path).chain(prj.as_deref()).collect();
-    Ok(MemoryReader { path: path.into(), size, heights_m, georeference, identity: place::identity(&files, "") })
+    let identity = place::identity(&files, "");
+    Ok(MemoryReader { path: path.into(), size, heights_m, unit_m: 1.0, georeference, identity })
 }

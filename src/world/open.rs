@@ -91,8 +91,8 @@ pub enum WorldError {
         "{HEIGHTS_IN_MEMORY}: a scene cannot contain heights from memory; open the world with OpenWorld::from_heights"
     )]
     Given,
-    /// A no-data value is given for heights that are not baked here.
-    #[error("{}: --nodata works only for local DEM files; bake the file with --nodata first", named(name))]
+    /// A no-data value or a unit is given for heights that are not baked here.
+    #[error("{}: --nodata and --height-unit work only for local DEM files; bake the file with them first", named(name))]
     NoData {
         /// Name of the world.
         name: String,
@@ -185,7 +185,7 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
     let store: Arc<dyn TileStore> = match &scene.world {
         World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
         World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
-        World::Url(name) if scene.heights.no_data.is_some() => return Err(WorldError::NoData { name: name.clone() }),
+        World::Url(name) if scene.heights.changes_heights() => return Err(WorldError::NoData { name: name.clone() }),
         World::Url(url) => pyramid::store::open_remote(url, scene.heights.voids)?,
         World::Procedural { seed } => {
             let key = format!("procedural {} seed {seed}", source::procedural::VERSION);
@@ -230,13 +230,16 @@ fn several(
 /// Opens a baked pyramid or a large COG directly, and everything else from the cache, into which it is baked.
 fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let is_own = pyramid::format::sidecar_path(path).exists() || !path.is_file();
-    let as_it_is = if is_own || options.no_data.is_some() {
+    let as_it_is = if is_own || options.changes_heights() {
         None
     } else {
         pyramid::store::open_local_cog_with(path, options.voids)?
     };
     match as_it_is {
-        Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => Ok(store),
+        Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => {
+            options.warn_unused(path, &[]);
+            Ok(store)
+        }
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {
             Err(error @ PyramidError::Cache { .. }) => {
                 let name = path.display();

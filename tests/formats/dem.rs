@@ -32,7 +32,7 @@ impl Dem {
         self.heights.iter().map(|&it| if it == i16::MIN { f32::NAN } else { f32::from(it) }).collect()
     }
 
-    pub(crate) fn rows(&self) -> impl Iterator<Item = &[i16]> {
+    pub(crate) fn rows(&self) -> impl DoubleEndedIterator<Item = &[i16]> {
         self.heights.chunks(self.width)
     }
 

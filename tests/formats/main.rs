@@ -4,6 +4,8 @@
 mod colours;
 mod compare;
 mod dem;
+mod downloads;
+mod encodings;
 mod folders;
 mod gdal;
 mod hostile;

@@ -81,3 +81,73 @@ fn pictures_of_something_else_are_refused() {
     std::fs::write(folder.path().join("picture.png.toml"), "encoding = \"terrarium\"\nspacing_m = 10").unwrap();
     assert_eq!(open(&path, &Silent).unwrap().heights_m[0], 100.0 * 256.0 + 100.0 + 100.0 / 256.0 - 32_768.0);
 }
+
+#[test]
+fn world_files_give_the_place_of_any_raster() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let dem = Dem::new(50, 40, 0).above_sea();
+    let world = "30\n0.0\n0,0\n-30\n594000\n5195010\n";
+    let quiet = OpenOptions { size: Some([50, 40]), big_endian: Some(false), ..OpenOptions::default() };
+    let read = |name: &str, options: &OpenOptions| {
+        let reader = open_reader_with(&at(name), options).unwrap_or_else(|error| panic!("{error}"));
+        (read_all(&*reader, &at(name), &Silent).unwrap(), reader.identity())
+    };
+    write::png16(&at("a.png"), &dem);
+    write::raw(&at("b.raw"), &dem, false);
+    write::raw(&at("c.r16"), &dem, false);
+    let channel = hachure::file::exr::Samples::F32(dem.expected());
+    let channel = hachure::file::exr::Channel { name: "Y".to_owned(), samples: channel };
+    hachure::file::exr::write_exr(&at("d.exr"), 50, 40, &[channel], &[]).unwrap();
+    for (name, worlds) in [
+        ("a.png", &["a.pgw", "a.pngw", "a.PGW", "a.wld", "a.png.wld"][..]),
+        ("b.raw", &["b.rww", "b.raww", "b.wld"]),
+        ("c.r16", &["c.r6w", "c.wld"]),
+        ("d.exr", &["d.exrw", "d.wld"]),
+    ] {
+        let (alone, bare) = read(name, &quiet);
+        assert!(compare(&alone, &dem, write::PLACE).is_err());
+        for file in worlds {
+            std::fs::write(at(file), world).unwrap();
+            let (grid, identity) = read(name, &quiet);
+            compare(&grid, &dem, write::PLACE).unwrap_or_else(|error| panic!("{file}: {error}"));
+            assert_ne!(identity, bare, "{file}");
+            // A .prj beside it gives the reference system.
+            let prj = at(name).with_extension("prj");
+            std::fs::write(&prj, write::UTM_PRJ).unwrap();
+            assert_eq!(read(name, &quiet).0.georeference.geokeys.epsg, Some(32610), "{file}");
+            std::fs::remove_file(&prj).unwrap();
+            // A spacing that is given replaces that of the file, but not the place.
+            let place = [write::WEST, 10.0, 0.0, write::NORTH, 0.0, -10.0];
+            let options = OpenOptions { spacing_m: Some(10.0), ..quiet };
+            compare(&read(name, &options).0, &dem, place).unwrap();
+            std::fs::write(at(file), "no numbers").unwrap();
+            assert_eq!(read(name, &quiet).0.georeference, alone.georeference);
+            std::fs::remove_file(at(file)).unwrap();
+        }
+    }
+    // GDAL's own file takes precedence, and also gives the system and no-data.
+    let aux = "<PAMDataset><SRS>EPSG:32610</SRS><GeoTransform> 593985, 30, 0, 5195025, 0, -30</GeoTransform>\
+               <PAMRasterBand band=\"1\"><NoDataValue>1</NoDataValue><Scale>1</Scale></PAMRasterBand></PAMDataset>";
+    let wkt = write::UTM_PRJ.replace('"', "&quot;");
+    std::fs::write(at("a.png.aux.xml"), aux.replace("EPSG:32610", &wkt)).unwrap();
+    std::fs::write(at("a.pgw"), world.replace("30", "40")).unwrap();
+    let (grid, _) = read("a.png", &quiet);
+    assert_eq!(grid.georeference.crs_from_grid, write::PLACE);
+    assert_eq!(grid.georeference.geokeys.epsg, Some(32610));
+    let agrees = |(read, height): (&f32, &i16)| if *height == 1 { read.is_nan() } else { *read == f32::from(*height) };
+    assert!(grid.heights_m.iter().zip(&dem.heights).all(agrees) && dem.heights.contains(&1));
+}
+
+#[test]
+fn a_header_without_a_place_takes_it_from_a_world_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.bil");
+    let dem = Dem::new(50, 40, 3);
+    write::ehdr(&path, &dem, "I");
+    let header = std::fs::read_to_string(path.with_extension("hdr")).unwrap();
+    let without = header.lines().filter(|line| !line.contains("MAP")).collect::<Vec<_>>().join("\n");
+    std::fs::write(path.with_extension("hdr"), without).unwrap();
+    std::fs::write(path.with_extension("blw"), "30\n0\n0\n-30\n594000\n5195010\n").unwrap();
+    check(&path, &dem, write::PLACE);
+}

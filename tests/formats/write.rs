@@ -4,6 +4,8 @@ use std::fmt::Write as _;
 use std::io::Write as _;
 use std::path::Path;
 
+use netcdf_writer::{NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions};
+
 use crate::dem::Dem;
 
 pub(crate) const WEST: f64 = 594_000.0;
@@ -234,4 +236,133 @@ pub(crate) fn usgs_dem(path: &Path, dem: &Dem, line_breaks: bool) -> [f64; 6] {
     let text: String = records.iter().map(|record| format!("{record:<1024}{end}")).collect();
     std::fs::write(path, text).unwrap();
     PLACE
+}
+
+/// The format of a picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Colours {
+    Png,
+    WebP,
+}
+
+/// Writes a picture of 8-bit colours.
+pub(crate) fn colours(path: &Path, [width, height]: [usize; 2], pixels: &[[u8; 3]], format: Colours) {
+    let bytes = pixels.as_flattened();
+    if format == Colours::Png {
+        return png(path, [width, height], png::ColorType::Rgb, png::BitDepth::Eight, bytes);
+    }
+    let encoder = image_webp::WebPEncoder::new(std::fs::File::create(path).unwrap());
+    encoder.encode(bytes, width as u32, height as u32, image_webp::ColorType::Rgb8).unwrap();
+}
+
+/// A lossy WebP picture of 16 × 16 pixels.
+#[rustfmt::skip]
+pub(crate) const LOSSY_WEBP: [u8; 52] = [
+    0x52, 0x49, 0x46, 0x46, 0x2c, 0x00, 0x00, 0x00, 0x57, 0x45, 0x42, 0x50, 0x56, 0x50, 0x38, 0x20,
+    0x20, 0x00, 0x00, 0x00, 0x50, 0x01, 0x00, 0x9d, 0x01, 0x2a, 0x10, 0x00, 0x10, 0x00, 0x02, 0xc0,
+    0x4c, 0x25, 0x00, 0x4e, 0x80, 0x37, 0xd0, 0x00, 0xfe, 0xd0, 0xca, 0x2a, 0xf5, 0x79, 0x94, 0xda,
+    0x44, 0x10, 0x00, 0x00,
+];
+
+/// Writes the tiles of a folder as a PMTiles archive ("PMTiles Version 3 Specification", section 3) without
+/// compression; `kind` is the number of the tiles' type.
+pub(crate) fn pmtiles(path: &Path, tiles: &Path, zoom: u8, kind: u8, metadata: &str) {
+    let number = |path: &Path| path.file_stem().unwrap().to_str().unwrap().parse::<u32>().unwrap();
+    let inside = |path: &Path| std::fs::read_dir(path).unwrap().map(|entry| entry.unwrap().path()).collect::<Vec<_>>();
+    let columns = inside(&tiles.join(zoom.to_string()));
+    let files = columns.iter().flat_map(|column| inside(column).into_iter().map(|file| (number(column), file)));
+    let id =
+        |x: u32, file: &Path| pmtiles::TileId::from(pmtiles::TileCoord::new(zoom, x, number(file)).unwrap()).value();
+    let mut files: Vec<(u64, Vec<u8>)> = files.map(|(x, file)| (id(x, &file), std::fs::read(&file).unwrap())).collect();
+    files.sort();
+    let varint = |mut value: u64, out: &mut Vec<u8>| {
+        while value > 127 {
+            out.push(value as u8 | 128);
+            value >>= 7;
+        }
+        out.push(value as u8);
+    };
+    let (mut directory, mut last, mut offset) = (Vec::new(), 0, 0);
+    varint(files.len() as u64, &mut directory);
+    for (id, _) in &files {
+        varint(id - last, &mut directory);
+        last = *id;
+    }
+    files.iter().for_each(|_| varint(1, &mut directory));
+    files.iter().for_each(|(_, bytes)| varint(bytes.len() as u64, &mut directory));
+    for (_, bytes) in &files {
+        varint(offset + 1, &mut directory);
+        offset += bytes.len() as u64;
+    }
+    let root = 127;
+    let after = root + directory.len() as u64;
+    let data = after + metadata.len() as u64;
+    let count = files.len() as u64;
+    let mut out = b"PMTiles\x03".to_vec();
+    let sections =
+        [root, directory.len() as u64, after, metadata.len() as u64, data, 0, data, offset, count, count, count];
+    sections.iter().for_each(|number| out.extend(number.to_le_bytes()));
+    out.extend([1, 1, 1, kind, zoom, zoom]);
+    out.resize(127, 0);
+    out.extend(directory);
+    out.extend(metadata.as_bytes());
+    files.iter().for_each(|(_, bytes)| out.extend(bytes));
+    std::fs::write(path, out).unwrap();
+}
+
+/// Compresses a file.
+pub(crate) fn gzip(path: &Path, bytes: &[u8]) {
+    let mut encoder = flate2::write::GzEncoder::new(std::fs::File::create(path).unwrap(), flate2::Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap();
+}
+
+/// Writes a ZIP archive of files with these names.
+pub(crate) fn zip(path: &Path, members: &[(&str, &[u8])]) {
+    let mut archive = zip::ZipWriter::new(std::fs::File::create(path).unwrap());
+    for (name, bytes) in members {
+        archive.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+        archive.write_all(bytes).unwrap();
+    }
+    archive.finish().unwrap();
+}
+
+/// Returns a tar archive of files with these names.
+pub(crate) fn tar(members: &[(&str, &[u8])]) -> Vec<u8> {
+    let mut archive = tar::Builder::new(Vec::new());
+    for (name, bytes) in members {
+        let mut header = tar::Header::new_gnu();
+        header.set_size(bytes.len() as u64);
+        header.set_mode(0o644);
+        header.set_cksum();
+        archive.append_data(&mut header, name, *bytes).unwrap();
+    }
+    archive.into_inner().unwrap()
+}
+
+/// Writes heights as GEBCO does: rows from the south, longitudes and latitudes.
+pub(crate) fn netcdf(path: &Path, dem: &Dem, format: NcWriteFormat, is_packed: bool) {
+    let mut builder = NcFileBuilder::new();
+    let lat = builder.add_dimension("lat", dem.height as u64).unwrap();
+    let lon = builder.add_dimension("lon", dem.width as u64).unwrap();
+    let chars = |text: &str| NcAttrValue::Chars(text.to_owned());
+    for (name, dimension, count, first) in [("lat", lat, dem.height, 46.0), ("lon", lon, dem.width, 8.0)] {
+        let variable = builder.add_variable::<f64>(name, &[dimension]).unwrap();
+        builder.add_variable_attribute(variable, "units", chars("degrees")).unwrap();
+        let values: Vec<f64> = (0..count).map(|index| first + index as f64 / 240.0).collect();
+        builder.write_variable(variable, &values).unwrap();
+    }
+    let flags = builder.add_variable::<i8>("tid", &[lat, lon]).unwrap();
+    builder.write_variable(flags, &vec![7_i8; dem.heights.len()]).unwrap();
+    let heights = builder.add_variable::<i16>("elevation", &[lat, lon]).unwrap();
+    builder.add_variable_attribute(heights, "_FillValue", NcAttrValue::Shorts(vec![i16::MIN])).unwrap();
+    builder.add_variable_attribute(heights, "units", chars("m")).unwrap();
+    if is_packed {
+        builder.add_variable_attribute(heights, "scale_factor", NcAttrValue::Doubles(vec![1.0])).unwrap();
+        builder.set_variable_chunking(heights, vec![16, 16]).unwrap();
+        builder.set_variable_deflate(heights, Some(4), true).unwrap();
+    }
+    let from_south: Vec<i16> = dem.rows().rev().flatten().copied().collect();
+    builder.write_variable(heights, &from_south).unwrap();
+    std::fs::write(path, builder.to_vec(NcWriteOptions { format }).unwrap().1).unwrap();
 }

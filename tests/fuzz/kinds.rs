@@ -16,6 +16,7 @@ use hachure::scene::{Scene, WaterFiles};
 use hachure::source::{self, Silent, Window};
 use hachure::style::{self, Style};
 use ndarray::Array2;
+use netcdf_writer::NcWriteFormat;
 
 use super::dem::Dem;
 use super::seeds::Seed;
@@ -94,6 +95,42 @@ pub(crate) const KINDS: &[Kind] = &[
         of("m.png", true).into_iter().chain(of("t.png", false)).collect()
     }),
     heights("tile-folder", tile_folders),
+    heights("gsi", |home| one(home, "g.png", |path| colours(path, write::Colours::Png))),
+    heights("webp", |home| one(home, "w.webp", |path| colours(path, write::Colours::WebP))),
+    heights("pmtiles", |home| {
+        one(home, "a.pmtiles", |path| {
+            let tiles = path.with_file_name("12");
+            std::fs::create_dir_all(tiles.join("2138")).unwrap();
+            colours(&tiles.join("2138/1447.webp"), write::Colours::WebP);
+            std::fs::remove_file(tiles.join("2138/1447.webp.toml")).unwrap();
+            write::pmtiles(path, path.parent().unwrap(), 12, 4, "{\"encoding\": \"gsi\"}");
+            std::fs::remove_dir_all(tiles).unwrap();
+        })
+    }),
+    heights("netcdf", |home| {
+        let classic = one(home, "c.nc", |path| write::netcdf(path, &small(), NcWriteFormat::Classic, false));
+        let of_hdf5 = |path: &Path| write::netcdf(path, &small(), NcWriteFormat::Nc4, true);
+        classic.into_iter().chain(one(home, "h.nc", of_hdf5)).collect()
+    }),
+    heights("archive", |home| {
+        let of = |name: &str, pack: fn(&Path, &[u8])| {
+            one(home, name, move |path| {
+                let inside = path.with_file_name("a.asc");
+                write::ascii(&inside, &small(), false);
+                pack(path, &std::fs::read(&inside).unwrap());
+                std::fs::remove_file(inside).unwrap();
+            })
+        };
+        let zipped = of("z.zip", |path, bytes| write::zip(path, &[("a.asc", bytes)]));
+        let packed = of("t.tgz", |path, bytes| write::gzip(path, &write::tar(&[("a.asc", bytes)])));
+        zipped.into_iter().chain(packed).chain(of("a.asc.gz", |path, bytes| write::gzip(path, bytes))).collect()
+    }),
+    heights("exr-heights", |home| {
+        one(home, "e.exr", |path| {
+            let channel = Channel { name: "Y".to_owned(), samples: Samples::F32(small().expected()) };
+            write_exr(path, 50, 50, &[channel], &[]).unwrap();
+        })
+    }),
     Kind { name: "pyramid", open: read_pyramid, seeds: pyramids, arguments: INFO },
     Kind { name: "obj", open: |path| Ok(obj::read(path).map(drop)?), seeds: objs, arguments: None },
     Kind { name: "scene", open: |path| Ok(Scene::read(path).map(drop)?), seeds: plain_scenes, arguments: INFO },
@@ -269,6 +306,22 @@ fn with_side_file(path: &Path, write: impl FnOnce(&Path, &Dem)) {
     let side = "width = 50\nheight = 50\nspacing_m = 3.5\nheight_scale_m = 0.25\nheight_offset_m = -100\nendian = \"little\"\n\
                 no_data = 0\ncrs = \"EPSG:32610\"\norigin = [594000.0, 5195010.0]\n";
     std::fs::write(path.with_file_name(format!("{}.toml", file_name(path))), side).unwrap();
+}
+
+/// Writes a picture of heights in GSI's encoding, with a sidecar file that says so.
+fn colours(path: &Path, format: write::Colours) {
+    let dem = Dem::new(64, 64, 2);
+    let pixel = |&height: &i16| match height {
+        i16::MIN => [128, 0, 0],
+        height => {
+            let [_, red, green, blue] = (i32::from(height) * 100).to_be_bytes();
+            [red, green, blue]
+        }
+    };
+    let pixels: Vec<[u8; 3]> = dem.heights.iter().map(pixel).collect();
+    write::colours(path, [64, 64], &pixels, format);
+    std::fs::write(path.with_file_name(format!("{}.toml", file_name(path))), "encoding = \"gsi\"\nspacing_m = 9\n")
+        .unwrap();
 }
 
 fn tile_folders(home: &Path) -> Vec<Seed> {

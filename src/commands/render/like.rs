@@ -20,7 +20,7 @@ use crate::picture::imprint::Imprint;
 use crate::scene::camera::Camera;
 use crate::scene::ranges;
 use crate::scene::view::Clock;
-use crate::source::{Encoding, VoidMode};
+use crate::source::{Encoding, HeightUnit, TileRows, VoidMode};
 use crate::style::Style;
 use crate::style::scale::REFERENCE_DPI;
 
@@ -68,6 +68,16 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
     }
     if let (None, Some(name)) = (heights.voids, &more.voids) {
         heights.voids = Some(VoidMode::from_str(name, false).map_err(anyhow::Error::msg).context("voids")?);
+    }
+    heights.height_scale = heights.height_scale.or(more.height_scale);
+    heights.height_offset = heights.height_offset.or(more.height_offset);
+    if let (None, Some(name)) = (heights.height_unit, &more.height_unit) {
+        let known = HeightUnit::ALL.into_iter().find(|unit| unit.name() == name);
+        heights.height_unit = Some(known.context("its unit of heights is unknown")?);
+    }
+    if let (None, Some(name)) = (heights.tile_rows, &more.tile_rows) {
+        let known = TileRows::ALL.into_iter().find(|rows| rows.name() == name);
+        heights.tile_rows = Some(known.context("its rows of tiles are unknown")?);
     }
     if let (None, None, Some(eyes)) = (all.stereo.eyes, all.map, &more.eyes) {
         all.stereo.eyes = Some(eyes.parse().map_err(anyhow::Error::msg).context("eyes")?);
@@ -160,6 +170,10 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
     let voids = args.world.heights.voids.and_then(|voids| voids.to_possible_value());
     more.voids = voids.map(|voids| voids.get_name().to_owned());
     more.encoding = args.world.heights.encoding.map(|encoding| encoding.name().to_owned());
+    more.height_scale = args.world.heights.height_scale;
+    more.height_offset = args.world.heights.height_offset;
+    more.height_unit = args.world.heights.height_unit.map(|unit| unit.name().to_owned());
+    more.tile_rows = args.world.heights.tile_rows.map(|rows| rows.name().to_owned());
     more.eyes = args.stereo.eyes.map(|eyes| eyes.to_string()).filter(|eyes| eyes != "mono");
     more.ipd = args.stereo.ipd.map(|ipd| ipd.to_string());
     more.convergence = args.stereo.convergence;
@@ -308,6 +322,10 @@ mod tests {
     const OPTIONS: &[(&str, Fate)] = &[
         ("world", Kept("other.tif -o a.png")),
         ("encoding", Kept("--encoding mapbox -o a.png")),
+        ("height_scale", Kept("--height-scale 0.5 -o a.png")),
+        ("height_offset", Kept("--height-offset=-3 -o a.png")),
+        ("height_unit", Kept("--height-unit us-ft -o a.png")),
+        ("tile_rows", Kept("--tile-rows tms -o a.png")),
         ("nodata", Kept("--nodata=-7.5 -o a.png")),
         ("voids", Kept("--voids holes -o a.png")),
         ("sun", Kept("--sun 100,20 -o a.png")),

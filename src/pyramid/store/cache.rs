@@ -109,9 +109,9 @@ pub fn open_or_bake_store(
 }
 
 /// Returns whether the file is read as a pyramid. With a no-data value it is not, because the levels already include
-/// that value in their averages.
+/// that value in their averages; nor with another unit of heights.
 fn is_pyramid(path: &Path, options: &OpenOptions) -> bool {
-    has_sidecar(path) && options.no_data.is_none()
+    has_sidecar(path) && !options.changes_heights()
 }
 
 fn load_error(error: SourceError) -> PyramidError {
