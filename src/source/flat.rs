@@ -179,6 +179,14 @@ impl HeightReader for FlatReader {
         [self.size[0], rows as u32]
     }
 
+    fn is_coarse(&self) -> bool {
+        self.meaning.sample_type.bytes() == 1
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.given()
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

@@ -10,6 +10,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Reader, Transformations};
 use super::SourceError;
 use super::memory;
 use super::place::{cannot_open, inconsistent};
+use crate::file::message::printable;
 
 /// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
 const MAX_RATIO: u64 = 1032;
@@ -118,6 +119,9 @@ fn begin(path: &Path) -> Result<(Reader<BufReader<File>>, usize), SourceError> {
     Ok((reader, needed))
 }
 
+/// Largest number of characters of the decoder's message.
+const MAX_FOREIGN_CHARS: usize = 120;
+
 fn damaged(path: &Path, error: &DecodingError) -> SourceError {
-    inconsistent(path, error.to_string().split_whitespace().collect::<Vec<_>>().join(" "))
+    inconsistent(path, printable(&error.to_string(), MAX_FOREIGN_CHARS))
 }
