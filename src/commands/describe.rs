@@ -180,7 +180,8 @@ impl Heights {
             Some(0) => "none".to_owned(),
             Some(count) => format!("{count} samples, {:.3} %{}", 100.0 * self.void_share, self.filled_text()),
         };
-        let data = self.data_samples.map(|[first, last]| {
+        let is_part = |ends: &[[u32; 2]; 2]| *ends != [[0, 0], [width - 1, height - 1]];
+        let data = self.data_samples.filter(is_part).map(|[first, last]| {
             let [west, south, east, north] = self.data_extent_m;
             format!(
                 "data      columns {} to {}, rows {} to {}: {west:.0} to {east:.0} m east, {south:.0} to {north:.0} m \

@@ -70,11 +70,6 @@ impl Polygons {
         Self::parse_some(text, MOST_PLACES)
     }
 
-    /// Returns the number of polygons.
-    pub(crate) fn count(&self) -> usize {
-        self.polygon_ends.len()
-    }
-
     /// Returns the vertices of all rings.
     pub(crate) fn vertices(&self) -> &[[f64; 2]] {
         &self.places

@@ -192,3 +192,48 @@ pub(crate) fn data_bounds(store: &Arc<dyn TileStore>) -> Result<Option<[[u32; 2]
     }
     Ok(bounds)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pyramid::store::MemoryStore;
+    use crate::source::georeference::Georeference;
+    use crate::source::{HeightGrid, Silent};
+
+    fn store([width, height]: [u32; 2], is_land: impl Fn(u32, u32) -> bool) -> Arc<dyn TileStore> {
+        let height_m = |i: u32| {
+            let (x, y) = (i % width, i / width);
+            if is_land(x, y) { 300.0 + x as f32 } else { f32::NAN }
+        };
+        let heights_m = (0..width * height).map(height_m).collect();
+        let georeference = Georeference::local(width, height, 10.0);
+        Arc::new(MemoryStore::new(HeightGrid { width, height, heights_m, georeference }, "grid", &Silent).unwrap())
+    }
+
+    #[test]
+    fn bounds_are_exact() {
+        let size = [1100, 900];
+        // A corner, a line of single samples that no coarse sample shows, two far points, and everything.
+        let corner = store(size, |x, y| (3..40).contains(&x) && (700..811).contains(&y));
+        assert_eq!(data_bounds(&corner).unwrap(), Some([[3, 700], [39, 810]]));
+        let line = store(size, |x, y| x == y + 100 && y > 20);
+        assert_eq!(data_bounds(&line).unwrap(), Some([[121, 21], [999, 899]]));
+        let points = store(size, |x, y| [(7, 500), (1050, 8)].contains(&(x, y)));
+        assert_eq!(data_bounds(&points).unwrap(), Some([[7, 8], [1050, 500]]));
+        assert_eq!(data_bounds(&store(size, |_, _| true)).unwrap(), Some([[0, 0], [1099, 899]]));
+    }
+
+    #[test]
+    fn cells_cover_the_data_and_little_else() {
+        let size = [1100, 900];
+        let line = DataArea::of(&store(size, |x, y| x == y + 100)).unwrap();
+        assert!(!line.is_whole && line.cells.len() > 50, "{}", line.cells.len());
+        for [x, y] in line.cells.iter().map(|cell| [0, 1].map(|i| 0.5 * (cell.low[i] + cell.high[i]))) {
+            assert!((x - y - 100.0).abs() < 40.0, "a cell at {x}, {y}");
+        }
+        let [low, high] = line.bounds().unwrap();
+        assert!((low[0] - 100.0).abs() < 40.0 && (high[1] - 899.0).abs() < 40.0, "{low:?} {high:?}");
+        let whole = DataArea::of(&store(size, |_, _| true)).unwrap();
+        assert!(whole.is_whole);
+    }
+}
