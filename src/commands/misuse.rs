@@ -5,7 +5,6 @@ use std::path::Path;
 use clap::error::{ContextKind, ContextValue, ErrorKind};
 
 use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
-use crate::scene::embedded;
 
 /// The names of all commands.
 pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
@@ -141,8 +140,7 @@ pub fn mistyped_command(word: &str) -> Option<String> {
     if word.contains(['.', '/', '\\']) || Path::new(word).exists() {
         return None;
     }
-    let scenes = || embedded::SCENES.iter().map(|scene| scene.name);
-    let all = COMMANDS.into_iter().chain(STYLES_COMMANDS).chain(scenes()).chain(PLURALS.map(|(plural, _)| plural));
+    let all = COMMANDS.into_iter().chain(STYLES_COMMANDS).chain(PLURALS.map(|(plural, _)| plural));
     let meant = nearest(word, all)?;
     let meant = PLURALS.into_iter().find(|(plural, _)| *plural == meant).map_or(meant, |(_, command)| command);
     let of_styles = if STYLES_COMMANDS.contains(&meant) { "hachure styles " } else { "" };

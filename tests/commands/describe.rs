@@ -71,7 +71,7 @@ fn pictures_say_how_they_were_drawn() {
         ("a.png", &[camera, "--style", "plain"][..]),
         ("a.exr", &[camera, "--style", "plain", "--sun", "100,20"]),
         ("a.svg", &[camera, "--style", "strokes"]),
-        ("a.tif", &["--map=0,0,900", "--style", "plain", "--title", "Nowhere"]),
+        ("a.tif", &["--map=0,0,900", "--style", "plain", "--samples", "2"]),
     ] {
         place.text(&[&["render", "dem.tif", "-o", name, "--size", "64x36"][..], more].concat());
         let info = place.json(&["info", name, "--json"]);
@@ -85,7 +85,7 @@ fn pictures_say_how_they_were_drawn() {
         assert_eq!(std::fs::read(place.path(name)).unwrap(), std::fs::read(place.path(&again)).unwrap(), "{name}");
     }
     let map = place.json(&["info", "a.tif", "--json"]);
-    assert_eq!((&map["settings"]["map"], &map["settings"]["title"]), (&"0,0,900".into(), &"Nowhere".into()));
+    assert_eq!((&map["settings"]["map"], &map["settings"]["samples"]), (&"0,0,900".into(), &2.into()));
     assert_eq!(place.json(&["info", "a.exr", "--json"])["sun_azimuth_deg"], 100.0);
     // A picture of another program is no DEM, and its description is not cut.
     let photo = place.path("photo.png");

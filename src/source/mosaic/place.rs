@@ -383,7 +383,8 @@ impl Way {
 
 impl Side {
     fn new(place: &Georeference) -> Result<Self, String> {
-            }
+        let (text, per_unit) = match earth_projection::text(place) {
+            Err(_) if place.crs == Crs::Local => return Err(NO_CRS.into()),
             found => found?,
         };
         let proj =
