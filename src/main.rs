@@ -1,20 +1,17 @@
 //! The program `hachure`: parses the arguments and runs the command; the work is done in `commands`.
 #![warn(clippy::print_stdout, clippy::print_stderr, reason = "they panic on a closed pipe: use file::standard")]
 
-use std::io::IsTerminal;
 use std::process::ExitCode;
 
 use clap::parser::ValueSource;
 use clap::{ArgMatches, CommandFactory, FromArgMatches};
+use hachure::commands::log;
 use hachure::commands::misuse::{self, Misuse};
 use hachure::commands::program::Cli;
 use hachure::internals::{chain, print_to_stderr, printable};
-use tracing_subscriber::fmt::format::debug_fn;
 
 /// Longest error line, in characters: enough for two long file names and a cause.
 const LONGEST_LINE: usize = 480;
-/// Longest line of the log, in characters.
-const LONGEST_LOG_LINE: usize = 4000;
 
 fn main() -> ExitCode {
     hush_libraries();
@@ -22,26 +19,7 @@ fn main() -> ExitCode {
         Ok(cli) => cli,
         Err(exit) => return exit,
     };
-    let level = match cli.verbose {
-        0 => "hachure=warn",
-        1 => "hachure=info",
-        _ => "hachure=debug,wgpu=info",
-    };
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| level.into());
-    tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .without_time()
-        // Log lines also contain file names and text from servers.
-        .fmt_fields(debug_fn(|writer, field, value| match field.name() {
-            "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
-            name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LOG_LINE)),
-        }))
-        // Otherwise a log that cannot be written is reported with `eprintln!`, which panics for the same reason.
-        .log_internal_errors(false)
-        .init();
+    log::start(cli.verbose);
     match cli.run() {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {

@@ -155,7 +155,7 @@ fn damaged_caches_heal() {
         let said = String::from_utf8_lossy(&output.stderr);
         println!("{number}: {how}{}", said.trim_end());
         assert!(output.status.success(), "{how}{said}");
-        assert!(said.lines().count() <= 1 && (said.is_empty() || said.contains("rebuilding")), "{how}{said}");
+        assert!(said.lines().count() <= 1 && (said.is_empty() || said.contains("is baked again")), "{how}{said}");
         assert!(picture == truth, "{how}the picture differs; {said}");
         warned += said.lines().count();
         // Damage that was found is repaired. Other damage (between tiles, or in tiles out of view) may remain until it

@@ -211,7 +211,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("style.png", "light.wrap"),
         ("gone.png", "its world: gone.asc: there is no such file"),
         ("net.png", "--trust-scene allows it"),
-        ("words.png", "it is not a PNG, EXR, SVG or MP4"),
+        ("words.png", "it is not a PNG, EXR, SVG, GeoTIFF or MP4"),
         ("none.png", ""),
         ("cut.svg", "its metadata is truncated"),
         ("bare.svg", "it has no imprint that says how it was drawn"),

@@ -5,7 +5,7 @@ use std::path::Path;
 use anyhow::bail;
 
 use super::misuse::{Misuse, mistyped_command};
-use crate::file::message::{named, quoted};
+use crate::file::message::{did_you_mean, named, quoted};
 use crate::scene::embedded;
 use crate::scene::ranges::{self, NumberRange};
 use crate::style::{Style, StyleError};
@@ -83,7 +83,10 @@ pub(crate) fn check_world(world: Option<&str>) -> anyhow::Result<()> {
 pub(crate) fn no_such_file(name: &str) -> String {
     match name.contains(['.', '/', '\\']) || name.trim().is_empty() {
         true => "there is no such file".to_owned(),
-        false => format!("there is no such file; the built-in scenes are {}", embedded::scene_names()),
+        false => {
+            let meant = did_you_mean(name, embedded::SCENES.iter().map(|scene| scene.name));
+            format!("there is no such file; the built-in scenes are {}{meant}", embedded::scene_names())
+        }
     }
 }
 
@@ -96,5 +99,5 @@ pub(crate) fn check_local(file: &Path, command: &str) -> Result<(), Misuse> {
         return Ok(());
     }
     // A URL may contain a password, so it is not repeated.
-    Err(Misuse(format!("{command} reads local files only; render, bench and fly also read URLs")))
+    Err(Misuse(format!("{command} reads local files only; render, bench, fly and info also read URLs")))
 }

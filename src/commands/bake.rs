@@ -5,6 +5,7 @@
 //! with `--resume` joins the parts.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::{Context, bail};
@@ -22,8 +23,8 @@ use crate::file::unnamed;
 use crate::pyramid::bake::{BakeLock, BakeWork, Baked, parts_path};
 use crate::pyramid::format::{is_sidecar, next_path, sidecar_path};
 use crate::pyramid::{self, BakeOptions, Pyramid, PyramidError};
-use crate::source::mosaic::MosaicReader;
-use crate::source::{self, HeightReader, Kind, OpenOptions, VoidMode};
+use crate::source::mosaic::Choice;
+use crate::source::{self, HeightReader, OpenOptions};
 
 /// Arguments of `bake`.
 #[derive(Debug, Args)]
@@ -159,7 +160,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
         Ok(Baked::Pyramid(baked)) => {
             // Report what a reader of the file finds.
             let of = || named(output);
-            let pyramid = Pyramid::open(output)?;
+            let pyramid = Arc::new(Pyramid::open(output)?);
             let report = Report {
                 input: &args.inputs[0],
                 output,
@@ -194,24 +195,9 @@ fn stopped(args: &BakeArgs) -> String {
 
 /// Opens the inputs; several files become one grid.
 fn open(inputs: &[PathBuf], options: &OpenOptions) -> anyhow::Result<Box<dyn HeightReader>> {
-    let mut files = Vec::new();
-    for input in inputs {
-        match source::kind_of(input) {
-            Kind::Folder => files.extend(source::members(input)?),
-            Kind::File | Kind::TileFolder => files.push(input.clone()),
-        }
-    }
-    if let [file] = &files[..] {
-        return Ok(source::open_reader_with(file, options)?);
-    }
-    // No-data of one file may be land in another, so holes are filled in the combined grid.
-    let bare = OpenOptions { voids: VoidMode::Holes, ..*options };
-    let readers = files.iter().map(|file| source::open_reader_with(file, &bare)).collect::<Result<Vec<_>, _>>()?;
-    let mosaic = Box::new(MosaicReader::new(readers)?);
-    Ok(match options.voids {
-        VoidMode::Fill => source::voids::filled(mosaic),
-        VoidMode::Holes => mosaic,
-    })
+    let choice = Choice::of(inputs, options)?;
+    choice.warn();
+    Ok(choice.open(options)?)
 }
 
 /// Under Slurm, uses as many threads as were granted, unless `RAYON_NUM_THREADS` is set.

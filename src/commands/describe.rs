@@ -1,13 +1,15 @@
 //! Descriptions of height files and pyramids in numbers, for `info` and `bake`.
 
 use std::fmt::Write as _;
+use std::sync::Arc;
 
 use glam::DVec2;
 use serde::Serialize;
 
 use crate::pyramid::format::{LevelSummary, sidecar_path};
-use crate::pyramid::tile::TILE_SAMPLES;
-use crate::pyramid::{LevelSize, Pyramid};
+use crate::pyramid::store::{DataArea, data_bounds};
+use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, is_void};
+use crate::pyramid::{LevelSize, Pyramid, TileStore};
 use crate::source::georeference::Georeference;
 use crate::source::{GeoreferenceError, GroundScale, HeightReader, ScaleRange, Statistics, WorldMapping};
 
@@ -33,10 +35,14 @@ pub(super) struct Heights {
     pub min_m: f32,
     /// Highest height in the file, in metres.
     pub max_m: f32,
-    /// Number of samples without data.
-    pub void_samples: u64,
-    /// Share of samples without data, 0 to 1.
+    /// Number of samples without data; `None` if not all were read.
+    pub void_samples: Option<u64>,
+    /// Share of samples without data, 0 to 1; of a file on a server, that of a coarse level.
     pub void_share: f64,
+    /// First column and row that have heights, and the last; `None` if all have, or if it is not known.
+    pub data_samples: Option<[[u32; 2]; 2]>,
+    /// Extent of the samples that have heights, in the world: west, south, east, north.
+    pub data_extent_m: [f64; 4],
     /// Number of no-data samples that are filled when the file is drawn or baked; 0 for a pyramid, which is not filled
     /// again.
     pub filled_samples: u64,
@@ -82,15 +88,41 @@ impl Heights {
     /// Describes the grid of a reader, given the statistics of its heights.
     pub(super) fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
-        let Statistics { min_m, max_m, void_samples, filled } = statistics;
-        let heights = Self::new(reader.georeference(), LevelSize { width, height }, [min_m, max_m], void_samples)?;
+        let Statistics { min_m, max_m, void_samples, bounds, filled } = statistics;
+        let size = LevelSize { width, height };
+        let data = bounds.filter(|_| void_samples > 0);
+        let heights = Self::new(reader.georeference(), size, [min_m, max_m], void_samples, data)?;
         Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, ..heights })
     }
 
     /// Describes the finest level of a pyramid.
-    pub(super) fn of_pyramid(pyramid: &Pyramid) -> Result<Self, GeoreferenceError> {
+    pub(super) fn of_pyramid(pyramid: &Arc<Pyramid>) -> anyhow::Result<Self> {
         let range_m = [pyramid.min_m(), pyramid.max_m()];
-        Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples())
+        let data = match pyramid.void_samples() {
+            0 => None,
+            _ => data_bounds(&(Arc::clone(pyramid) as Arc<dyn TileStore>))?,
+        };
+        Ok(Self::new(pyramid.georeference(), pyramid.levels()[0], range_m, pyramid.void_samples(), data)?)
+    }
+
+    /// Describes a store from a few of its tiles; heights are bounds.
+    pub(super) fn of_store(store: &Arc<dyn TileStore>) -> anyhow::Result<Self> {
+        let top = TileAddress { level: store.levels().len() as u32 - 1, x: 0, y: 0 };
+        let size = store.levels()[top.level as usize];
+        let tile = Arc::clone(store).load(top)?.tile;
+        let own = (0..size.height).flat_map(|y| (0..size.width).map(move |x| (y, x)));
+        let at = |(y, x): (u32, u32)| ((y + TILE_BORDER) * TILE_STRIDE + x + TILE_BORDER) as usize;
+        let voids = own.filter(|place| is_void(tile.samples[at(*place)])).count();
+        let area = DataArea::of(store)?;
+        let finest = store.levels()[0];
+        let data = area.bounds().filter(|_| !area.is_whole).map(|[low, high]| {
+            let column = |c: f64| (c.max(0.0).round() as u32).min(finest.width - 1);
+            let row = |c: f64| (c.max(0.0).round() as u32).min(finest.height - 1);
+            [[column(low[0]), row(low[1])], [column(high[0]), row(high[1])]]
+        });
+        let heights = Self::new(store.georeference(), finest, store.range_m(), 0, data)?;
+        let void_share = voids as f64 / (f64::from(size.width) * f64::from(size.height));
+        Ok(Self { void_samples: None, void_share, ..heights })
     }
 
     fn new(
@@ -98,6 +130,7 @@ impl Heights {
         size: LevelSize,
         [min_m, max_m]: [f32; 2],
         void_samples: u64,
+        data_samples: Option<[[u32; 2]; 2]>,
     ) -> Result<Self, GeoreferenceError> {
         let LevelSize { width, height } = size;
         let mapping = WorldMapping::new(georeference, width, height)?;
@@ -108,6 +141,12 @@ impl Heights {
         let corners = [DVec2::ZERO, DVec2::new(last.x, 0.0), DVec2::new(0.0, last.y), last].map(place);
         let low = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
         let high = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
+        let [first, end] = data_samples.map_or([DVec2::ZERO, last], |ends| {
+            ends.map(|[column, row]| DVec2::new(f64::from(column), f64::from(row)))
+        });
+        let corners = [first, DVec2::new(end.x, first.y), DVec2::new(first.x, end.y), end].map(place);
+        let data_low = corners.into_iter().fold(DVec2::INFINITY, DVec2::min);
+        let data_high = corners.into_iter().fold(DVec2::NEG_INFINITY, DVec2::max);
         Ok(Self {
             width,
             height,
@@ -117,8 +156,10 @@ impl Heights {
             scale: mapping.ground_scale().copied(),
             min_m,
             max_m,
-            void_samples,
+            void_samples: Some(void_samples),
             void_share: void_samples as f64 / (f64::from(width) * f64::from(height)),
+            data_samples,
+            data_extent_m: [data_low.x, data_low.y, data_high.x, data_high.y],
             filled_samples: 0,
             spike_samples: 0,
         })
@@ -157,16 +198,28 @@ impl Heights {
     pub(super) fn lines(&self) -> String {
         let Self { width, height, spacing_m: [dx_m, dy_m], extent_m: [east_m, north_m], .. } = self;
         let voids = match self.void_samples {
-            0 => "none".to_owned(),
-            count => format!("{count} samples, {:.3} %{}", 100.0 * self.void_share, self.filled_text()),
+            None if self.void_share == 0.0 => "none found in the coarsest tile".to_owned(),
+            None => format!("about {:.1} %, from the coarsest tile", 100.0 * self.void_share),
+            Some(0) => "none".to_owned(),
+            Some(count) => format!("{count} samples, {:.3} %{}", 100.0 * self.void_share, self.filled_text()),
         };
+        let is_part = |ends: &[[u32; 2]; 2]| *ends != [[0, 0], [width - 1, height - 1]];
+        let data = self.data_samples.filter(is_part).map(|[first, last]| {
+            let [west, south, east, north] = self.data_extent_m;
+            format!(
+                "data      columns {} to {}, rows {} to {}: {west:.0} to {east:.0} m east, {south:.0} to {north:.0} m \
+                 north of the centre\n",
+                first[0], last[0], first[1], last[1]
+            )
+        });
+        let data = data.unwrap_or_default();
         format!(
             "samples   {width} × {height}, {dx_m:.3} × {dy_m:.3} m apart\n\
              extent    {:.3} × {:.3} km\n\
              place     {}\n\
              scale     {}\n\
              heights   {:.2} to {:.2} m\n\
-             no-data   {voids}\n",
+             no-data   {voids}\n{data}",
             east_m / 1000.0,
             north_m / 1000.0,
             self.crs,
@@ -180,8 +233,12 @@ impl Heights {
 impl Levels {
     /// Describes an open pyramid.
     pub(super) fn of(pyramid: &Pyramid) -> anyhow::Result<Self> {
-        let levels: Vec<Level> =
+        let mut levels: Vec<Level> =
             pyramid.levels().iter().zip(pyramid.summaries()).map(|(size, summary)| of_level(*size, summary)).collect();
+        // Heights as they are drawn carry the no-data flag in their lowest bit; stored ones keep the bound.
+        if let Some(finest) = levels.first_mut() {
+            finest.largest_error_m = finest.largest_error_m.min(pyramid.max_error_m() as f32);
+        }
         let patches = (0..pyramid.patch_levels()).map(|j| pyramid.patch_counts(j));
         let bytes = |path: &std::path::Path| std::fs::metadata(path).map(|metadata| metadata.len());
         let tif_bytes = bytes(pyramid.path())?;

@@ -1,35 +1,47 @@
-//! `hachure info`: recognises a file by its content and describes it: a DEM, pyramid, scene, style or camera path.
+//! `hachure info`: recognises a file by its content and describes it: a DEM, a folder of DEMs, an address, a pyramid,
+//! scene, style or camera path, a picture that hachure drew, water polygons, a model.
 
+mod picture;
 mod scene;
+mod things;
 
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use serde::Serialize;
 
+use self::picture::PictureInfo;
 use self::scene::SceneInfo;
+use self::things::{ModelInfo, PolygonInfo};
 use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::progress::Bar;
-use super::{arguments, print, print_json, styles};
+use super::{print, print_json, styles};
+use crate::file::imprint as stored;
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
 use crate::pyramid::Pyramid;
 use crate::pyramid::format::sidecar_path;
+use crate::remote;
 use crate::scene::camera::Camera;
 use crate::scene::embedded;
 use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
+use crate::scene::{Scene, World};
+use crate::source::mosaic::Choice;
 use crate::source::{self, Kind, OpenOptions};
 use crate::style::Style;
+use crate::world;
 
 /// Arguments of `info`.
 #[derive(Debug, Args)]
 pub(crate) struct InfoArgs {
-    /// DEM, baked pyramid, scene file, style file or camera path; or the name of a built-in scene or path
+    /// DEM, folder of DEMs or tiles, baked pyramid, URL, scene file, style file, camera path, picture that hachure drew,
+    /// GeoJSON or OBJ file; or the name of a built-in scene or path
     pub file: PathBuf,
     /// How to read height files.
     #[command(flatten)]
@@ -44,6 +56,8 @@ pub(crate) struct InfoArgs {
 
 /// Bytes at the start of a file that suffice to recognise it.
 const HEAD_BYTES: u64 = 64 * 1024;
+/// Largest number of files of a folder that are listed.
+const MOST_NAMES: usize = 20;
 /// Largest number of frames over which the length of a camera path is measured: over an hour at 30 per second.
 const LENGTH_FRAMES: usize = 1 << 17;
 
@@ -60,7 +74,8 @@ enum Info {
     Dem {
         #[serde(flatten)]
         heights: Heights,
-        file_bytes: u64,
+        /// Size of the file; `None` for a folder of tiles.
+        file_bytes: Option<u64>,
         /// Why an existing tile sidecar does not make the file a pyramid.
         stale: Option<String>,
     },
@@ -70,9 +85,38 @@ enum Info {
         #[serde(flatten)]
         levels: Levels,
     },
+    /// A folder of height files.
+    Folder {
+        #[serde(flatten)]
+        heights: Heights,
+        members: Vec<PathBuf>,
+        left_out: Vec<LeftOut>,
+    },
+    /// A DEM or pyramid on a server.
+    Address {
+        #[serde(flatten)]
+        heights: Heights,
+        levels: usize,
+        /// Whether the errors of its tiles were measured, as in a baked pyramid.
+        is_measured: bool,
+    },
+    Picture(Box<PictureInfo>),
+    Polygons(PolygonInfo),
+    Model(ModelInfo),
+    /// A list of positions of models.
+    Positions {
+        positions: usize,
+    },
     Scene(SceneInfo),
     Style(StyleInfo),
     CameraPath(PathInfo),
+}
+
+/// A file of a folder that holds no heights of it.
+#[derive(Serialize)]
+struct LeftOut {
+    file: PathBuf,
+    why: String,
 }
 
 #[derive(Serialize)]
@@ -98,13 +142,17 @@ struct PathInfo {
 /// # Errors
 /// Fails if the file is none of these, or is invalid.
 pub(crate) fn run(args: &InfoArgs) -> anyhow::Result<()> {
-    arguments::check_local(&args.file, "info")?;
     let reach = Reach::trusting(args.trust_scene);
-    let answer = Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() };
+    let address = args.file.to_str().filter(|name| name.contains("://") && !args.file.exists());
+    let answer = match address {
+        // A URL may contain a password or a key.
+        Some(url) => Answer { info: address_info(url, args)?, file: remote::name_of(url).into() },
+        None => Answer { info: look_at(&args.file, &args.heights.options(), reach)?, file: args.file.clone() },
+    };
     if let Info::Dem { heights, .. } | Info::Pyramid { heights, .. } = &answer.info
         && let Some(doubt) = heights.doubt()
     {
-        tracing::warn!("{}: {doubt}", named(&args.file));
+        tracing::warn!("{}: {doubt}", named(&answer.file));
     }
     if args.json {
         return print_json(&answer);
@@ -123,7 +171,7 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     // is.
     let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
     if metadata.is_dir() && source::kind_of(file) == Kind::Folder {
-        bail!("{}: is a folder; hachure info describes one file of it", named(file));
+        return folder(file, options);
     }
     if !metadata.is_file() || metadata.len() == 0 {
         return dem(file, options, None);
@@ -139,8 +187,26 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
             named(file)
         );
     }
-    if is_camera_path(&String::from_utf8_lossy(&head)) {
+    let text = String::from_utf8_lossy(&head);
+    if is_camera_path(&text) {
         return camera_path(file);
+    }
+    if stored::may_have(&head)
+        && let Some(picture) = picture::read(file)?
+    {
+        return Ok(Info::Picture(Box::new(picture)));
+    }
+    if is_geojson(file, &text) {
+        return things::polygons(file).map(Info::Polygons);
+    }
+    let has_ending = |wanted: &str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
+    if has_ending("obj") {
+        return things::model(file).map(Info::Model);
+    }
+    if has_ending("csv")
+        && let Some(positions) = things::positions(file, &text)?
+    {
+        return Ok(Info::Positions { positions });
     }
     let claims_toml = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("toml"));
     match read_text(file, LARGEST_SCENE_BYTES) {
@@ -158,6 +224,7 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     }
     match Pyramid::open(file) {
         Ok(pyramid) => {
+            let pyramid = Arc::new(pyramid);
             let of = || named(file);
             let heights = Heights::of_pyramid(&pyramid).with_context(of)?;
             Ok(Info::Pyramid { heights, levels: Levels::of(&pyramid).with_context(of)? })
@@ -171,15 +238,49 @@ fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Res
     let reader = source::open_reader_with(file, options)?;
     let statistics = source::statistics(&*reader, file, &Bar::default())?;
     let of = || named(file);
-    let file_bytes = std::fs::metadata(file).with_context(of)?.len();
+    let metadata = std::fs::metadata(file).with_context(of)?;
+    let file_bytes = metadata.is_file().then(|| metadata.len());
     Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
+}
+
+/// Describes the height files of a folder as one world.
+fn folder(folder: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
+    let choice = Choice::of(&[folder.to_owned()], options)?;
+    let reader = choice.open(options)?;
+    let statistics = source::statistics(&*reader, folder, &Bar::default())?;
+    let heights = Heights::of_reader(&*reader, statistics).with_context(|| named(folder))?;
+    let left_out = choice.left_out.into_iter().map(|(file, why)| LeftOut { file, why }).collect();
+    Ok(Info::Folder { heights, members: choice.files, left_out })
+}
+
+/// Describes a DEM on a server, from a few of its tiles.
+fn address_info(url: &str, args: &InfoArgs) -> anyhow::Result<Info> {
+    let scene = args.heights.over(Scene::of_world(World::Url(url.to_owned())));
+    let store = world::open_store(&scene, &Bar::default())?;
+    let heights = Heights::of_store(&store).with_context(|| named(remote::name_of(url)))?;
+    Ok(Info::Address { heights, levels: store.levels().len(), is_measured: store.is_measured() })
+}
+
+/// Returns whether a file is GeoJSON: an object with a type of GeoJSON near its beginning.
+fn is_geojson(file: &Path, head: &str) -> bool {
+    let head = head.trim_start_matches('\u{feff}').trim_start();
+    let is_named = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("geojson"));
+    let types = ["\"FeatureCollection\"", "\"Feature\"", "Polygon\"", "\"GeometryCollection\""];
+    head.starts_with('{') && (is_named || types.iter().any(|kind| head.contains(kind)))
+}
+
+/// Returns the fields of the first line that is not a comment, as CSV.
+fn first_fields(head: &str) -> Option<Vec<String>> {
+    let head = head.trim_start_matches('\u{feff}');
+    let first = head.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#'))?;
+    let mut reader = csv::ReaderBuilder::new().has_headers(false).trim(csv::Trim::All).from_reader(first.as_bytes());
+    let record = reader.records().next()?.ok()?;
+    Some(record.iter().map(str::to_owned).collect())
 }
 
 /// Returns whether the first line that is not a comment is the header of a camera path, or an attempt at one.
 fn is_camera_path(head: &str) -> bool {
-    let head = head.trim_start_matches('\u{feff}');
-    let first = head.lines().map(str::trim).find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or("");
-    first.split(',').map(str::trim).take(3).eq(["t", "x", "y"])
+    first_fields(head).is_some_and(|fields| fields.iter().take(3).eq(["t", "x", "y"]))
 }
 
 fn camera_path(file: &Path) -> anyhow::Result<Info> {
@@ -246,14 +347,38 @@ impl Answer {
         let file = named(&self.file);
         match &self.info {
             Info::Dem { heights, file_bytes, stale } => {
-                let mebibytes = *file_bytes as f64 / f64::from(1 << 20);
+                let size = file_bytes.map(|bytes| format!(", {:.2} MiB", bytes as f64 / f64::from(1 << 20)));
+                let size = size.unwrap_or_default();
                 let stale = stale.as_ref().map_or(String::new(), |cause| format!("note      {cause}\n"));
                 let next = "it will be baked into the cache when first drawn";
-                format!("{file}: a DEM, {mebibytes:.2} MiB; {next}\n{}{stale}", heights.lines())
+                format!("{file}: a DEM{size}; {next}\n{}{stale}", heights.lines())
             }
             Info::Pyramid { heights, levels } => {
                 format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
             }
+            Info::Folder { heights, members, left_out } => {
+                let names = members.iter().take(MOST_NAMES).map(|member| format!("file      {}\n", named(member)));
+                let names: String = names.collect();
+                let more = match members.len().saturating_sub(MOST_NAMES) {
+                    0 => String::new(),
+                    count => format!("file      and {count} more\n"),
+                };
+                let left_out =
+                    left_out.iter().map(|LeftOut { file, why }| format!("left out  {}: {why}\n", named(file)));
+                let plural = if members.len() == 1 { "" } else { "s" };
+                let left_out: String = left_out.collect();
+                let count = members.len();
+                format!("{file}: a folder of {count} DEM{plural}\n{}{names}{more}{left_out}", heights.lines())
+            }
+            Info::Address { heights, levels, is_measured } => {
+                let errors = if *is_measured { "measured" } else { "estimated" };
+                let levels = format!("pyramid   {levels} levels, {errors} errors\n");
+                format!("{file}: a DEM on a server; it is drawn without baking\n{}{levels}", heights.lines())
+            }
+            Info::Picture(picture) => picture.text(&file),
+            Info::Polygons(polygons) => polygons.text(&file),
+            Info::Model(model) => model.text(&file),
+            Info::Positions { positions } => format!("{file}: a list of {positions} positions of models\n"),
             Info::Scene(scene) => scene.text(&file),
             Info::Style(StyleInfo { name, description, draws }) => {
                 let (name, description) = (shown(name), printable(description, 400));

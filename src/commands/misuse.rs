@@ -9,6 +9,9 @@ use crate::file::message::{did_you_mean, nearest, printable, quoted, shown};
 /// The names of all commands.
 pub const COMMANDS: [&str; 6] = ["fly", "render", "bench", "bake", "info", "styles"];
 
+/// The commands of `hachure styles`.
+const STYLES_COMMANDS: [&str; 4] = ["list", "show", "check", "migrate"];
+
 /// Options that `fly` does not have, and the command that the user probably meant.
 const OF_COMMANDS: [(&str, &str); 13] = [
     ("-o", "render"),
@@ -53,12 +56,13 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
     match error.kind() {
         ErrorKind::ValueValidation => {
             let cause = std::error::Error::source(error).map_or_else(String::new, ToString::to_string);
-            format!("{name} {}: {cause}", quoted(&value))
+            format!("{name} {}: {cause}{}", quoted(&value), did_you_mean(&value, choices(&cause)))
         }
         ErrorKind::InvalidValue if value.is_empty() => format!("{argument} needs a value"),
         ErrorKind::InvalidValue => {
             let valid = text(ContextKind::ValidValue);
-            format!("{name} {}: it must be one of {valid}", quoted(&value))
+            let meant = did_you_mean(&value, valid.split(", "));
+            format!("{name} {}: it must be one of {valid}{meant}", quoted(&value))
         }
         ErrorKind::UnknownArgument => {
             if known.is_none()
@@ -95,7 +99,7 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
         }
         ErrorKind::InvalidSubcommand => {
             let given = text(ContextKind::InvalidSubcommand);
-            let meant = did_you_mean(&given, ["list", "show", "check"]);
+            let meant = did_you_mean(&given, STYLES_COMMANDS);
             format!("{} has no {}{meant}", command(known), quoted(&given))
         }
         ErrorKind::MissingRequiredArgument => {
@@ -136,8 +140,21 @@ pub fn mistyped_command(word: &str) -> Option<String> {
     if word.contains(['.', '/', '\\']) || Path::new(word).exists() {
         return None;
     }
-    let meant = nearest(word, COMMANDS)?;
-    Some(format!("{0} is neither a command nor a world; did you mean \"{meant}\"?", quoted(word)))
+    let all = COMMANDS.into_iter().chain(STYLES_COMMANDS).chain(PLURALS.map(|(plural, _)| plural));
+    let meant = nearest(word, all)?;
+    let meant = PLURALS.into_iter().find(|(plural, _)| *plural == meant).map_or(meant, |(_, command)| command);
+    let of_styles = if STYLES_COMMANDS.contains(&meant) { "hachure styles " } else { "" };
+    Some(format!("{0} is neither a command nor a world; did you mean \"{of_styles}{meant}\"?", quoted(word)))
+}
+
+/// Words that are nearly commands.
+const PLURALS: [(&str, &str); 3] = [("style", "styles"), ("draw", "render"), ("describe", "info")];
+
+/// Returns the names that a cause lists as possible values: "it must be none or temporal".
+fn choices(cause: &str) -> impl Iterator<Item = &str> {
+    let listed = cause.split_once("must be ").map(|(_, listed)| listed).filter(|listed| listed.contains(" or "));
+    let words = listed.unwrap_or_default().split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
+    words.filter(|word| word.len() > 2 && !["one", "number", "like", "above"].contains(word))
 }
 
 /// Creates the error that `argument` is before the command.

@@ -8,6 +8,7 @@ pub(crate) mod height_args;
 pub(crate) mod info;
 pub(crate) mod fly;
 mod inputs;
+pub mod log;
 pub(crate) mod light_args;
 pub mod misuse;
 pub mod program;

@@ -31,7 +31,7 @@ pub(crate) enum Command {
     Bench(bench::BenchArgs),
     /// Bake elevation data into a tile pyramid (a cloud-optimised GeoTIFF)
     Bake(bake::BakeArgs),
-    /// Describe a DEM, pyramid, scene, style or camera path
+    /// Describe a DEM, folder, URL, pyramid, scene, style, camera path or drawn picture
     Info(info::InfoArgs),
     /// List, show and check styles
     Styles(styles::StylesArgs),

@@ -1,5 +1,6 @@
 //! `hachure render`: draws a world into a file, or the frames of a camera path into several files or a film.
 
+mod in_view;
 mod job;
 pub(crate) mod like;
 mod map;
@@ -52,7 +53,7 @@ pub(crate) struct RenderArgs {
     /// .tif or .geojson; or frames, named by a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Repeat a picture that hachure wrote (.png, .exr, .svg or .mp4), with its world, camera, sun, style, size and
+    /// Repeat a picture that hachure wrote (.png, .exr, .svg, .tif or .mp4), with its world, camera, sun, style, size and
     /// resolution; other options override these
     #[arg(long, value_name = "FILE")]
     pub like: Option<PathBuf>,
@@ -314,6 +315,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         job.warm_up(&cameras[0])?;
     }
     let report = job.run(kind, &cameras)?;
+    job.warn_of_absence(&report);
     if report.tiles_missing > 0 {
         tracing::warn!(
             "{} tiles did not fit into --tile-memory {}; coarser ones were drawn instead",

@@ -70,6 +70,11 @@ impl Polygons {
         Self::parse_some(text, MOST_PLACES)
     }
 
+    /// Returns the vertices of all rings.
+    pub(crate) fn vertices(&self) -> &[[f64; 2]] {
+        &self.places
+    }
+
     /// Parses text with at most `most_places` positions.
     fn parse_some(text: &str, most_places: usize) -> Result<Self, String> {
         let mut found = Found { polygons: Self::default(), most_places, crs: None, failure: None };

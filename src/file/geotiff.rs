@@ -4,10 +4,11 @@
 use std::path::{Path, PathBuf};
 
 use geotiff_writer::{Compression, PhotometricInterpretation, Predictor};
-use tiff_reader::{Tag, TagValue};
+use tiff_reader::{Tag, TagValue, TiffFile};
 use tiff_writer::{ImageBuilder, ImageHandle, TiffWriter, WriteOptions};
 
 use super::atomic::SharedFile;
+use super::imprint::{KEY, escaped, unescaped};
 use super::{FileError, sample_count};
 
 const SOFTWARE: u16 = 305;
@@ -15,6 +16,7 @@ const X_RESOLUTION: u16 = 282;
 const Y_RESOLUTION: u16 = 283;
 const RESOLUTION_UNIT: u16 = 296;
 const INCH: u16 = 2;
+const GDAL_METADATA: u16 = 42112;
 
 /// Largest uncompressed size of a strip in bytes, unless a single row is larger.
 const STRIP_BYTES: usize = 1 << 20;
@@ -36,8 +38,8 @@ pub(crate) struct GeoTiffWriter {
 }
 
 impl GeoTiffWriter {
-    /// Starts a picture of `width` × `height` pixels with the tags of its georeference and a resolution in dots per
-    /// inch.
+    /// Starts a picture of `width` × `height` pixels with the tags of its georeference, a resolution in dots per inch,
+    /// and the text that says how it was drawn.
     ///
     /// # Errors
     /// Fails if the picture is empty, the folder does not exist or is not writable, or the tags are invalid.
@@ -47,6 +49,7 @@ impl GeoTiffWriter {
         height: u32,
         tags: Vec<Tag>,
         dpi: Option<f64>,
+        imprint: Option<&str>,
     ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
         let file = SharedFile::create(path).map_err(|error| FileError::write(path, error))?;
@@ -67,6 +70,11 @@ impl GeoTiffWriter {
             let dots = || TagValue::Rational(vec![[(dpi * 1000.0).round() as u32, 1000]]);
             image = image.tag(Tag::new(X_RESOLUTION, dots())).tag(Tag::new(Y_RESOLUTION, dots()));
             image = image.tag(Tag::new(RESOLUTION_UNIT, TagValue::Short(vec![INCH])));
+        }
+        if let Some(imprint) = imprint {
+            let item = format!("<Item name=\"{KEY}\">{}</Item>", escaped(imprint));
+            let metadata = format!("<GDALMetadata>\n  {item}\n</GDALMetadata>\n");
+            image = image.tag(Tag::new(GDAL_METADATA, TagValue::Ascii(metadata)));
         }
         image = tags.into_iter().fold(image, ImageBuilder::tag);
         let mut writer = TiffWriter::new(file.clone(), WriteOptions::auto()).map_err(failed)?;
@@ -118,4 +126,22 @@ impl GeoTiffWriter {
         self.strips += 1;
         Ok(())
     }
+}
+
+/// Reads the imprint of a GeoTIFF that hachure drew; `None` if it has none, or is no picture of hachure. What is wrong
+/// with other TIFFs is for their readers to say.
+///
+/// # Errors
+/// Fails if the file cannot be read.
+pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
+    super::input::open_regular(path).map_err(|error| FileError::read(path, error))?;
+    let find = || {
+        let file = TiffFile::open(path).ok()?;
+        let tag = file.ifds().first()?.tag(GDAL_METADATA)?;
+        let metadata = tag.value.as_str()?;
+        let (_, inside) = metadata.split_once(&format!("<Item name=\"{KEY}\">"))?;
+        Some(unescaped(inside.split_once("</Item>")?.0))
+    };
+    // The decoder indexes into what the file claims, and a damaged file may make it panic. It leaves nothing behind.
+    Ok(std::panic::catch_unwind(find).unwrap_or_default())
 }

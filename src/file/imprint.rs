@@ -5,6 +5,7 @@
 //! - EXR: a string attribute of that name. The resolution is `xDensity`; the camera is `worldToCamera` and
 //!   `worldToNDC`.
 //! - SVG: the text of `<metadata id="hachure">`.
+//! - GeoTIFF: an item of that name in GDAL's metadata (tag 42112), which `gdalinfo` shows.
 //! - MP4: the tag of that name, which ffmpeg writes and reads.
 
 use std::io::{BufReader, Read};
@@ -13,7 +14,7 @@ use std::process::Command;
 
 use super::input::open_regular;
 use super::process::{self, PATIENCE};
-use super::{FileError, exr, png, video};
+use super::{FileError, exr, geotiff, png, video};
 
 /// Key under which an output stores its imprint.
 pub(crate) const KEY: &str = "hachure";
@@ -48,11 +49,30 @@ pub struct Matrices {
     pub ndc_from_world: [f32; 16],
 }
 
-/// Reads the imprint of a PNG, EXR, SVG or MP4, which is recognised by its content.
+/// Reads the imprint of a PNG, EXR, SVG, GeoTIFF or MP4, which is recognised by its content.
 ///
 /// # Errors
 /// Fails if the file cannot be read, is damaged where its imprint is stored, or has no imprint.
 pub fn read(path: &Path) -> Result<String, FileError> {
+    find(path)?.ok_or_else(|| {
+        FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one")
+    })
+}
+
+/// Returns whether a file that begins like this has a format that can hold an imprint.
+pub(crate) fn may_have(head: &[u8]) -> bool {
+    [&b"\x89PNG"[..], b"\x76\x2f\x31\x01", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
+        .iter()
+        .any(|first| head.starts_with(first))
+        || head.get(4..8) == Some(b"ftyp")
+        || String::from_utf8_lossy(&head[..head.len().min(512)]).contains("<svg")
+}
+
+/// Reads the imprint of a file like [`read`]; returns `None` if it has none.
+///
+/// # Errors
+/// Fails if the file cannot be read, is damaged where its imprint is stored, or has another format.
+pub(crate) fn find(path: &Path) -> Result<Option<String>, FileError> {
     let failed = |error: std::io::Error| FileError::read(path, error);
     let mut head = [0; 512];
     let mut file = open_regular(path).map_err(failed)?;
@@ -64,24 +84,23 @@ pub fn read(path: &Path) -> Result<String, FileError> {
         }
     }
     let head = &head[..filled];
-    let imprint = if head.starts_with(b"\x89PNG") {
-        png::imprint(path)?
+    let found = if head.starts_with(b"\x89PNG") {
+        png::imprint(path)
     } else if head.starts_with(b"\x76\x2f\x31\x01") {
-        exr::imprint(path)?
+        exr::imprint(path)
     } else if head.get(4..8) == Some(b"ftyp") {
-        video::imprint(path)?
+        video::imprint(path)
+    } else if head.starts_with(b"II") || head.starts_with(b"MM") {
+        geotiff::imprint(path)
     } else if String::from_utf8_lossy(head).contains("<svg") {
-        of_svg(path)?
+        of_svg(path)
     } else {
-        return Err(FileError::read(path, "it is not a PNG, EXR, SVG or MP4"));
-    };
-    let imprint = imprint.ok_or_else(|| {
-        FileError::read(path, "it has no imprint that says how it was drawn; files written by hachure render have one")
-    })?;
-    if imprint.len() as u64 > LARGEST_BYTES {
+        Err(FileError::read(path, "it is not a PNG, EXR, SVG, GeoTIFF or MP4"))
+    }?;
+    if found.as_ref().is_some_and(|found| found.len() as u64 > LARGEST_BYTES) {
         return Err(FileError::read(path, "its imprint is larger than 4 MiB"));
     }
-    Ok(imprint)
+    Ok(found)
 }
 
 /// Returns the text of `<metadata id="hachure">`. SVG editors move attributes and break lines, but keep both.
@@ -107,7 +126,7 @@ fn of_svg(path: &Path) -> Result<Option<String>, FileError> {
 }
 
 /// Resolves the entities of XML text. [`escaped`] writes the named ones; editors may also write numeric ones.
-fn unescaped(text: &str) -> String {
+pub(super) fn unescaped(text: &str) -> String {
     let mut plain = String::with_capacity(text.len());
     let mut rest = text;
     while let Some((before, after)) = rest.split_once('&') {

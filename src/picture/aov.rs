@@ -9,7 +9,7 @@ use std::str::FromStr;
 
 use super::Window;
 use crate::file::exr::{SampleKind, Samples};
-use crate::file::message::shown;
+use crate::file::message::{did_you_mean, shown};
 use crate::frame::Renderer;
 use crate::gpu::target::TargetKind;
 use crate::gpu::{Gpu, GpuError};
@@ -88,13 +88,15 @@ pub enum PlaneSource {
     Hatch,
 }
 
+/// Names of the channels of `--aov`.
+const CHANNELS: [&str; 9] = ["depth", "position", "normal", "surface", "motion", "lsa", "strokes", "tone", "hatch"];
+
 /// Why a list of channels cannot be written.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum AovError {
     /// A name in the list is not a channel.
     #[error(
-        "--aov {}: no such channel; available: depth, position, normal, surface, motion, lsa, strokes, tone, hatch",
-        shown(name)
+        "--aov {}: no such channel; available: {}{}", shown(name), CHANNELS.join(", "), did_you_mean(name, CHANNELS)
     )]
     Unknown {
         /// The name, as given.

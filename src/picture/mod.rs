@@ -11,6 +11,7 @@ pub mod aov;
 pub(crate) mod eyes;
 pub(crate) mod imprint;
 mod ink;
+mod in_view;
 mod ink_lines;
 pub(crate) mod nearest;
 mod report;
@@ -26,6 +27,7 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use aov::{Plane, PlaneSource};
+use in_view::Seen;
 pub use report::PictureReport;
 
 use crate::composite::PICTURE;
@@ -199,6 +201,7 @@ fn render_eyes<E>(
     let start = std::time::Instant::now();
     let [width, height] = request.size_px;
     let mut report = PictureReport::default();
+    let mut seen = Seen::NOTHING;
 
     let limit_px = gpu.device.limits().max_texture_dimension_2d;
     let single = parts.is_whole(request.size_px) && width.max(height) <= limit_px;
@@ -286,6 +289,7 @@ fn render_eyes<E>(
                         add_picture(gpu, renderer, &window(eye), weight, band)?;
                     }
                     if number == 0 {
+                        seen.look(gpu, renderer)?;
                         aov::read_planes(gpu, renderer, request.style, &window(eye), request.planes, &mut band.planes)?;
                     }
                 }
@@ -293,17 +297,17 @@ fn render_eyes<E>(
             }
             renderer.set_step_s(step_s);
             if let Some(strokes) = renderer.strokes() {
-                strokes.left_out(gpu)?.warn();
+                report.left_out = report.left_out.most(strokes.left_out(gpu)?);
             }
             let models = if world.meshes().is_some() { renderer.drawn_meshes(gpu)? } else { None };
-            if let Some(left_out) = models.map(|models| models.left_out).filter(|count| *count > 0) {
-                tracing::warn!("{left_out} models are missing: they do not fit into the vertex buffers");
-            }
+            report.models_left_out = report.models_left_out.max(models.map_or(0, |models| models.left_out));
             gpu.check()?;
         }
+        bands.first().into_iter().for_each(|band| seen.add(band));
         take(bands).map_err(PictureError::Sink)?;
     }
     world.terrain.hold_error_px(0.0);
+    report.count(seen.surface, seen.is_pale());
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(report)
 }

@@ -2,6 +2,7 @@
 
 use crate::frame::Renderer;
 use crate::gpu::timer::PassTime;
+use crate::lines::strokes::LeftOut;
 use crate::tiles::terrain::Prepared;
 
 /// Statistics of a rendered picture, over all its parts.
@@ -33,6 +34,16 @@ pub struct PictureReport {
     pub over_budget: u64,
     /// Time that the frame thread spent on tiles and patches.
     pub prepare_ms: f64,
+    /// Number of pictures.
+    pub pictures: u64,
+    /// Number of pictures that show only sky or no-data.
+    pub empty: u64,
+    /// Number of pictures that show a surface, but nearly nothing drawn on it.
+    pub pale: u64,
+    /// Largest numbers of edges, segments and strokes that a part left out.
+    pub(crate) left_out: LeftOut,
+    /// Largest number of models that a part left out.
+    pub(crate) models_left_out: u32,
     /// Largest size of the render targets on the GPU, in bytes.
     pub target_bytes: u64,
 }
@@ -55,7 +66,19 @@ impl PictureReport {
         self.error_px = self.error_px.max(other.error_px);
         self.over_budget += other.over_budget;
         self.prepare_ms += other.prepare_ms;
+        self.pictures += other.pictures;
+        self.empty += other.empty;
+        self.pale += other.pale;
+        self.left_out = self.left_out.most(other.left_out);
+        self.models_left_out = self.models_left_out.max(other.models_left_out);
         self.target_bytes = self.target_bytes.max(other.target_bytes);
+    }
+
+    /// Counts a picture that shows a surface or not, and on which nearly nothing is drawn or not.
+    pub(super) fn count(&mut self, shows_surface: bool, is_pale: bool) {
+        self.pictures += 1;
+        self.empty += u64::from(!shows_surface);
+        self.pale += u64::from(shows_surface && is_pale);
     }
 
     fn add_time(&mut self, time: PassTime) {

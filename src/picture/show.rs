@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use wgpu::TextureFormat as Format;
 
 use crate::file::exr::{Channel, Samples};
-use crate::file::message::shown;
+use crate::file::message::{did_you_mean, shown};
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::style::color::srgb_from_linear;
@@ -32,7 +32,10 @@ enum Texels {
 #[derive(Debug, thiserror::Error)]
 pub(crate) enum ShowError {
     /// No pass of the frame reads or writes an image of this name.
-    #[error("--show {}: the frame has no such image; available: {}", shown(name), known.join(", "))]
+    #[error(
+        "--show {}: the frame has no such image{}; available: {}",
+        shown(name), did_you_mean(name, known.iter().copied()), known.join(", ")
+    )]
     Unknown {
         /// The name, as given.
         name: String,

@@ -18,6 +18,7 @@ use crate::surface::rims::RIM;
 use crate::vector::Group;
 use crate::world::Surfaces;
 
+use super::in_view::shows_surface;
 use super::ink_lines::InkLines;
 use super::{PictureReport, PictureRequest, ink_lines};
 
@@ -121,6 +122,11 @@ pub(crate) fn render_strokes(
     }
     let mut report = PictureReport::default();
     report.add(&prepared, renderer);
+    if let Some(drawn) = renderer.strokes() {
+        report.left_out = drawn.left_out(gpu)?;
+    }
+    let is_bare = strokes.iter().all(Vec::is_empty) && marks.below.is_empty() && marks.above.is_empty();
+    report.count(shows_surface(gpu, renderer)?, is_bare);
     report.wall_ms = start.elapsed().as_secs_f64() * 1000.0;
     Ok(Drawn { strokes, marks: marks.below, marks_above: marks.above, report })
 }

@@ -95,7 +95,7 @@ impl DiskCache {
                 if self.met_damage.swap(true, Ordering::Relaxed) {
                     tracing::debug!("{}: this cached block is damaged and is fetched again", path.display());
                 } else {
-                    tracing::warn!("{}: this cached block is damaged and is fetched again", path.display());
+                    tracing::warn!("a cached block of a remote file is damaged and is fetched again");
                 }
                 self.remove(key, index);
                 None

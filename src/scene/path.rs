@@ -15,7 +15,7 @@ use glam::DVec3;
 use super::camera::{Camera, FOV_RANGE_DEG};
 use super::embedded;
 use crate::file::input::{LARGEST_PATH_BYTES, read_text};
-use crate::file::message::{named, printable, shown};
+use crate::file::message::{did_you_mean, named, printable, shown};
 
 /// The columns in the required order.
 const HEADER: [&str; 7] = ["t", "x", "y", "z", "yaw", "pitch", "fov"];
@@ -133,7 +133,9 @@ impl CameraPath {
             let is_bare = !path.to_string_lossy().contains(['.', '/', '\\']);
             let cause = match cause.kind() {
                 ErrorKind::NotFound if is_bare => {
-                    io::Error::new(cause.kind(), format!("{cause}; the built-in paths are {}", embedded::path_names()))
+                    let meant = did_you_mean(&path.to_string_lossy(), embedded::PATHS.map(|(name, _)| name));
+                    let names = embedded::path_names();
+                    io::Error::new(cause.kind(), format!("{cause}; the built-in paths are {names}{meant}"))
                 }
                 _ => cause,
             };

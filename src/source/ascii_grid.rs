@@ -16,6 +16,7 @@ use super::place::{self, cannot_open, inconsistent};
 use super::prj;
 use super::samples::{Meaning, SampleType, Tally, WarnOnce};
 use super::text::Words;
+use crate::file::message::quoted;
 
 /// The values of the header's keywords.
 #[derive(Debug, Default)]
@@ -58,7 +59,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         let value = match words.next()? {
             Some("*") => f64::NAN,
             Some(word) => super::text::number(word).ok_or_else(|| {
-                inconsistent(path, format!("sample {} is {word:?}, which is not a number", index + 1))
+                inconsistent(path, format!("sample {} is {}, which is not a number", index + 1, quoted(&word)))
             })?,
             None => return Err(inconsistent(path, format!("it is truncated: it has {index} of {samples} samples"))),
         };
@@ -106,7 +107,7 @@ fn read_header(path: &Path, words: &mut Words) -> Result<Header, SourceError> {
             "south:" => header.edges[1] = Some(value),
             "east:" => header.edges[2] = Some(value),
             "west:" => header.edges[3] = Some(value),
-            _ => return Err(inconsistent(path, format!("its header has the unknown keyword {keyword:?}"))),
+            _ => return Err(inconsistent(path, format!("its header has the unknown keyword {}", quoted(&keyword)))),
         }
     }
 }

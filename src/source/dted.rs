@@ -39,6 +39,8 @@ pub(super) fn header_offset(head: &[u8]) -> Option<u64> {
     [0, LABEL, 2 * LABEL].into_iter().find(|&at| head.get(at as usize..).is_some_and(|head| head.starts_with(b"UHL1")))
 }
 
+const WRONG_CHECKSUMS: &str = "some columns have wrong checksums; they are read nevertheless";
+
 impl DtedReader {
     /// Opens a file that begins as DTED does.
     pub(super) fn open(path: &Path, offset: u64) -> Result<Self, SourceError> {
@@ -77,9 +79,9 @@ impl DtedReader {
         Ok(Self { path: path.into(), file, size, columns, georeference, identity, warned })
     }
 
-    fn warn(&self, what: &str) {
+    fn warn_of_checksums(&self) {
         if !self.warned.swap(true, Ordering::Relaxed) {
-            tracing::warn!("{}: {what}", self.path.display());
+            tracing::warn!("{}: {WRONG_CHECKSUMS}", self.path.display());
         }
     }
 
@@ -94,7 +96,7 @@ impl DtedReader {
         let (content, sum) = bytes.split_at(bytes.len() - CHECKSUM);
         let expected = sum.iter().fold(0u32, |value, &byte| (value << 8) | u32::from(byte));
         if content.iter().map(|&byte| u32::from(byte)).sum::<u32>() != expected {
-            self.warn("some columns have wrong checksums; they are read nevertheless");
+            self.warn_of_checksums();
         }
         Ok(bytes)
     }
@@ -180,6 +182,11 @@ impl HeightReader for DtedReader {
 
     fn block(&self) -> [u32; 2] {
         [256.min(self.size[0]), self.size[1]]
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let is_given = self.warned.load(Ordering::Relaxed);
+        is_given.then(|| WRONG_CHECKSUMS.to_owned()).into_iter().collect()
     }
 
     fn identity(&self) -> String {

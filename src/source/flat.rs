@@ -183,6 +183,14 @@ impl HeightReader for FlatReader {
         Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
     }
 
+    fn is_coarse(&self) -> bool {
+        self.meaning.sample_type.bytes() == 1
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.given()
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

@@ -20,6 +20,7 @@ use super::tiff_blocks::{self as tiff_blocks, Blocks};
 use super::tiff_sidecars::TiffSidecars;
 use super::values::{Holds, Values};
 use super::{GeoKeys, SourceError, WorldMapping, esri_citation};
+use crate::file::message::{printable, quoted, shown};
 
 const TAG_PIXEL_SCALE: u16 = 33550;
 const TAG_TIE_POINTS: u16 = 33922;
@@ -32,6 +33,9 @@ const TAG_GDAL_NODATA: u16 = 42113;
 
 /// Largest number of characters of a decoder's message; longer ones are shortened.
 const MAX_DECODER_CHARS: usize = 90;
+
+/// Largest number of characters of a longer message, which is cut in the middle.
+const MAX_FOREIGN_CHARS: usize = 120;
 
 /// Size of the cache of decoded strips and tiles, for windows that do not begin and end at block borders.
 const CACHE_BYTES: usize = 32 << 20;
@@ -200,6 +204,14 @@ impl HeightReader for GeoTiffReader {
         Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
     }
 
+    fn is_coarse(&self) -> bool {
+        self.meaning.sample_type.bytes() == 1
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.given()
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }
@@ -209,8 +221,9 @@ impl HeightReader for GeoTiffReader {
 /// make them panic, which must not end the program. Only the decoder's cache outlives the call, and its entries are
 /// complete or absent, so unwinding is safe.
 pub(super) fn guarded<T>(path: &Path, work: impl FnOnce() -> Result<T, SourceError>) -> Result<T, SourceError> {
-    catch_unwind(AssertUnwindSafe(work))
-        .unwrap_or_else(|panic| Err(inconsistent(path, format!("its decoder failed ({})", panic_text(panic.as_ref())))))
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|panic| {
+        Err(inconsistent(path, format!("its decoder failed ({})", shown(panic_text(panic.as_ref())))))
+    })
 }
 
 pub(super) fn geo_tags(ifd: &Ifd) -> GeoTags {
@@ -231,7 +244,7 @@ pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, pat
     let no_data = text(TAG_GDAL_NODATA).and_then(|text| {
         let no_data = parse_no_data(text);
         if no_data.is_none() {
-            tracing::warn!("{}: its no-data value {text:?} is not a number and is ignored", path.display());
+            tracing::warn!("{}: its no-data value {} is not a number and is ignored", path.display(), quoted(text));
         }
         no_data
     });
@@ -298,7 +311,7 @@ pub(super) fn decode_error(source: TiffError, path: &Path) -> SourceError {
             let words = source.to_string();
             match words.chars().count() > MAX_DECODER_CHARS {
                 // Long messages of the decoders are not sentences that fit in one line.
-                true => inconsistent(path, words),
+                true => inconsistent(path, printable(&words, MAX_FOREIGN_CHARS)),
                 false => SourceError::Damaged { path: path.into(), source },
             }
         }

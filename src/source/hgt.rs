@@ -13,6 +13,7 @@ use super::SourceError;
 use super::flat::{Description, FlatReader, Strides};
 use super::place::{self, cannot_open, inconsistent, unclear};
 use super::samples::{Meaning, SampleType};
+use crate::file::message::{quoted, shown};
 
 /// The existing sizes of tiles.
 const SIZES: [[u32; 2]; 3] = [[1201, 1201], [1801, 3601], [3601, 3601]];
@@ -52,7 +53,7 @@ pub(super) fn open(path: &Path) -> Result<FlatReader, SourceError> {
 /// Opens the first tile in a ZIP archive.
 pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
     let file = File::open(path).map_err(cannot_open(path))?;
-    let damaged = |error: zip::result::ZipError| inconsistent(path, one_line(&error.to_string()));
+    let damaged = |error: zip::result::ZipError| inconsistent(path, shown(&one_line(&error.to_string())));
     let mut archive = zip::ZipArchive::new(file).map_err(damaged)?;
     for index in 0..archive.len() {
         let mut member = archive.by_index(index).map_err(damaged)?;
@@ -64,7 +65,9 @@ pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
         // The size in the archive's directory is not trusted: reading ends beyond the length of the longest tile.
         let mut bytes = Vec::new();
         let read_member = member.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes);
-        read_member.map_err(|error| inconsistent(path, format!("{name}: {}", one_line(&error.to_string()))))?;
+        read_member.map_err(|error| {
+            inconsistent(path, format!("{}: {}", shown(&name), shown(&one_line(&error.to_string()))))
+        })?;
         return read(path, &name, bytes.len() as u64, Some(bytes));
     }
     Err(SourceError::UnknownFormat { path: path.into(), looks_like: "is a ZIP archive without an .hgt in it" })
@@ -78,7 +81,8 @@ fn read(path: &Path, name: &str, bytes: u64, unpacked: Option<Vec<u8>>) -> Resul
         )
     })?;
     let corner = corner_by_name(name).ok_or_else(|| {
-        unclear(path, format!("the name of an SRTM tile must give its position, as in N46E008.hgt; {name:?} does not"))
+        let name = quoted(name);
+        unclear(path, format!("the name of an SRTM tile must give its position, as in N46E008.hgt; {name} does not"))
     })?;
     let [width, height] = size;
     let step = [1.0 / f64::from(width - 1), 1.0 / f64::from(height - 1)];

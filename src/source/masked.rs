@@ -177,6 +177,14 @@ impl HeightReader for Masked {
         self.heights.declared_unit_m()
     }
 
+    fn is_coarse(&self) -> bool {
+        self.heights.is_coarse()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.heights.warnings()
+    }
+
     fn identity(&self) -> String {
         let names = self.masks.iter().map(|mask| &*mask.name).filter(|name| *name != self.path);
         // The identity includes the masks: a cache from before they were applied does not match.

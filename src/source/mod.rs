@@ -79,7 +79,7 @@ use std::path::Path;
 pub use earth_place::EarthPlace;
 pub use encoding::{Encoding, HeightUnit, TileRows};
 pub use error::SourceError;
-pub(crate) use folder::{Kind, kind_of, members};
+pub(crate) use folder::{Kind, kind_of};
 use format::Format;
 pub use geokeys::{GeoKey, GeoKeyValue, GeoKeys};
 use georeference::Georeference;
@@ -154,7 +154,14 @@ pub fn open_reader(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
 /// # Errors
 /// The same as [`open`].
 pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
-    let reader = undeclared::watch(open_as_it_is(path, options)?, path, options)?;
+    let reader = open_as_it_is(path, options)?;
+    if reader.is_coarse() {
+        tracing::warn!(
+            "{}: its samples have 8 bits, which is 256 heights at most; a hillshade or a picture holds no heights",
+            path.display()
+        );
+    }
+    let reader = undeclared::watch(reader, path, options)?;
     Ok(match options.voids {
         VoidMode::Fill => voids::filled(reader),
         VoidMode::Holes => reader,

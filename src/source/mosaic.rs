@@ -6,12 +6,14 @@
 //! which closes the seam between adjacent members. Where members overlap, the finer one takes precedence, then the one
 //! named first; a no-data sample shows the next member.
 
+mod agreement;
+mod choice;
 mod members;
 mod place;
 
+pub(crate) use choice::Choice;
 pub(crate) use members::member_options;
-pub(crate) use place::Way;
-pub(crate) use place::{MosaicGrid, Placed};
+pub(crate) use place::{Misfit, MosaicGrid, Placed, Way};
 
 use super::georeference::Georeference;
 use super::{HeightReader, SourceError, Window};
@@ -25,16 +27,17 @@ pub(crate) struct MosaicReader {
 }
 
 impl MosaicReader {
-    /// Combines `members`; error messages name the first of them.
+    /// Combines `members`; an error names the member that does not fit.
     ///
     /// # Errors
     /// Returns [`SourceError::Mosaic`] if there is no member, if no transformation between the reference systems is
     /// known, or if the extent is not a valid grid.
     pub(crate) fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
         let places: Vec<_> = members.iter().map(|member| (member.georeference(), member.size())).collect();
-        let grid = MosaicGrid::new(&places).map_err(|cause| {
-            let name = members.first().map_or(String::new(), |member| member.identity());
-            SourceError::Mosaic { path: name.lines().next().unwrap_or("a mosaic").into(), cause }
+        let grid = MosaicGrid::new(&places).map_err(|Misfit { member, cause }| {
+            // An identity begins with the name of the file, and its size and time after tabs.
+            let name = members.get(member).map_or(String::new(), |member| member.identity());
+            SourceError::Mosaic { path: name.split(['\t', '\n']).next().unwrap_or("a mosaic").into(), cause }
         })?;
         grid.warn_if_sparse();
         let precedence = precedence(&grid);

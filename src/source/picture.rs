@@ -11,6 +11,7 @@ use png::{BitDepth, ColorType, Decoder, DecodingError, Reader, Transformations};
 use super::SourceError;
 use super::place::{cannot_open, inconsistent};
 use super::{memory, webp};
+use crate::file::message::printable;
 
 /// Largest size of a tile's file.
 const MAX_TILE_BYTES: u64 = 64 << 20;
@@ -160,6 +161,9 @@ fn begin<R: BufRead + Seek>(path: &Path, source: R, file_bytes: u64) -> Result<(
     Ok((reader, needed))
 }
 
+/// Largest number of characters of the decoder's message.
+const MAX_FOREIGN_CHARS: usize = 120;
+
 fn damaged(path: &Path, error: &DecodingError) -> SourceError {
-    inconsistent(path, error.to_string().split_whitespace().collect::<Vec<_>>().join(" "))
+    inconsistent(path, printable(&error.to_string(), MAX_FOREIGN_CHARS))
 }

@@ -79,8 +79,9 @@ pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Resul
     Err(inconsistent(path, format!("a requested window is outside its {}×{} samples", size[0], size[1])))
 }
 
-/// Largest number of characters of a cause: it may quote the file, and the line must also have room for two names.
-const LONGEST_CAUSE: usize = 120;
+/// Largest number of characters of a cause: our own sentences are never longer, and foreign texts in them are cut by
+/// themselves.
+const LONGEST_CAUSE: usize = 300;
 
 /// Returns the error of a file that contradicts itself.
 pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError {

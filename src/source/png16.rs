@@ -194,6 +194,10 @@ impl HeightReader for GreyReader {
         true
     }
 
+    fn warnings(&self) -> Vec<String> {
+        self.warnings.given()
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

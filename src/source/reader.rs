@@ -81,6 +81,17 @@ pub trait HeightReader: Send + Sync {
         None
     }
 
+    /// Returns whether samples have 8 bits or fewer. So few values are no surface, and most such files are pictures.
+    fn is_coarse(&self) -> bool {
+        false
+    }
+
+    /// Returns the warnings about samples that were given while windows were read, as the ends of lines that begin with
+    /// the file's name. A cached pyramid repeats them. Warnings that opening gives are not among them.
+    fn warnings(&self) -> Vec<String> {
+        Vec::new()
+    }
+
     /// Returns the hole filler, if the reader fills holes: code that reads a whole grid reads it unfilled and fills it
     /// at the end.
     fn filled(&self) -> Option<&Filled> {

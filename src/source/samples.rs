@@ -45,6 +45,9 @@ pub(super) struct Tally {
     pub implied_voids: u64,
 }
 
+const ABSURD: &str = "samples beyond ±1000 km are treated as no-data";
+const IMPLIED_VOIDS: &str = "samples of -32767 or -32768 are treated as no-data";
+
 /// Warns once per file about samples that are treated as no-data without being declared. Windows are read by many
 /// threads and in any order, so the warning appears at the first such sample and gives no count.
 #[derive(Debug, Default)]
@@ -58,11 +61,20 @@ impl WarnOnce {
     pub(super) fn warn(&self, path: &Path, tally: &Tally) {
         let name = path.display();
         if tally.absurd > 0 && !self.absurd.swap(true, Ordering::Relaxed) {
-            tracing::warn!("{name}: samples beyond ±1000 km are treated as no-data");
+            tracing::warn!("{name}: {ABSURD}");
         }
         if tally.implied_voids > 0 && !self.implied_voids.swap(true, Ordering::Relaxed) {
-            tracing::warn!("{name}: samples of -32767 or -32768 are treated as no-data");
+            tracing::warn!("{name}: {IMPLIED_VOIDS}");
         }
+    }
+
+    /// Returns the warnings that were given.
+    pub(super) fn given(&self) -> Vec<String> {
+        let all = [(&self.absurd, ABSURD), (&self.implied_voids, IMPLIED_VOIDS)];
+        all.iter()
+            .filter(|(is_given, _)| is_given.load(Ordering::Relaxed))
+            .map(|(_, text)| (*text).to_owned())
+            .collect()
     }
 }
 

@@ -24,27 +24,44 @@ pub struct Statistics {
     pub max_m: f32,
     /// Samples without a height.
     pub void_samples: u64,
+    /// First column and row with a height, and the last.
+    pub bounds: Option<[[u32; 2]; 2]>,
     /// Number of no-data samples that are filled, and of spikes that are replaced, if the reader fills holes.
     pub filled: FilledSamples,
 }
 
 impl Statistics {
     /// The statistics of no samples; `f32::min` and `max` return the other operand for NaN.
-    const NONE: Self =
-        Self { min_m: f32::NAN, max_m: f32::NAN, void_samples: 0, filled: FilledSamples { voids: 0, spikes: 0 } };
+    const NONE: Self = Self {
+        min_m: f32::NAN,
+        max_m: f32::NAN,
+        void_samples: 0,
+        bounds: None,
+        filled: FilledSamples { voids: 0, spikes: 0 },
+    };
 
-    fn of(heights_m: &[f32]) -> Self {
-        heights_m.iter().fold(Self::NONE, |found, &height_m| Self {
+    fn of(heights_m: &[f32], window: Window) -> Self {
+        let mut found = heights_m.iter().fold(Self::NONE, |found, &height_m| Self {
             min_m: found.min_m.min(height_m),
             max_m: found.max_m.max(height_m),
             void_samples: found.void_samples + u64::from(height_m.is_nan()),
-            filled: found.filled,
-        })
+            ..found
+        });
+        for (row, heights_m) in (window.y..).zip(heights_m.chunks_exact(window.width.max(1) as usize)) {
+            let is_height = |height_m: &f32| !height_m.is_nan();
+            let ends = heights_m.iter().position(is_height).zip(heights_m.iter().rposition(is_height));
+            let of_row = ends.map(|(first, last)| [[window.x + first as u32, row], [window.x + last as u32, row]]);
+            found.bounds = joined(found.bounds, of_row);
+        }
+        found
     }
 
-    fn of_constant(height_m: f32, samples: u64) -> Self {
-        let void_samples = if height_m.is_nan() { samples } else { 0 };
-        Self { min_m: height_m, max_m: height_m, void_samples, ..Self::NONE }
+    fn of_constant(height_m: f32, window: Window) -> Self {
+        if height_m.is_nan() {
+            return Self { void_samples: samples(window), ..Self::NONE };
+        }
+        let last = [window.x + window.width - 1, window.y + window.height - 1];
+        Self { min_m: height_m, max_m: height_m, bounds: Some([[window.x, window.y], last]), ..Self::NONE }
     }
 
     fn with(self, other: Self) -> Self {
@@ -52,9 +69,16 @@ impl Statistics {
             min_m: self.min_m.min(other.min_m),
             max_m: self.max_m.max(other.max_m),
             void_samples: self.void_samples + other.void_samples,
+            bounds: joined(self.bounds, other.bounds),
             filled: self.filled,
         }
     }
+}
+
+/// Returns the bounds of two areas.
+fn joined(a: Option<[[u32; 2]; 2]>, b: Option<[[u32; 2]; 2]>) -> Option<[[u32; 2]; 2]> {
+    let (Some([low_a, high_a]), Some([low_b, high_b])) = (a, b) else { return a.or(b) };
+    Some([[0, 1].map(|i| low_a[i].min(low_b[i])), [0, 1].map(|i| high_a[i].max(high_b[i]))])
 }
 
 /// Reads all samples of a reader, one window at a time; `path` is the name in errors. For a reader that fills holes,
@@ -83,7 +107,7 @@ fn of_file(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> R
         let next = waiting.pop();
         if let Some(window) = next {
             if let Some(height_m) = reader.known_m(window) {
-                found = found.with(Statistics::of_constant(height_m, samples(window)));
+                found = found.with(Statistics::of_constant(height_m, window));
                 done += samples(window);
                 continue;
             }
@@ -120,7 +144,7 @@ fn samples(window: Window) -> u64 {
 }
 
 fn read(reader: &dyn HeightReader, windows: &[Window], is_serial: bool) -> Result<Statistics, SourceError> {
-    let of = |window: &Window| Ok(Statistics::of(&reader.read(*window)?));
+    let of = |window: &Window| Ok(Statistics::of(&reader.read(*window)?, *window));
     match is_serial {
         true => windows.iter().try_fold(Statistics::NONE, |found, window| Ok(found.with(of(window)?))),
         false => windows.par_iter().map(of).try_reduce(|| Statistics::NONE, |a, b| Ok(a.with(b))),

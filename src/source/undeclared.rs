@@ -68,16 +68,16 @@ impl Found {
         self.range_m = [self.range_m[0].min(other.range_m[0]), self.range_m[1].max(other.range_m[1])];
     }
 
-    /// Returns a line for each suspicious value that is far outside the other heights. `samples` is the number of
+    /// Returns the end of a line for each suspicious value that is far outside the other heights. `samples` is the number of
     /// samples in the grid, since some may have been read twice.
-    fn lines(&self, path: &Path, samples: u64) -> Vec<String> {
+    fn lines(&self, samples: u64) -> Vec<String> {
         let [low_m, high_m] = self.range_m;
         let gap_m = MIN_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
         let is_outside = |mark: f32| low_m <= high_m && (mark <= low_m - gap_m || mark >= high_m + gap_m);
         let marks = MARKS_M.iter().zip(self.marks).filter(|(mark, count)| *count > 0 && is_outside(**mark));
         let line = |(mark, count): (&f32, u64)| {
             let share = count as f64 / self.samples as f64;
-            let (count, name) = ((share * samples as f64).round(), path.display());
+            let count = (share * samples as f64).round();
             let (are, makes) = if count == 1.0 {
                 ("sample is", "treats it as no-data")
             } else {
@@ -85,7 +85,7 @@ impl Found {
             };
             let percent = share * 100.0;
             let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
-            format!("{name}: {count} {are} {mark} m ({percent}), which usually means no-data; --nodata {mark} {makes}")
+            format!("{count} {are} {mark} m ({percent}), which usually means no-data; --nodata {mark} {makes}")
         };
         marks.map(line).collect()
     }
@@ -132,7 +132,8 @@ impl Watched {
         let samples = u64::from(width) * u64::from(height);
         if found.samples >= samples && !found.has_warned {
             found.has_warned = true;
-            found.lines(&self.path, samples).iter().for_each(|line| tracing::warn!("{line}"));
+            let name = self.path.display();
+            found.lines(samples).iter().for_each(|line| tracing::warn!("{name}: {line}"));
         }
     }
 }
@@ -177,6 +178,17 @@ impl HeightReader for Watched {
         self.inner.block()
     }
 
+    fn is_coarse(&self) -> bool {
+        self.inner.is_coarse()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
+        let [width, height] = self.size();
+        let own = if found.has_warned { found.lines(u64::from(width) * u64::from(height)) } else { Vec::new() };
+        [self.inner.warnings(), own].concat()
+    }
+
     fn identity(&self) -> String {
         let inner = self.inner.identity();
         let inner = self.void_m.map_or_else(|| inner.clone(), |void_m| format!("{inner}\nno data {void_m}"));
@@ -200,7 +212,7 @@ mod tests {
             here.add(window);
             found.join(&here);
         }
-        found.lines(Path::new("a.tif"), heights_m.len() as u64)
+        found.lines(heights_m.len() as u64)
     }
 
     #[test]
@@ -211,9 +223,7 @@ mod tests {
         };
         assert_eq!(
             lines(&with(-9999.0, 100)),
-            [
-                "a.tif: 100 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data"
-            ]
+            ["100 samples are -9999 m (1.0 %), which usually means no-data; --nodata -9999 treats them as no-data"]
         );
         for mark in MARKS_M {
             assert_eq!(lines(&with(mark, 5000)).len(), 1, "{mark}");

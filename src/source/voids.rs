@@ -194,6 +194,14 @@ impl HeightReader for Filled {
         self.inner.is_serial()
     }
 
+    fn is_coarse(&self) -> bool {
+        self.inner.is_coarse()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.inner.warnings()
+    }
+
     fn identity(&self) -> String {
         format!("{}\nvoids filled, 1", self.inner.identity())
     }

@@ -2,6 +2,7 @@
 //!
 //! A frame draws [`Surfaces`]. [`open`] creates them from a scene file, a DEM, a pyramid, or an address.
 
+mod default_camera;
 pub(crate) mod given_water;
 mod map;
 mod meshes;

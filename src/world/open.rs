@@ -22,8 +22,9 @@ use crate::scene::sun_time::SunTimeError;
 use crate::scene::view::Pose;
 use crate::scene::{Light, MeshPositions, Scene, World};
 use crate::source::georeference::Georeference;
+use crate::source::mosaic::Choice;
 use crate::source::samples::MAX_HEIGHT_M;
-use crate::source::{self, EarthPlace, HeightGrid, Kind, OpenOptions, Progress, Silent};
+use crate::source::{self, EarthPlace, HeightGrid, OpenOptions, Progress, Silent};
 use crate::tiles::Terrain;
 use crate::tiles::terrain::{TerrainError, TerrainOptions};
 use crate::world::given_water::{GivenWater, GivenWaterError};
@@ -183,8 +184,8 @@ pub fn open_store(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn Tile
 
 fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn TileStore>, WorldError> {
     let store: Arc<dyn TileStore> = match &scene.world {
-        World::File(path) => several(&files_of(std::slice::from_ref(path))?, &scene.heights, progress)?,
-        World::Files(paths) => several(&files_of(paths)?, &scene.heights, progress)?,
+        World::File(path) => several(std::slice::from_ref(path), &scene.heights, progress)?,
+        World::Files(paths) => several(paths, &scene.heights, progress)?,
         World::Url(name) if scene.heights.changes_heights() => return Err(WorldError::NoData { name: name.clone() }),
         World::Url(url) => pyramid::store::open_remote(url, scene.heights.voids)?,
         World::Procedural { seed } => {
@@ -201,26 +202,15 @@ fn open_store_unnamed(scene: &Scene, progress: &dyn Progress) -> Result<Arc<dyn 
     Ok(Exaggerated::over(store, scene.vertical_exaggeration))
 }
 
-/// Replaces folders by the files in them.
-fn files_of(paths: &[PathBuf]) -> Result<Vec<PathBuf>, WorldError> {
-    let mut files = Vec::new();
-    for path in paths {
-        match source::kind_of(path) {
-            Kind::Folder => {
-                files.extend(source::members(path).map_err(|error| PyramidError::Load(Box::new(error)))?);
-            }
-            Kind::File | Kind::TileFolder => files.push(path.clone()),
-        }
-    }
-    Ok(files)
-}
-
-/// Opens a DEM, or several as one world.
+/// Opens a DEM, or several as one world: files, and the height files of folders.
 fn several(
-    files: &[PathBuf],
+    inputs: &[PathBuf],
     options: &OpenOptions,
     progress: &dyn Progress,
 ) -> Result<Arc<dyn TileStore>, WorldError> {
+    let choice = Choice::of(inputs, options).map_err(|error| PyramidError::Load(Box::new(error)))?;
+    choice.warn();
+    let files = &choice.files;
     let options = source::mosaic::member_options(files, options);
     let open = |(file, options): (&PathBuf, &OpenOptions)| open_file(file, options, progress);
     let mut stores = files.iter().zip(&options).map(open).collect::<Result<Vec<_>, _>>()?;
@@ -438,28 +428,6 @@ impl OpenWorld {
             yaw_deg: pose.yaw_deg(),
             pitch_deg: forward.z.clamp(-1.0, 1.0).asin().to_degrees(),
             fov_deg: pose.fov_rad.to_degrees(),
-        }
-    }
-
-    /// Returns the scene's start, or by default a view from the south over the whole extent, from a little above its
-    /// summits.
-    pub fn default_camera(&self) -> Camera {
-        if let Some(start) = self.scene.start {
-            return start;
-        }
-        let [_, north_m] = self.extent_m();
-        let [low_m, high_m] = self.surfaces.terrain.range_m().map(f64::from);
-        // Higher over flat land, whose panorama would otherwise be one line.
-        let z_m = (high_m + 0.15 * (high_m - low_m)).max(low_m + 0.06 * north_m);
-        let y_m = -0.42 * north_m;
-        let ahead_m = 0.45 * north_m;
-        let target_m = low_m + 0.55 * (high_m - low_m);
-        Camera {
-            position_m: glam::DVec3::new(0.0, y_m, z_m),
-            height_above_ground: false,
-            yaw_deg: 0.0,
-            pitch_deg: ((target_m - z_m) / ahead_m).atan().to_degrees(),
-            fov_deg: 45.0,
         }
     }
 }

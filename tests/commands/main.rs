@@ -4,9 +4,11 @@
 
 mod bench;
 mod dem;
+mod describe;
 mod embedded;
 mod eyes;
 mod features;
+mod in_view;
 mod models;
 mod quiet;
 mod show;
@@ -140,7 +142,7 @@ fn failures_are_one_line_that_names_the_file() {
     place.file("good.csv", "t,x,y,z,yaw,pitch,fov\n0,0,0,+10,0,0,50\n");
     for (arguments, name, cause) in [
         (&["info", "nowhere.tif"][..], "nowhere.tif", "cannot be opened: there is no such file"),
-        (&["info", "."], ".", "is a folder; hachure info describes one file of it"),
+        (&["info", "none"], "none", "there is no such file"),
         (&["info", "notes.md"], "notes.md", "text file"),
         (&["info", "empty.tif"], "empty.tif", "empty"),
         (&["info", "broken.toml"], "broken.toml:2", ""),

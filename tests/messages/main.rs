@@ -132,6 +132,7 @@ fn what_fails_names_the_file_and_the_scene() {
         (&["info", "n.toml"], &["n.toml: a.tif, b.tif do not exist"]),
         (&["info", "utf16.toml"], &["utf16.toml", "UTF-8"]),
         (&["render", "none", "-o", "o.png"], &["none: there is no such file"]),
+        (&["render", "hutt", "-o", "o.png"], &["hutt: there is no such file", "did you mean \"hut\"?"]),
         (&["render", "none.toml", "-o", "o.png"], &["none.toml: there is no such file"]),
         (&["render", "-o", "o.png", "--water", "none.geojson"], &["none.geojson: there is no such file"]),
         (&["render", "model.obj", "-o", "o.png"], &["model.obj: is an OBJ model"]),

@@ -209,3 +209,30 @@ fn the_program_gives_up_in_time() {
     let faults = faults.into_inner().unwrap();
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
+
+/// Tests that an address is described without drawing or baking.
+#[test]
+fn the_program_describes_an_address() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = file(folder.path(), "world.tif", 1000.0);
+    let server = Server::start("as it should be", std::fs::read(&path).unwrap(), Duration::from_secs(1));
+    let info = |address: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_hachure"))
+            .args(["info", address])
+            .env("HACHURE_CACHE", folder.path().join("cache"))
+            .env_remove("RUST_LOG")
+            .output()
+            .unwrap();
+        let [out, error] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+        (output.status.code(), out, error)
+    };
+    let (status, text, said) = info(&format!("{}?key=secret", server.url()));
+    assert_eq!(status, Some(0), "{said}");
+    let line = |text: &str, first: &str| text.lines().find(|line| line.starts_with(first)).map(str::to_owned);
+    assert!(text.contains("a DEM on a server") && !text.contains("secret"), "{text}");
+    // The same as of the file.
+    let (_, of_file, _) = info(&path.to_string_lossy());
+    assert!(line(&text, "extent").is_some() && line(&text, "extent") == line(&of_file, "extent"), "{text}{of_file}");
+    let (status, _, said) = info(&server.url().replace("http://", "http://127.0.0.1:1/?"));
+    assert!(status == Some(1) && said.trim_end().lines().count() == 1, "{said}");
+}

@@ -56,6 +56,8 @@ pub(super) struct Report {
     /// Largest error of the mesh, in pixels: --lod-error, or more if that would need too many triangles.
     allowed_error_px: f64,
     over_budget_frames: u64,
+    /// Pictures that show only sky or no-data.
+    empty_frames: u64,
     gpu_bytes: u64,
     camera: String,
     /// Report on an SVG.
@@ -353,6 +355,7 @@ impl Job<'_> {
             tiles_missing: report.tiles_missing,
             allowed_error_px: report.error_px,
             over_budget_frames: report.over_budget,
+            empty_frames: report.empty,
             gpu_bytes: self.gpu.memory_bytes(),
             camera,
             sheets: self.sheets.as_ref().map(|sheets| SheetsReport::new(self.args, sheets)),

@@ -176,7 +176,8 @@ impl Job<'_> {
         let Some(placed) = &self.map else { unreachable!("checked: a map is drawn") };
         let tags = geotags::place_tags(&placed.georeference).map_err(|cause| FileError::write(path, cause))?;
         let [width, height] = self.args.size();
-        let mut writer = GeoTiffWriter::create(path, width, height, tags, self.args.dpi)?;
+        let imprint = self.imprint_text();
+        let mut writer = GeoTiffWriter::create(path, width, height, tags, self.args.dpi, Some(&imprint))?;
         let take = |bands: Vec<picture::Band>| {
             bands.iter().try_for_each(|band| writer.write_rows(&picture::srgb8(&band.picture)))
         };

@@ -125,7 +125,15 @@ fn file_of_cache(
 ) -> Result<(Pyramid, Entry), PyramidError> {
     let reader = source::open_reader_with(path, options).map_err(load_error)?;
     let entry = entry_of(&reader.identity(), &path.display().to_string(), None)?;
-    let pyramid = entry.open_or_make(|out| bake_file(&*reader, path, out, progress))?;
+    let mut is_made = false;
+    let pyramid = entry.open_or_make(|out| {
+        is_made = true;
+        bake_file(&*reader, path, out, progress)
+    })?;
+    match is_made {
+        true => entry.store_notes(&reader.warnings()),
+        false => entry.repeat_notes(),
+    }
     Ok((pyramid, entry))
 }
 
@@ -185,7 +193,7 @@ pub fn open_or_grow_store(
 }
 
 fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, PyramidError> {
-    Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key))
+    Ok(Entry::new(cache_folder(cache_dir)?, &file_name(key, name), key, name))
 }
 
 /// Returns hachure's own folder for cached pyramids and its other caches. It exists and may be trusted.

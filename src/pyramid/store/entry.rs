@@ -3,6 +3,7 @@
 //! ```text
 //! NAME.tif, NAME.tif.tiles   the pyramid
 //! NAME.tif.from              the origin of the pyramid, which is also the manifest of the entry: see `manifest`
+//! NAME.tif.notes             warnings about the samples of the input, one a line, which are repeated at each use
 //! .NAME.tif.lock             locked by the process that bakes it
 //! ```
 //!
@@ -18,11 +19,16 @@ use std::time::SystemTime;
 
 use super::manifest::{Manifest, origin_path};
 use super::pyramid::Pyramid;
-use super::trim::{CACHE_LIMIT_BYTES, lock_path, trim};
-use crate::file::cache_folder;
+use super::trim::{CACHE_LIMIT_BYTES, lock_path, notes_path, trim};
+use crate::file::input::read_text;
+use crate::file::message::named;
+use crate::file::{atomic, cache_folder};
 use crate::pyramid::bake::remove_parts;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::sidecar_path;
+
+/// Largest size of the stored warnings, in bytes.
+const MOST_NOTES_BYTES: u64 = 1 << 16;
 
 /// Prevents two threads from baking one pyramid at a time: their partial files would be the same.
 static BAKING: Mutex<()> = Mutex::new(());
@@ -32,12 +38,20 @@ pub(super) struct Entry {
     folder: PathBuf,
     tif: PathBuf,
     key: String,
+    /// The name of the input, for messages.
+    name: String,
 }
 
 impl Entry {
-    /// Creates the entry for the pyramid `file_name` in `folder`, made from the input that `key` identifies.
-    pub(super) fn new(folder: PathBuf, file_name: &str, key: &str) -> Self {
-        Self { tif: folder.join(file_name), folder, key: key.to_owned() }
+    /// Creates the entry for the pyramid `file_name` in `folder`, made from the input that `key` identifies and that
+    /// messages call `name`.
+    pub(super) fn new(folder: PathBuf, file_name: &str, key: &str, name: &str) -> Self {
+        Self { tif: folder.join(file_name), folder, key: key.to_owned(), name: name.to_owned() }
+    }
+
+    /// Returns the name of the input.
+    pub(super) fn name(&self) -> &str {
+        &self.name
     }
 
     /// Returns the key that identifies the input of the pyramid.
@@ -64,7 +78,7 @@ impl Entry {
         };
         let lock = self.lock().map_err(|error| match (error, &damage) {
             (PyramidError::Cache { source, .. }, Some(damage)) => {
-                self.unwritable(format!("{source}; and the cached file is damaged: {}", damage.message()))
+                self.unwritable(format!("{source}; and the cached file is damaged: {}", self.cause_of(damage)))
             }
             (error, _) => error,
         });
@@ -74,7 +88,7 @@ impl Entry {
             return Ok(pyramid);
         }
         if let Some(damage) = damage {
-            warn(&damage);
+            self.warn(&damage);
         }
         self.make(make)
     }
@@ -153,7 +167,7 @@ impl Entry {
         std::os::unix::fs::OpenOptionsExt::mode(&mut options, 0o600);
         let file = options.open(&path).map_err(|error| self.unwritable(error))?;
         if matches!(file.try_lock(), Err(fs::TryLockError::WouldBlock)) {
-            tracing::info!("{}: waiting for another process that bakes it", self.tif.display());
+            tracing::info!("{}: waiting for another process that bakes it", self.name);
             // Where locks fail, the names of partial files keep processes apart.
             if let Err(error) = file.lock() {
                 tracing::debug!("{}: {error}", path.display());
@@ -174,11 +188,36 @@ impl Entry {
             error => error,
         }
     }
-}
 
-/// Warns that a file of the cache is damaged and will be rebuilt.
-pub(super) fn warn(damage: &PyramidError) {
-    let damage = damage.to_string();
-    let damage = damage.trim_end_matches(": the file is damaged");
-    tracing::warn!("{}; rebuilding this cached file", crate::file::one_line(damage));
+    /// Warns that the cached pyramid is damaged and will be baked again.
+    pub(super) fn warn(&self, damage: &PyramidError) {
+        tracing::warn!("{}: its cached pyramid is damaged ({}) and is baked again", self.name, self.cause_of(damage));
+    }
+
+    /// Returns what is wrong with the cached files, without their names, which mean nothing to users.
+    fn cause_of(&self, damage: &PyramidError) -> String {
+        let text = damage.message();
+        let names = [sidecar_path(&self.tif), self.tif.clone()].map(named);
+        let cause = names.iter().find_map(|name| text.strip_prefix(&**name)?.strip_prefix(": ")).unwrap_or(&text);
+        cause.trim_end_matches(": the file is damaged").trim_end_matches("; bake it again").to_owned()
+    }
+
+    /// Stores warnings about the input, if there are any.
+    pub(super) fn store_notes(&self, notes: &[String]) {
+        if notes.is_empty() {
+            return;
+        }
+        // A cache that cannot be written costs only the repetition of the warnings.
+        if let Err(error) = atomic::write(&notes_path(&self.tif), notes.join("\n").as_bytes()) {
+            tracing::debug!("{}: {error}", self.tif.display());
+        }
+    }
+
+    /// Repeats the stored warnings about the input.
+    pub(super) fn repeat_notes(&self) {
+        let path = notes_path(&self.tif);
+        let notes = if cache_folder::is_file(&path) { read_text(&path, MOST_NOTES_BYTES).ok() } else { None };
+        let notes = notes.unwrap_or_default();
+        notes.lines().for_each(|note| tracing::warn!("{}: {note}", self.name));
+    }
 }

@@ -6,7 +6,7 @@ use std::path::Path;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-use super::entry::{Entry, warn};
+use super::entry::Entry;
 use super::pyramid::Pyramid;
 use super::tile_store::{Cancel, Decode, TileStore};
 use crate::pyramid::error::PyramidError;
@@ -90,7 +90,7 @@ impl Shared {
         if Arc::ptr_eq(&state.current, damaged) && !state.is_healing && state.times < MAX_REPAIRS {
             state.times += 1;
             state.is_healing = true;
-            warn(&error);
+            self.entry.warn(&error);
             let shared = Arc::clone(self);
             let started = std::thread::Builder::new().name("healing".into()).spawn(move || shared.make(address));
             if let Err(error) = started {
@@ -109,7 +109,7 @@ impl Shared {
         }
         let Some(failed) = &state.failed else { return Err(error) };
         let cause = format!("the file is damaged, and rebuilding it failed: {failed}");
-        Err(PyramidError::Mismatch { path: damaged.path().to_owned(), cause })
+        Err(PyramidError::Mismatch { path: self.entry.name().into(), cause })
     }
 
     fn make(&self, address: TileAddress) {
@@ -128,7 +128,7 @@ impl Shared {
 
 impl TileStore for Healing {
     fn name(&self) -> String {
-        self.first.name()
+        self.shared.entry.name().to_owned()
     }
 
     fn levels(&self) -> &[LevelSize] {

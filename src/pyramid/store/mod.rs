@@ -8,6 +8,7 @@
 mod tile_store;
 mod ground;
 mod exaggerated;
+mod data_area;
 mod pyramid;
 mod memory_store;
 mod derive;
@@ -29,6 +30,7 @@ pub(crate) use cache::{open_or_bake, open_or_bake_key};
 pub use cache::{open_or_bake_file, open_or_bake_store, open_or_grow_store};
 pub use cog_store::CogStore;
 pub use continent_store::ContinentStore;
+pub(crate) use data_area::{DataArea, data_bounds};
 #[cfg(test)]
 pub(crate) use derive::coarse_patches;
 pub use derive::derive;

@@ -23,7 +23,7 @@ use crate::pyramid::surface::statistics::PatchStatistics;
 use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, Tile, TileAddress, flagged, is_void};
 use crate::source::Window;
 use crate::source::georeference::Georeference;
-use crate::source::mosaic::{MosaicGrid, Placed, precedence};
+use crate::source::mosaic::{Misfit, MosaicGrid, Placed, precedence};
 
 /// Number of cached member tiles, of 264 KiB each.
 const KEPT_TILES: usize = 64;
@@ -56,8 +56,10 @@ impl MosaicStore {
             .iter()
             .map(|member| (member.georeference(), [member.levels()[0].width, member.levels()[0].height]))
             .collect();
-        let grid =
-            MosaicGrid::new(&places).map_err(|cause| PyramidError::BadGrid { path: name.clone().into(), cause })?;
+        let grid = MosaicGrid::new(&places).map_err(|Misfit { member, cause }| {
+            let path = members.get(member).map_or_else(|| name.clone(), |member| member.name()).into();
+            PyramidError::BadGrid { path, cause }
+        })?;
         grid.warn_if_sparse();
         let levels = level_sizes(grid.size[0], grid.size[1]);
         let range_m = members

@@ -17,6 +17,13 @@ pub(crate) const CACHE_LIMIT_BYTES: u64 = 8 << 30;
 /// The age from which a partial file counts as abandoned by its bake.
 const ABANDONED_AFTER: Duration = Duration::from_secs(24 * 60 * 60);
 
+/// Returns the path of the file with warnings about the input.
+pub(super) fn notes_path(tif: &Path) -> PathBuf {
+    let mut path = tif.as_os_str().to_owned();
+    path.push(".notes");
+    path.into()
+}
+
 /// Returns the path of the lock file.
 pub(super) fn lock_path(tif: &Path) -> PathBuf {
     let mut name = OsString::from(".");
@@ -33,6 +40,7 @@ fn remove(tif: &Path) -> bool {
     }
     // The sidecar first: a GeoTIFF without one does not count as a pyramid. The manifest last: without it, nothing of
     // the entry would ever be removed.
+    let _ = fs::remove_file(notes_path(tif));
     let is_removed = [sidecar_path(tif), lock_path(tif), tif.to_owned()].map(|path| fs::remove_file(path).is_ok())[2];
     is_removed && fs::remove_file(origin_path(tif)).is_ok()
 }
@@ -46,7 +54,7 @@ fn is_entry(name: &str) -> bool {
 /// Returns whether a name is that of a temporary file of an entry.
 fn is_partial(name: &str) -> bool {
     let of = named_in_temporary(name).unwrap_or_default();
-    is_entry(of.strip_suffix(".tiles").or(of.strip_suffix(".from")).unwrap_or(of))
+    is_entry(of.strip_suffix(".tiles").or(of.strip_suffix(".from")).or(of.strip_suffix(".notes")).unwrap_or(of))
 }
 
 /// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files.

@@ -13,11 +13,26 @@ const ALIGNED_SAMPLES: f64 = 1e-3;
 /// Spacing of the exact nodes of a reprojection in samples; between them it is interpolated bilinearly.
 const NODES_APART: u32 = 16;
 
+/// The reason why a file without a reference system does not fit to one that has one.
+const NO_CRS: &str = "has no coordinate reference system, but other files of the same world have one; assign it (as \
+                      gdal_edit.py -a_srs EPSG:CODE does) or leave the file out";
+
+const TOO_FAR: &str = "is too far from the other files to form one grid with them";
+
 /// Largest number of samples on a side of a mosaic.
 const LARGEST_SIDE: f64 = (1 << 24) as f64;
 
 /// Share of a grid that its members must cover for no warning.
 const SPARSE_SHARE: f64 = 0.1;
+
+/// Why several DEMs have no common grid.
+#[derive(Debug)]
+pub(crate) struct Misfit {
+    /// Number of the member that is the reason.
+    pub member: usize,
+    /// The reason, as a sentence about this member.
+    pub cause: String,
+}
 
 /// The grid of a mosaic: the lattice of its finest member (the first of them), extended to all.
 #[derive(Debug)]
@@ -67,20 +82,34 @@ impl MosaicGrid {
     /// # Errors
     /// Fails, with one line, if there is no member, if no transformation between the reference systems is known, or if
     /// the extent is not a valid grid.
-    pub(crate) fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, String> {
-        let spacings_m: Vec<f64> =
-            members.iter().map(|(place, size)| spacing_m(place, *size)).collect::<Result<_, _>>()?;
+    pub(crate) fn new(members: &[(&Georeference, [u32; 2])]) -> Result<Self, Misfit> {
+        let of = |member: usize| move |cause: String| Misfit { member, cause };
+        let is_local = |(place, _): &(&Georeference, _)| matches!(place.crs, Crs::Local);
+        if let (Some(member), false) = (members.iter().position(is_local), members.iter().all(is_local)) {
+            return Err(of(member)(NO_CRS.into()));
+        }
+        let spacings_m: Vec<f64> = (0..)
+            .zip(members)
+            .map(|(member, (place, size))| spacing_m(place, *size).map_err(of(member)))
+            .collect::<Result<_, _>>()?;
         let finest_m = spacings_m.iter().copied().fold(f64::INFINITY, f64::min);
         // Spacings within one per cent are tiles of the same product at two latitudes, not two products.
         let first = spacings_m.iter().position(|&spacing_m| spacing_m < finest_m * 1.01);
-        let first = first.ok_or("it has no members")?;
+        let first = first.ok_or_else(|| of(0)("there are no height files".into()))?;
+        if let Some((other, (place, _))) =
+            members.iter().enumerate().find(|(_, (place, _))| !same(&place.crs, &members[first].0.crs))
+        {
+            // The lattice takes part in each transformation, so its own reference system is set up first.
+            Side::new(members[first].0).map_err(of(first))?;
+            Side::new(place).map_err(of(other))?;
+        }
         let turned = turned(members, first)?;
         let members: Vec<(&Georeference, [u32; 2])> =
             turned.iter().zip(members).map(|(turned, (_, size))| (&turned.place, *size)).collect();
         let (lattice, lattice_size) = members[first];
         let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
-        for ((place, size), turned) in members.iter().zip(&turned) {
-            let back = Way::between(place, lattice, Some(turned.middle))?;
+        for (member, ((place, size), turned)) in members.iter().zip(&turned).enumerate() {
+            let back = Way::between(place, lattice, Some(turned.middle)).map_err(of(member))?;
             let steps = 16;
             for i in 0..=steps {
                 let at = |count: u32| f64::from(count - 1) * f64::from(i) / f64::from(steps);
@@ -88,7 +117,7 @@ impl MosaicGrid {
                 for (column, row) in [(x, 0.0), (x, bottom), (0.0, y), (right, y)] {
                     let [x, y] = back.map(column, row);
                     if !(x.abs() < LARGEST_SIDE && y.abs() < LARGEST_SIDE) {
-                        return Err("its members are too far apart to form one grid".into());
+                        return Err(of(member)(TOO_FAR.into()));
                     }
                     bounds = [bounds[0].min(x), bounds[1].min(y), bounds[2].max(x), bounds[3].max(y)];
                 }
@@ -100,11 +129,11 @@ impl MosaicGrid {
         let crs_from_grid = [x0 + a * first[0] + b * first[1], a, b, y0 + c * first[0] + d * first[1], c, d];
         let georeference = Georeference { crs_from_grid, ..lattice.clone() };
         let size = [0, 1].map(|axis| (last[axis] - first[axis]) as u32 + 1);
-        let members = members.iter().zip(spacings_m).map(|((place, size), spacing_m)| {
-            let way = Way::between(&georeference, place, Some(middle_x(place, *size)))?;
+        let placed = members.iter().zip(spacings_m).enumerate().map(|(member, ((place, size), spacing_m))| {
+            let way = Way::between(&georeference, place, Some(middle_x(place, *size))).map_err(of(member))?;
             Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way })
         });
-        let members = members.collect::<Result<_, String>>()?;
+        let members = placed.collect::<Result<_, Misfit>>()?;
         Ok(Self { georeference, size, members })
     }
 
@@ -141,15 +170,17 @@ struct Turned {
 ///
 /// # Errors
 /// The same as [`Way::between`].
-fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Turned>, String> {
+fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Turned>, Misfit> {
     let lattice = members[first].0;
     let unmoved =
         |(place, size): &(&Georeference, [u32; 2])| Turned { place: (*place).clone(), middle: middle_x(place, *size) };
     let Some(turn) = earth_projection::turn_in_crs(lattice).filter(|_| members.len() > 1) else {
         return Ok(members.iter().map(unmoved).collect());
     };
-    let ranges =
-        members.iter().map(|(place, size)| range_x(place, *size, lattice, turn)).collect::<Result<Vec<_>, _>>()?;
+    let range = |(member, (place, size)): (usize, &(&Georeference, [u32; 2]))| {
+        range_x(place, *size, lattice, turn).map_err(|cause| Misfit { member, cause })
+    };
+    let ranges = members.iter().enumerate().map(range).collect::<Result<Vec<_>, _>>()?;
     let shifts = shifts(&ranges, turn, first);
     let turned = members.iter().zip(ranges).zip(shifts).map(|(((place, _), [low, high]), shift)| {
         let mut place = (*place).clone();
@@ -163,7 +194,7 @@ fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Tur
 }
 
 /// Returns the coordinate x of the middle of a grid in its CRS.
-fn middle_x(place: &Georeference, size: [u32; 2]) -> f64 {
+pub(super) fn middle_x(place: &Georeference, size: [u32; 2]) -> f64 {
     let [column, row] = size.map(|count| f64::from(count - 1) / 2.0);
     apply(place.crs_from_grid, column, row)[0]
 }
@@ -179,7 +210,7 @@ fn range_x(place: &Georeference, size: [u32; 2], lattice: &Georeference, turn: f
     let places = steps.into_iter().flat_map(|i| steps.map(|k| way.map(2.0 * i * middle[0], 2.0 * k * middle[1])[0]));
     let range = places.fold([centre, centre], |[low, high], x| [low.min(x), high.max(x)]);
     let is_valid = range.iter().all(|x| x.is_finite()) && range[1] - range[0] < 2.0 * turn;
-    if is_valid { Ok(range) } else { Err("its members are too far apart to form one grid".into()) }
+    if is_valid { Ok(range) } else { Err(TOO_FAR.into()) }
 }
 
 /// Returns whole multiples of `turn` to be added to each range, so that all of them together are shortest; that of
@@ -353,9 +384,7 @@ impl Way {
 impl Side {
     fn new(place: &Georeference) -> Result<Self, String> {
         let (text, per_unit) = match earth_projection::text(place) {
-            Err(_) if place.crs == Crs::Local => {
-                return Err("some members have a coordinate reference system and others have none".into());
-            }
+            Err(_) if place.crs == Crs::Local => return Err(NO_CRS.into()),
             found => found?,
         };
         let proj =
@@ -384,7 +413,7 @@ fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
     if spacing_m > 0.0 && spacing_m.is_finite() {
         Ok(spacing_m)
     } else {
-        Err("a member's sample spacing is zero or not finite".into())
+        Err("its sample spacing is zero or not finite".into())
     }
 }
 

@@ -44,7 +44,8 @@ pub(crate) fn read_or_make(recipe: &Recipe, folder: &Path) -> Result<TonalArtMap
         if let Some(map) = unpack(&bytes, key) {
             return Ok(map);
         }
-        tracing::warn!("{}: this cached tonal art map is damaged; it is regenerated", path.display());
+        tracing::warn!("a cached tonal art map (a pattern of hatching) is damaged and is regenerated");
+        tracing::debug!("{}: is damaged", path.display());
     }
     let map = TonalArtMap::make(recipe)?;
     if let Err(error) = cache_folder::write(&path, &pack(&map, key)) {
