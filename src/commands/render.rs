@@ -53,8 +53,8 @@ pub(crate) struct RenderArgs {
     /// .tif or .geojson; or frames, named by a pattern like dir/%05d.png
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Repeat a picture that hachure wrote (.png, .exr, .svg, .tif or .mp4), with its world, camera, sun, style, size and
-    /// resolution; other options override these
+    /// Repeat a picture that hachure wrote (.png, .exr, .svg, .tif or .mp4), with its world, camera, sun, style, size
+    /// and resolution; other options override these
     #[arg(long, value_name = "FILE")]
     pub like: Option<PathBuf>,
     /// Preset (`hachure styles` lists them) or style file [default: ink]

@@ -20,9 +20,10 @@ use std::time::SystemTime;
 use super::manifest::{Manifest, origin_path};
 use super::pyramid::Pyramid;
 use super::trim::{CACHE_LIMIT_BYTES, lock_path, notes_path, trim};
+use crate::file::atomic::{self, Readers};
+use crate::file::cache_folder;
 use crate::file::input::read_text;
 use crate::file::message::named;
-use crate::file::{atomic, cache_folder};
 use crate::pyramid::bake::remove_parts;
 use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::sidecar_path;
@@ -208,7 +209,8 @@ impl Entry {
             return;
         }
         // A cache that cannot be written costs only the repetition of the warnings.
-        if let Err(error) = atomic::write(&notes_path(&self.tif), notes.join("\n").as_bytes()) {
+        let path = notes_path(&self.tif);
+        if let Err(error) = atomic::write_for(&path, notes.join("\n").as_bytes(), Readers::Owner) {
             tracing::debug!("{}: {error}", self.tif.display());
         }
     }
