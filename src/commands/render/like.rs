@@ -365,6 +365,7 @@ mod tests {
         ("sheets_overlap", Unneeded),
         ("sheets_margin", Unneeded),
         ("pens", Kept("--pens 2 -o a.svg")),
+        ("overwrite", Unneeded),
         ("json", Unneeded),
         // Of all commands. Another adapter rounds otherwise.
         ("adapter", Unneeded),
@@ -409,6 +410,7 @@ mod tests {
             margin,
             sheets: _,
             pens,
+            overwrite: _,
             json: _,
         } = args;
         let world = format!("{name:?} {heights:?} {:?} {:?} {water:?}", light.sun.unwrap_or_default(), light.focus);
