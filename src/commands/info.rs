@@ -239,7 +239,7 @@ fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Res
     let statistics = source::statistics(&*reader, file, &Bar::default())?;
     let of = || named(file);
     let metadata = std::fs::metadata(file).with_context(of)?;
-    let file_bytes = metadata.is_file().then(|| metadata.len());
+    let file_bytes = metadata.is_file().then_some(metadata.len());
     Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
 }
 

@@ -59,7 +59,7 @@ pub(super) fn open(path: &Path) -> Result<MemoryReader, SourceError> {
         let value = match words.next()? {
             Some("*") => f64::NAN,
             Some(word) => super::text::number(word).ok_or_else(|| {
-                inconsistent(path, format!("sample {} is {}, which is not a number", index + 1, quoted(&word)))
+                inconsistent(path, format!("sample {} is {}, which is not a number", index + 1, quoted(word)))
             })?,
             None => return Err(inconsistent(path, format!("it is truncated: it has {index} of {samples} samples"))),
         };

@@ -13,8 +13,8 @@ use super::place::{self, cannot_open, ending, inconsistent, small_text};
 use super::prj;
 use super::samples::{Meaning, SampleType, parse_no_data};
 use super::text::number;
-use crate::file::message::quoted;
 use super::tiff_sidecars::from_world_file;
+use crate::file::message::quoted;
 
 /// Extensions of data files; the data of a header is searched with these.
 pub(super) const DATA_ENDINGS: [&str; 9] = ["bil", "flt", "bsq", "bip", "bin", "dem", "img", "dat", "raw"];
@@ -41,7 +41,7 @@ impl<'a> Fields<'a> {
     fn number(&self, names: &[&str]) -> Result<Option<f64>, SourceError> {
         let Some(text) = self.text(names) else { return Ok(None) };
         let number = number(text).filter(|number| number.is_finite());
-        number.map(Some).ok_or_else(|| inconsistent(self.path, format!("its {} is {}", names[0], quoted(&text))))
+        number.map(Some).ok_or_else(|| inconsistent(self.path, format!("its {} is {}", names[0], quoted(text))))
     }
 
     fn whole(&self, names: &[&str]) -> Result<Option<u64>, SourceError> {

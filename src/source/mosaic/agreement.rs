@@ -165,12 +165,15 @@ impl Roughness {
     }
 }
 
+/// The difference of two files, `None` if they agree, and the roughness of both.
+pub(super) type Compared = (Option<Difference>, [Roughness; 2]);
+
 /// Compares two files where they overlap. Returns `None` if they do not, or if too little of it has heights; otherwise
 /// their difference, `None` if they agree, and the roughness of both.
 ///
 /// # Errors
 /// Fails if a file cannot be read.
-pub(super) fn compare([a, b]: [&Placed<'_>; 2]) -> Result<Option<(Option<Difference>, [Roughness; 2])>, SourceError> {
+pub(super) fn compare([a, b]: [&Placed<'_>; 2]) -> Result<Option<Compared>, SourceError> {
     let overlap = [0, 1].map(|axis| {
         let (a, b) = (a.box_samples, b.box_samples);
         a[axis + 2].min(b[axis + 2]) - a[axis].max(b[axis])
