@@ -34,11 +34,6 @@ pub(crate) fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, Str
     within(NumberRange::Within(least, most))
 }
 
-/// Parses a frame rate: frames per second, above 0 and at most 1000.
-pub(crate) fn frame_rate(text: &str) -> Result<f64, String> {
-    ranges::FPS.parse(text)
-}
-
 /// Returns a parser of whole numbers from `least` to `most`, ends included.
 pub(crate) fn whole<T: TryFrom<u64> + Clone>(least: u64, most: u64) -> impl Fn(&str) -> Result<T, String> + Clone {
     whole_within(NumberRange::Whole(least, most))
