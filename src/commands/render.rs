@@ -163,7 +163,7 @@ pub(crate) struct RenderArgs {
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<usize>(ranges::PENS))]
     pub pens: Option<usize>,
     /// Replace files that hachure did not write where it creates files beside the output: frames, sheets, and the
-    /// world file and .prj of a map. The output itself is always replaced
+    /// world file and .aux.xml of a map. The output itself is always replaced
     #[arg(long)]
     pub overwrite: bool,
     /// Print a report of the picture and its cost as JSON

@@ -4,6 +4,7 @@ use glam::DVec2;
 use proj4rs::Proj;
 use proj4rs::transform::transform;
 
+use super::earth_projection;
 use super::georeference::{Crs, Georeference};
 
 /// The conversion from a reference system to WGS 84.
@@ -18,7 +19,7 @@ impl ToWgs84 {
     /// Builds the conversion. A datum that the catalogue relates to WGS 84 is shifted; any other counts as WGS 84.
     ///
     /// # Errors
-    /// Fails for a world without reference system, and for a projection without an EPSG code; the message is one line.
+    /// Fails for a world without reference system, and for an unknown projection; the message is one line.
     pub(crate) fn new(place: &Georeference) -> Result<Self, String> {
         let known = place.epsg().and_then(crs_definitions::from_code).map(|known| known.proj4);
         let (text, per_unit) = match (&place.crs, known) {
@@ -26,23 +27,9 @@ impl ToWgs84 {
             (Crs::Geographic { radians_per_unit, .. }, _) if place.epsg() == Some(4326) => {
                 return Ok(Self { from: None, per_unit: *radians_per_unit });
             }
+            // The catalogue has the datum.
             (Crs::Geographic { radians_per_unit, .. }, Some(known)) => (known.to_owned(), *radians_per_unit),
-            (Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. }, None) => {
-                let shape = match *inverse_flattening {
-                    0.0 => format!("+R={semi_major_axis_m}"),
-                    inverse => format!("+a={semi_major_axis_m} +rf={inverse}"),
-                };
-                (format!("+proj=longlat {shape} +no_defs"), *radians_per_unit)
-            }
-            (Crs::Projected { metres_per_unit, .. }, Some(known)) => {
-                // Lengths are passed in metres, because the file's unit takes precedence over that of the code.
-                let is_unit = |word: &&str| word.starts_with("+units=") || word.starts_with("+to_meter=");
-                let words = known.split_whitespace().filter(|word| !is_unit(word)).chain(["+units=m"]);
-                (words.collect::<Vec<_>>().join(" "), *metres_per_unit)
-            }
-            (Crs::Projected { name, .. }, None) => {
-                return Err(format!("no EPSG code describes {name} completely, so its place on the earth is unknown"));
-            }
+            _ => earth_projection::text(place)?,
         };
         let set_up = |text: &str| {
             Proj::from_proj_string(text).map_err(|error| format!("its reference system cannot be set up: {error}"))

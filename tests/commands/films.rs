@@ -67,7 +67,7 @@ fn parts_are_checked() {
         (&["-o", "f%d.png", "--frames", "5..5"], "100..200"),
         (&["-o", "f%d.png", "--warm-up", "5"], "requires --frames"),
         (&["-o", "f%d.png", "--mesh-error", "5"], "--mesh-error"),
-        (&["-o", "land.stl"], "--path: does not apply to a mesh"),
+        (&["-o", "land.stl"], "--fps: does not apply to a mesh"),
     ] {
         let error = place.misuse(&[&RENDER[..], more].concat());
         assert!(error.contains(words), "{error}");
