@@ -7,7 +7,7 @@ use anyhow::bail;
 use super::misuse::{Misuse, mistyped_command};
 use crate::file::message::{did_you_mean, named, quoted};
 use crate::scene::embedded;
-use crate::scene::ranges::{self, NumberRange};
+use crate::scene::ranges::NumberRange;
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
 

@@ -61,11 +61,6 @@ impl OutputKind {
         matches!(self.picture_format(), Some(PictureFormat::Svg | PictureFormat::Pdf))
     }
 
-    /// Returns whether the output is a film in one file.
-    pub(crate) fn is_film(&self) -> bool {
-        matches!(self, Self::Mp4 | Self::Gif)
-    }
-
     /// Returns the kind of a file of lines in words, for messages: `an .svg`.
     pub(crate) fn lines_name(&self) -> &'static str {
         match self.picture_format() {
