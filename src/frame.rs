@@ -103,6 +103,8 @@ pub struct Renderer {
     wants_motion: bool,
     /// Whether frames also draw each set of hatching marks separately.
     wants_mark_sets: bool,
+    /// Whether frames end when their strokes are drawn.
+    only_strokes: bool,
     /// The hidden area of each eye; eyes beyond its end have none.
     hidden: Vec<HiddenArea>,
     samples: antialias::Samples,
@@ -134,6 +136,8 @@ struct FrameInputs<'a> {
     land_changes: bool,
     wants_motion: bool,
     wants_mark_sets: bool,
+    /// Whether the frame ends when its strokes are drawn.
+    only_strokes: bool,
     hidden: &'a [HiddenArea],
     /// The blocks of rows to build and draw, in a style with rows of hachures.
     rows: Option<&'a RowPlan>,
@@ -155,6 +159,7 @@ impl Renderer {
             submits: Submits::default(),
             wants_motion: false,
             wants_mark_sets: false,
+            only_strokes: false,
             hidden: Vec::new(),
             samples: antialias::Samples::default(),
             may_sway: false,
@@ -207,6 +212,17 @@ impl Renderer {
     /// Sets whether each set of hatching marks is also drawn separately, for [`Renderer::mark_set`].
     pub(crate) fn set_wants_mark_sets(&mut self, wants_mark_sets: bool) {
         self.wants_mark_sets = wants_mark_sets;
+    }
+
+    /// Sets whether frames end when their strokes are drawn, and have no picture. The strokes of the next frame
+    /// continue them as those of complete frames.
+    pub(crate) fn set_only_strokes(&mut self, only_strokes: bool) {
+        self.only_strokes = only_strokes;
+    }
+
+    /// Sets the number of the next frame in its film, from which the points that temporal anti-aliasing samples follow.
+    pub(crate) fn begin_at(&mut self, frame: u64) {
+        self.samples.begin_at(frame);
     }
 
     /// Sets the area of each eye's picture that is hidden and not drawn. An eye beyond the end of the list has none.
@@ -329,6 +345,7 @@ impl Renderer {
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
         let mesh = &PatchMesh::upload(&mut recorder, &prepared.selection);
         let (wants_motion, wants_mark_sets) = (self.wants_motion, self.wants_mark_sets);
+        let only_strokes = self.only_strokes;
         let land_changes = prepared.tiles.loaded > 0 || prepared.tiles.late;
         // This is known of the last frame's view only. A different view is not at rest anyway.
         let sways = self.may_sway && !rig.clock().is_still();
@@ -354,6 +371,7 @@ impl Renderer {
             land_changes,
             wants_motion,
             wants_mark_sets,
+            only_strokes,
             hidden,
             rows: rows.as_ref(),
             temporal_aa,

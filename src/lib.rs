@@ -29,6 +29,7 @@ pub mod scene;
 mod forest;
 pub mod style;
 mod tiles;
+mod land_mesh;
 pub mod world;
 mod surface;
 mod lines;

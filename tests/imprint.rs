@@ -128,7 +128,7 @@ fn every_format_says_it() {
     let place = Place::new();
     place.draw(&format!("{VIEW} --style strokes --sun=-60,30 -o a.png"));
     let (before, text) = (place.read("a.png"), place.text("a.png"));
-    for name in ["a.exr", "a.svg"] {
+    for name in ["a.exr", "a.svg", "a.jpg", "a.pdf"] {
         place.draw(&format!("{VIEW} --style strokes --sun=-60,30 -o {name}"));
         assert_eq!(place.text(name), text, "{name}");
         assert!(place.drawn(&format!("--like {name}")) == before, "{name}");
@@ -211,7 +211,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("style.png", "light.wrap"),
         ("gone.png", "its world: gone.asc: there is no such file"),
         ("net.png", "--trust-scene allows it"),
-        ("words.png", "it is not a PNG, EXR, SVG, GeoTIFF or MP4"),
+        ("words.png", "it is not a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4"),
         ("none.png", ""),
         ("cut.svg", "its metadata is truncated"),
         ("bare.svg", "it has no imprint that says how it was drawn"),

@@ -113,6 +113,15 @@ impl Place {
         numbers.try_into().unwrap()
     }
 
+    /// Returns the reference system in the `.aux.xml` of a picture, as GDAL reads it.
+    fn srs(&self, picture: &str) -> String {
+        let text = fs::read_to_string(self.path(&format!("{picture}.aux.xml"))).unwrap();
+        let document = roxmltree::Document::parse(&text).unwrap();
+        assert_eq!(document.root_element().tag_name().name(), "PAMDataset");
+        let srs = document.root_element().children().find(|node| node.has_tag_name("SRS")).unwrap();
+        srs.text().unwrap().to_owned()
+    }
+
     fn features(&self, name: &str) -> (Value, Vec<Value>) {
         let all: Value = serde_json::from_slice(&fs::read(self.path(name)).unwrap()).unwrap();
         let features = all["features"].as_array().unwrap().clone();
@@ -181,7 +190,7 @@ fn places_are_where_the_world_file_says_whatever_their_height() {
     let found_px = farthest_px(&place.read("part.png"), part);
     println!("a part of it: {found_px:.3} px");
     assert!(part[0] == 3.0 && part[3] == -3.0 && found_px < 0.5, "{part:?}, {found_px}");
-    assert!(fs::read_to_string(place.path("part.prj")).unwrap().contains("\"EPSG\",\"32610\""));
+    assert!(place.srs("part.png").contains("\"EPSG\",\"32610\""));
 }
 
 #[test]
@@ -280,9 +289,89 @@ fn lines_over_degrees_have_longitudes_and_latitudes() {
     let straight: Vec<_> = points.iter().map(bend).collect();
     let straight_px = off_sides(&straight, [[WEST, SOUTH], [east, north]], unit);
     assert!(straight_px > 1.0, "{straight_px}");
-    let prj = fs::read_to_string(place.path("map.prj")).unwrap();
-    assert!(prj.contains("Transverse_Mercator") && prj.contains("PARAMETER[\"central_meridian\",8]"), "{prj}");
-    assert!(prj.is_ascii());
+    let srs = place.srs("map.png");
+    assert!(srs.contains("Transverse_Mercator") && srs.contains("PARAMETER[\"central_meridian\",8]"), "{srs}");
+    assert!(srs.is_ascii());
+}
+
+/// Returns the lines of a kind.
+fn of_kind<'a>(features: &'a [Value], kind: &str) -> Vec<&'a Value> {
+    features.iter().filter(|feature| feature["properties"]["kind"] == kind).collect()
+}
+
+/// Tests attributes of lines on a cone, whose contour lines are circles, and whose slope is the same everywhere.
+#[test]
+fn lines_say_what_they_show() {
+    const SLOPE: f64 = 0.5;
+    let place = Place::new();
+    let head = format!("xllcorner {}\nyllcorner {}\ncellsize {SPACING_M}", CORNER_M[0], CORNER_M[1]);
+    let from_top_m = |column: usize, row: usize| {
+        let [x, y] = [(column as f64 - 60.0) * SPACING_M, (row as f64 - 60.0) * SPACING_M];
+        x.hypot(y)
+    };
+    place.land("cone", &head, [121, 121], Some(UTM), |column, row| 900.0 - SLOPE * from_top_m(column, row));
+    place.draw("cone.asc --map=0,0,1100 --style pen --size 220x220 -o cone.geojson");
+    place.draw("cone.asc --map=0,0,1100 --style pen --size 220x220 --wgs84 -o wgs84.geojson");
+    let (_, features) = place.features("cone.geojson");
+    let number = |value: &Value| value.as_f64().unwrap();
+    let top = [CORNER_M[0] + 60.5 * SPACING_M, CORNER_M[1] + 60.5 * SPACING_M];
+    let contours = of_kind(&features, "contour line");
+    assert!(contours.len() >= 8, "{}", contours.len());
+    // The height that the cone has at a line's first point, and the height that the line states.
+    let heights = |feature: &Value| {
+        let first = &feature["geometry"]["coordinates"][0];
+        let away_m = (number(&first[0]) - top[0]).hypot(number(&first[1]) - top[1]);
+        [900.0 - SLOPE * away_m, number(&feature["properties"]["height_m"])]
+    };
+    let off_m = |moved_m: f64| {
+        let off_m = contours.iter().map(|feature| heights(feature)).map(|[land, own]| (land - own - moved_m).abs());
+        off_m.fold(0.0, f64::max)
+    };
+    assert!(off_m(0.0) < 4.0, "{}", off_m(0.0));
+    assert!(off_m(20.0) > 15.0, "planted error, the height of the next line");
+    for contour in contours.iter().filter(|contour| number(&contour["properties"]["length_m"]) > 500.0) {
+        let length_m = number(&contour["properties"]["length_m"]);
+        let circle_m = std::f64::consts::TAU * (900.0 - number(&contour["properties"]["height_m"])) / SLOPE;
+        assert!(length_m < 1.1 * circle_m, "{length_m} m of a circle of {circle_m} m");
+    }
+    // RFC 7946: longitudes and latitudes, and no other reference system.
+    let (all, degrees) = place.features("wgs84.geojson");
+    assert!(all["crs"].is_null() && degrees.len() == features.len());
+    let [longitude, latitude] = [0, 1].map(|axis| number(&degrees[0]["geometry"]["coordinates"][0][axis]));
+    // 500 km east of the central meridian's false easting is 123° W, and 4,000 km north is 36.1° N.
+    assert!((longitude + 123.0).abs() < 0.02 && (latitude - 36.14).abs() < 0.02, "{longitude} {latitude}");
+    assert_eq!(degrees[0]["properties"], features[0]["properties"]);
+
+    place.draw("cone.asc --map=0,0,1100 --style hachures --size 220x220 -o hachures.geojson");
+    let (_, features) = place.features("hachures.geojson");
+    let marks = of_kind(&features, "mark");
+    let slopes: Vec<f64> = marks.iter().filter_map(|mark| mark["properties"]["slope_deg"].as_f64()).collect();
+    let wanted_deg = SLOPE.atan().to_degrees();
+    let near = slopes.iter().filter(|slope| (*slope - wanted_deg).abs() < 1.0).count();
+    assert!(slopes.len() > 50 && near * 10 > slopes.len() * 9, "{near} of {} near {wanted_deg}°", slopes.len());
+}
+
+#[test]
+fn a_map_of_the_globe_ends_at_the_poles() {
+    let place = Place::new();
+    place.land("globe", "xllcorner -180\nyllcorner -90\ncellsize 5", [72, 36], Some(WGS84), |column, row| {
+        (10 * column + row) as f64
+    });
+    place.draw("globe.asc --map --style plain -o globe.png");
+    let [dx, _, _, dy, x0, y0] = place.world_file("globe.pgw");
+    let picture = place.read("globe.png");
+    let [west, east] = [x0 - 0.5 * dx, x0 + (f64::from(picture.width) - 0.5) * dx];
+    let [north, south] = [y0 - 0.5 * dy, y0 + (f64::from(picture.height) - 0.5) * dy];
+    assert!(north <= 90.0 && south >= -90.0 && north - south > 170.0, "{south} to {north}");
+    assert!(east - west <= 360.0 && east - west > 350.0, "{west} to {east}");
+    assert!(place.srs("globe.png").starts_with("GEOGCS"));
+    // With a given size, a GeoTIFF is refused, and a PNG says that it has no place.
+    let said = place.refused("globe.asc --map --style plain --size 64x48 -o globe.tif");
+    assert!(said.contains("beyond the poles") && !place.path("globe.tif").exists(), "{said}");
+    let drawn = place.run("globe.asc --map --style plain --size 64x48 -o other.png");
+    let said = String::from_utf8_lossy(&drawn.stderr).into_owned();
+    assert!(drawn.status.success() && said.contains("without a place on the earth"), "{said}");
+    assert!(!place.path("other.pgw").exists() && !place.path("other.png.aux.xml").exists());
 }
 
 #[test]
@@ -303,6 +392,8 @@ fn an_impossible_map_gives_an_error_of_one_line() {
         ("pillars.asc --map --style wash -o map.tiff2", ["map.tiff2", ".geojson"]),
         ("pillars.asc --map --margin 5 --style strokes -o map.geojson", ["--margin", ".svg"]),
         ("nowhere.asc --map --style strokes -o map.geojson", ["map.geojson", "not georeferenced"]),
+        ("nowhere.asc --map --style strokes --wgs84 -o map.geojson", ["map.geojson", "not georeferenced"]),
+        ("pillars.asc --map --wgs84 -o map.png", ["--wgs84", ".geojson"]),
     ] {
         let said = place.refused(arguments);
         assert!(words.iter().all(|word| said.contains(word)), "{arguments}: {said}");
@@ -315,9 +406,8 @@ fn an_impossible_map_gives_an_error_of_one_line() {
 fn all_files_of_a_map_appear_or_none_and_no_input_is_lost() {
     let place = Place::pillars();
     let before = fs::read_to_string(place.path("pillars.prj")).unwrap();
-    // The picture would be a new file, but its .prj would replace that of the land.
-    let said = place.refused("pillars.asc --map --size 64x48 -o pillars.png");
-    assert!(said.contains("pillars.prj"), "{said}");
+    // A .prj belongs to a DEM or to a shapefile, so a map does not write one.
+    place.draw("pillars.asc --map --size 64x48 -o pillars.png");
     assert_eq!(fs::read_to_string(place.path("pillars.prj")).unwrap(), before);
     fs::create_dir(place.path("map.pgw")).unwrap();
     let said = place.refused("pillars.asc --map --size 64x48 -o map.png");
@@ -330,7 +420,7 @@ fn all_files_of_a_map_appear_or_none_and_no_input_is_lost() {
     assert_eq!(of_map, ["map.pgw"]);
     fs::remove_dir(place.path("map.pgw")).unwrap();
     place.draw("pillars.asc --map --size 64x48 -o map.png");
-    assert!(["map.png", "map.pgw", "map.prj"].iter().all(|name| place.path(name).is_file()));
+    assert!(["map.png", "map.pgw", "map.png.aux.xml"].iter().all(|name| place.path(name).is_file()));
 }
 
 #[test]

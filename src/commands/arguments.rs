@@ -7,7 +7,7 @@ use anyhow::bail;
 use super::misuse::{Misuse, mistyped_command};
 use crate::file::message::{did_you_mean, named, quoted};
 use crate::scene::embedded;
-use crate::scene::ranges::{self, NumberRange};
+use crate::scene::ranges::NumberRange;
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
 
@@ -32,11 +32,6 @@ pub(crate) fn above_0(text: &str) -> Result<f64, String> {
 /// Returns a parser of numbers from `least` to `most`, ends included.
 pub(crate) fn from_to(least: f64, most: f64) -> impl Fn(&str) -> Result<f64, String> + Clone {
     within(NumberRange::Within(least, most))
-}
-
-/// Parses a frame rate: frames per second, above 0 and at most 1000.
-pub(crate) fn frame_rate(text: &str) -> Result<f64, String> {
-    ranges::FPS.parse(text)
 }
 
 /// Returns a parser of whole numbers from `least` to `most`, ends included.

@@ -1,9 +1,12 @@
 //! `hachure render`: draws a world into a file, or the frames of a camera path into several files or a film.
 
+mod features;
+mod frames;
 mod in_view;
 mod job;
 pub(crate) mod like;
 mod map;
+mod mesh;
 mod outputs;
 mod paper;
 mod sheets;
@@ -16,6 +19,7 @@ use std::path::PathBuf;
 use anyhow::bail;
 use clap::Args;
 
+use self::frames::FrameRange;
 use self::job::Job;
 use self::sheets::SheetArgs;
 use self::vector::SvgOptions;
@@ -25,6 +29,7 @@ use super::progress::Bar;
 use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
 use super::{print, print_json};
+use crate::file::frame_rate::FrameRate;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::frame::Antialias;
@@ -49,12 +54,13 @@ pub(crate) struct RenderArgs {
     /// The world that is drawn.
     #[command(flatten)]
     pub world: WorldArgs,
-    /// Output file: .png, .exr, .mp4, .svg (of a style with strokes or marks, such as --style strokes), with --map also
-    /// .tif or .geojson; or frames, named by a pattern like dir/%05d.png
+    /// Output file: .png, .jpg, .exr, .svg or .pdf (of a style with strokes or marks, such as --style strokes), with
+    /// --map also .tif or .geojson; of a --path .mp4 or .gif, or frames, named by a pattern like dir/%05d.png; or the
+    /// land as a mesh, .glb (glTF) or .stl (a solid for 3D printers)
     #[arg(short, long)]
     pub output: PathBuf,
-    /// Repeat a picture that hachure wrote (.png, .exr, .svg, .tif or .mp4), with its world, camera, sun, style, size
-    /// and resolution; other options override these
+    /// Repeat a picture that hachure wrote (.png, .jpg, .exr, .svg, .pdf, .tif, .gif or .mp4), with its world, camera,
+    /// sun, style, size and resolution; other options override these
     #[arg(long, value_name = "FILE")]
     pub like: Option<PathBuf>,
     /// Preset (`hachure styles` lists them) or style file [default: ink]
@@ -76,13 +82,24 @@ pub(crate) struct RenderArgs {
     /// world, and its width in metres; without a value, all of the land
     #[arg(long, value_name = "EAST,NORTH,WIDTH", num_args = 0..=1, default_missing_value = "whole", conflicts_with_all = ["camera", "path"])]
     pub map: Option<MapArea>,
+    /// GeoJSON: longitudes and latitudes in WGS 84, as RFC 7946 requires, instead of the reference system of the DEM
+    #[arg(long)]
+    pub wgs84: bool,
     /// Draw the frames of a camera path: a CSV file with the header t,x,y,z,yaw,pitch,fov, or a built-in path (tour,
     /// valley, teleport, ascent)
     #[arg(long)]
     pub path: Option<PathBuf>,
-    /// Frames per second along the path [default: 30]
-    #[arg(long, value_parser = arguments::frame_rate, allow_hyphen_values = true)]
-    pub fps: Option<f64>,
+    /// Frames per second along the path, as a number or a fraction such as 30000/1001 [default: 30]
+    #[arg(long, value_name = "RATE", allow_hyphen_values = true)]
+    pub fps: Option<FrameRate>,
+    /// Write only these frames of the path, so that several machines can draw one film: 100..200 are the frames 100 to
+    /// 199, counted from 0. The parts join without a jump
+    #[arg(long, value_name = "FIRST..END", allow_hyphen_values = true)]
+    pub frames: Option<FrameRange>,
+    /// Frames before --frames that are drawn and not written, for strokes and temporal anti-aliasing, which continue
+    /// from frame to frame [default: as many as the parts need to join]
+    #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<u64>(ranges::WARM_UP_FRAMES))]
+    pub warm_up: Option<u64>,
     /// Time in seconds at which wind is drawn in a single picture; a path has its own times [default: 0]
     #[arg(long, conflicts_with = "path", allow_hyphen_values = true, value_parser = arguments::within(ranges::TIME_S))]
     pub time_s: Option<f64>,
@@ -115,34 +132,38 @@ pub(crate) struct RenderArgs {
     /// north, and with --paper or --dpi the scale
     #[arg(long, value_name = "TEXT")]
     pub title: Option<String>,
+    /// .glb and .stl: largest distance between the triangles and the land along the vertical, in metres [default: a
+    /// thousandth of the longer side]
+    #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
+    pub mesh_error: Option<f64>,
     /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB [default: 512]
     #[arg(long, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: Option<u64>,
-    /// SVG and GeoJSON: largest distance between fitted curves and strokes, in pixels [default: 0.25]
+    /// SVG, PDF and GeoJSON: largest distance between fitted curves and strokes, in pixels [default: 0.25]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::within(ranges::TOLERANCE_PX))]
     pub tolerance_px: Option<f64>,
     /// Paper size: a0 to a6, letter, legal, tabloid or WIDTHxHEIGHT in millimetres; the size in pixels follows from
-    /// --dpi. An .svg without --dpi is scaled to fit, in the orientation of the picture
+    /// --dpi. An .svg or .pdf without --dpi is scaled to fit, in the orientation of the picture
     #[arg(long)]
     pub paper: Option<String>,
-    /// Landscape orientation of --paper (the default, except of an .svg without --dpi)
+    /// Landscape orientation of --paper (the default, except of an .svg or .pdf without --dpi)
     #[arg(long, conflicts_with = "portrait")]
     pub landscape: bool,
     /// Portrait orientation of --paper
     #[arg(long)]
     pub portrait: bool,
-    /// SVG on --paper: margin around the picture, in millimetres [default: 10]
+    /// SVG and PDF on --paper: margin around the picture, in millimetres [default: 10]
     #[arg(long, allow_hyphen_values = true, value_parser = arguments::within(ranges::MARGIN_MM))]
     pub margin: Option<f64>,
     /// How the picture is cut into sheets of paper.
     #[command(flatten)]
     pub sheets: SheetArgs,
-    /// SVG and GeoJSON: number of pens to draw with, 1 to 3, each of one width and opaque; the widths are chosen to
+    /// SVG, PDF and GeoJSON: number of pens to draw with, 1 to 3, each of one width and opaque; the widths are chosen to
     /// suit the picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<usize>(ranges::PENS))]
     pub pens: Option<usize>,
     /// Replace files that hachure did not write where it creates files beside the output: frames, sheets, and the
-    /// world file and .prj of a map. The output itself is always replaced
+    /// world file and .aux.xml of a map. The output itself is always replaced
     #[arg(long)]
     pub overwrite: bool,
     /// Print a report of the picture and its cost as JSON
@@ -170,8 +191,8 @@ impl RenderArgs {
     }
 
     /// Returns the frames per second along the path.
-    pub(crate) fn fps(&self) -> f64 {
-        self.fps.unwrap_or(30.0)
+    pub(crate) fn fps(&self) -> FrameRate {
+        self.fps.unwrap_or(FrameRate::Number(30.0))
     }
 
     /// Returns the samples per pixel.
@@ -220,11 +241,17 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
 /// Fails if an input is invalid or if the output cannot be written.
 pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()> {
     let kind = OutputKind::of(&args.output).map_err(Misuse::of)?;
+    mesh::check(args, &kind)?;
+    if let OutputKind::Mesh(format) = kind {
+        args.world.check()?;
+        return mesh::run(args, format, &args.world.scene()?);
+    }
     let args = paper::measured(args, &kind)?;
     let (args, liked) = like::resolved(&args, &kind)?;
     let args = &args;
     map::check(args, &kind)?;
     check_path(args, &kind)?;
+    frames::check(args, &kind)?;
     show::check(args, &kind)?;
     check_eyes(args, &kind)?;
     check_antialias(args, &kind)?;
@@ -239,7 +266,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let svg = SvgOptions::new(args, &kind, of_map.as_ref().unwrap_or(&style))?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
-    let holder = if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) { "a .geojson" } else { "an .svg" };
+    let holder = kind.lines_name();
     let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -280,6 +307,8 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         ..TerrainOptions::default()
     };
     let world = liked.names.world(OpenWorld::on_gpu_with(&gpu, scene, store, options, &Bar::default()))?;
+    let on_the_earth = map::on_the_earth(args, &kind, &world, titled.paper.foot_px)?;
+    let args = on_the_earth.as_ref().unwrap_or(args);
     let drawn = DrawingReport::default();
     let clock = Clock::still(args.time_s.unwrap_or(0.0));
     let map = map::PlacedMap::new(args, &kind, &world, titled.paper.foot_px)?;
@@ -314,7 +343,9 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     if args.json {
         job.warm_up(&cameras[0])?;
     }
-    let report = job.run(kind, &cameras)?;
+    let written = frames::written(args, cameras.len())?;
+    job.warn_of_short_part(&written);
+    let report = job.run(kind, &cameras, written.clone())?;
     job.warn_of_absence(&report);
     if report.tiles_missing > 0 {
         tracing::warn!(
@@ -324,13 +355,13 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         );
     }
     if report.over_budget > 0 {
-        tracing::warn!("{}", over_budget_warning(&report, cameras.len(), args.lod_error()));
+        tracing::warn!("{}", over_budget_warning(&report, written.clone().count(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
         tracing::warn!("{holder} leaves out {left_out}");
     }
     if args.json {
-        let report = job.report(&cameras, report);
+        let report = job.report(&cameras, written, report);
         return print_json(&report);
     }
     let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn)).into_iter();
@@ -344,12 +375,12 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     match (kind, &args.path) {
         (OutputKind::Picture(_), Some(_)) => Err(Misuse(format!(
             "--path draws many frames, and {output} is one picture; write frames to a pattern like dir/%05d.png or a \
-             film to .mp4, or use --camera for one picture"
+             film to .mp4 or .gif, or use --camera for one picture"
         ))),
         (OutputKind::Frames(..), None) => {
             Err(Misuse(format!("{output}: a pattern of frames requires a camera path; add --path FILE")))
         }
-        (OutputKind::Mp4, None) => Err(Misuse(format!(
+        (OutputKind::Mp4 | OutputKind::Gif, None) => Err(Misuse(format!(
             "{output}: a film requires a camera path; add --path FILE, or write one picture to .png, .exr or .svg"
         ))),
         _ => Ok(()),
@@ -363,9 +394,9 @@ fn check_eyes(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     if eyes == Eyes::Mono {
         return Ok(());
     }
-    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
-    if is_svg && eyes == Eyes::SideBySide {
-        let misuse = format!("--eyes {eyes}: an .svg shows one eye or an anaglyph, and the output is {output}");
+    if kind.is_drawing() && eyes == Eyes::SideBySide {
+        let holder = kind.lines_name();
+        let misuse = format!("--eyes {eyes}: {holder} shows one eye or an anaglyph, and the output is {output}");
         return Err(Misuse(misuse));
     }
     if args.show.is_some() {
@@ -388,7 +419,7 @@ fn check_antialias(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     }
     let why = match kind {
         _ if args.path.is_none() => "requires consecutive frames along a --path; use --samples for a single picture",
-        OutputKind::Frames(_, PictureFormat::Svg) => "an .svg has no pixels to smooth",
+        _ if kind.is_drawing() => "an .svg or .pdf has no pixels to smooth",
         _ if args.samples() > 1 => "cannot be combined with --samples above 1",
         _ if !args.aov.is_empty() => "cannot be combined with --aov, which needs frames without jitter",
         _ if !PartRule::default().is_whole(args.size()) => {

@@ -33,6 +33,20 @@ const WAITING_BLOCKS: usize = 4;
 /// Prefix of the names of hachure's own attributes, so that they never collide with standard ones.
 const ATTRIBUTE_PREFIX: &str = "hachure.";
 
+/// Names of the views of a stereo pair, the default view first.
+pub(crate) const VIEWS: [&str; 2] = ["left", "right"];
+
+/// Returns the name of a channel in a view of [`VIEWS`], as OpenEXR's `insertViewName` forms it: channels without a
+/// layer keep their name in the default view, and otherwise the view comes before the last part of the name:
+/// `right.R`, `depth.left.V`.
+pub(crate) fn channel_of_view(name: &str, view: usize) -> String {
+    match name.rsplit_once('.') {
+        Some((layer, channel)) => format!("{layer}.{}.{channel}", VIEWS[view]),
+        None if view == 0 => name.to_owned(),
+        None => format!("{}.{name}", VIEWS[view]),
+    }
+}
+
 /// A named channel of a complete picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Channel {
@@ -152,6 +166,13 @@ impl ExrWriter {
         own.horizontal_density = notes.dpi.map(|dpi| dpi as f32);
         own.world_to_camera = notes.matrices.map(|matrices| matrices.camera_from_world);
         own.world_to_normalized_device = notes.matrices.map(|matrices| matrices.ndc_from_world);
+        if let Some(second) = notes.second_view {
+            own.multi_view_names = Some(VIEWS.map(text).to_vec());
+            // OpenEXR defines these names only once for a part.
+            let matrices = [("worldToCamera", second.camera_from_world), ("worldToNDC", second.ndc_from_world)];
+            let named = |(name, matrix)| (text(&format!("{}.{name}", VIEWS[1])), AttributeValue::Matrix4x4(matrix));
+            own.other.extend(matrices.map(named));
+        }
         own.other.extend(notes.imprint.map(|imprint| (text(KEY), AttributeValue::Text(text(imprint)))));
         let file = AtomicFile::create(path).map_err(|error| FileError::write(path, error))?;
         let (sender, receiver) = sync_channel(WAITING_BLOCKS);

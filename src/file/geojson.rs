@@ -10,8 +10,8 @@ use std::path::Path;
 use super::FileError;
 use super::atomic::AtomicFile;
 
-/// EPSG code of the reference system of a file without `crs`.
-const WGS84: u16 = 4326;
+/// EPSG code of WGS 84, the reference system of a file without `crs`.
+pub(crate) const WGS84: u16 = 4326;
 
 /// The lines of one file.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,6 +41,12 @@ pub(crate) struct Feature {
     pub opacity: f64,
     /// Number of the pen, from 1, if pens draw.
     pub pen: Option<usize>,
+    /// Length on the map in metres.
+    pub length_m: f64,
+    /// Height of a contour line in metres.
+    pub height_m: Option<f64>,
+    /// Slope of the land in the middle of a hatching mark, in degrees.
+    pub slope_deg: Option<f64>,
     /// Coordinates as east and north, or longitude and latitude. A single position is a dot. Several parts are one line
     /// with gaps.
     pub parts: Vec<Vec<[f64; 2]>>,
@@ -53,7 +59,9 @@ pub(crate) struct Feature {
 pub(crate) fn write_geojson(path: &Path, collection: &Collection) -> Result<(), FileError> {
     let is_finite = |feature: &Feature| {
         let mut numbers = feature.parts.iter().flatten().flatten();
-        numbers.all(|number| number.is_finite()) && feature.width_m.is_finite() && feature.opacity.is_finite()
+        let own = [Some(feature.width_m), Some(feature.opacity), Some(feature.length_m), feature.height_m];
+        let mut own = own.into_iter().chain([feature.slope_deg]).flatten();
+        numbers.all(|number| number.is_finite()) && own.all(f64::is_finite)
     };
     if !collection.features.iter().all(is_finite) {
         return Err(FileError::write(path, "a line has a number that is not finite"));
@@ -90,15 +98,20 @@ fn line(feature: &Feature, digits: usize) -> String {
         },
         parts => ("MultiLineString", format!("[{}]", parts.iter().map(places).collect::<Vec<_>>().join(","))),
     };
-    let pen = feature.pen.map_or_else(String::new, |pen| format!(", \"pen\": {pen}"));
+    let optional =
+        |key: &str, value: Option<f64>| value.map_or_else(String::new, |value| format!(", \"{key}\": {}", value + 0.0));
+    let pen = optional("pen", feature.pen.map(|pen| pen as f64));
+    let height = optional("height_m", feature.height_m);
+    let slope = optional("slope_deg", feature.slope_deg.map(|slope| (slope * 10.0).round() / 10.0));
     format!(
         "{{ \"type\": \"Feature\", \"properties\": {{ \"kind\": {}, \"layer\": {}, \"width_m\": {}, \"ink\": {}, \
-         \"opacity\": {}{pen} }}, \"geometry\": {{ \"type\": \"{geometry}\", \"coordinates\": {coordinates} }} }}",
+         \"opacity\": {}, \"length_m\": {}{height}{slope}{pen} }}, \"geometry\": {{ \"type\": \"{geometry}\", \"coordinates\": {coordinates} }} }}",
         text(feature.kind),
         text(&feature.layer),
         rounded(feature.width_m),
         text(&feature.ink),
         rounded(feature.opacity),
+        rounded(feature.length_m),
     )
 }
 

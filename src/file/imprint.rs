@@ -3,9 +3,12 @@
 //!
 //! - PNG: an `iTXt` chunk with that keyword. The resolution is also stored in `pHYs`.
 //! - EXR: a string attribute of that name. The resolution is `xDensity`; the camera is `worldToCamera` and
-//!   `worldToNDC`.
+//!   `worldToNDC`, and that of the second view `right.worldToCamera` and `right.worldToNDC`.
+//! - JPEG: application segments that begin with that word. The resolution is in the header.
 //! - SVG: the text of `<metadata id="hachure">`.
 //! - GeoTIFF: an item of that name in GDAL's metadata (tag 42112), which `gdalinfo` shows.
+//! - PDF: a stream of the type `HachureImprint`.
+//! - GIF: a comment that begins with that word.
 //! - MP4: the tag of that name, which ffmpeg writes and reads.
 
 use std::io::{BufReader, Read};
@@ -14,7 +17,7 @@ use std::process::Command;
 
 use super::input::open_regular;
 use super::process::{self, PATIENCE};
-use super::{FileError, exr, geotiff, png, video};
+use super::{FileError, exr, geotiff, gif, jpg, pdf, png, video};
 
 /// Key under which an output stores its imprint.
 pub(crate) const KEY: &str = "hachure";
@@ -34,6 +37,9 @@ pub struct Notes<'a> {
     pub dpi: Option<f64>,
     /// Matrices of the camera, for outputs that have one.
     pub matrices: Option<Matrices>,
+    /// Matrices of the second view, for an EXR of a stereo pair, which is a multi-view file; `matrices` are those of
+    /// the default view.
+    pub second_view: Option<Matrices>,
 }
 
 /// The camera of a picture, in the convention of EXR's standard attributes.
@@ -49,7 +55,7 @@ pub struct Matrices {
     pub ndc_from_world: [f32; 16],
 }
 
-/// Reads the imprint of a PNG, EXR, SVG, GeoTIFF or MP4, which is recognised by its content.
+/// Reads the imprint of a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4, which is recognised by its content.
 ///
 /// # Errors
 /// Fails if the file cannot be read, is damaged where its imprint is stored, or has no imprint.
@@ -88,6 +94,12 @@ pub(crate) fn find(path: &Path) -> Result<Option<String>, FileError> {
         png::imprint(path)
     } else if head.starts_with(b"\x76\x2f\x31\x01") {
         exr::imprint(path)
+    } else if head.starts_with(b"\xff\xd8\xff") {
+        jpg::imprint(path, LARGEST_BYTES as usize)
+    } else if head.starts_with(b"%PDF-") {
+        pdf::imprint(path, LARGEST_BYTES as usize)
+    } else if head.starts_with(b"GIF8") {
+        gif::imprint(path, LARGEST_BYTES as usize)
     } else if head.get(4..8) == Some(b"ftyp") {
         video::imprint(path)
     } else if head.starts_with(b"II") || head.starts_with(b"MM") {
@@ -95,7 +107,7 @@ pub(crate) fn find(path: &Path) -> Result<Option<String>, FileError> {
     } else if String::from_utf8_lossy(head).contains("<svg") {
         of_svg(path)
     } else {
-        Err(FileError::read(path, "it is not a PNG, EXR, SVG, GeoTIFF or MP4"))
+        Err(FileError::read(path, "it is not a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4"))
     }?;
     if found.as_ref().is_some_and(|found| found.len() as u64 > LARGEST_BYTES) {
         return Err(FileError::read(path, "its imprint is larger than 4 MiB"));
@@ -151,7 +163,7 @@ pub(super) fn unescaped(text: &str) -> String {
 
 /// Escapes text for use between tags; keeps its line breaks. Characters that XML cannot represent become question
 /// marks.
-pub(super) fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for character in text.chars() {
         match character {

@@ -9,14 +9,27 @@ use super::FileError;
 pub(crate) enum PictureFormat {
     /// 8 bits per channel, sRGB.
     Png,
+    /// 8 bits per channel, sRGB, with losses.
+    Jpg,
     /// Named channels of 32 bits.
     Exr,
     /// Strokes as SVG paths.
     Svg,
+    /// Strokes as paths on a page of a PDF.
+    Pdf,
     /// 8 bits per channel, sRGB, with a georeference.
     GeoTiff,
     /// Strokes as lines with earth coordinates.
     GeoJson,
+}
+
+/// A format for meshes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum MeshFormat {
+    /// glTF in one binary file: the land from above, with normals.
+    Glb,
+    /// A closed solid for 3D printers.
+    Stl,
 }
 
 /// The kind of output that a name denotes.
@@ -28,11 +41,36 @@ pub(crate) enum OutputKind {
     Frames(FramePattern, PictureFormat),
     /// A film in one file.
     Mp4,
+    /// A short film in one file, of few colours.
+    Gif,
+    /// The land as triangles.
+    Mesh(MeshFormat),
 }
 
 impl OutputKind {
-    /// Parses the name of an output: `.png`, `.exr`, `.svg`, `.mp4`, `.tif` or `.geojson`, or a pattern of pictures
-    /// such as `dir/%05d.exr`.
+    /// Returns the format of the pictures, if the output is one or several.
+    pub(crate) fn picture_format(&self) -> Option<PictureFormat> {
+        match self {
+            Self::Picture(format) | Self::Frames(_, format) => Some(*format),
+            Self::Mp4 | Self::Gif | Self::Mesh(_) => None,
+        }
+    }
+
+    /// Returns whether the output is a page of paths: an SVG or a PDF, or several.
+    pub(crate) fn is_drawing(&self) -> bool {
+        matches!(self.picture_format(), Some(PictureFormat::Svg | PictureFormat::Pdf))
+    }
+
+    /// Returns the kind of a file of lines in words, for messages: `an .svg`.
+    pub(crate) fn lines_name(&self) -> &'static str {
+        match self.picture_format() {
+            Some(PictureFormat::GeoJson) => "a .geojson",
+            Some(PictureFormat::Pdf) => "a .pdf",
+            _ => "an .svg",
+        }
+    }
+
+    /// Parses the name of an output, by its ending, or a pattern of pictures such as `dir/%05d.exr`.
     ///
     /// # Errors
     /// Fails for another extension or an invalid pattern.
@@ -42,12 +80,17 @@ impl OutputKind {
             Some("png") => PictureFormat::Png,
             Some("exr") => PictureFormat::Exr,
             Some("mp4") => return Ok(Self::Mp4),
+            Some("gif") => return Ok(Self::Gif),
+            Some("glb") => return Ok(Self::Mesh(MeshFormat::Glb)),
+            Some("stl") => return Ok(Self::Mesh(MeshFormat::Stl)),
+            Some("jpg" | "jpeg") => PictureFormat::Jpg,
             Some("svg") => PictureFormat::Svg,
+            Some("pdf") => PictureFormat::Pdf,
             Some("tif" | "tiff") => PictureFormat::GeoTiff,
             Some("geojson") => PictureFormat::GeoJson,
             _ => {
-                let cause = "an output must end in .png, .exr, .svg or .mp4 (with --map also .tif or .geojson), or be a pattern of \
-                             frames like dir/%05d.png";
+                let cause = "an output must end in .png, .jpg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (with --map \
+                             also .tif or .geojson), or be a pattern of frames like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };

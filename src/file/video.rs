@@ -17,6 +17,7 @@ use std::time::{Duration, Instant, SystemTime};
 
 use tempfile::TempDir;
 
+use super::frame_rate::FrameRate;
 use super::imprint::{self, KEY, Notes};
 use super::process::{Guarded, PATIENCE, all_read, read_in_background};
 use super::{FileError, atomic, mp4, one_line, sample_count};
@@ -102,7 +103,7 @@ impl VideoWriter {
     /// # Errors
     /// Fails if ffmpeg is missing, the picture is empty, the frame rate is not above 0, or the folder does not exist or
     /// is not writable.
-    pub fn create(path: &Path, width: u32, height: u32, fps: f64) -> Result<Self, FileError> {
+    pub fn create(path: &Path, width: u32, height: u32, fps: impl Into<FrameRate>) -> Result<Self, FileError> {
         Self::create_with(OsStr::new("ffmpeg"), path, width, height, fps)
     }
 
@@ -115,7 +116,7 @@ impl VideoWriter {
         path: &Path,
         width: u32,
         height: u32,
-        fps: f64,
+        fps: impl Into<FrameRate>,
     ) -> Result<Self, FileError> {
         Self::create_noted(ffmpeg, path, [width, height], fps, &Notes::default())
     }
@@ -128,11 +129,12 @@ impl VideoWriter {
         ffmpeg: &OsStr,
         path: &Path,
         [width, height]: [u32; 2],
-        fps: f64,
+        fps: impl Into<FrameRate>,
         notes: &Notes<'_>,
     ) -> Result<Self, FileError> {
         sample_count(path, width, height)?;
-        if !(fps.is_finite() && fps > 0.0) {
+        let fps = fps.into();
+        if !fps.is_valid() {
             return Err(FileError::write(path, format!("{fps} frames per second is not a valid frame rate")));
         }
         let partial = Partial::create(path).map_err(|error| FileError::write(path, error))?;

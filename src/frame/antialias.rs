@@ -88,6 +88,11 @@ pub(super) struct SampleInputs<'a> {
 }
 
 impl Samples {
+    /// Sets the number of the next frame.
+    pub(super) fn begin_at(&mut self, frame: u64) {
+        self.frames = usize::try_from(frame).unwrap_or_default();
+    }
+
     /// Returns by how much the content of the next frame is displaced, in pixels. A frame that rebuilds strokes is not
     /// displaced, because the visible parts of edges would then differ from frame to frame.
     pub(super) fn jitter_px(&self, rig: &Rig, style: &Style, strokes_settle: bool) -> DVec2 {

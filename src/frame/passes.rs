@@ -81,6 +81,9 @@ pub(super) fn render_eyes(recorder: &mut Recorder<'_>, inputs: &FrameInputs<'_>,
             strokes.frame.draw_agreed(recorder, &seen[*leader].still_view, &mut eyes[*leader].targets, follower);
         }
     }
+    if inputs.only_strokes {
+        return seen.iter().any(|seen| seen.may_sway);
+    }
     if let Some(lines) = inputs.lines {
         finish_lines(recorder, inputs, lines, &mut seen, eyes);
     }

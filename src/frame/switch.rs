@@ -201,6 +201,7 @@ impl Renderer {
                 land_changes,
                 wants_motion,
                 wants_mark_sets,
+                only_strokes: false,
                 hidden,
                 rows: rows.as_ref(),
                 temporal_aa,

@@ -21,9 +21,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec4};
 use serde::{Deserialize, Serialize};
 
+use crate::file::frame_rate::FrameRate;
 use crate::file::imprint::Matrices;
 use crate::file::toml_text::{self, TomlError, Wrong};
 use crate::file::{FileError, imprint};
@@ -31,7 +32,7 @@ use crate::remote;
 use crate::scene::Sun;
 use crate::scene::camera::Camera;
 use crate::scene::ranges;
-use crate::scene::view::{NEAR_M, Pose};
+use crate::scene::view::{Lens, NEAR_M, View};
 use crate::style::{Style, StyleError, StyleFiles};
 
 /// Newest version of the format. A new key that changes the drawing requires a new version ([`More::version`]).
@@ -137,14 +138,19 @@ pub struct More {
     /// Camera path of a film.
     pub path: Option<String>,
     /// Frames per second of a film.
-    pub fps: Option<f64>,
+    pub fps: Option<FrameRate>,
+    /// Value of `--frames` of a film.
+    pub frames: Option<String>,
+    /// Value of `--warm-up` of a part of a film.
+    pub warm_up: Option<u64>,
     /// Value of `--antialias`, for a film or its frames.
     pub antialias: Option<String>,
 }
 
 impl More {
     /// Returns the version of the format that a reader must know to draw the same picture: 2 added maps; 3 titles,
-    /// `focus` and `water`; 4 `voids`, `tile_memory` and `antialias`, and how heights are read.
+    /// `focus` and `water`; 4 `voids`, `tile_memory`, `antialias`, `frames`, rates that are fractions, and how heights
+    /// are read.
     fn version(&self) -> u32 {
         let reads_as_usual = self.height_scale.is_none()
             && self.height_offset.is_none()
@@ -152,6 +158,7 @@ impl More {
             && self.tile_rows.is_none();
         match self {
             _ if !reads_as_usual => VERSION,
+            Self { frames: Some(_), .. } | Self { fps: Some(FrameRate::Fraction(..)), .. } => VERSION,
             Self { voids: None, tile_memory: None, antialias: None, title: None, focus: None, water: None, .. } => {
                 if self.map.is_some() {
                     2
@@ -183,6 +190,7 @@ impl More {
             tolerance_px,
             pens,
             fps,
+            warm_up,
             encoding: _,
             height_unit: _,
             tile_rows: _,
@@ -196,6 +204,7 @@ impl More {
             show: _,
             paper: _,
             path: _,
+            frames: _,
             antialias: _,
         } = self;
         let numbers = [
@@ -210,7 +219,8 @@ impl More {
             ("margin", *margin, ranges::MARGIN_MM),
             ("tolerance_px", *tolerance_px, ranges::TOLERANCE_PX),
             ("pens", pens.map(|pens| pens as f64), ranges::PENS),
-            ("fps", *fps, ranges::FPS),
+            ("fps", fps.map(FrameRate::per_second), ranges::FPS),
+            ("warm_up", warm_up.map(|frames| frames as f64), ranges::WARM_UP_FRAMES),
         ];
         let wrong = numbers.into_iter().find(|(_, number, range)| number.is_some_and(|number| !range.holds(number)));
         wrong.map_or(Ok(()), |(key, _, range)| Err((key, range.rule())))
@@ -301,7 +311,7 @@ impl Imprint {
         })
     }
 
-    /// Reads the imprint of a PNG, EXR, SVG or MP4.
+    /// Reads the imprint of a picture or film.
     ///
     /// # Errors
     /// [`ImprintError`].
@@ -310,8 +320,9 @@ impl Imprint {
     }
 }
 
-/// Returns the matrices of a camera for the attributes of an EXR.
-pub(crate) fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
+/// Returns the matrices of an eye for the attributes of an EXR.
+pub(crate) fn matrices(eye: &View) -> Matrices {
+    let pose = &eye.pose;
     let turn = DMat4::from_cols(
         DVec4::from((pose.right, 0.0)),
         DVec4::from((pose.up, 0.0)),
@@ -319,13 +330,20 @@ pub(crate) fn matrices(pose: &Pose, size_px: [u32; 2]) -> Matrices {
         DVec4::W,
     );
     let camera_from_world = turn.transpose() * DMat4::from_translation(-pose.position_m);
-    let focal = 1.0 / (0.5 * pose.fov_rad).tan();
-    let aspect = f64::from(size_px[0]) / f64::from(size_px[1]);
-    let scale = DMat4::from_scale(DVec3::new(focal / aspect, focal, 0.0));
-    // z becomes the distance of the near plane, and w the distance along the axis.
-    let mut project = scale;
-    project.w_axis = DVec4::new(0.0, 0.0, NEAR_M, 0.0);
-    project.z_axis.w = -1.0;
+    let Lens { left, right, up, down } = eye.lens.unwrap_or_else(|| {
+        let up = (0.5 * pose.fov_rad).tan();
+        let across = up * f64::from(eye.picture_px[0]) / f64::from(eye.picture_px[1]);
+        Lens { left: across, right: across, up, down: up }
+    });
+    let [width, height] = [left + right, up + down];
+    // z becomes the distance of the near plane, and w the distance along the axis, which a shifted lens does not see in
+    // the middle of its picture.
+    let project = DMat4::from_cols(
+        DVec4::new(2.0 / width, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, 2.0 / height, 0.0, 0.0),
+        DVec4::new((right - left) / width, (up - down) / height, 0.0, -1.0),
+        DVec4::new(0.0, 0.0, NEAR_M, 0.0),
+    );
     let by_rows = |matrix: DMat4| matrix.to_cols_array().map(|number| number as f32);
     // The columns of a matrix for column vectors are the rows of one for row vectors.
     Matrices { camera_from_world: by_rows(camera_from_world), ndc_from_world: by_rows(project * camera_from_world) }

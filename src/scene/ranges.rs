@@ -69,6 +69,8 @@ pub(crate) const DPI: NumberRange = NumberRange::Within(1.0, 10_000.0);
 pub(crate) const TIME_S: NumberRange = NumberRange::Within(-super::path::LATEST_S, super::path::LATEST_S);
 /// Frames per second.
 pub(crate) const FPS: NumberRange = NumberRange::Above0To(1000.0);
+/// Frames before a part of a film.
+pub(crate) const WARM_UP_FRAMES: NumberRange = NumberRange::Whole(0, 10_000_000);
 /// Samples per pixel.
 pub(crate) const SAMPLES: NumberRange = NumberRange::Whole(1, 1024);
 /// Allowed error of the drawn surface, in pixels.

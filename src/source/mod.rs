@@ -37,6 +37,7 @@ mod geotiff_layout;
 mod hgt;
 mod hillslope;
 mod inputs;
+pub(crate) mod lon_lat;
 mod masked;
 pub(crate) mod memory;
 pub(crate) mod mosaic;

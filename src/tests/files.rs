@@ -8,7 +8,7 @@ use std::process::Command;
 
 use hachure::file::FileError;
 use hachure::file::exr::{Channel, ExrWriter, SampleKind, Samples, SamplesRef, read_exr, write_exr};
-use hachure::file::pattern::{FramePattern, OutputKind, PictureFormat};
+use hachure::file::pattern::{FramePattern, MeshFormat, OutputKind, PictureFormat};
 use hachure::file::png::{PngPixels, PngWriter, read_rgba8, write_rgba8};
 use hachure::file::video::VideoWriter;
 
@@ -186,7 +186,10 @@ fn names_say_what_an_output_is() {
     assert!(matches!(of("dir/%05d.exr").unwrap(), OutputKind::Frames(_, PictureFormat::Exr)));
     assert_eq!(of("a.SVG").unwrap(), OutputKind::Picture(PictureFormat::Svg));
     assert!(matches!(of("dir/%05d.svg").unwrap(), OutputKind::Frames(_, PictureFormat::Svg)));
-    assert!(of("a.jpg").unwrap_err().to_string().contains(".png, .exr, .svg or .mp4"));
+    assert_eq!(of("a.JPG").unwrap(), OutputKind::Picture(PictureFormat::Jpg));
+    assert_eq!(of("a.pdf").unwrap(), OutputKind::Picture(PictureFormat::Pdf));
+    assert_eq!((of("a.gif").unwrap(), of("a.stl").unwrap()), (OutputKind::Gif, OutputKind::Mesh(MeshFormat::Stl)));
+    assert!(of("a.webp").unwrap_err().to_string().contains(".png, .jpg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl"));
     assert!(of("a").is_err());
 }
 

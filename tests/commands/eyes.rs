@@ -1,5 +1,6 @@
 //! `render --eyes`: stereo pairs in files.
 
+use exr::prelude::{AttributeValue, MetaData, Text};
 use glam::DVec3;
 use hachure::file::exr::read_exr;
 use hachure::file::png::read_rgba8;
@@ -89,8 +90,17 @@ fn a_grey_anaglyph_is_grey_and_eyes_may_follow_the_land() {
     assert_eq!((ipd_m(&["--eyes", "left"]), ipd_m(&[])), (Some(0.065), None));
 }
 
+/// Returns the name that OpenEXR gives to a channel of one eye: the left eye is the default view.
+fn of_eye(eye: &str, channel: &str) -> String {
+    match (channel.split_once('.'), eye) {
+        (Some((layer, channel)), _) => format!("{layer}.{eye}.{channel}"),
+        (None, "left") => channel.to_owned(),
+        (None, _) => format!("{eye}.{channel}"),
+    }
+}
+
 #[test]
-fn the_layers_of_a_pair_are_its_eyes() {
+fn the_views_of_a_pair_are_its_eyes() {
     if has_no_gpu() {
         return;
     }
@@ -107,10 +117,12 @@ fn the_layers_of_a_pair_are_its_eyes() {
         let one = of("one.exr", eyes);
         for channel in ["R", "G", "B", "A", "depth.V", "position.X", "position.Z"] {
             let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-            let layer = both.f32(&format!("{eyes}.{channel}")).unwrap();
+            let layer = both.f32(&of_eye(eyes, channel)).unwrap();
             assert_eq!(bits(layer), bits(one.f32(channel).unwrap()), "{eyes} {channel}");
         }
     }
+    let names: Vec<&str> = both.channels.iter().map(|channel| channel.name.as_str()).collect();
+    assert!(names.contains(&"R") && names.contains(&"right.R") && names.contains(&"depth.right.V"), "{names:?}");
     // Positions are relative to the camera, which is 20 m from each eye; the rays are those of yaw 40, pitch -12, 60
     // degrees.
     let (yaw, pitch) = (40_f64.to_radians(), -12_f64.to_radians());
@@ -118,7 +130,7 @@ fn the_layers_of_a_pair_are_its_eyes() {
     let right = DVec3::new(yaw.cos(), -yaw.sin(), 0.0);
     let up = right.cross(forward);
     let farthest_off_m = |eye: &str, aside_m: f64| {
-        let channel = |name: &str| both.f32(&format!("{eye}.{name}")).unwrap();
+        let channel = |name: &str| both.f32(&of_eye(eye, name)).unwrap();
         let (depth, [x, y, z]) = (channel("depth.V"), ["position.X", "position.Y", "position.Z"].map(channel));
         let focal_px = 0.5 * SIZE[1] as f64 / 30_f64.to_radians().tan();
         let off_m = (0..depth.len()).filter(|i| depth[*i].is_finite()).map(|i| {
@@ -135,6 +147,56 @@ fn the_layers_of_a_pair_are_its_eyes() {
         // Planted error: eyes exchanged.
         assert!(farthest_off_m(eye, -aside_m) > 39.0);
     }
+}
+
+#[test]
+fn an_exr_of_a_pair_has_the_camera_of_each_view() {
+    if has_no_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    dem(&place);
+    let more = ["-o", "a.exr", "--aov", "position", "--aov-names", "standard", "--ipd", "40", "--convergence", "700"];
+    let read = |eyes: &str| {
+        place.text(&[&RENDER[..], &more, &["--eyes", eyes]].concat());
+        let found = MetaData::read_from_file(place.path("a.exr"), false).unwrap();
+        (read_exr(&place.path("a.exr")).unwrap(), found.headers[0].own_attributes.clone())
+    };
+    let (both, own) = read("side-by-side");
+    let views: Vec<String> = own.multi_view_names.iter().flatten().map(ToString::to_string).collect();
+    assert_eq!(views, ["left", "right"]);
+    let second = |name: &str| match own.other.get(&Text::from(name)) {
+        Some(AttributeValue::Matrix4x4(matrix)) => *matrix,
+        other => panic!("{name}: {other:?}"),
+    };
+    let ndc = [own.world_to_normalized_device.unwrap(), second("right.worldToNDC")];
+    // The largest distance of a pixel from where the matrix projects its position in the world.
+    let farthest_px = |eye: &str, matrix: [f32; 16]| {
+        let [x, y, z] = ["P.X", "P.Y", "P.Z"].map(|name| both.f32(&of_eye(eye, name)).unwrap());
+        let off_px = (0..x.len()).filter(|i| [x[*i], y[*i], z[*i]] != [0.0; 3]).map(|i| {
+            let at = [x[i], y[i], z[i], 1.0].map(f64::from);
+            let [x, y, _, w]: [f64; 4] =
+                std::array::from_fn(|to| (0..4).map(|k| at[k] * f64::from(matrix[4 * k + to])).sum());
+            let px = [0.5 * (1.0 + x / w) * SIZE[0] as f64, 0.5 * (1.0 - y / w) * SIZE[1] as f64];
+            let pixel = [i % SIZE[0], i / SIZE[0]].map(|at| at as f64 + 0.5);
+            (px[0] - pixel[0]).hypot(px[1] - pixel[1])
+        });
+        off_px.fold(0.0, f64::max)
+    };
+    for (eye, [own, other]) in [("left", [ndc[0], ndc[1]]), ("right", [ndc[1], ndc[0]])] {
+        assert!(farthest_px(eye, own) < 0.05, "{eye}: {} px", farthest_px(eye, own));
+        assert!(farthest_px(eye, other) > 1.0, "planted error, eyes exchanged");
+    }
+    // To camera space, the right eye is 40 m to the right of the left one.
+    let [left, right] = [own.world_to_camera.unwrap(), second("right.worldToCamera")];
+    assert!((left[12] - right[12] - 40.0).abs() < 0.01, "{left:?} {right:?}");
+    // A single eye of the pair has its own camera, and an anaglyph has none.
+    let (_, of_right) = read("right");
+    assert_eq!((of_right.world_to_camera, of_right.multi_view_names), (Some(right), None));
+    let place_anaglyph = [&RENDER[..], &["-o", "a.exr", "--eyes", "anaglyph"]].concat();
+    place.text(&place_anaglyph);
+    let found = MetaData::read_from_file(place.path("a.exr"), false).unwrap();
+    assert_eq!(found.headers[0].own_attributes.world_to_camera, None);
 }
 
 #[test]

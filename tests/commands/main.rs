@@ -8,6 +8,7 @@ mod describe;
 mod embedded;
 mod eyes;
 mod features;
+mod films;
 mod in_view;
 mod models;
 mod quiet;

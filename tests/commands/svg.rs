@@ -148,8 +148,8 @@ fn wrong_options_are_one_line() {
         (&["-o", "out.svg"][..], "out.svg", "the style ink has none"),
         (&["-o", "out/%d.svg", "--style", "plain", "--path", "p.csv"], "out/%d.svg", "the style plain has none"),
         (&["-o", "out.png", "--margin", "4"], "--margin", "only to an .svg"),
-        (&["-o", "out.png", "--pens", "1"], "--pens", "only to an .svg or .geojson"),
-        (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only to an .svg or .geojson"),
+        (&["-o", "out.png", "--pens", "1"], "--pens", "only to an .svg, .pdf or .geojson"),
+        (&["-o", "out.png", "--tolerance-px", "1"], "--tolerance-px", "only to an .svg, .pdf or .geojson"),
     ] {
         let line = place.misuse(&[&["render"][..], arguments].concat());
         assert!(line.contains(name) && line.contains(cause), "{arguments:?}: {line}");

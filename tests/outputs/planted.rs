@@ -17,7 +17,7 @@ type Seen = BTreeMap<PathBuf, (Vec<u8>, u64, u32, SystemTime)>;
 /// Files of a user, by the name of the output that they are in the way of.
 const IN_THE_WAY: [(&str, &str); 9] = [
     ("parcels.png", "out/parcels.pgw"),
-    ("parcels.png", "out/parcels.prj"),
+    ("parcels.png", "out/parcels.png.aux.xml"),
     ("po.png", "out/po-B2.png"),
     ("po.svg", "out/po-A1.svg"),
     ("f%d.png", "out/f1.png"),
@@ -28,7 +28,8 @@ const IN_THE_WAY: [(&str, &str); 9] = [
 ];
 
 /// Files of a user that are in nobody's way, though hachure has similar names.
-const ASIDE: [&str; 14] = [
+const ASIDE: [&str; 15] = [
+    "out/parcels.prj",
     "out/a.pgw",
     "out/a-A1.png",
     "out/.a.png.4711.part",

@@ -1,16 +1,20 @@
 //! The pictures of `hachure render`: cameras, files, and the report on the drawing.
 
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use anyhow::{anyhow, bail};
 use serde::Serialize;
 
+use super::frames::WarmUp;
 use super::map::{PlacedMap, Sidecars};
 use super::sheets::SheetsReport;
 use super::vector::SvgOptions;
 use super::{RenderArgs, like};
-use crate::file::exr::{ExrWriter, SampleKind, SamplesRef};
+use crate::file::exr::{self, ExrWriter, SampleKind, SamplesRef};
+use crate::file::gif::GifWriter;
 use crate::file::imprint::Notes;
+use crate::file::jpg::JpgWriter;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::png::{PngPixels, PngWriter};
 use crate::file::video::VideoWriter;
@@ -27,7 +31,7 @@ use crate::picture::{self, Band, PictureReport, PictureRequest};
 use crate::scene::camera::Camera;
 use crate::scene::path::CameraPath;
 use crate::scene::stereo::{Eyes, Pair};
-use crate::scene::view::{Clock, Pose};
+use crate::scene::view::{Clock, Pose, View};
 use crate::style::Style;
 use crate::vector::DrawingReport;
 use crate::vector::sheets::Sheets;
@@ -102,6 +106,28 @@ pub(super) struct Job<'a> {
     pub(super) imprint: Imprint,
 }
 
+/// A film in one file that is being written.
+enum Film {
+    Mp4(VideoWriter),
+    Gif(GifWriter),
+}
+
+impl Film {
+    fn write_frame(&mut self, rgba: &[u8]) -> Result<(), FileError> {
+        match self {
+            Self::Mp4(film) => film.write_frame(rgba),
+            Self::Gif(film) => film.write_frame(rgba),
+        }
+    }
+
+    fn finish(self) -> Result<(), FileError> {
+        match self {
+            Self::Mp4(film) => film.finish(),
+            Self::Gif(film) => film.finish(),
+        }
+    }
+}
+
 /// Largest number of cameras of a path at which the nearest land is measured.
 const ASKED_CAMERAS: usize = 24;
 
@@ -116,7 +142,7 @@ impl Job<'_> {
         };
         let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |x, y| self.world.ground_m(x, y))?;
         self.clock = Clock::still(path.times_s()[0]);
-        Ok(path.frames(self.args.fps()).collect())
+        Ok(path.frames(self.args.fps().per_second()).collect())
     }
 
     /// Returns the pose of a camera; for a map, the pose of the map.
@@ -151,33 +177,41 @@ impl Job<'_> {
         Ok(())
     }
 
-    pub(super) fn run(&mut self, kind: OutputKind, cameras: &[Camera]) -> anyhow::Result<PictureReport> {
-        let [width, height] = self.args.size_of_all();
+    /// Draws the pictures of `cameras`, and writes those with the numbers `written`.
+    pub(super) fn run(
+        &mut self,
+        kind: OutputKind,
+        cameras: &[Camera],
+        written: Range<u64>,
+    ) -> anyhow::Result<PictureReport> {
         let output = self.args.output.clone();
-        let mut film = match kind {
-            OutputKind::Mp4 => {
-                let imprint = like::text_at(&self.imprint, &cameras[0], Clock::default());
-                let notes = Notes { imprint: Some(&imprint), ..Notes::default() };
-                Some(VideoWriter::create_noted("ffmpeg".as_ref(), &output, [width, height], self.args.fps(), &notes)?)
-            }
-            _ => None,
-        };
+        let mut film = self.film(&kind, &cameras[written.start as usize])?;
         self.warn_of_letters(&self.pose(&cameras[0]));
         let mut total = PictureReport::default();
-        let (mut previous, start_s) = (None, self.clock.now_s);
-        for (number, camera) in cameras.iter().enumerate() {
-            let now_s = start_s + number as f64 / self.args.fps();
-            self.clock = Clock { now_s, before_s: self.clock.now_s };
+        let start_s = self.clock.now_s;
+        let warm_up = WarmUp::new(self.args, &kind, &self.style, written.start);
+        if warm_up.first > 0 {
+            Renderer::or_new(&mut self.renderer, &self.gpu)?.begin_at(warm_up.first);
+        }
+        for number in warm_up.first..written.end {
+            let camera = &cameras[number as usize];
+            let at_s = |number: u64| start_s + self.args.fps().time_s(number);
+            self.clock = Clock { now_s: at_s(number), before_s: at_s(number.saturating_sub(1)) };
             self.camera = *camera;
             let pose = self.pose(camera);
-            let previous = previous.replace(pose).unwrap_or(pose);
+            let previous = self.pose(&cameras[number.saturating_sub(1) as usize]);
+            if number < written.start {
+                self.remember(&kind, warm_up, pose, previous)?;
+                continue;
+            }
             let report = match (&kind, &mut film) {
                 (OutputKind::Picture(_), _) if self.args.show.is_some() => self.show(&output, pose)?,
                 (OutputKind::Picture(format), _) => self.picture(&output, *format, pose, previous)?,
                 (OutputKind::Frames(pattern, format), _) => {
-                    self.picture(&pattern.prepare(number as u64)?, *format, pose, previous)?
+                    self.picture(&pattern.prepare(number)?, *format, pose, previous)?
                 }
-                (OutputKind::Mp4, Some(film)) => {
+                (_, Some(film)) => {
+                    let width = self.args.size_of_all()[0];
                     let mut rows = Vec::new();
                     let report = self.render(pose, previous, |bands| {
                         rows.extend(picture::srgb8(&joined(width, bands)));
@@ -186,14 +220,38 @@ impl Job<'_> {
                     film.write_frame(&rows)?;
                     report
                 }
-                (OutputKind::Mp4, None) => unreachable!("the film was created above"),
+                (_, None) => unreachable!("the film was created above, and meshes are written elsewhere"),
             };
             total.append(report);
         }
-        if let Some(film) = film {
-            film.finish()?;
-        }
+        film.map_or(Ok(()), Film::finish)?;
         Ok(total)
+    }
+
+    /// Starts a film, if the output is one.
+    fn film(&self, kind: &OutputKind, first: &Camera) -> Result<Option<Film>, FileError> {
+        let imprint = like::text_at(&self.imprint, first, Clock::default());
+        let notes = Notes { imprint: Some(&imprint), ..Notes::default() };
+        let (output, size, fps) = (&self.args.output, self.args.size_of_all(), self.args.fps());
+        Ok(match kind {
+            OutputKind::Mp4 => {
+                Some(Film::Mp4(VideoWriter::create_noted("ffmpeg".as_ref(), output, size, fps, &notes)?))
+            }
+            OutputKind::Gif => Some(Film::Gif(GifWriter::create(output, size, fps, &notes)?)),
+            OutputKind::Picture(_) | OutputKind::Frames(..) | OutputKind::Mesh(_) => None,
+        })
+    }
+
+    /// Draws a frame before the part that is written, so that the renderer remembers it.
+    fn remember(&mut self, kind: &OutputKind, warm_up: WarmUp, pose: Pose, previous: Pose) -> anyhow::Result<()> {
+        if kind.is_drawing() {
+            self.layers(Path::new("a frame before --frames"), pose, false)?;
+            return Ok(());
+        }
+        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(warm_up.only_strokes);
+        let drawn = self.render(pose, previous, |_| Ok(()));
+        Renderer::or_new(&mut self.renderer, &self.gpu)?.set_only_strokes(false);
+        drawn.map(drop)
     }
 
     fn picture(
@@ -226,16 +284,7 @@ impl Job<'_> {
                 Ok(report)
             }
             PictureFormat::Exr => {
-                // For a stereo pair, both eyes are layers of one file, each of the size of one eye.
-                let layers: &[&str] =
-                    if self.args.stereo.eyes() == Eyes::SideBySide { &["left.", "right."] } else { &[""] };
-                let of_layer = |layer: &&str| {
-                    let colour = ["R", "G", "B", "A"].map(|name| (format!("{layer}{name}"), SampleKind::F32));
-                    let planes = self.planes.iter();
-                    let planes = planes.map(|plane| (format!("{layer}{}", plane.name), plane.source.kind()));
-                    colour.into_iter().chain(planes).collect::<Vec<_>>()
-                };
-                let channels: Vec<_> = layers.iter().flat_map(of_layer).collect();
+                let channels = self.exr_channels();
                 let channels: Vec<_> = channels.iter().map(|(name, kind)| (name.as_str(), *kind)).collect();
                 let attributes = [("camera".to_owned(), self.camera_text(pose))];
                 let [width, height] = self.args.size();
@@ -255,9 +304,29 @@ impl Job<'_> {
                 writer.finish()?;
                 Ok(report)
             }
-            PictureFormat::Svg => self.lines(path, pose),
+            PictureFormat::Jpg => {
+                let mut writer = JpgWriter::create(path, width, height, &notes)?;
+                let sidecars = Sidecars::create(path, &side_files, self.args.overwrite)?;
+                let take = |bands| writer.write_rows(&picture::srgb8(&joined(width, bands)));
+                let report = self.render(pose, previous, take)?;
+                writer.finish_after(|| sidecars.commit())?;
+                Ok(report)
+            }
+            PictureFormat::Svg | PictureFormat::Pdf => self.lines(path, format, pose),
             PictureFormat::GeoTiff => self.geotiff(path, pose),
             PictureFormat::GeoJson => self.features(path, pose),
+        }
+    }
+
+    /// Returns the channels of an EXR. Both eyes of a stereo pair are views of one file, each of the size of one eye.
+    fn exr_channels(&self) -> Vec<(String, SampleKind)> {
+        let colour = ["R", "G", "B", "A"].map(|name| (name, SampleKind::F32));
+        let planes = self.planes.iter().map(|plane| (plane.name.as_str(), plane.source.kind()));
+        let channels: Vec<_> = colour.into_iter().chain(planes).collect();
+        let of_view = |view: usize| channels.iter().map(move |(name, kind)| (exr::channel_of_view(name, view), *kind));
+        match self.args.stereo.eyes() {
+            Eyes::SideBySide => (0..exr::VIEWS.len()).flat_map(of_view).collect(),
+            _ => channels.iter().map(|(name, kind)| ((*name).to_owned(), *kind)).collect(),
         }
     }
 
@@ -285,7 +354,7 @@ impl Job<'_> {
             Renderer::or_new(&mut self.renderer, &self.gpu)?.set_submits(Submits::Timed);
         }
         if let Some(renderer) = &mut self.renderer {
-            renderer.set_step_s(1.0 / self.args.fps());
+            renderer.set_step_s(1.0 / self.args.fps().per_second());
         }
         let (gpu, renderer, surfaces) = (&self.gpu, &mut self.renderer, &mut self.world.surfaces);
         let shown = self.args.stereo.eyes();
@@ -309,12 +378,21 @@ impl Job<'_> {
         like::text_at(&self.imprint, &self.camera, self.clock)
     }
 
-    /// Returns the description with what its file format has fields for. A stereo pair has no matrices, since its eyes
-    /// are not at the camera.
+    /// Returns the description with what its file format has fields for. An anaglyph has no matrices, since its eyes
+    /// share their pixels.
     pub(super) fn notes<'a>(&self, imprint: &'a str, pose: Pose) -> Notes<'a> {
-        let is_mono = self.args.stereo.eyes() == Eyes::Mono;
-        let matrices = is_mono.then(|| matrices(&pose, self.args.size()));
-        Notes { imprint: Some(imprint), dpi: self.args.dpi, matrices }
+        let camera = View::whole(pose, pose, self.args.size());
+        let eyes = self.args.stereo.eyes();
+        let seen = match eyes.of_pair() {
+            [] => vec![camera],
+            _ if eyes.are_merged() => Vec::new(),
+            shown => {
+                let pair = self.pair.unwrap_or_default().rig(&camera).eyes;
+                shown.iter().filter_map(|eye| pair.get(*eye).copied()).collect()
+            }
+        };
+        let mut seen = seen.iter().map(matrices);
+        Notes { imprint: Some(imprint), dpi: self.args.dpi, matrices: seen.next(), second_view: seen.next() }
     }
 
     /// Returns the report, or an error if some tiles could not be read.
@@ -335,8 +413,8 @@ impl Job<'_> {
         camera.to_string()
     }
 
-    pub(super) fn report(&self, cameras: &[Camera], report: PictureReport) -> Report {
-        let camera = self.world.camera(&self.pose(&cameras[0])).to_string();
+    pub(super) fn report(&self, cameras: &[Camera], written: Range<u64>, report: PictureReport) -> Report {
+        let camera = self.world.camera(&self.pose(&cameras[written.start as usize])).to_string();
         Report {
             adapter: self.gpu.description(),
             output: self.args.output.clone(),
@@ -344,7 +422,7 @@ impl Job<'_> {
             eyes: self.args.stereo.eyes().to_string(),
             ipd_m: self.pair.map(|pair| pair.ipd_m),
             size: self.args.size(),
-            frames: cameras.len() as u64,
+            frames: written.end - written.start,
             samples: self.args.samples(),
             wall_ms: report.wall_ms,
             passes: report.passes.into_iter().map(|time| PassReport { name: time.name, gpu_ms: time.gpu_ms }).collect(),

@@ -84,21 +84,18 @@ pub(super) fn over(args: &RenderArgs, kind: &OutputKind, imprint: &Imprint) -> a
         all.stereo.ipd = parsed_or(all.stereo.ipd, more.ipd.as_deref(), "ipd")?;
         all.stereo.convergence = all.stereo.convergence.or(more.convergence);
     }
-    let format = match kind {
-        OutputKind::Picture(format) | OutputKind::Frames(_, format) => Some(*format),
-        OutputKind::Mp4 => None,
-    };
+    let format = kind.picture_format();
     match format {
         Some(PictureFormat::Png | PictureFormat::Exr) if all.aov.is_empty() && all.path.is_none() => {
             all.show = all.show.or_else(|| more.show.clone());
         }
-        Some(PictureFormat::Svg) => {
+        _ if kind.is_drawing() => {
             all.paper = all.paper.or_else(|| more.paper.clone());
             all.margin = all.margin.or(more.margin);
         }
         _ => {}
     }
-    if matches!(format, Some(PictureFormat::Svg | PictureFormat::GeoJson)) {
+    if kind.is_drawing() || format == Some(PictureFormat::GeoJson) {
         all.tolerance_px = all.tolerance_px.or(more.tolerance_px);
         all.pens = all.pens.or(more.pens);
     }
@@ -118,6 +115,10 @@ fn view_over(all: &mut RenderArgs, kind: &OutputKind, imprint: &Imprint) -> anyh
             }
             all.path = Some(PathBuf::from(path));
             all.fps = all.fps.or(more.fps);
+            if all.frames.is_none() {
+                all.frames = parsed_or(None, more.frames.as_deref(), "frames")?;
+                all.warm_up = all.warm_up.or(more.warm_up);
+            }
         }
         all.antialias = all.antialias.or(antialias);
         return Ok(());
@@ -152,7 +153,7 @@ fn parsed_or<T: FromStr<Err = String>>(
 
 /// Returns the description of the picture that these arguments draw; camera and time are set later.
 pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camera: &Camera) -> Imprint {
-    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+    let is_svg = kind.is_drawing();
     let mut imprint = Imprint {
         world: args.world.name.clone(),
         camera: *camera,
@@ -191,6 +192,8 @@ pub(super) fn imprint(args: &RenderArgs, kind: &OutputKind, style: &Style, camer
         more.fps = Some(args.fps());
         more.antialias =
             Some(args.antialias()).filter(|by| *by != Antialias::None).map(|antialias| antialias.to_string());
+        more.frames = args.frames.map(|frames| frames.to_string());
+        more.warm_up = args.warm_up;
     }
     imprint
 }
@@ -344,6 +347,8 @@ mod tests {
         ("map", Kept("--map 10,20,3000 -o a.png")),
         ("path", Kept("--path p.csv -o a.mp4")),
         ("fps", Kept("--path p.csv --fps 12.5 -o a%d.png")),
+        ("frames", Kept("--path p.csv --frames 3..7 -o a%d.png")),
+        ("warm_up", Kept("--path p.csv --frames 3..7 --warm-up 5 -o a%d.png")),
         ("time_s", Kept("--time-s 2.5 -o a.png")),
         ("eyes", Kept("--eyes anaglyph -o a.png")),
         ("ipd", Kept("--eyes left --ipd auto -o a.png")),
@@ -365,6 +370,9 @@ mod tests {
         ("sheets_overlap", Unneeded),
         ("sheets_margin", Unneeded),
         ("pens", Kept("--pens 2 -o a.svg")),
+        // A GeoJSON and a mesh have no imprint.
+        ("wgs84", Unneeded),
+        ("mesh_error", Unneeded),
         ("overwrite", Unneeded),
         ("json", Unneeded),
         // Of all commands. Another adapter rounds otherwise.
@@ -393,6 +401,9 @@ mod tests {
             map,
             path,
             fps: _,
+            frames,
+            warm_up,
+            wgs84: _,
             time_s,
             stereo,
             samples: _,
@@ -402,6 +413,7 @@ mod tests {
             aov_names: _,
             show,
             title,
+            mesh_error: _,
             tile_memory: _,
             tolerance_px,
             paper,
@@ -417,7 +429,7 @@ mod tests {
         // The camera of frames is that of their path, and the similar one of a map is not used.
         let camera = camera.filter(|_| path.is_none() && map.is_none());
         let time_s = time_s.unwrap_or(0.0);
-        let view = format!("{camera:?} {map:?} {path:?} {} {time_s} {stereo:?}", args.fps());
+        let view = format!("{camera:?} {map:?} {path:?} {} {time_s} {stereo:?} {frames:?} {warm_up:?}", args.fps());
         let quality = format!("{} {:?} {} {}", args.samples(), args.antialias(), args.lod_error(), args.tile_memory());
         let page =
             format!("{:?} {dpi:?} {show:?} {title:?} {tolerance_px:?} {paper:?} {margin:?} {pens:?}", args.size());
@@ -459,7 +471,7 @@ mod tests {
                     let words: Vec<&str> = line.split(' ').collect();
                     let output = words[words.len() - 1];
                     let without = match *id {
-                        "fps" | "antialias" => format!("--path p.csv -o {output}"),
+                        "fps" | "antialias" | "frames" | "warm_up" => format!("--path p.csv -o {output}"),
                         "ipd" | "convergence" => format!("--eyes left -o {output}"),
                         "margin" => format!("--paper a5 -o {output}"),
                         "path" => "--path q.csv -o a.mp4".to_owned(),

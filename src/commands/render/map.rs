@@ -1,44 +1,44 @@
-//! `render --map`: draws the land from straight above and georeferences the picture: a PNG gets a world file and a
-//! `.prj`, a GeoTIFF its tags, a GeoJSON its coordinates.
+//! `render --map`: draws the land from straight above and georeferences the picture: a PNG or JPEG gets a world file
+//! and an `.aux.xml`, a GeoTIFF its tags, a GeoJSON its coordinates ([`super::features`]).
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use glam::DVec2;
-use kurbo::PathEl;
 
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
 use crate::file::FileError;
 use crate::file::atomic::AtomicFile;
-use crate::file::geojson::{Collection, Feature, write_geojson};
 use crate::file::geotiff::GeoTiffWriter;
+use crate::file::imprint::escaped;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
-use crate::file::svg::Layer;
 use crate::file::unnamed::{self, SideFile};
 use crate::picture::{self, PictureReport};
 use crate::pyramid::format::geotags;
-use crate::scene::map::Map;
+use crate::scene::map::{Map, MapArea};
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Pose;
 use crate::source::georeference::{Crs, Georeference};
+use crate::source::lon_lat::ToWgs84;
 use crate::world::OpenWorld;
-
-/// Coordinates are rounded to this fraction of a pixel.
-const ROUNDED_PX: f64 = 0.01;
-/// Lines shorter than this become dots, in pixels.
-const DOT_PX: f64 = 1e-3;
 
 /// Checks whether the output can be a map, and whether a format that needs a map gets one.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
     let output = named(&args.output);
-    let (OutputKind::Picture(format) | OutputKind::Frames(_, format)) = kind else {
+    let Some(format) = kind.picture_format() else {
+        if args.wgs84 {
+            return Err(Misuse(format!("--wgs84: applies only to a .geojson, and {output} is a film")));
+        }
         return match args.map {
             Some(_) => Err(Misuse(format!("--map: draws one picture, and {output} is a film"))),
             None => Ok(()),
         };
     };
+    if args.wgs84 && format != PictureFormat::GeoJson {
+        return Err(Misuse(format!("--wgs84: applies only to a .geojson, and the output is {output}")));
+    }
     if args.map.is_none() {
         return match format {
             PictureFormat::GeoTiff | PictureFormat::GeoJson => {
@@ -57,12 +57,21 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     Ok(())
 }
 
-/// Checks that the coordinate reference system of a GeoJSON has an EPSG code.
+/// Checks that the coordinate reference system of a GeoJSON has an EPSG code, or can be converted to WGS 84.
 pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georeference) -> anyhow::Result<()> {
-    if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) || world.epsg().is_some() {
+    if !matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
         return Ok(());
     }
     let output = named(&args.output);
+    if args.wgs84 {
+        return match ToWgs84::new(world) {
+            Ok(_) => Ok(()),
+            Err(cause) => bail!("cannot write {output} in WGS 84: {cause}"),
+        };
+    }
+    if world.epsg().is_some() {
+        return Ok(());
+    }
     match &world.crs {
         Crs::Local => bail!("cannot write {output}: the world is not georeferenced"),
         Crs::Projected { name, .. } | Crs::Geographic { name, .. } => bail!(
@@ -82,6 +91,8 @@ pub(super) struct PlacedMap {
     pub(super) georeference: Georeference,
     /// The files beside the picture that place it on the earth.
     pub(super) side_files: Vec<SideFile>,
+    /// Whether all of the picture is on the earth, so that its georeference may be written.
+    pub(super) has_place: bool,
 }
 
 impl PlacedMap {
@@ -100,39 +111,114 @@ impl PlacedMap {
         let terrain = &world.surfaces.terrain;
         let first_m = map.world_from_px(DVec2::splat(0.5));
         let georeference = terrain.mapping().picture_georeference(terrain.store().georeference(), first_m, map.pixel_m);
+        let has_place = is_on_earth(&georeference, args.size());
         let side_files = match kind {
-            OutputKind::Picture(PictureFormat::Png) => side_files(&args.output, &georeference),
+            OutputKind::Picture(PictureFormat::Png | PictureFormat::Jpg) if has_place => {
+                side_files(&args.output, &georeference)
+            }
             _ => Vec::new(),
         };
         unnamed::check_beside(&args.output, &side_files, args.overwrite)?;
-        Ok(Some(Self { map, pose, georeference, side_files }))
+        Ok(Some(Self { map, pose, georeference, side_files, has_place }))
     }
+}
+
+/// Longitudes and latitudes may exceed a turn and the poles by this many degrees, for rounding.
+const SLACK_DEG: f64 = 1e-6;
+
+/// Returns whether every corner of a picture is on the earth: none is beyond a pole, and its longitudes are at most one
+/// turn. Pictures in other systems than degrees always are.
+fn is_on_earth(georeference: &Georeference, [width, height]: [u32; 2]) -> bool {
+    let Crs::Geographic { radians_per_unit, .. } = georeference.crs else { return true };
+    let [_, dx, _, y0, _, dy] = georeference.crs_from_grid.map(|number| (number * radians_per_unit).to_degrees());
+    let sides = [y0 - 0.5 * dy, y0 + (f64::from(height) - 0.5) * dy];
+    let is_beyond = sides.into_iter().any(|latitude| latitude.abs() > 90.0 + SLACK_DEG);
+    !is_beyond && f64::from(width) * dx.abs() <= 360.0 + SLACK_DEG
+}
+
+/// Returns the arguments of a map of the whole world that ends at the poles and spans at most one turn, if the map that
+/// they ask for does not. Without `--size`, the map's height in pixels follows from its width.
+///
+/// # Errors
+/// Fails for a GeoTIFF of a given size: programs refuse latitudes beyond 90°.
+pub(super) fn on_the_earth(
+    args: &RenderArgs,
+    kind: &OutputKind,
+    world: &OpenWorld,
+    foot_px: f32,
+) -> anyhow::Result<Option<RenderArgs>> {
+    let OutputKind::Picture(format @ (PictureFormat::Png | PictureFormat::Jpg | PictureFormat::GeoTiff)) = kind else {
+        return Ok(None);
+    };
+    let placed = PlacedMap::new(args, kind, world, foot_px)?;
+    let Some(placed) = placed.filter(|placed| !placed.has_place) else { return Ok(None) };
+    let [low_m, high_m] = world.surfaces.terrain.corners_m();
+    let [width, _] = args.size();
+    let size_m = high_m - low_m;
+    let fitting = [width, (f64::from(width) * size_m.y / size_m.x).floor().clamp(1.0, f64::from(1 << 20)) as u32];
+    let is_free = args.size.is_none() && args.sheets.sheets.is_none() && args.title.is_none();
+    if is_free && args.map == Some(MapArea::Whole) {
+        let centre_m = 0.5 * (low_m + high_m);
+        let map = Some(MapArea::Around { centre_m, width_m: size_m.x });
+        let fitted = RenderArgs { size: Some(fitting), map, ..args.clone() };
+        if PlacedMap::new(&fitted, kind, world, foot_px)?.is_some_and(|placed| placed.has_place) {
+            return Ok(Some(fitted));
+        }
+    }
+    let output = named(&args.output);
+    let [width, height_px] = placed.map.size_px;
+    let cause = format!(
+        "a map of {width}x{height_px} pixels reaches beyond the poles or once around the earth; leave --size out, or use \
+         --map=EAST,NORTH,WIDTH with less land"
+    );
+    match format {
+        PictureFormat::GeoTiff => bail!("cannot write {output}: {cause}"),
+        _ => tracing::warn!("{output}: written without a place on the earth, since {cause}"),
+    }
+    Ok(None)
 }
 
 /// Returns the paths of the files beside a picture that are never inputs: those of [`side_files`].
 pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
-    let is_placed = args.map.is_some() && matches!(kind, OutputKind::Picture(PictureFormat::Png));
-    if is_placed { ["pgw", "prj"].map(|ending| args.output.with_extension(ending)).to_vec() } else { Vec::new() }
+    match (kind, args.map) {
+        (OutputKind::Picture(PictureFormat::Png | PictureFormat::Jpg), Some(_)) => {
+            vec![world_file_path(&args.output), aux_path(&args.output)]
+        }
+        _ => Vec::new(),
+    }
 }
 
-/// Returns the world file and the `.prj` of a PNG. [`unnamed::check_beside`] decides whether they may be written.
+/// Returns the path of a picture's world file: `.pgw` of a `.png`, `.jgw` of a `.jpg`.
+fn world_file_path(output: &Path) -> PathBuf {
+    let is_png = output.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("png"));
+    output.with_extension(if is_png { "pgw" } else { "jgw" })
+}
+
+/// Returns the path of the file that holds a picture's reference system, which GDAL reads: `NAME.png.aux.xml`.
+fn aux_path(output: &Path) -> PathBuf {
+    let mut name = output.as_os_str().to_owned();
+    name.push(".aux.xml");
+    name.into()
+}
+
+/// Returns the world file and the `.aux.xml` of a picture. [`unnamed::check_beside`] decides whether they may be
+/// written.
 fn side_files(output: &Path, georeference: &Georeference) -> Vec<SideFile> {
     let [x0, x_column, x_row, y0, y_column, y_row] = georeference.crs_from_grid;
     // In ESRI's order; the position is that of the first pixel's centre.
     let world_file = [x_column, y_column, x_row, y_row, x0, y0].map(|number| format!("{number}\n")).concat();
-    let file = |ending: &str, text: String| SideFile { path: output.with_extension(ending), text };
-    let mut files = vec![file("pgw", world_file)];
-    let prj = output.with_extension("prj");
+    let mut files = vec![SideFile { path: world_file_path(output), text: world_file }];
+    let path = aux_path(output);
     match georeference.wkt() {
-        Some(wkt) => files.push(file("prj", wkt + "\n")),
-        None if prj.exists() => {
+        Some(wkt) => files.push(SideFile { path, text: aux_text(&wkt) }),
+        None if path.exists() => {
             tracing::warn!(
                 "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
-                named(&prj)
+                named(&path)
             );
         }
         None if georeference.crs == Crs::Local => {}
-        None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&prj)),
+        None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&path)),
     }
     files
 }
@@ -170,6 +256,16 @@ impl<'a> Sidecars<'a> {
     }
 }
 
+/// Returns the text of an `.aux.xml` (GDAL's PAM). Without `dataAxisToSRSAxisMapping`, east comes before north, as in
+/// the world file.
+fn aux_text(wkt: &str) -> String {
+    let (wkt, version) = (escaped(wkt), env!("CARGO_PKG_VERSION"));
+    format!(
+        "<PAMDataset>\n  <SRS>{wkt}</SRS>\n  <Metadata>\n    <MDI key=\"Software\">hachure {version}</MDI>\n  \
+         </Metadata>\n</PAMDataset>\n"
+    )
+}
+
 impl Job<'_> {
     /// Writes the map's pixels to `path`.
     pub(super) fn geotiff(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
@@ -184,122 +280,5 @@ impl Job<'_> {
         let report = self.render(pose, pose, take)?;
         writer.finish()?;
         Ok(report)
-    }
-
-    /// Writes the map's strokes and marks to `path`, in the reference system of the world's file.
-    pub(super) fn features(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
-        let (layers, drawn, report) = self.layers(path, pose, true)?;
-        let (Some(placed), Some(svg)) = (&self.map, &self.svg) else {
-            unreachable!("checked: a map with lines is drawn")
-        };
-        let terrain = &self.world.surfaces.terrain;
-        let world = terrain.store().georeference();
-        let Some(epsg) = world.epsg() else { unreachable!("checked: the reference system has a code") };
-        let turn = match &world.crs {
-            Crs::Geographic { radians_per_unit, .. } => Some(std::f64::consts::TAU / radians_per_unit),
-            Crs::Projected { .. } | Crs::Local => None,
-        };
-        let place = |px: kurbo::Point| {
-            let world_m = placed.map.world_from_px(DVec2::new(px.x, px.y));
-            terrain.mapping().crs_from_world(world_m)
-        };
-        let middle = 0.5 * placed.map.size();
-        let middle = kurbo::Point::new(middle.x, middle.y);
-        let unit_per_px = (place(middle + (1.0, 0.0)) - place(middle)).length();
-        if !(unit_per_px.is_finite() && unit_per_px > 0.0) {
-            bail!("cannot write {}: the centre of the map has no coordinates in EPSG:{epsg}", named(path));
-        }
-        let tolerance_px = svg.flattening_px();
-        let features = |layer: &Layer| {
-            let ink = layer.ink.clone().unwrap_or_else(|| svg.ink());
-            let feature = |stroke: &crate::file::svg::Stroke| {
-                let places = flattened(&stroke.path, tolerance_px).into_iter().map(place);
-                Feature {
-                    kind: layer.kind,
-                    layer: layer.id.clone(),
-                    width_m: stroke.width * placed.map.pixel_m,
-                    ink: stroke.ink.clone().unwrap_or_else(|| ink.clone()),
-                    opacity: stroke.opacity,
-                    pen: layer.pen,
-                    parts: cut_at_date_line(places.collect(), turn),
-                }
-            };
-            layer.strokes.iter().map(feature).collect::<Vec<_>>()
-        };
-        let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
-        let digits = (-(ROUNDED_PX * unit_per_px).log10()).ceil().clamp(0.0, 12.0) as usize;
-        let features = layers.iter().flat_map(features).collect();
-        write_geojson(path, &Collection { name, epsg, digits, features })
-            .with_context(|| format!("some lines of the map have no coordinates in EPSG:{epsg}"))?;
-        self.drawn.append(&drawn);
-        Ok(report)
-    }
-}
-
-/// Flattens a path into points; a path of hardly any length becomes one point.
-fn flattened(path: &kurbo::BezPath, tolerance_px: f64) -> Vec<kurbo::Point> {
-    let mut points: Vec<kurbo::Point> = Vec::new();
-    kurbo::flatten(path, tolerance_px, |element| match element {
-        PathEl::MoveTo(to) | PathEl::LineTo(to) => points.push(to),
-        PathEl::ClosePath => points.extend(points.first().copied()),
-        PathEl::QuadTo(..) | PathEl::CurveTo(..) => {}
-    });
-    points.dedup();
-    let length_px: f64 = points.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-    if length_px < DOT_PX {
-        points.truncate(1);
-    }
-    points
-}
-
-/// Splits a line at the antimeridian, as RFC 7946 requires (section 3.1.9), so that longitudes are from −180° to 180°.
-/// `turn` is 360° in the unit of longitudes; `None` for a system without longitudes.
-fn cut_at_date_line(places: Vec<DVec2>, turn: Option<f64>) -> Vec<Vec<[f64; 2]>> {
-    let Some(turn) = turn else { return vec![places.iter().map(DVec2::to_array).collect()] };
-    let half = 0.5 * turn;
-    let side = |place: DVec2| ((place.x + half) / turn).floor();
-    let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
-    let mut before: Option<DVec2> = None;
-    for place in places {
-        if let Some(before) = before.filter(|before| side(*before) != side(place)) {
-            let edge = side(before).max(side(place)) * turn - half;
-            let part = (edge - before.x) / (place.x - before.x);
-            let north = before.y + (place.y - before.y) * part;
-            let sign = if place.x > before.x { 1.0 } else { -1.0 };
-            parts.last_mut().into_iter().for_each(|part| part.push([sign * half, north]));
-            parts.push(vec![[-sign * half, north]]);
-        }
-        parts.last_mut().into_iter().for_each(|part| part.push([place.x - side(place) * turn, place.y]));
-        before = Some(place);
-    }
-    parts
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn lines_are_cut_at_the_date_line() {
-        let line = vec![DVec2::new(179.0, 10.0), DVec2::new(181.0, 12.0), DVec2::new(179.5, 12.0)];
-        let cut = cut_at_date_line(line.clone(), Some(360.0));
-        let expected = vec![
-            vec![[179.0, 10.0], [180.0, 11.0]],
-            vec![[-180.0, 11.0], [-179.0, 12.0], [-180.0, 12.0]],
-            vec![[180.0, 12.0], [179.5, 12.0]],
-        ];
-        assert_eq!(cut, expected);
-        assert_eq!(cut_at_date_line(line, None), [vec![[179.0, 10.0], [181.0, 12.0], [179.5, 12.0]]]);
-    }
-
-    #[test]
-    fn curves_become_lines_and_points_dots() {
-        let path = kurbo::BezPath::from_svg("M0,0 C0,10 10,10 10,0").unwrap();
-        let points = flattened(&path, 0.05);
-        assert!(points.len() > 4 && points.first() == Some(&kurbo::Point::ZERO), "{points:?}");
-        let highest = points.iter().map(|point| point.y).fold(0.0, f64::max);
-        assert!((highest - 7.5).abs() < 0.1, "{highest}");
-        let dot = kurbo::BezPath::from_svg("M3,4 L3.0001,4").unwrap();
-        assert_eq!(flattened(&dot, 0.05), [kurbo::Point::new(3.0, 4.0)]);
     }
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use anyhow::bail;
 
-use super::{MAX_FRAMES, RenderArgs, map, sheets};
+use super::{MAX_FRAMES, RenderArgs, frames, map, sheets};
 use crate::commands::inputs;
 use crate::file::pattern::OutputKind;
 use crate::file::{FileError, unnamed};
@@ -42,12 +42,12 @@ pub(super) fn check(
         unnamed::check(path, args.overwrite, unnamed::is_drawing)
     };
     let (Some(flight), Some(name)) = (flight, &args.path) else { return Ok(check(&pattern.path(0))?) };
-    let frames = check_flight(args, name, flight)?;
+    let written = frames::written(args, check_flight(args, name, flight)? as usize)?;
     // Of many frames, only those that exist are looked at: there are fewer files than there may be frames.
-    let first = frames.min(LOOKED_AT);
-    let existing = (frames > first).then(|| pattern.existing()).unwrap_or_default();
-    let rest = existing.into_iter().filter(|frame| (first..frames).contains(frame));
-    Ok((0..first).chain(rest).try_for_each(|frame| check(&pattern.path(frame)))?)
+    let first = written.end.min(written.start + LOOKED_AT);
+    let existing = (written.end > first).then(|| pattern.existing()).unwrap_or_default();
+    let rest = existing.into_iter().filter(|frame| (first..written.end).contains(frame));
+    Ok((written.start..first).chain(rest).try_for_each(|frame| check(&pattern.path(frame)))?)
 }
 
 /// Checks the camera path before anything is opened, and returns its number of frames, which does not depend on the
@@ -57,7 +57,7 @@ pub(super) fn check(
 /// Fails if the path is invalid or has more than [`MAX_FRAMES`] frames.
 pub(super) fn check_flight(args: &RenderArgs, name: &Path, flight: &str) -> anyhow::Result<u64> {
     let path = CameraPath::parse_on_ground(name, flight.as_bytes(), |_, _| 0.0)?;
-    let frames = path.frame_count(args.fps());
+    let frames = path.frame_count(args.fps().per_second());
     if frames > MAX_FRAMES {
         let fps = args.fps();
         bail!("--path: at {fps} frames per second it has {frames} frames, more than {MAX_FRAMES}; lower --fps");

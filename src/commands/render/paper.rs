@@ -3,7 +3,7 @@
 use super::RenderArgs;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
-use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::pattern::OutputKind;
 use crate::vector::sheet;
 
 /// Resolution of a raster picture on `--paper` without `--dpi`.
@@ -19,13 +19,13 @@ const LONGEST_PX: f64 = (1 << 20) as f64;
 /// # Errors
 /// Returns what is wrong with the arguments, in one line.
 pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArgs, Misuse> {
-    let format = match kind {
-        OutputKind::Picture(format) | OutputKind::Frames(_, format) => *format,
-        OutputKind::Mp4 => return not_of_a_film(args),
-    };
-    let is_svg = format == PictureFormat::Svg;
+    if kind.picture_format().is_none() {
+        return not_of_a_film(args);
+    }
+    let is_svg = kind.is_drawing();
     let turn = if args.landscape { "--landscape" } else { "--portrait" };
     let is_turned = args.landscape || args.portrait;
+    let holder = kind.lines_name();
     let mut args = args.clone();
     let Some(paper) = &args.paper else {
         return match is_turned {
@@ -37,7 +37,7 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
     if is_svg && args.dpi.is_none() {
         return match is_turned {
             true => Err(Misuse(format!(
-                "{turn}: an .svg on --paper without --dpi has the orientation of --size; add --dpi"
+                "{turn}: {holder} on --paper without --dpi has the orientation of --size; add --dpi"
             ))),
             false => Ok(args),
         };

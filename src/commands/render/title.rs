@@ -30,9 +30,9 @@ pub(super) fn with_foot(mut style: Style, args: &RenderArgs, kind: &OutputKind) 
     if matches!(kind, OutputKind::Picture(PictureFormat::GeoJson)) {
         return Err(Misuse(format!("--title: a .geojson has no title block, and the output is {output}")));
     }
-    let is_svg = matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
-    if is_svg && args.stereo.eyes().are_merged() {
-        return Err(Misuse("--title: an anaglyph in an .svg has no title block; write a .png".to_owned()));
+    if kind.is_drawing() && args.stereo.eyes().are_merged() {
+        let holder = kind.lines_name();
+        return Err(Misuse(format!("--title: an anaglyph in {holder} has no title block; write a .png")));
     }
     style.paper.foot_px = foot_px(&style.paper, args.px_per_style_px());
     let [width, height] = args.size();

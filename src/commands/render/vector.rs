@@ -9,6 +9,7 @@ use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
 use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::pdf::write_pdf;
 use crate::file::svg::{self, Drawing, Layer, Unit};
 use crate::picture::strokes::{has_marks, render_strokes};
 use crate::picture::{PictureReport, PictureRequest};
@@ -41,13 +42,12 @@ impl SvgOptions {
     pub(super) fn new(args: &RenderArgs, kind: &OutputKind, style: &Style) -> anyhow::Result<Option<Self>> {
         let output = named(&args.output);
         let is_on_earth = matches!(kind, OutputKind::Picture(PictureFormat::GeoJson));
-        let is_svg =
-            matches!(kind, OutputKind::Picture(PictureFormat::Svg) | OutputKind::Frames(_, PictureFormat::Svg));
+        let is_svg = kind.is_drawing();
         if !is_svg {
             let given = [
-                ("--margin", args.margin.is_some(), "an .svg"),
-                ("--tolerance-px", args.tolerance_px.is_some() && !is_on_earth, "an .svg or .geojson"),
-                ("--pens", args.pens.is_some() && !is_on_earth, "an .svg or .geojson"),
+                ("--margin", args.margin.is_some(), "an .svg or .pdf"),
+                ("--tolerance-px", args.tolerance_px.is_some() && !is_on_earth, "an .svg, .pdf or .geojson"),
+                ("--pens", args.pens.is_some() && !is_on_earth, "an .svg, .pdf or .geojson"),
             ];
             if let Some((option, _, outputs)) = given.into_iter().find(|(_, is_given, _)| *is_given) {
                 return Err(Misuse(format!("{option}: applies only to {outputs}, and the output is {output}")).into());
@@ -61,7 +61,7 @@ impl SvgOptions {
         let is_drawing = |own: &StyleInk| own.ink.is_main && !matches!(own.ink.trace, Trace::LeftOut(_));
         let Some(ink) = inks.find(is_drawing).map(|own| own.color) else {
             let style = shown(&style.name);
-            let ending = if is_svg { "an .svg" } else { "a .geojson" };
+            let ending = kind.lines_name();
             let misuse = format!(
                 "{output}: {ending} holds strokes and marks, and the style {style} has none; try --style strokes"
             );
@@ -209,8 +209,8 @@ impl Job<'_> {
         Ok((layers, drawn, report))
     }
 
-    /// Writes the strokes and marks of a picture to `path`.
-    pub(super) fn lines(&mut self, path: &Path, pose: Pose) -> anyhow::Result<PictureReport> {
+    /// Writes the strokes and marks of a picture to `path`, an SVG or a PDF.
+    pub(super) fn lines(&mut self, path: &Path, format: PictureFormat, pose: Pose) -> anyhow::Result<PictureReport> {
         let (layers, drawn, report) = self.layers(path, pose, false)?;
         let Some(SvgOptions { settings, .. }) = &self.svg else { unreachable!("created for this output") };
         let [width, height] = self.args.size();
@@ -232,7 +232,11 @@ impl Job<'_> {
             layers,
         };
         self.svg_sheets(&drawing)?;
-        svg::write_svg(path, &drawing, Some(&self.imprint_text()))?;
+        let imprint = self.imprint_text();
+        match format {
+            PictureFormat::Pdf => write_pdf(path, &drawing, Some(&imprint))?,
+            _ => svg::write_svg(path, &drawing, Some(&imprint))?,
+        }
         self.drawn.append(&drawn);
         Ok(report)
     }

@@ -1,0 +1,172 @@
+//! `render -o NAME.glb` and `-o NAME.stl`: writes the land as triangles within `--mesh-error`.
+
+use anyhow::Context;
+use glam::DVec2;
+use serde::Serialize;
+use serde_json::json;
+
+use super::RenderArgs;
+use crate::commands::misuse::Misuse;
+use crate::commands::progress::Bar;
+use crate::commands::{inputs, print, print_json};
+use crate::file::glb::{GlbMesh, write_glb};
+use crate::file::message::named;
+use crate::file::pattern::{MeshFormat, OutputKind};
+use crate::file::stl::write_stl;
+use crate::land_mesh::LandMesh;
+use crate::land_mesh::lattice::{Extent, Lattice};
+use crate::scene::Scene;
+use crate::scene::map::{Map, MapArea};
+use crate::source::WorldMapping;
+use crate::tiles::grid_projection::GridProjection;
+use crate::world;
+
+/// The error without `--mesh-error`, as a part of the longer side.
+const ERROR_PART: f64 = 0.001;
+/// Height of a solid's base below the lowest land, as a part of the longer side.
+const BASE_PART: f64 = 0.02;
+
+/// Report on a mesh, as JSON.
+#[derive(Serialize)]
+struct MeshReport {
+    output: std::path::PathBuf,
+    triangles: usize,
+    vertices: usize,
+    /// Largest measured error along the vertical.
+    error_m: f64,
+    /// Distance of the points at which the error was measured.
+    measured_every_m: f64,
+    /// Width (east), depth (north) and height of the mesh.
+    size_m: [f64; 3],
+}
+
+/// Checks that a mesh gets no option of a picture, and a picture none of a mesh.
+///
+/// # Errors
+/// Returns the misuse, in one line.
+pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
+    let output = named(&args.output);
+    if !matches!(kind, OutputKind::Mesh(_)) {
+        return match args.mesh_error {
+            Some(_) => Err(Misuse(format!("--mesh-error: applies only to a .glb or .stl, and the output is {output}"))),
+            None => Ok(()),
+        };
+    }
+    let given = [
+        ("--antialias", args.antialias.is_some()),
+        ("--aov", !args.aov.is_empty()),
+        ("--camera", args.camera.is_some()),
+        ("--dpi", args.dpi.is_some()),
+        ("--eyes", args.stereo.eyes.is_some()),
+        ("--fps", args.fps.is_some()),
+        ("--frames", args.frames.is_some()),
+        ("--landscape", args.landscape),
+        ("--like", args.like.is_some()),
+        ("--lod-error", args.lod_error.is_some()),
+        ("--margin", args.margin.is_some()),
+        ("--paper", args.paper.is_some()),
+        ("--path", args.path.is_some()),
+        ("--pens", args.pens.is_some()),
+        ("--portrait", args.portrait),
+        ("--samples", args.samples.is_some()),
+        ("--sheets", args.sheets.sheets.is_some()),
+        ("--show", args.show.is_some()),
+        ("--style", args.style.is_some()),
+        ("--title", args.title.is_some()),
+        ("--tolerance-px", args.tolerance_px.is_some()),
+        ("--wgs84", args.wgs84),
+    ];
+    match given.into_iter().find(|(_, is_given)| *is_given) {
+        Some((option, _)) => Err(Misuse(format!(
+            "{option}: does not apply to a mesh, and the output is {output}; --map sets its extent and --mesh-error its \
+             error"
+        ))),
+        None => Ok(()),
+    }
+}
+
+/// Writes the mesh.
+///
+/// # Errors
+/// Fails if an input is invalid, the mesh would be too large, or the output cannot be written.
+pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyhow::Result<()> {
+    let output = &args.output;
+    inputs::of(args.world.name(), scene, &[], None).check(output)?;
+    let store = world::open_store(scene, &Bar::default())?;
+    let size = store.levels()[0];
+    let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
+    let projection = GridProjection::fit(&mapping, size.width, size.height);
+    let extent = extent(args, &projection, [size.width, size.height]);
+    let size_m = extent.corners_m[1] - extent.corners_m[0];
+    let max_error_m = args.mesh_error.unwrap_or(ERROR_PART * size_m.max_element());
+    let cannot = || format!("cannot write {}", named(output));
+    let lattice = Lattice::read(&store, &projection, &extent).with_context(cannot)?;
+    let mesh = LandMesh::new(&lattice, max_error_m).with_context(cannot)?;
+    let [low_m, high_m] = mesh.bounds_m();
+    let triangles = match format {
+        MeshFormat::Glb => {
+            let name = args.world.name().unwrap_or("hachure");
+            let extras = json!({
+                "world": name,
+                "crs": store.georeference().epsg().map(|code| format!("EPSG:{code}")),
+                "origin_crs": mapping.crs_from_world(mesh.middle_m).to_array(),
+                "origin_world_m": mesh.middle_m.to_array(),
+                "error_m": mesh.error_m,
+                "measured_every_m": mesh.measured_every_m,
+            });
+            let LandMesh { positions, normals, triangles, .. } = &mesh;
+            write_glb(output, &GlbMesh { name: "land", positions, normals, triangles, extras })?;
+            triangles.len()
+        }
+        MeshFormat::Stl => {
+            // A print stands on its base: the lowest point of the solid is at 0.
+            let base_m = BASE_PART * size_m.max_element();
+            let (positions, triangles) = mesh.solid(low_m.z - base_m);
+            let up = glam::DVec3::new(0.0, 0.0, base_m - low_m.z);
+            let positions: Vec<_> = positions.into_iter().map(|at| at + up).collect();
+            write_stl(output, &positions, &triangles)?;
+            triangles.len()
+        }
+    };
+    if args.json {
+        return print_json(&MeshReport {
+            output: output.clone(),
+            triangles,
+            vertices: mesh.positions.len(),
+            error_m: mesh.error_m,
+            measured_every_m: mesh.measured_every_m,
+            size_m: (high_m - low_m).to_array(),
+        });
+    }
+    let [width_m, depth_m, height_m] = (high_m - low_m).to_array();
+    print(&format!(
+        "{triangles} triangles of {width_m:.0} x {depth_m:.0} m, {height_m:.0} m high; largest error {:.3} m, measured \
+         every {:.2} m",
+        mesh.error_m, mesh.measured_every_m
+    ))
+}
+
+/// Returns the extent of the mesh: the map's, or all of the land.
+fn extent(args: &RenderArgs, projection: &GridProjection, [width, height]: [u32; 2]) -> Extent {
+    let last = DVec2::new(f64::from(width - 1), f64::from(height - 1));
+    let grid_corners = [DVec2::ZERO, DVec2::new(last.x, 0.0), DVec2::new(0.0, last.y), last];
+    let places = grid_corners.map(|grid| projection.world_from_grid(grid));
+    let land_m = [
+        places.into_iter().reduce(DVec2::min).unwrap_or_default(),
+        places.into_iter().reduce(DVec2::max).unwrap_or_default(),
+    ];
+    let corners_m = match args.map {
+        Some(area @ MapArea::Around { .. }) => {
+            let [low_m, high_m] = Map::new(area, land_m, args.size()).corners_m();
+            // Nothing is beyond the land.
+            let inside = [low_m.max(land_m[0]), high_m.min(land_m[1])];
+            if inside[0].cmplt(inside[1]).all() { inside } else { [low_m, high_m] }
+        }
+        Some(MapArea::Whole) | None => land_m,
+    };
+    // The finest distance of samples in the middle of the extent.
+    let middle = projection.grid_from_world(0.5 * (corners_m[0] + corners_m[1]));
+    let at = |grid: DVec2| projection.world_from_grid(grid);
+    let steps = [DVec2::X, DVec2::Y].map(|step| at(middle + step).distance(at(middle)));
+    Extent { corners_m, sample_m: steps[0].min(steps[1]).max(1e-6) }
+}
