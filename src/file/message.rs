@@ -12,6 +12,8 @@ use std::path::Path;
 
 /// Largest number of characters of a foreign text.
 const LONGEST_TEXT: usize = 80;
+/// Largest number of characters of a foreign text in a message with more texts.
+const BRIEF_TEXT: usize = 50;
 /// Largest number of characters of a path. It is longer, because the user needs the path to find the file.
 const LONGEST_NAME: usize = 120;
 /// Smallest similarity (0 to 1) at which one name is suggested for another.
@@ -21,6 +23,11 @@ const SIMILAR: f64 = 0.84;
 /// and end, at most 80 characters in all.
 pub(crate) fn shown(text: &str) -> String {
     cut(text, LONGEST_TEXT)
+}
+
+/// Formats a text as [`shown`] does, at most 50 characters of it, for a message that also lists the known texts.
+pub(crate) fn brief(text: &str) -> String {
+    cut(text, BRIEF_TEXT)
 }
 
 /// Formats a text as [`shown`] does, in quotation marks.

@@ -1,14 +1,23 @@
 //! Text as pen strokes: the letters are lines without width, so that pictures, SVG and plotters draw the same.
 //!
 //! The letters are those of A. V. Hershey ("Roman simplex"); `letters.txt` contains them and describes their source and
-//! format. The unit of length is the height of a capital letter.
+//! format. The unit of length is the height of a capital letter. A character that the table lacks is taken from a font
+//! of the machine ([`fonts`]), as a filled area. `unicode-bidi` orders text that runs to the left.
 
+pub(crate) mod area;
+mod fonts;
 pub(crate) mod ink;
 
 use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::sync::LazyLock;
 
+use fontdb::ID;
 use glam::DVec2;
+use unicode_bidi::{BidiClass, BidiInfo, bidi_class};
+
+use self::area::Area;
+use self::fonts::Fonts;
 
 /// Height of capitals, in the units of the table.
 const CAPITALS: f64 = 21.0;
@@ -45,29 +54,80 @@ fn letter(line: &str) -> Option<(char, Letter)> {
     Some((char::from_u32(code)?, Letter { advance, strokes }))
 }
 
+/// Largest number of characters of a text with letters of fonts; more than that is cut.
+const MOST_OF_FONTS: usize = 4096;
+/// Width of the pen that hatches letters of fonts.
+const HATCHING: f64 = 0.05;
+
 /// A line of text.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Line {
     text: String,
+    /// The letters from left to right.
+    pieces: Vec<Piece>,
+    /// Whether the text as a whole runs to the left.
+    is_leftward: bool,
     /// Characters without a letter, each once, in the order of the text.
     pub replaced: Vec<char>,
+}
+
+/// A letter of a line.
+#[derive(Clone, Debug, PartialEq)]
+struct Piece {
+    /// Where its characters begin in the text, in bytes.
+    begin: usize,
+    advance: f64,
+    shape: Shape,
+}
+
+#[derive(Clone, Debug, PartialEq)]
+enum Shape {
+    Own(&'static Letter),
+    /// The outlines of a letter of a font.
+    Font(Vec<Vec<DVec2>>),
+}
+
+impl Piece {
+    fn own(begin: usize, character: char) -> Option<Self> {
+        let letter = LETTERS.get(&character)?;
+        Some(Self { begin, advance: letter.advance, shape: Shape::Own(letter) })
+    }
+}
+
+/// Returns whether a character is not seen itself, but changes others: joiners, selectors of variants, marks of
+/// direction.
+fn is_invisible(character: char) -> bool {
+    matches!(character, '\u{ad}' | '\u{200b}'..='\u{200f}' | '\u{202a}'..='\u{202e}' | '\u{2060}'..='\u{206f}')
+        || matches!(character, '\u{fe00}'..='\u{fe0f}' | '\u{feff}' | '\u{e0100}'..='\u{e01ef}')
 }
 
 impl Line {
     /// Creates a line: each run of white space becomes one blank, and each character without a letter a question mark.
     pub(crate) fn new(text: &str) -> Self {
-        let (mut replaced, mut seen) = (Vec::new(), BTreeSet::new());
-        let text = text.split_whitespace().collect::<Vec<_>>().join(" ");
-        let known = |character: char| {
-            if LETTERS.contains_key(&character) {
-                return character;
-            }
-            if seen.insert(character) {
-                replaced.push(character);
-            }
-            REPLACEMENT
-        };
-        Self { text: text.chars().map(known).collect(), replaced }
+        Self::with(text, Fonts::system)
+    }
+
+    /// Creates a line with letters of the given fonts, which are only looked at if the text needs them.
+    fn with<'a>(text: &str, fonts: impl FnOnce() -> &'a Fonts) -> Self {
+        let mut text = text.split_whitespace().collect::<Vec<_>>().join(" ");
+        if text.chars().all(|character| LETTERS.contains_key(&character)) {
+            let pieces = text.char_indices().filter_map(|(at, character)| Piece::own(at, character)).collect();
+            return Self { text, pieces, is_leftward: false, replaced: Vec::new() };
+        }
+        let is_foreign = |character: char| !LETTERS.contains_key(&character) && !is_invisible(character);
+        let foreign: BTreeSet<char> = text.chars().filter(|character| is_foreign(*character)).collect();
+        let fonts = fonts();
+        let faces = fonts.faces(&foreign);
+        let is_known = |character: char| !is_foreign(character) || faces.contains_key(&character);
+        let mut seen = BTreeSet::new();
+        let replaced = text.chars().filter(|it| !is_known(*it) && seen.insert(*it)).collect();
+        if let Some((end, _)) = text.char_indices().nth(MOST_OF_FONTS) {
+            text.truncate(end);
+            text.push(ELLIPSIS);
+        }
+        let text: String = text.chars().map(|it| if is_known(it) { it } else { REPLACEMENT }).collect();
+        let (pieces, is_leftward) = pieces(&text, fonts, &faces);
+        Self { text, pieces, is_leftward, replaced }
     }
 
     /// Returns the text as it is drawn.
@@ -77,7 +137,7 @@ impl Line {
 
     /// Returns the width, in heights of capitals.
     pub(crate) fn width(&self) -> f64 {
-        self.letters().map(|letter| letter.advance).sum()
+        self.pieces.iter().map(|piece| piece.advance).sum()
     }
 
     /// Fits the line into a width of `room` units: at `height` if it fits, otherwise smaller, but not below `least`; a
@@ -89,36 +149,112 @@ impl Line {
         if width * height <= room * (1.0 + 1e-9) {
             return (self.clone(), height);
         }
+        let empty = Self { text: String::new(), pieces: Vec::new(), ..self.clone() };
         // The longest beginning that leaves room for an ellipsis, without the blank that it may end with.
-        let ellipsis = LETTERS.get(&ELLIPSIS).map_or(0.0, |letter| letter.advance);
+        let Some(ellipsis) = Piece::own(0, ELLIPSIS) else { return (empty, height) };
+        let mut in_order: Vec<&Piece> = self.pieces.iter().collect();
+        in_order.sort_by_key(|piece| piece.begin);
         let (mut width, mut kept) = (0.0, None);
-        for (at, character) in self.text.char_indices() {
-            if (width + ellipsis) * height > room {
+        for piece in in_order {
+            if (width + ellipsis.advance) * height > room {
                 break;
             }
-            kept = Some(at);
-            width += LETTERS.get(&character).map_or(0.0, |letter| letter.advance);
+            kept = Some(piece.begin);
+            width += piece.advance;
         }
-        let text = kept.map_or_else(String::new, |end| format!("{}{ELLIPSIS}", self.text[..end].trim_end()));
-        (Self { text, replaced: self.replaced.clone() }, height)
+        let Some(end) = kept else { return (empty, height) };
+        let begin = self.text[..end].trim_end();
+        let mut pieces: Vec<Piece> = self.pieces.iter().filter(|piece| piece.begin < begin.len()).cloned().collect();
+        let ellipsis = Piece { begin: begin.len(), ..ellipsis };
+        pieces.insert(if self.is_leftward { 0 } else { pieces.len() }, ellipsis);
+        (Self { text: format!("{begin}{ELLIPSIS}"), pieces, ..empty }, height)
     }
 
     /// Returns the strokes of letters of `height`, starting at `at`, the left end of the baseline. y goes down, as in
-    /// pixels.
+    /// pixels. Letters of fonts are in [`Line::areas`].
     pub(crate) fn strokes(&self, at: DVec2, height: f64) -> Vec<Vec<DVec2>> {
-        let mut strokes = Vec::new();
-        let mut x = 0.0;
-        for letter in self.letters() {
-            let place = |point: &DVec2| at + height * DVec2::new(x + point.x, -point.y);
-            strokes.extend(letter.strokes.iter().map(|stroke| stroke.iter().map(place).collect::<Vec<_>>()));
-            x += letter.advance;
-        }
-        strokes
+        let of = |(piece, at): (&Piece, DVec2)| {
+            let Shape::Own(letter) = piece.shape else { return Vec::new() };
+            letter.strokes.iter().map(|stroke| placed(stroke, at, height)).collect()
+        };
+        self.places(at, height).flat_map(of).collect()
     }
 
-    fn letters(&self) -> impl Iterator<Item = &'static Letter> {
-        self.text.chars().filter_map(|character| LETTERS.get(&character))
+    /// Returns the letters of fonts.
+    pub(crate) fn areas(&self, at: DVec2, height: f64) -> Vec<Area> {
+        let of = |(piece, at): (&Piece, DVec2)| {
+            let Shape::Font(outlines) = &piece.shape else { return None };
+            let outlines: Vec<Vec<DVec2>> = outlines.iter().map(|outline| placed(outline, at, height)).collect();
+            (!outlines.is_empty()).then_some(Area { outlines, pen_px: HATCHING * height })
+        };
+        self.places(at, height).filter_map(of).collect()
     }
+
+    /// Returns the letters with the left ends of their baselines.
+    fn places(&self, at: DVec2, height: f64) -> impl Iterator<Item = (&Piece, DVec2)> {
+        let mut x = 0.0;
+        self.pieces.iter().map(move |piece| {
+            let own = at + height * DVec2::new(x, 0.0);
+            x += piece.advance;
+            (piece, own)
+        })
+    }
+}
+
+fn placed(points: &[DVec2], at: DVec2, height: f64) -> Vec<DVec2> {
+    points.iter().map(|point| at + height * DVec2::new(point.x, -point.y)).collect()
+}
+
+/// Returns the letters of a text from left to right, and whether it runs to the left as a whole.
+fn pieces(text: &str, fonts: &Fonts, faces: &BTreeMap<char, ID>) -> (Vec<Piece>, bool) {
+    let directions = BidiInfo::new(text, None);
+    let Some(paragraph) = directions.paragraphs.first() else { return (Vec::new(), false) };
+    let (levels, runs) = directions.visual_runs(paragraph, paragraph.range.clone());
+    let mut pieces = Vec::new();
+    for run in runs {
+        let is_leftward = levels.get(run.start).is_some_and(|level| level.is_rtl());
+        let mut parts = parts(&text[run.clone()], faces);
+        if is_leftward {
+            parts.reverse();
+        }
+        for (part, face) in parts {
+            let begin = run.start + part.start;
+            let part = &text[begin..run.start + part.end];
+            let letters = || part.char_indices().filter_map(|(at, character)| Piece::own(begin + at, character));
+            match face {
+                Some(face) => pieces.extend(fonts.shaped(face, part, is_leftward).into_iter().map(|glyph| Piece {
+                    begin: begin + glyph.begin,
+                    advance: glyph.advance,
+                    shape: Shape::Font(glyph.outlines),
+                })),
+                None if is_leftward => pieces.extend(letters().collect::<Vec<_>>().into_iter().rev()),
+                None => pieces.extend(letters()),
+            }
+        }
+    }
+    (pieces, paragraph.level.is_rtl())
+}
+
+/// Splits a text into parts with letters of the table, or of one font. A mark that belongs to a letter of the table
+/// takes it along into its font, and invisible characters stay with those before them.
+fn parts(text: &str, faces: &BTreeMap<char, ID>) -> Vec<(Range<usize>, Option<ID>)> {
+    let mut parts: Vec<(Range<usize>, Option<ID>)> = Vec::new();
+    let mut before = 0;
+    for (at, character) in text.char_indices() {
+        let end = at + character.len_utf8();
+        let face = faces.get(&character).copied();
+        match parts.last_mut() {
+            Some((part, own)) if *own == face || is_invisible(character) => part.end = end,
+            Some((part, None)) if bidi_class(character) == BidiClass::NSM => {
+                part.end = before;
+                parts.push((before..end, face));
+            }
+            _ => parts.push((at..end, face)),
+        }
+        before = at;
+    }
+    parts.retain(|(part, _)| !part.is_empty());
+    parts
 }
 
 #[cfg(test)]
@@ -148,7 +284,8 @@ mod tests {
 
     #[test]
     fn characters_without_a_letter_are_replaced_and_reported_once() {
-        let line = Line::new("  Mont\tBlanc \n 山 é 山 Ж");
+        let none = Fonts::of(fontdb::Database::new());
+        let line = Line::with("  Mont\tBlanc \n 山 é 山 Ж", || &none);
         assert_eq!(line.text(), "Mont Blanc ? é ? ?");
         assert_eq!(line.replaced, ['山', 'Ж']);
         assert!(Line::new("Gruss aus Zürich – Säntis").replaced.is_empty());
@@ -178,7 +315,8 @@ mod tests {
         }
         let start = std::time::Instant::now();
         let long: String = (0..1 << 20).filter_map(|i| char::from_u32(0x4e00 + i % 60_000)).collect();
-        let (cut, _) = Line::new(&long).fitted(1000.0, 3.0, 1.0);
+        let none = Fonts::of(fontdb::Database::new());
+        let (cut, _) = Line::with(&long, || &none).fitted(1000.0, 3.0, 1.0);
         assert!(cut.text().ends_with('…') && start.elapsed().as_secs_f64() < 5.0, "{:?}", start.elapsed());
     }
 
@@ -189,5 +327,56 @@ mod tests {
         let [low, high] = [f64::min, f64::max].map(|pick| points.iter().map(|at| at.y).reduce(pick));
         assert_eq!([low, high], [Some(58.0), Some(100.0)]);
         assert!(points.iter().all(|at| at.x > 10.0 && at.x < 10.0 + 42.0 * Line::new("H").width()));
+    }
+
+    /// Fonts of the window's library, as those of a machine.
+    #[cfg(feature = "window")]
+    fn fonts() -> Fonts {
+        let mut database = fontdb::Database::new();
+        for font in egui::FontDefinitions::default().font_data.values() {
+            database.load_font_data((*font.font).as_ref().to_vec());
+        }
+        Fonts::of(database)
+    }
+
+    #[cfg(feature = "window")]
+    #[test]
+    fn characters_that_the_table_lacks_come_from_fonts() {
+        let fonts = fonts();
+        let line = Line::with("Гора Elbrus, Łódź 山", || &fonts);
+        assert_eq!((line.text(), line.replaced.as_slice()), ("Гора Elbrus, Łódź ?", &['山'][..]));
+        let (areas, strokes) = (line.areas(DVec2::ZERO, 10.0), line.strokes(DVec2::ZERO, 10.0));
+        // Four letters of the first word, and two that Latin-1 does not have.
+        assert_eq!(areas.len(), 6);
+        assert!(strokes.len() > 12 && line.width() > 10.0 && line.width() < 30.0, "{}", line.width());
+        // Letters stand on the baseline, as high as those of the table.
+        let [top, bottom] = areas[0].high_px();
+        assert!((top + 10.0).abs() < 0.5 && bottom.abs() < 0.2, "{top} {bottom}");
+        // Where there is no font, all are replaced.
+        let none = Fonts::of(fontdb::Database::new());
+        assert_eq!(Line::with("Гора Elbrus", || &none).replaced, ['Г', 'о', 'р', 'а']);
+        // A mark takes its letter along.
+        let marked = Line::with("Ve\u{301}lo", || &fonts);
+        assert!(marked.replaced.is_empty() && !marked.areas(DVec2::ZERO, 1.0).is_empty());
+        // What is too long is cut.
+        let (cut, _) = Line::with(&"Гора ".repeat(9000), || &fonts).fitted(100.0, 1.0, 1.0);
+        assert!(cut.text().ends_with('…') && cut.width() <= 100.0 && cut.width() > 90.0, "{}", cut.width());
+    }
+
+    #[cfg(feature = "window")]
+    #[test]
+    fn text_that_runs_to_the_left_is_ordered() {
+        let fonts = fonts();
+        // Hebrew has no letters in these fonts, so its question marks show the order.
+        let none = BTreeMap::new();
+        let order =
+            |text: &str| -> Vec<usize> { pieces(text, &fonts, &none).0.into_iter().map(|piece| piece.begin).collect() };
+        assert_eq!(order("ab 12"), [0, 1, 2, 3, 4]);
+        // A mark of direction makes the whole run to the left, except for the words and the number in it.
+        assert_eq!(order("\u{200f}ab 12"), [3, 4, 5, 6, 7]);
+        let (found, is_leftward) = pieces("\u{200f}! ab", &fonts, &none);
+        assert!(is_leftward);
+        let found: Vec<usize> = found.into_iter().map(|piece| piece.begin).collect();
+        assert_eq!(found, [5, 6, 4, 3]);
     }
 }

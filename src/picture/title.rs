@@ -8,6 +8,7 @@ use glam::DVec2;
 
 use super::Band;
 use crate::lettering::Line;
+use crate::lettering::area::{Area, cover_areas};
 use crate::lettering::ink::{PenStroke, cover};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::style::{Color, Paper};
@@ -66,9 +67,11 @@ pub(crate) struct MapScale {
 pub(crate) struct Block {
     /// Strokes in pixels of the picture.
     pub strokes: Vec<PenStroke>,
+    /// Letters of fonts, in pixels of the picture.
+    pub areas: Vec<Area>,
     /// Colour of all strokes.
     pub ink: Color,
-    /// Characters of the text that the lettering does not have.
+    /// Characters of the text that neither the lettering nor a font of the machine has.
     pub replaced: Vec<char>,
 }
 
@@ -117,7 +120,7 @@ fn fraction(scale: &MapScale) -> Option<String> {
 /// Lays out the title block of a picture of `size_px`. Foot and margin of `paper` must have room for it ([`foot_px`]).
 /// `px` is the number of pixels per pixel of the style.
 pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color, px: f64) -> Block {
-    let mut page = Page { strokes: Vec::new(), replaced: Vec::new() };
+    let mut page = Page { strokes: Vec::new(), areas: Vec::new(), replaced: Vec::new() };
     let [width, height] = size_px.map(f64::from);
     let [margin, foot] = [paper.margin_px, paper.foot_px].map(f64::from);
     let side = if margin > 0.0 { margin } else { SIDE * px };
@@ -145,11 +148,12 @@ pub(crate) fn block(words: &Words, size_px: [u32; 2], paper: &Paper, ink: Color,
     let mut replaced = page.replaced;
     replaced.sort_unstable();
     replaced.dedup();
-    Block { strokes: page.strokes, ink, replaced }
+    Block { strokes: page.strokes, areas: page.areas, ink, replaced }
 }
 
 struct Page {
     strokes: Vec<PenStroke>,
+    areas: Vec<Area>,
     replaced: Vec<char>,
 }
 
@@ -163,6 +167,7 @@ impl Page {
     fn write(&mut self, line: &Line, at: DVec2, height: f64, px: f64) {
         let width_px = (PEN * height).max(MIN_PEN * px);
         self.strokes.extend(line.strokes(at, height).into_iter().map(|points| PenStroke { points, width_px }));
+        self.areas.extend(line.areas(at, height));
     }
 
     fn small(&mut self, text: &str, at: DVec2, px: f64, part_left: f64) {
@@ -239,13 +244,15 @@ impl Block {
     /// Draws the block into a band of a picture that is `width` pixels wide.
     pub(crate) fn draw(&self, band: &mut Band, width: usize) {
         let ink = self.ink.linear();
-        let highest = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y).fold(f64::MAX, f64::min);
+        let tops = self.strokes.iter().flat_map(|stroke| &stroke.points).map(|at| at.y);
+        let highest = tops.chain(self.areas.iter().map(|area| area.high_px()[0])).fold(f64::MAX, f64::min);
         for (i, row) in band.picture.chunks_exact_mut(width.max(1)).enumerate() {
             let y = f64::from(band.first_row) + i as f64;
             if y < highest - 16.0 {
                 continue;
             }
             let mut covered = vec![0.0; width];
+            cover_areas(&self.areas, 0.0, y, &mut covered);
             cover(&self.strokes, 0.0, y, &mut covered);
             for (texel, part) in row.iter_mut().zip(&covered).filter(|(_, part)| **part > 0.0) {
                 (0..3).for_each(|k| texel[k] += (ink[k] - texel[k]) * part);
@@ -253,14 +260,15 @@ impl Block {
         }
     }
 
-    /// Returns the strokes as polylines, for vector output.
+    /// Returns the strokes as polylines, for vector output. Letters of fonts are hatched.
     pub(crate) fn polylines(&self) -> Vec<Polyline> {
         let polyline = |stroke: &PenStroke| {
             let half_width_px = 0.5 * stroke.width_px as f32;
             let point = |at: &DVec2| PolylinePoint { px: [at.x as f32, at.y as f32], half_width_px, ink: 1.0 };
             Polyline { points: stroke.points.iter().map(point).collect(), ..Polyline::default() }
         };
-        self.strokes.iter().map(polyline).collect()
+        let hatching: Vec<PenStroke> = self.areas.iter().flat_map(Area::hatching).collect();
+        self.strokes.iter().chain(&hatching).map(polyline).collect()
     }
 }
 
@@ -341,7 +349,8 @@ mod tests {
                 }
             }
         }
-        let words = Words { title: "山".into(), below: "山 Ж".into(), scale: None };
-        assert_eq!(block(&words, [640, 400], &paper(0.0), Color::default(), 1.0).replaced, ['Ж', '山']);
+        // No font has letters for code points that are not assigned.
+        let words = Words { title: "\u{530}".into(), below: "\u{530} \u{378}".into(), scale: None };
+        assert_eq!(block(&words, [640, 400], &paper(0.0), Color::default(), 1.0).replaced, ['\u{378}', '\u{530}']);
     }
 }

@@ -71,7 +71,7 @@ impl Job<'_> {
         Some(block(&words, self.args.size(), &style.paper, style.lettering_ink(), self.args.px_per_style_px()))
     }
 
-    /// Warns once about characters that the lettering lacks.
+    /// Warns once about characters that neither the lettering nor a font of the machine has.
     pub(super) fn warn_of_letters(&self, pose: &Pose) {
         let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
         if !replaced.is_empty() {
@@ -80,7 +80,7 @@ impl Job<'_> {
             if replaced.len() > MOST_NAMED {
                 list += &format!(" and {} more", replaced.len() - MOST_NAMED);
             }
-            tracing::warn!("--title: the lettering lacks these characters, drawn as question marks: {list}");
+            tracing::warn!("--title: no font on this machine has these characters, drawn as question marks: {list}");
         }
     }
 

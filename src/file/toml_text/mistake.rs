@@ -7,7 +7,7 @@ use serde::de::{Error, Expected, Unexpected};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
-use super::super::message::{did_you_mean, named, quoted, shown};
+use super::super::message::{brief, did_you_mean, named, quoted, shown};
 
 /// Largest total number of characters of a list of known names in a message.
 const LISTED: usize = 80;
@@ -116,9 +116,11 @@ impl Mistake {
         let it = if section.is_empty() { "it".to_owned() } else { named(&section) };
         match &self.kind {
             Kind::UnknownKey { key: unknown, known } => {
-                format!("unknown key {}{}", quoted(&key(unknown)), meant(unknown, known))
+                format!("unknown key \"{}\"{}", brief(&key(unknown)), meant(unknown, known))
             }
-            Kind::UnknownName { name, known } => format!("{it} cannot be {}{}", quoted(name), meant(name, known)),
+            Kind::UnknownName { name, known } => {
+                format!("{it} cannot be \"{}\"{}", brief(name), meant(name, known))
+            }
             Kind::MissingKey(missing) => format!("the key {} is missing", quoted(&key(missing))),
             Kind::Wanted { wanted, found } => format!("{it} must be {wanted}, but {found}"),
             Kind::Other(words) if section.is_empty() => words.clone(),
