@@ -136,12 +136,17 @@ impl Terrain {
             return Err(TerrainError::TooWide { width: size.width, height: size.height });
         }
         let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
-        let departure = mapping.ground_scale().map_or(0.0, |scale| scale.world.departure());
-        if departure > WARNED_DEPARTURE {
+        if let Some(scale) = mapping.ground_scale().map(|scale| scale.world)
+            && scale.departure() > WARNED_DEPARTURE
+        {
+            let factor = scale.max.max(1.0 / scale.min);
+            let how_far = match factor {
+                factor if factor < 1.2 => format!("{:.0} %", 100.0 * (factor - 1.0)),
+                factor => format!("a factor of {factor:.1}"),
+            };
             tracing::warn!(
-                "{}: the extent is too wide for one plane: lengths and slopes are off by up to {:.0} % toward its edge",
-                store.name(),
-                100.0 * departure
+                "{}: the extent is too wide for one plane: lengths and slopes are off by up to {how_far} toward its edges",
+                store.name()
             );
         }
         let grid_projection = GridProjection::fit(&mapping, size.width, size.height);
