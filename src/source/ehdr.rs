@@ -13,8 +13,8 @@ use super::place::{self, cannot_open, ending, inconsistent, small_text};
 use super::prj;
 use super::samples::{Meaning, SampleType, parse_no_data};
 use super::text::number;
-use crate::file::message::quoted;
 use super::tiff_sidecars::from_world_file;
+use crate::file::message::quoted;
 
 /// Extensions of data files; the data of a header is searched with these.
 pub(super) const DATA_ENDINGS: [&str; 9] = ["bil", "flt", "bsq", "bip", "bin", "dem", "img", "dat", "raw"];
