@@ -57,7 +57,7 @@ pub(crate) struct InfoArgs {
 /// Bytes at the start of a file that suffice to recognise it.
 const HEAD_BYTES: u64 = 64 * 1024;
 /// Largest number of files of a folder that are listed.
-const MOST_NAMES: usize = 20;
+const MAX_NAMES: usize = 20;
 /// Largest number of frames over which the length of a camera path is measured: over an hour at 30 per second.
 const LENGTH_FRAMES: usize = 1 << 17;
 
@@ -357,9 +357,9 @@ impl Answer {
                 format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
             }
             Info::Folder { heights, members, left_out } => {
-                let names = members.iter().take(MOST_NAMES).map(|member| format!("file      {}\n", named(member)));
+                let names = members.iter().take(MAX_NAMES).map(|member| format!("file      {}\n", named(member)));
                 let names: String = names.collect();
-                let more = match members.len().saturating_sub(MOST_NAMES) {
+                let more = match members.len().saturating_sub(MAX_NAMES) {
                     0 => String::new(),
                     count => format!("file      and {count} more\n"),
                 };

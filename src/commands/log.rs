@@ -16,7 +16,7 @@ use crate::file::message::printable;
 /// Longest line of the log, in characters.
 const LONGEST_LINE: usize = 4000;
 /// Number of different warnings that are remembered.
-const MOST_WARNINGS: usize = 4096;
+const MAX_WARNINGS: usize = 4096;
 
 /// Starts the log; `verbose` is the number of `-v`.
 pub fn start(verbose: u8) {
@@ -50,7 +50,7 @@ impl Once {
     /// Returns whether a warning is new.
     fn is_new(&self, text: String) -> bool {
         let mut known = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if known.len() >= MOST_WARNINGS {
+        if known.len() >= MAX_WARNINGS {
             known.clear();
         }
         known.insert(text)
@@ -88,7 +88,7 @@ mod tests {
         let once = Once::default();
         assert!(once.is_new("a".into()) && once.is_new("b".into()) && !once.is_new("a".into()));
         // Memory is bounded.
-        (0..2 * MOST_WARNINGS).for_each(|i| assert!(once.is_new(format!("{i}"))));
-        assert!(once.0.lock().unwrap().len() <= MOST_WARNINGS);
+        (0..2 * MAX_WARNINGS).for_each(|i| assert!(once.is_new(format!("{i}"))));
+        assert!(once.0.lock().unwrap().len() <= MAX_WARNINGS);
     }
 }

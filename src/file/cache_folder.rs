@@ -141,6 +141,8 @@ pub(crate) fn read(path: &Path, max_bytes: u64) -> Option<Vec<u8>> {
 
 #[cfg(all(test, unix))]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
     use std::os::unix::fs::{MetadataExt, PermissionsExt, symlink};
 
     use super::*;

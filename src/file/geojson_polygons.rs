@@ -16,7 +16,7 @@ use super::message::{named, printable};
 /// Largest file that is read, in bytes; outlines of water are smaller.
 pub(crate) const LARGEST_BYTES: u64 = 256 << 20;
 /// Largest number of positions; a file of [`LARGEST_BYTES`] with the usual digits has half as many.
-const MOST_PLACES: usize = 1 << 24;
+const MAX_PLACES: usize = 1 << 24;
 
 /// The reason why a file has no usable polygons. One line that names the file.
 #[derive(Debug, thiserror::Error)]
@@ -67,7 +67,7 @@ impl Polygons {
     /// # Errors
     /// Returns the cause in one line.
     pub(crate) fn parse(text: &str) -> Result<Self, String> {
-        Self::parse_some(text, MOST_PLACES)
+        Self::parse_some(text, MAX_PLACES)
     }
 
     /// Returns the vertices of all rings.

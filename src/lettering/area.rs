@@ -83,9 +83,11 @@ pub(crate) fn cover_areas(areas: &[Area], first: f64, row: f64, covered: &mut [f
             let y = row + (f64::from(sample) + 0.5) / f64::from(ROWS);
             for [from, to] in area.spans(y) {
                 let [from, to] = [from - first, to - first].map(|x| x.clamp(0.0, covered.len() as f64));
-                for pixel in from.floor() as usize..to.ceil() as usize {
+                let begin = from.floor() as usize;
+                let under = covered.iter_mut().enumerate().take(to.ceil() as usize).skip(begin);
+                for (pixel, part) in under {
                     let inside = to.min(pixel as f64 + 1.0) - from.max(pixel as f64);
-                    covered[pixel] = (covered[pixel] + (inside / f64::from(ROWS)) as f32).min(1.0);
+                    *part = (*part + (inside / f64::from(ROWS)) as f32).min(1.0);
                 }
             }
         }

@@ -15,7 +15,7 @@ use skrifa::outline::{DrawSettings, OutlinePen};
 use skrifa::{FontRef, GlyphId, MetadataProvider};
 
 /// Largest number of different characters of a text that are looked for in fonts. No title needs as many.
-const MOST_SOUGHT: usize = 512;
+const MAX_SOUGHT: usize = 512;
 /// Height of capitals in units of a font's em square, if the font does not say.
 const USUAL_CAPITALS: f32 = 0.7;
 /// Largest distance of a polygon from the curve of an outline, in heights of capitals.
@@ -67,7 +67,7 @@ impl Fonts {
     /// Returns a font for each character that one has. A font that has most of them comes first, so that words are not
     /// put together from several.
     pub(super) fn faces(&self, characters: &BTreeSet<char>) -> BTreeMap<char, ID> {
-        let mut missing: BTreeSet<char> = characters.iter().copied().take(MOST_SOUGHT).collect();
+        let mut missing: BTreeSet<char> = characters.iter().copied().take(MAX_SOUGHT).collect();
         let known = |id: &ID| {
             let of = |data: &[u8], index: u32| {
                 let font = FontRef::from_index(data, index).ok()?;

@@ -55,7 +55,7 @@ fn letter(line: &str) -> Option<(char, Letter)> {
 }
 
 /// Largest number of characters of a text with letters of fonts; more than that is cut.
-const MOST_OF_FONTS: usize = 4096;
+const MAX_OF_FONTS: usize = 4096;
 /// Width of the pen that hatches letters of fonts.
 const HATCHING: f64 = 0.05;
 
@@ -121,7 +121,7 @@ impl Line {
         let is_known = |character: char| !is_foreign(character) || faces.contains_key(&character);
         let mut seen = BTreeSet::new();
         let replaced = text.chars().filter(|it| !is_known(*it) && seen.insert(*it)).collect();
-        if let Some((end, _)) = text.char_indices().nth(MOST_OF_FONTS) {
+        if let Some((end, _)) = text.char_indices().nth(MAX_OF_FONTS) {
             text.truncate(end);
             text.push(ELLIPSIS);
         }

@@ -30,7 +30,7 @@ const STEP_OCTAVES: [f64; 2] = [1.0 / 64.0, 0.25];
 /// to rest.
 const WELL_UNDER: f64 = 0.9;
 /// The largest exponent of 2 of a factor. Beyond it no patch could be coarser.
-const MOST_OCTAVES: f64 = 256.0;
+const MAX_OCTAVES: f64 = 256.0;
 /// The fraction of the budget that a selection may use while the factor is changing.
 const ON_THE_WAY: f64 = 1.25;
 /// Precision of the factor of a frame that waits for its tiles, in octaves.
@@ -109,7 +109,7 @@ impl Budget {
                 break chosen;
             }
             (low, high) = (high, 2.0 * high);
-            if high > MOST_OCTAVES {
+            if high > MAX_OCTAVES {
                 most = usize::MAX;
             }
         };

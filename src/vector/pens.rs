@@ -18,7 +18,7 @@ const FAINT_PART: f32 = 0.35;
 const OVERLAP: f32 = 0.1;
 const ROUNDS: usize = 24;
 /// Largest number of parallel strokes of a piece; a piece that would need more is drawn with gaps.
-const MOST_PASSES: usize = 512;
+const MAX_PASSES: usize = 512;
 
 /// The widths of a set of pens, the finest first.
 #[derive(Clone, Debug, PartialEq)]
@@ -77,7 +77,7 @@ impl Pens {
             let nib = self.widths_px[pen];
             let passes =
                 if width < 1.5 * nib { 1 } else { ((width - nib) / (nib * (1.0 - OVERLAP))).ceil() as usize + 1 };
-            let passes = passes.min(MOST_PASSES);
+            let passes = passes.min(MAX_PASSES);
             for i in 0..passes {
                 let aside = if passes == 1 { 0.0 } else { (width - nib) * (i as f32 / (passes - 1) as f32 - 0.5) };
                 strokes.push((pen, moved(&piece, aside, nib)));

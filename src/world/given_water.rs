@@ -30,10 +30,10 @@ const MAX_LEVELS: u32 = 24;
 const HEAD_WORDS: usize = 4;
 const TABLE_WORDS: usize = 5;
 /// Number of crossings of outlines and rows of cells that are stored; of a polygon with more, one bit for each cell is.
-const MOST_SORTED: u64 = 1 << 20;
+const MAX_SORTED: u64 = 1 << 20;
 /// Largest number of crossings, and of [`CELLS_AT_ONCE`] cells, of all polygons: some seconds of work. An outline of a
 /// million vertices has as many crossings, and a few more, unless it is made to have more.
-const MOST_WORK: u64 = 1 << 30;
+const MAX_WORK: u64 = 1 << 30;
 /// Number of cells that are filled in the time of a crossing, and of cells that follow toggled ones.
 const CELLS_AT_ONCE: u64 = 64;
 const CELLS_TOGGLED_AT_ONCE: u64 = 8;
@@ -58,7 +58,7 @@ pub enum GivenWaterError {
     },
     /// The outlines cross the rows of the grid too often.
     #[error(
-        "{}: its outlines cross the {} rows of the world more than {MOST_WORK} times; simplify them",
+        "{}: its outlines cross the {} rows of the world more than {MAX_WORK} times; simplify them",
         named(path),
         samples[1]
     )]
@@ -117,7 +117,7 @@ impl GivenWater {
         };
         let (mut level, stride_level) = empty_level(bounds);
         let stride = f64::from(1_u32 << stride_level);
-        let mut work = Work { left: MOST_WORK };
+        let mut work = Work { left: MAX_WORK };
         if !shown().all(|polygon| fill(&mut level, polygon, stride, &mut work)) {
             let path = files.polygons.clone().unwrap_or_default();
             return Err(GivenWaterError::TooMuch { path, samples });
@@ -277,17 +277,18 @@ fn edges<'a>(level: &Level, polygon: Rings<'a>, stride: f64) -> impl Iterator<It
 /// Marks cells as water whose centre is inside an odd number of rings. Returns false if that is more work than is left.
 fn fill(level: &mut Level, polygon: Rings<'_>, stride: f64, work: &mut Work) -> bool {
     let [columns, _] = level.size;
-    let (mut crossings, mut rows) = (0, usize::MAX..0);
+    let (mut crossings, mut first_row, mut end_row) = (0, usize::MAX, 0);
     for edge in edges(level, polygon, stride).filter(|edge| !edge.rows.is_empty()) {
         crossings += edge.rows.len() as u64;
-        rows = rows.start.min(edge.rows.start)..rows.end.max(edge.rows.end);
+        (first_row, end_row) = (first_row.min(edge.rows.start), end_row.max(edge.rows.end));
     }
+    let rows = first_row..end_row;
     let edge_count = polygon.places().count() as u64;
     if !work.take(crossings.saturating_add(edge_count)) {
         return false;
     }
     let column_of = |x: f64| x.ceil().clamp(0.0, columns as f64) as usize;
-    if crossings <= MOST_SORTED {
+    if crossings <= MAX_SORTED {
         // The crossings of each row in order: between the first and the second is water, and so on.
         let all = edges(level, polygon, stride).flat_map(|edge| {
             let rows = edge.rows.clone();
@@ -368,7 +369,7 @@ mod tests {
 
     fn filled(polygon: &[Ring], low: [i64; 2], high: [i64; 2]) -> Vec<String> {
         let (mut level, number) = empty_level([low, high]);
-        assert!(fill_rings(&mut level, polygon, f64::from(1_u32 << number), &mut Work { left: MOST_WORK }));
+        assert!(fill_rings(&mut level, polygon, f64::from(1_u32 << number), &mut Work { left: MAX_WORK }));
         let line = |cells: &[u8]| cells.iter().map(|cell| if *cell == 255 { '#' } else { '.' }).collect();
         level.cells.chunks(level.size[0]).map(line).collect()
     }
@@ -393,7 +394,7 @@ mod tests {
     fn coarser_levels_are_means_of_the_same_samples() {
         let (mut level, _) = empty_level([[-3, 1], [4, 6]]);
         let ring = vec![[-0.5, 1.5], [3.5, 1.5], [3.5, 5.5], [-0.5, 5.5]];
-        assert!(fill_rings(&mut level, &[ring], 1.0, &mut Work { left: MOST_WORK }));
+        assert!(fill_rings(&mut level, &[ring], 1.0, &mut Work { left: MAX_WORK }));
         let coarse = halved(&level);
         assert_eq!((coarse.low, coarse.size), ([-2, 0], [5, 4]));
         assert_eq!(coarse.cells[5..10], [0, 0, 255, 255, 0]);
@@ -407,11 +408,11 @@ mod tests {
         let at = |i: i32| [f64::from(i % 97) * 6.0 + 0.25, if i % 2 == 0 { -3.0 } else { 700.0 }];
         let zigzag: Ring = (0..teeth).map(at).chain([[300.0, -3.0]]).collect();
         let edges = zigzag.len() as u64;
-        assert!(edges * 600 > MOST_SORTED, "the case must be one");
+        assert!(edges * 600 > MAX_SORTED, "the case must be one");
         let (mut level, _) = empty_level([[0, 0], [side - 1, side - 1]]);
-        let mut work = Work { left: MOST_WORK };
+        let mut work = Work { left: MAX_WORK };
         assert!(fill_rings(&mut level, std::slice::from_ref(&zigzag), 1.0, &mut work));
-        assert!(MOST_WORK - work.left <= 601 * edges + 600 * 600 / CELLS_TOGGLED_AT_ONCE);
+        assert!(MAX_WORK - work.left <= 601 * edges + 600 * 600 / CELLS_TOGGLED_AT_ONCE);
         // The same cells as by counting crossings to the left of each.
         let ends = |i: usize| [zigzag[i], zigzag[(i + 1) % zigzag.len()]];
         for (column, row) in [(0, 0), (17, 3), (300, 301), (301, 302), (599, 599), (5, 598)] {

@@ -95,9 +95,10 @@ fn pictures_say_how_they_were_drawn() {
 }
 
 fn image(path: &std::path::Path) {
-    let file = std::io::BufWriter::new(std::fs::File::create(path).unwrap());
-    let mut encoder = png::Encoder::new(file, 16, 16);
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, 16, 16);
     encoder.set_color(png::ColorType::Rgb);
     let pixels: Vec<u8> = (0..16 * 16 * 3_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     encoder.write_header().unwrap().write_image_data(&pixels).unwrap();
+    hachure::file::atomic::write(path, &bytes).unwrap();
 }

@@ -123,7 +123,7 @@ pub(crate) const KINDS: &[Kind] = &[
         };
         let zipped = of("z.zip", |path, bytes| write::zip(path, &[("a.asc", bytes)]));
         let packed = of("t.tgz", |path, bytes| write::gzip(path, &write::tar(&[("a.asc", bytes)])));
-        zipped.into_iter().chain(packed).chain(of("a.asc.gz", |path, bytes| write::gzip(path, bytes))).collect()
+        zipped.into_iter().chain(packed).chain(of("a.asc.gz", write::gzip)).collect()
     }),
     heights("exr-heights", |home| {
         one(home, "e.exr", |path| {

@@ -45,7 +45,7 @@ pub(super) fn check(
     let written = frames::written(args, check_flight(args, name, flight)? as usize)?;
     // Of many frames, only those that exist are looked at: there are fewer files than there may be frames.
     let first = written.end.min(written.start + LOOKED_AT);
-    let existing = (written.end > first).then(|| pattern.existing()).unwrap_or_default();
+    let existing = if written.end > first { pattern.existing() } else { Default::default() };
     let rest = existing.into_iter().filter(|frame| (first..written.end).contains(frame));
     Ok((written.start..first).chain(rest).try_for_each(|frame| check(&pattern.path(frame)))?)
 }

@@ -13,7 +13,7 @@ use crate::style::Style;
 use crate::vector::{Group, GroupKind};
 
 /// Largest number of characters that a warning lists.
-const MOST_NAMED: usize = 30;
+const MAX_NAMED: usize = 30;
 
 const COMPASS: [&str; 16] =
     ["N", "NNE", "NE", "ENE", "E", "ESE", "SE", "SSE", "S", "SSW", "SW", "WSW", "W", "WNW", "NW", "NNW"];
@@ -75,10 +75,10 @@ impl Job<'_> {
     pub(super) fn warn_of_letters(&self, pose: &Pose) {
         let replaced = self.title_block(pose).map(|block| block.replaced).unwrap_or_default();
         if !replaced.is_empty() {
-            let named = replaced.iter().take(MOST_NAMED).map(|letter| letter.escape_debug().to_string());
+            let named = replaced.iter().take(MAX_NAMED).map(|letter| letter.escape_debug().to_string());
             let mut list = named.collect::<Vec<_>>().join(" ");
-            if replaced.len() > MOST_NAMED {
-                list += &format!(" and {} more", replaced.len() - MOST_NAMED);
+            if replaced.len() > MAX_NAMED {
+                list += &format!(" and {} more", replaced.len() - MAX_NAMED);
             }
             tracing::warn!("--title: no font on this machine has these characters, drawn as question marks: {list}");
         }

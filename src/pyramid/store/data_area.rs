@@ -17,7 +17,7 @@ use crate::pyramid::tile::{PATCH_QUADS, TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, 
 /// Number of cells from which on the area of the data is known well enough for a camera.
 const ENOUGH_CELLS: usize = 400;
 /// Largest number of tiles of a level that are read for it.
-const MOST_TILES: usize = 48;
+const MAX_TILES: usize = 48;
 
 /// A part of the finest level that has heights.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,7 +58,7 @@ impl DataArea {
                 return Ok(Self { cells, is_whole });
             }
             let finer = finer_tiles(&levels, level - 1, &cells);
-            if finer.len() > MOST_TILES || !finer.iter().all(|address| store.has_tile(*address)) {
+            if finer.len() > MAX_TILES || !finer.iter().all(|address| store.has_tile(*address)) {
                 return Ok(Self { cells, is_whole });
             }
             level -= 1;

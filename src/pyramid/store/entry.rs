@@ -29,7 +29,7 @@ use crate::pyramid::error::PyramidError;
 use crate::pyramid::format::sidecar_path;
 
 /// Largest size of the stored warnings, in bytes.
-const MOST_NOTES_BYTES: u64 = 1 << 16;
+const MAX_NOTES_BYTES: u64 = 1 << 16;
 
 /// Prevents two threads from baking one pyramid at a time: their partial files would be the same.
 static BAKING: Mutex<()> = Mutex::new(());
@@ -218,7 +218,7 @@ impl Entry {
     /// Repeats the stored warnings about the input.
     pub(super) fn repeat_notes(&self) {
         let path = notes_path(&self.tif);
-        let notes = if cache_folder::is_file(&path) { read_text(&path, MOST_NOTES_BYTES).ok() } else { None };
+        let notes = if cache_folder::is_file(&path) { read_text(&path, MAX_NOTES_BYTES).ok() } else { None };
         let notes = notes.unwrap_or_default();
         notes.lines().for_each(|note| tracing::warn!("{}: {note}", self.name));
     }

@@ -218,7 +218,10 @@ fn file_name(path: &Path) -> String {
 
 #[cfg(test)]
 mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test fails by it")]
+
     use super::*;
+    use crate::file::atomic;
     use crate::file::geotiff::GeoTiffWriter;
 
     const SIDE: u32 = 60;
@@ -250,17 +253,17 @@ mod tests {
         let values: Vec<String> = (0..SIDE * SIDE).map(|i| format!("{:.3}", value(i))).collect();
         let header = format!("ncols {SIDE}\nnrows {SIDE}\nxllcorner {}\nyllcorner 0\ncellsize 30\n", 30 * west);
         let path = folder.join(name);
-        std::fs::write(&path, header + &values.join(" ")).unwrap();
+        atomic::write(&path, (header + &values.join(" ")).as_bytes()).unwrap();
         path
     }
 
     /// Writes a BIL of 8-bit samples.
     fn write_8_bit(folder: &Path, name: &str) {
         let samples: Vec<u8> = (0..SIDE * SIDE).map(|i| (i % 251) as u8).collect();
-        std::fs::write(folder.join(name), samples).unwrap();
+        atomic::write(&folder.join(name), &samples).unwrap();
         let header =
             format!("ncols {SIDE}\nnrows {SIDE}\nnbits 8\nulxmap 15\nulymap 1785\nxdim 30\nydim 30\nbyteorder I\n");
-        std::fs::write(folder.join(name).with_extension("hdr"), header).unwrap();
+        atomic::write(&folder.join(name).with_extension("hdr"), header.as_bytes()).unwrap();
     }
 
     fn names(choice: &Choice) -> (Vec<String>, Vec<String>) {
@@ -337,11 +340,8 @@ mod tests {
         write(at, "t0.asc", 0, height_m);
         write(at, "t1.asc", 59, height_m);
         for name in ["t0", "t2"] {
-            std::fs::write(
-                at.join(name).with_extension("prj"),
-                "PROJCS[\"WGS 84 / UTM zone 32N\",AUTHORITY[\"EPSG\",\"32632\"]]",
-            )
-            .unwrap();
+            let text = "PROJCS[\"WGS 84 / UTM zone 32N\",AUTHORITY[\"EPSG\",\"32632\"]]";
+            atomic::write(&at.join(name).with_extension("prj"), text.as_bytes()).unwrap();
         }
         write(at, "t2.asc", 118, height_m);
         let error = Choice::of(&[at.to_owned()], &OpenOptions::default()).err().unwrap().to_string();

@@ -4,7 +4,7 @@ use std::io;
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Returns what the calling thread prints as warnings during `work`, together with its result.
-pub fn with_warnings<T>(work: impl FnOnce() -> T) -> (T, String) {
+pub(crate) fn with_warnings<T>(work: impl FnOnce() -> T) -> (T, String) {
     #[derive(Clone, Default)]
     struct Log(Arc<Mutex<Vec<u8>>>);
     impl io::Write for Log {
