@@ -90,7 +90,7 @@ impl OutputKind {
             Some("geojson") => PictureFormat::GeoJson,
             _ => {
                 let cause = "an output must end in .png, .jpg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (with --map \
-                             also .tif or .geojson), or be a pattern of frames like dir/%05d.png";
+                             .tif, .geojson), or a pattern like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };
