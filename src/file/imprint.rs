@@ -65,13 +65,48 @@ pub fn read(path: &Path) -> Result<String, FileError> {
     })
 }
 
+/// The formats that can hold an imprint.
+enum Format {
+    Png,
+    Exr,
+    Jpeg,
+    Pdf,
+    Gif,
+    Mp4,
+    Tiff,
+    Svg,
+}
+
+impl Format {
+    /// Returns the format of a file that begins with `head`.
+    fn of(head: &[u8]) -> Option<Self> {
+        const BEGINNINGS: [(&[u8], Format); 9] = [
+            (b"\x89PNG", Format::Png),
+            (b"\x76\x2f\x31\x01", Format::Exr),
+            (b"\xff\xd8\xff", Format::Jpeg),
+            (b"%PDF-", Format::Pdf),
+            (b"GIF8", Format::Gif),
+            (b"II*\0", Format::Tiff),
+            (b"MM\0*", Format::Tiff),
+            (b"II+\0", Format::Tiff),
+            (b"MM\0+", Format::Tiff),
+        ];
+        let begins = BEGINNINGS.into_iter().find(|(beginning, _)| head.starts_with(beginning));
+        let text = || String::from_utf8_lossy(&head[..head.len().min(HEAD_BYTES)]).contains("<svg");
+        match begins {
+            Some((_, format)) => Some(format),
+            None if head.get(4..8) == Some(b"ftyp") => Some(Self::Mp4),
+            None => text().then_some(Self::Svg),
+        }
+    }
+}
+
+/// Length of the part of a file that shows its format, in bytes.
+const HEAD_BYTES: usize = 512;
+
 /// Returns whether a file that begins like this has a format that can hold an imprint.
 pub(crate) fn may_have(head: &[u8]) -> bool {
-    [&b"\x89PNG"[..], b"\x76\x2f\x31\x01", b"II*\0", b"MM\0*", b"II+\0", b"MM\0+"]
-        .iter()
-        .any(|first| head.starts_with(first))
-        || head.get(4..8) == Some(b"ftyp")
-        || String::from_utf8_lossy(&head[..head.len().min(512)]).contains("<svg")
+    Format::of(head).is_some()
 }
 
 /// Reads the imprint of a file like [`read`]; returns `None` if it has none.
@@ -80,7 +115,7 @@ pub(crate) fn may_have(head: &[u8]) -> bool {
 /// Fails if the file cannot be read, is damaged where its imprint is stored, or has another format.
 pub(crate) fn find(path: &Path) -> Result<Option<String>, FileError> {
     let failed = |error: std::io::Error| FileError::read(path, error);
-    let mut head = [0; 512];
+    let mut head = [0; HEAD_BYTES];
     let mut file = open_regular(path).map_err(failed)?;
     let mut filled = 0;
     while filled < head.len() {
@@ -90,24 +125,16 @@ pub(crate) fn find(path: &Path) -> Result<Option<String>, FileError> {
         }
     }
     let head = &head[..filled];
-    let found = if head.starts_with(b"\x89PNG") {
-        png::imprint(path)
-    } else if head.starts_with(b"\x76\x2f\x31\x01") {
-        exr::imprint(path)
-    } else if head.starts_with(b"\xff\xd8\xff") {
-        jpg::imprint(path, LARGEST_BYTES as usize)
-    } else if head.starts_with(b"%PDF-") {
-        pdf::imprint(path, LARGEST_BYTES as usize)
-    } else if head.starts_with(b"GIF8") {
-        gif::imprint(path, LARGEST_BYTES as usize)
-    } else if head.get(4..8) == Some(b"ftyp") {
-        video::imprint(path)
-    } else if head.starts_with(b"II") || head.starts_with(b"MM") {
-        geotiff::imprint(path)
-    } else if String::from_utf8_lossy(head).contains("<svg") {
-        of_svg(path)
-    } else {
-        Err(FileError::read(path, "it is not a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4"))
+    let found = match Format::of(head) {
+        Some(Format::Png) => png::imprint(path),
+        Some(Format::Exr) => exr::imprint(path),
+        Some(Format::Jpeg) => jpg::imprint(path, LARGEST_BYTES as usize),
+        Some(Format::Pdf) => pdf::imprint(path, LARGEST_BYTES as usize),
+        Some(Format::Gif) => gif::imprint(path, LARGEST_BYTES as usize),
+        Some(Format::Mp4) => video::imprint(path),
+        Some(Format::Tiff) => geotiff::imprint(path),
+        Some(Format::Svg) => of_svg(path),
+        None => Err(FileError::read(path, "it is not a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4")),
     }?;
     if found.as_ref().is_some_and(|found| found.len() as u64 > LARGEST_BYTES) {
         return Err(FileError::read(path, "its imprint is larger than 4 MiB"));

@@ -66,11 +66,15 @@ fn pictures_say_how_they_were_drawn() {
     }
     let place = Place::empty();
     dem(&place);
+    place.file("p.csv", "t,x,y,z,yaw,pitch,fov\n0,-900,-900,900,40,-12,60\n1,-800,-900,900,40,-12,60\n");
     let camera = "--camera=-900,-900,+150,40,-12,60";
     for (name, more) in [
         ("a.png", &[camera, "--style", "plain"][..]),
         ("a.exr", &[camera, "--style", "plain", "--sun", "100,20"]),
         ("a.svg", &[camera, "--style", "strokes"]),
+        ("a.pdf", &[camera, "--style", "strokes"]),
+        ("a.jpg", &[camera, "--style", "plain"]),
+        ("a.gif", &["--path", "p.csv", "--fps", "2", "--style", "plain"]),
         ("a.tif", &["--map=0,0,900", "--style", "plain", "--samples", "2"]),
     ] {
         place.text(&[&["render", "dem.tif", "-o", name, "--size", "64x36"][..], more].concat());
