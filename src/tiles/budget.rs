@@ -29,8 +29,9 @@ const STEP_OCTAVES: [f64; 2] = [1.0 / 64.0, 0.25];
 /// A finer selection is taken when it needs at most this fraction of the budget; less than 1, so that the factor comes
 /// to rest.
 const WELL_UNDER: f64 = 0.9;
-/// The largest exponent of 2 of a factor. Beyond it no patch could be coarser.
-const MAX_OCTAVES: f64 = 256.0;
+/// The exponent of 2 from which on a factor is infinite, so that no patch is split: not even one whose error is infinite
+/// because its tile is missing. Only then may the number of patches be unlimited.
+const INFINITE_OCTAVES: f64 = 1024.0;
 /// The fraction of the budget that a selection may use while the factor is changing.
 const ON_THE_WAY: f64 = 1.25;
 /// Precision of the factor of a frame that waits for its tiles, in octaves.
@@ -109,7 +110,7 @@ impl Budget {
                 break chosen;
             }
             (low, high) = (high, 2.0 * high);
-            if high > MAX_OCTAVES {
+            if high > INFINITE_OCTAVES {
                 most = usize::MAX;
             }
         };
@@ -152,6 +153,15 @@ mod tests {
         let never_fewer = |factor: f64, most: usize| land(5e6)(factor.min(1e3), most);
         let (taken, _) = Budget::new(1000, 1.0).find(Search::Exactly, 1.0, never_fewer);
         assert_eq!(taken, 5001);
+        // Patches of missing tiles have an infinite error, and are split unless the allowed error is infinite, too. They
+        // must never be split without a limit.
+        let missing = |factor: f64, most: usize| {
+            assert!(most < usize::MAX || factor.is_infinite(), "split without a limit");
+            factor.is_infinite().then_some(7)
+        };
+        for search in [Search::Exactly, Search::Roughly, Search::GoOn { step_s: 0.03 }] {
+            assert_eq!(Budget::new(1000, 1.0).find(search, 1.0, missing).0, 7);
+        }
     }
 
     #[test]
