@@ -173,6 +173,14 @@ impl Sight<'_> {
         }
     }
 
+    /// Returns whether the frustum may see trees of a block within a distance. The parts of the block are asked, down to
+    /// the smallest: a wide block of sparse trees may be seen where none of its parts is.
+    pub(crate) fn sees_within(&self, block: Block, within_m: f64) -> bool {
+        let bounds = self.bounds(block);
+        let is_seen = bounds.distance_m() < within_m && self.frustum.may_see(&bounds);
+        is_seen && (block.level == 0 || block.parts().into_iter().any(|part| self.sees_within(part, within_m)))
+    }
+
     /// Returns the box around the trees of a block and their shadows, relative to the eye.
     pub(crate) fn bounds(&self, block: Block) -> Bounds {
         let &Self { eye_m, range_m, tallest_m, shadow_m, sways_m, .. } = self;

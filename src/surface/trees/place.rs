@@ -124,7 +124,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, trees: &Draw
     let blocks = blocks::fitted(&mut sight, &shared.points, u64::from(MAX_TREES / DRAWN_TWICE));
     // Beyond this distance there is only canopy, which does not sway.
     let sways_within_m = LAST_ALONE * sight.thinning.full_m;
-    let may_sway = wind.is_some() && blocks.iter().any(|block| sight.bounds(*block).distance_m() < sways_within_m);
+    let may_sway = wind.is_some() && blocks.iter().any(|block| sight.sees_within(*block, sways_within_m));
     let packed: Vec<TreeBlock> = blocks
         .iter()
         .map(|block| {
