@@ -69,9 +69,8 @@ impl HeightReader for MemoryReader {
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         check_window(&self.path, window, self.size)?;
         let mut heights_m = window_room(&self.path, window)?;
-        for row in window.y..window.y + window.height {
-            let first = row as usize * self.size[0] as usize + window.x as usize;
-            heights_m.extend_from_slice(&self.heights_m[first..first + window.width as usize]);
+        for row in window.rows_in(Window::whole(self.size)) {
+            heights_m.extend_from_slice(&self.heights_m[row]);
         }
         Ok(heights_m)
     }

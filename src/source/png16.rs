@@ -159,9 +159,8 @@ impl GreyReader {
         let mut heights_m = memory::window_room(&self.path, window)?;
         let mut tally = Tally::default();
         let pixel_bytes = picture.channels * picture.channel_bytes;
-        for row in window.y as usize..(window.y + window.height) as usize {
-            let first = (row * self.size[0] as usize + window.x as usize) * pixel_bytes;
-            let pixels = &picture.bytes[first..first + window.width as usize * pixel_bytes];
+        for row in window.rows_in(Window::whole(self.size)) {
+            let pixels = &picture.bytes[row.start * pixel_bytes..row.end * pixel_bytes];
             self.append_heights_m(pixels, pixel_bytes, &mut heights_m, &mut tally);
         }
         self.warnings.warn(&self.path, &tally);

@@ -1,6 +1,7 @@
 //! The interface of all height readers: heights are read by windows, so that grids of any size can be baked.
 
 use std::borrow::Borrow;
+use std::ops::Range;
 
 use super::georeference::Georeference;
 use super::voids::Filled;
@@ -16,6 +17,11 @@ pub struct Window {
 }
 
 impl Window {
+    /// Returns the window that is a whole grid.
+    pub(crate) fn whole([width, height]: [u32; 2]) -> Self {
+        Self { x: 0, y: 0, width, height }
+    }
+
     /// Returns the number of samples.
     pub fn samples(self) -> usize {
         self.width as usize * self.height as usize
@@ -26,22 +32,24 @@ impl Window {
         x.wrapping_sub(self.x) < self.width && y.wrapping_sub(self.y) < self.height
     }
 
+    /// Returns where the rows of this window are among the samples of `around`, which must contain it.
+    pub(crate) fn rows_in(self, around: Window) -> impl Iterator<Item = Range<usize>> {
+        (self.y - around.y..self.y - around.y + self.height).map(move |row| {
+            let first = row as usize * around.width as usize + (self.x - around.x) as usize;
+            first..first + self.width as usize
+        })
+    }
+
     /// Returns the samples of this window from those of `around`, which must contain it.
     pub(crate) fn cut<T: Copy>(self, around: Window, samples: &[T]) -> Vec<T> {
         let mut own = Vec::with_capacity(self.samples());
-        for row in self.y - around.y..self.y - around.y + self.height {
-            let start = row as usize * around.width as usize + (self.x - around.x) as usize;
-            own.extend_from_slice(&samples[start..start + self.width as usize]);
-        }
+        self.rows_in(around).for_each(|row| own.extend_from_slice(&samples[row]));
         own
     }
 
     /// Sets the samples of this window within those of `around`, which must contain it.
     pub(crate) fn fill<T: Copy>(self, around: Window, samples: &mut [T], value: T) {
-        for row in self.y - around.y..self.y - around.y + self.height {
-            let start = row as usize * around.width as usize + (self.x - around.x) as usize;
-            samples[start..start + self.width as usize].fill(value);
-        }
+        self.rows_in(around).for_each(|row| samples[row].fill(value));
     }
 }
 
@@ -128,14 +136,7 @@ impl<G: Borrow<HeightGrid> + Send + Sync> HeightReader for GridReader<G> {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let grid = self.grid.borrow();
-        let width = grid.width as usize;
-        let mut heights_m = Vec::with_capacity(window.samples());
-        for row in window.y as usize..(window.y + window.height) as usize {
-            let start = row * width + window.x as usize;
-            heights_m.extend_from_slice(&grid.heights_m[start..start + window.width as usize]);
-        }
-        Ok(heights_m)
+        Ok(window.cut(Window::whole(self.size()), &self.grid.borrow().heights_m))
     }
 
     fn block(&self) -> [u32; 2] {

@@ -96,7 +96,7 @@ pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progres
 
 fn of_file(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let [width, height] = reader.size();
-    let whole = Window { x: 0, y: 0, width, height };
+    let whole = Window::whole([width, height]);
     let is_serial = reader.is_serial();
     let mut found = Statistics::NONE;
     let (mut done, mut group_samples) = (0u64, 0);
@@ -178,7 +178,7 @@ mod tests {
 
     /// Returns all windows into which a grid is split.
     fn leaves(size: [u32; 2], block: [u32; 2], is_serial: bool) -> Vec<Window> {
-        let mut waiting = vec![Window { x: 0, y: 0, width: size[0], height: size[1] }];
+        let mut waiting = vec![Window::whole(size)];
         let mut leaves = Vec::new();
         while let Some(window) = waiting.pop() {
             match split(window, block, is_serial) {

@@ -103,9 +103,8 @@ impl HeightReader for ColourReader {
         check_window(&self.path, window, self.picture.size)?;
         let mut heights_m = memory::window_room(&self.path, window)?;
         let channels = self.picture.channels.max(3);
-        for row in window.y as usize..(window.y + window.height) as usize {
-            let first = (row * self.picture.size[0] as usize + window.x as usize) * channels;
-            let pixels = &self.picture.bytes[first..first + window.width as usize * channels];
+        for row in window.rows_in(Window::whole(self.picture.size)) {
+            let pixels = &self.picture.bytes[row.start * channels..row.end * channels];
             heights_m.extend(pixels.chunks_exact(channels).map(|pixel| self.packing.height_m(pixel)));
         }
         Ok(heights_m)

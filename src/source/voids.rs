@@ -121,7 +121,7 @@ impl Filled {
     /// Fills the holes of a whole grid in memory.
     pub fn fill_whole(&self, heights_m: &mut [f32]) -> FilledSamples {
         let [width, height] = self.size();
-        let whole = Window { x: 0, y: 0, width, height };
+        let whole = Window::whole([width, height]);
         fill(heights_m, whole, whole, &self.way())
     }
 

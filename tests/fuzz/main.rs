@@ -15,6 +15,7 @@ mod bounded;
 #[allow(dead_code, reason = "tests/formats uses the rest")]
 #[path = "../formats/dem.rs"]
 mod dem;
+mod dem_seeds;
 mod kinds;
 mod memory;
 mod mutate;
@@ -38,8 +39,22 @@ use seeds::Seed;
 use watch::{Limits, Watch};
 
 /// The kinds of which a full run has 10,000 cases: several files, or text that a stranger may have written.
-const THOROUGH: &[&str] =
-    &["imprint", "water", "water-mask", "scene", "forest-scene", "obj", "materials", "tile-folder"];
+const THOROUGH: &[&str] = &[
+    "imprint",
+    "water",
+    "water-mask",
+    "scene",
+    "forest-scene",
+    "obj",
+    "materials",
+    "tile-folder",
+    "gsi",
+    "webp",
+    "pmtiles",
+    "netcdf",
+    "archive",
+    "exr-heights",
+];
 
 /// Reads a number from the environment.
 fn number(name: &str, default: u64) -> u64 {

@@ -1,0 +1,49 @@
+//! Files that only an imprint names: their errors do not quote them.
+
+use std::path::PathBuf;
+
+use anyhow::anyhow;
+
+use crate::file::message::named;
+
+/// Files that an imprint names and the command line does not. Whoever made the picture may not be allowed to read them,
+/// and hachure may run for somebody else who is. So an error never quotes them: it says only that the file is not
+/// what it should be.
+#[derive(Clone, Debug, Default)]
+pub(in crate::commands::render) struct Names {
+    pub(super) like: PathBuf,
+    pub(super) world: Option<PathBuf>,
+    pub(super) water: Option<PathBuf>,
+    pub(super) path: Option<PathBuf>,
+}
+
+impl Names {
+    /// Replaces the error of a world that the imprint names, or of its water.
+    pub(in crate::commands::render) fn world<T, E: Into<anyhow::Error>>(
+        &self,
+        result: Result<T, E>,
+    ) -> anyhow::Result<T> {
+        let named = |(what, file): (&str, &Option<PathBuf>)| Some(format!("its {what} {}", named(file.as_ref()?)));
+        let files: Vec<String> =
+            [("world", &self.world), ("water", &self.water)].into_iter().filter_map(named).collect();
+        self.hidden(result, &files.join(" or "), "as WORLD or by --water")
+    }
+
+    /// Replaces the error of a camera path that the imprint names.
+    pub(in crate::commands::render) fn path<T, E: Into<anyhow::Error>>(
+        &self,
+        result: Result<T, E>,
+    ) -> anyhow::Result<T> {
+        let file = self.path.as_ref().map(|file| format!("its path {}", named(file)));
+        self.hidden(result, &file.unwrap_or_default(), "by --path")
+    }
+
+    fn hidden<T, E: Into<anyhow::Error>>(&self, result: Result<T, E>, files: &str, how: &str) -> anyhow::Result<T> {
+        match files {
+            "" => result.map_err(Into::into),
+            _ => result.map_err(|_| {
+                anyhow!("{}: {files} cannot be used; name it {how} on the command line to read why", named(&self.like))
+            }),
+        }
+    }
+}
