@@ -8,6 +8,11 @@
 //! # dem = ["a.tif", "b.tif"]        # several DEMs in one world; a folder means all DEMs in it
 //! # nodata = -9999                  # additional no-data value, in metres
 //! # voids = "holes"                 # keeps small holes; the default, "fill", closes them smoothly
+//! # encoding = "gsi"                # terrain-RGB whose encoding nothing else says: "mapbox", "terrarium" or "gsi"
+//! # height_unit = "ft"              # of a DEM that declares none: "m", "ft" or "us-ft"
+//! # height_scale_m = 0.1            # metres per step of a heightmap or of a colour code
+//! # height_offset_m = -100          # height of the value 0, in metres
+//! # tile_rows = "tms"               # rows of web map tiles that count from the south; "xyz" from the north
 //! # procedural = { seed = 1 }       # instead of dem
 //! # continent = { seed = 1, size_samples = 327680, spacing_m = 10 }   # instead of dem; each key is optional
 //!
@@ -101,8 +106,8 @@ use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, quoted};
 use crate::file::toml_text::{self, TomlError, Wrong};
 use crate::pyramid::store::continent_store::SMALLEST_SAMPLES;
-use crate::source::VoidMode;
 use crate::source::continent::{SIZE_SAMPLES, SPACING_M};
+use crate::source::{Encoding, HeightUnit, OpenOptions, TileRows, VoidMode};
 
 /// Why a file is not a valid scene. One line that names the file, the position in it, the key and the cause.
 #[derive(Debug, thiserror::Error)]
@@ -160,8 +165,55 @@ struct WorldToml {
     dem: Option<DemToml>,
     nodata: Option<f64>,
     voids: Option<VoidMode>,
+    encoding: Option<Encoding>,
+    height_unit: Option<HeightUnit>,
+    height_scale_m: Option<f64>,
+    height_offset_m: Option<f64>,
+    tile_rows: Option<TileRows>,
     procedural: Option<ProceduralToml>,
     continent: Option<ContinentToml>,
+}
+
+impl WorldToml {
+    /// Returns how the DEM is read.
+    ///
+    /// # Errors
+    /// Returns the key and the cause if a value is out of range, or if there is no DEM to which it applies.
+    fn heights(&self) -> Result<OpenOptions, (&'static str, &'static str)> {
+        let numbers = [
+            ("world.nodata", self.nodata, ranges::NO_DATA_M, "it must be a finite height in metres"),
+            ("world.height_scale_m", self.height_scale_m, ranges::HEIGHT_SCALE_M, "it must be finite and not 0"),
+            ("world.height_offset_m", self.height_offset_m, ranges::HEIGHT_OFFSET_M, "it must be finite"),
+        ];
+        for (key, number, range, cause) in numbers {
+            if number.is_some_and(|number| !range.holds(number)) {
+                return Err((key, cause));
+            }
+        }
+        let given = [
+            ("world.nodata", self.nodata.is_some()),
+            ("world.encoding", self.encoding.is_some()),
+            ("world.height_unit", self.height_unit.is_some()),
+            ("world.height_scale_m", self.height_scale_m.is_some()),
+            ("world.height_offset_m", self.height_offset_m.is_some()),
+            ("world.tile_rows", self.tile_rows.is_some()),
+        ];
+        if self.dem.is_none()
+            && let Some((key, _)) = given.into_iter().find(|(_, is_given)| *is_given)
+        {
+            return Err((key, "it says how a dem is read, and this world has none"));
+        }
+        Ok(OpenOptions {
+            no_data: self.nodata,
+            voids: self.voids.unwrap_or(VoidMode::Fill),
+            encoding: self.encoding,
+            height_unit: self.height_unit,
+            height_scale_m: self.height_scale_m,
+            height_offset_m: self.height_offset_m,
+            tile_rows: self.tile_rows,
+            ..OpenOptions::default()
+        })
+    }
 }
 
 #[derive(Deserialize)]
@@ -267,16 +319,11 @@ impl Scene {
             Wrong::new(key, format!(": {cause}")).in_text(&name, text).into()
         };
 
-        let no_data = file.world.nodata;
-        if no_data.is_some_and(|no_data| !ranges::NO_DATA_M.holds(no_data) || file.world.dem.is_none()) {
-            return Err(wrong("world.nodata", "it must be a finite height in metres, and the world must be a dem"));
-        }
-        let voids = file.world.voids;
+        let heights = file.world.heights().map_err(|(key, cause)| wrong(key, cause))?;
         let mut scene = Self::of_world(world(path, file.world).map_err(|wrong| wrong.in_text(&name, text))?);
         scene.file = Some(path.to_owned());
         let Sun { azimuth_deg, elevation_deg } = Sun::default();
-        scene.heights.no_data = no_data;
-        scene.heights.voids = voids.unwrap_or(scene.heights.voids);
+        scene.heights = heights;
         scene.sun = Sun {
             azimuth_deg: file.sun.azimuth_deg.unwrap_or(azimuth_deg),
             elevation_deg: file.sun.elevation_deg.unwrap_or(elevation_deg),

@@ -8,6 +8,7 @@ use glam::{DVec2, DVec3};
 use hachure::scene::camera::{Camera, CameraError};
 use hachure::scene::path::CameraPath;
 use hachure::scene::{Scene, Wind, World};
+use hachure::source::{Encoding, HeightUnit, OpenOptions, TileRows, VoidMode};
 use proptest::prelude::*;
 
 fn camera(text: &str) -> Camera {
@@ -38,6 +39,33 @@ fn haze_thins_with_height() {
         assert!(!is_so(height_m, marched(height_m + 100.0)) || height_m > 1e5);
     }
     assert!([-5000.0, 0.0].iter().all(|height_m| (distance_m(*height_m) - 20_000.0).abs() < 0.1));
+}
+
+#[test]
+fn a_scene_says_how_its_heights_are_read() {
+    let keys = "encoding = \"gsi\"\nheight_unit = \"us-ft\"\nheight_scale_m = 0.5\nheight_offset_m = -7\n\
+                tile_rows = \"tms\"\nnodata = 5\nvoids = \"holes\"\n";
+    let heights = scene(&format!("[world]\ndem = \"a.png\"\n{keys}")).unwrap().heights;
+    let wanted = OpenOptions {
+        encoding: Some(Encoding::Gsi),
+        height_unit: Some(HeightUnit::UsFt),
+        height_scale_m: Some(0.5),
+        height_offset_m: Some(-7.0),
+        tile_rows: Some(TileRows::Tms),
+        no_data: Some(5.0),
+        voids: VoidMode::Holes,
+        ..OpenOptions::default()
+    };
+    assert_eq!(heights, wanted);
+    for line in keys.lines().filter(|line| !line.starts_with("voids")) {
+        let key = line.split(' ').next().unwrap();
+        let error = scene(&format!("[world]\ncontinent = {{}}\n{line}\n")).unwrap_err();
+        assert!(error.contains(&format!("world.{key}: it says how a dem is read")), "{error}");
+    }
+    for line in ["height_scale_m = 0", "height_offset_m = nan", "nodata = inf"] {
+        let error = scene(&format!("[world]\ndem = \"a.png\"\n{line}\n")).unwrap_err();
+        assert!(error.contains("it must be"), "{error}");
+    }
 }
 
 #[test]
