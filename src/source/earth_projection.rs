@@ -5,13 +5,14 @@ use proj4rs::Proj;
 use proj4rs::transform::transform;
 
 use super::crs_catalogue as catalogue;
+use super::datum::{self, GeographicBase, parameter};
 use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
 use super::georeference::{Crs, Georeference};
 
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
-/// The words of a PROJ text that set the ellipsoid or a datum.
-const SHAPE_WORDS: [&str; 9] = ["datum", "ellps", "a", "b", "R", "rf", "f", "towgs84", "nadgrids"];
+/// The parameters of a PROJ string that set the ellipsoid or a datum.
+const SHAPE_PARAMETERS: [&str; 9] = ["datum", "ellps", "a", "b", "R", "rf", "f", "towgs84", "nadgrids"];
 
 /// The projection of a CRS, without its datum shift: its coordinates and geodetic longitudes and latitudes on its own
 /// ellipsoid.
@@ -26,13 +27,12 @@ pub(crate) struct EarthProjection {
 }
 
 impl EarthProjection {
-    /// Sets the projection of a CRS up. Returns `None` for a grid without CRS, and for projections that are neither in
+    /// Builds the projection of a georeference's CRS. Returns `None` for a grid without CRS, and for projections that are neither in
     /// the catalogue nor described by known keys.
     pub(crate) fn of(georeference: &Georeference) -> Option<Self> {
         let (text, per_unit) = text(georeference).ok()?;
         let ellipsoid = ellipsoid(georeference);
-        let words = || text.split_whitespace();
-        let value = |name: &str| words().find_map(|word| word.strip_prefix('+')?.strip_prefix(name)?.strip_prefix('='));
+        let value = |name: &str| parameter(&text, name);
         // Web Mercator applies the formulas of the sphere to latitudes on the ellipsoid.
         let is_sphere = value("R").is_some() || value("a").is_some_and(|a| value("b") == Some(a));
         let shape = match (is_sphere, ellipsoid) {
@@ -43,8 +43,8 @@ impl EarthProjection {
             (false, [axis_m, inverse]) => format!("+a={axis_m} +rf={inverse}"),
         };
         let is_shape =
-            |word: &&str| SHAPE_WORDS.contains(&word.trim_start_matches('+').split('=').next().unwrap_or(""));
-        let bare = words().filter(|word| !is_shape(word)).collect::<Vec<_>>().join(" ");
+            |word: &&str| SHAPE_PARAMETERS.contains(&word.trim_start_matches('+').split('=').next().unwrap_or(""));
+        let bare = text.split_whitespace().filter(|word| !is_shape(word)).collect::<Vec<_>>().join(" ");
         let projected = Proj::from_proj_string(&format!("{bare} {shape}")).ok()?;
         let geographic = Proj::from_proj_string(&format!("+proj=longlat {shape} +no_defs")).ok()?;
         Some(Self { projected, geographic, per_unit, ellipsoid })
@@ -71,25 +71,29 @@ pub(super) fn project(from: &Proj, to: &Proj, point: DVec2) -> DVec2 {
     }
 }
 
-/// Returns the CRS as a PROJ text in metres or radians, with its datum, and the metres or radians of one unit of its
-/// coordinates.
+/// Returns the CRS as a PROJ string in metres or radians, with its datum and its prime meridian, and the metres or
+/// radians of one unit of its coordinates. The datum of a CRS without a code is its base's, or unknown.
 ///
 /// # Errors
 /// Fails, with one line, for a grid without CRS and for an unknown projection.
 pub(super) fn text(georeference: &Georeference) -> Result<(String, f64), String> {
     match &georeference.crs {
         Crs::Local => Err("it has no coordinate reference system".into()),
-        Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => {
-            let shape = shape([*semi_major_axis_m, *inverse_flattening]);
-            Ok((format!("+proj=longlat {shape} +no_defs"), *radians_per_unit))
+        Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, name } => {
+            if let Some(text) = code(name).and_then(datum::definition) {
+                return Ok((text, *radians_per_unit));
+            }
+            let base = GeographicBase::of(&georeference.geokeys, [*semi_major_axis_m, *inverse_flattening])
+                .ok_or_else(|| format!("the prime meridian of {name} is unknown"))?;
+            let GeographicBase { datum, prime_meridian_deg, .. } = base;
+            Ok((format!("+proj=longlat {datum} +pm={prime_meridian_deg} +no_defs"), *radians_per_unit))
         }
         Crs::Projected { metres_per_unit, name } => {
-            let code = name.strip_prefix("EPSG:").and_then(|code| code.parse::<u16>().ok());
-            let text = match code.and_then(crs_definitions::from_code) {
+            let text = match code(name).and_then(datum::definition) {
                 // All lengths are in metres: the file's own unit takes precedence over that of the code.
                 Some(known) => {
                     let is_unit = |word: &&str| word.starts_with("+units=") || word.starts_with("+to_meter=");
-                    let words = known.proj4.split_whitespace().filter(|word| !is_unit(word));
+                    let words = known.split_whitespace().filter(|word| !is_unit(word));
                     Some(words.chain(["+units=m"]).collect::<Vec<_>>().join(" "))
                 }
                 None => text_of_keys(&georeference.geokeys, *metres_per_unit),
@@ -100,11 +104,9 @@ pub(super) fn text(georeference: &Georeference) -> Result<(String, f64), String>
     }
 }
 
-fn shape([axis_m, inverse_flattening]: [f64; 2]) -> String {
-    match inverse_flattening {
-        0.0 => format!("+R={axis_m}"),
-        inverse => format!("+a={axis_m} +rf={inverse}"),
-    }
+/// Returns the EPSG code that is the name of a CRS.
+pub(super) fn code(name: &str) -> Option<u16> {
+    name.strip_prefix("EPSG:")?.parse().ok()
 }
 
 /// Returns semi-major axis in metres and inverse flattening of a CRS. WGS 84 is assumed where nothing gives them.
@@ -113,8 +115,7 @@ fn ellipsoid(georeference: &Georeference) -> [f64; 2] {
         Crs::Geographic { semi_major_axis_m, inverse_flattening, .. } => [*semi_major_axis_m, *inverse_flattening],
         Crs::Local => WGS84,
         Crs::Projected { name, .. } => {
-            let code = name.strip_prefix("EPSG:").and_then(|code| code.parse().ok());
-            let known = code.and_then(catalogue::look_up).and_then(|known| known.ellipsoid);
+            let known = code(name).and_then(catalogue::look_up).and_then(|known| known.ellipsoid);
             known.unwrap_or_else(|| ellipsoid_of_keys(&georeference.geokeys))
         }
     }
@@ -167,9 +168,11 @@ const METHODS: [(u16, &str, Parameters); 15] = [
     (28, "cea", Parameters::TrueScale),
 ];
 
-/// Returns the projection that GeoKeys describe by its parameters, as a PROJ text in metres without a datum shift.
+/// Returns the projection that GeoKeys describe by its parameters, as a PROJ string in metres.
 fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
-    let shape = shape(ellipsoid_of_keys(keys));
+    let ellipsoid = ellipsoid_of_keys(keys);
+    let GeographicBase { datum, degrees_per_unit, prime_meridian_deg } = GeographicBase::of(keys, ellipsoid)?;
+    let shape = format!("{datum} +pm={prime_meridian_deg}");
     // The codes of UTM zones as projections: 16001 to 16060 in the north, 16101 to 16160 in the south.
     if let Some(zone) = keys.short(key::PROJECTION).filter(|code| (16_001..=16_160).contains(code)) {
         let (zone, south) = (zone % 100, if zone > 16_100 { " +south" } else { "" });
@@ -177,16 +180,8 @@ fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
     }
     let method = keys.short(key::PROJECTION_METHOD)?;
     let (_, name, parameters) = METHODS.into_iter().find(|(code, ..)| *code == method)?;
-    let degrees = match keys.short(key::ANGULAR_UNITS) {
-        Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE)?.to_degrees(),
-        Some(code) => catalogue::radians_per_angular_unit(code)?.to_degrees(),
-        None => {
-            let base = keys.short(key::GEOGRAPHIC_CRS).filter(|&code| code != USER_DEFINED);
-            base.and_then(catalogue::look_up).map_or(1.0, |base| base.unit.to_degrees())
-        }
-    };
     let first = |ids: &[u16]| ids.iter().find_map(|&id| keys.double(id));
-    let angle = |ids: &[u16]| first(ids).map(|angle| angle * degrees);
+    let angle = |ids: &[u16]| first(ids).map(|angle| angle * degrees_per_unit);
     let latitude = angle(&[3081, 3085, 3089]);
     let parallels = [3078, 3079].map(|id| angle(&[id]));
     let scale = first(&[3092, 3093]).unwrap_or(1.0);
@@ -214,7 +209,7 @@ fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
         }
     };
     // `etmerc` is Poder and Engsager's exact algorithm; it does not support a sphere, for which `tmerc` is exact.
-    let name = if name == "tmerc" && !shape.starts_with("+R") { "etmerc" } else { name };
+    let name = if name == "tmerc" && ellipsoid[1] != 0.0 { "etmerc" } else { name };
     let longitude = angle(&[3095, 3080, 3084, 3088]).unwrap_or(0.0);
     let [easting_m, northing_m] =
         [[3082, 3086, 3090], [3083, 3087, 3091]].map(|ids| first(&ids).unwrap_or(0.0) * metres_per_unit);

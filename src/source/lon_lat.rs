@@ -4,6 +4,7 @@ use glam::DVec2;
 use proj4rs::Proj;
 use proj4rs::transform::transform;
 
+use super::datum::{DatumShift, datum_shift};
 use super::earth_projection;
 use super::georeference::{Crs, Georeference};
 
@@ -13,29 +14,32 @@ pub(crate) struct ToWgs84 {
     from: Option<(Proj, Proj)>,
     /// Metres or radians in a unit of the coordinates.
     per_unit: f64,
+    shift: DatumShift,
 }
 
 impl ToWgs84 {
-    /// Builds the conversion. A datum that the catalogue relates to WGS 84 is shifted; any other counts as WGS 84.
+    /// Builds the conversion. A datum that is not related to WGS 84 counts as WGS 84; see [`Self::has_unknown_datum`].
     ///
     /// # Errors
     /// Fails for a world without reference system, and for an unknown projection; the message is one line.
     pub(crate) fn new(place: &Georeference) -> Result<Self, String> {
-        let known = place.epsg().and_then(crs_definitions::from_code).map(|known| known.proj4);
-        let (text, per_unit) = match (&place.crs, known) {
-            (Crs::Local, _) => return Err("the world is not georeferenced".to_owned()),
-            (Crs::Geographic { radians_per_unit, .. }, _) if place.epsg() == Some(4326) => {
-                return Ok(Self { from: None, per_unit: *radians_per_unit });
+        let (text, per_unit) = match &place.crs {
+            Crs::Local => return Err("the world is not georeferenced".to_owned()),
+            Crs::Geographic { radians_per_unit, .. } if place.epsg() == Some(4326) => {
+                return Ok(Self { from: None, per_unit: *radians_per_unit, shift: DatumShift::None });
             }
-            // The catalogue has the datum.
-            (Crs::Geographic { radians_per_unit, .. }, Some(known)) => (known.to_owned(), *radians_per_unit),
             _ => earth_projection::text(place)?,
         };
         let set_up = |text: &str| {
             Proj::from_proj_string(text).map_err(|error| format!("its reference system cannot be set up: {error}"))
         };
         let from = Some((set_up(&text)?, set_up("+proj=longlat +datum=WGS84 +no_defs")?));
-        Ok(Self { from, per_unit })
+        Ok(Self { from, per_unit, shift: datum_shift(&text) })
+    }
+
+    /// Returns whether coordinates are converted without the shift of their datum, because it is unknown.
+    pub(crate) fn has_unknown_datum(&self) -> bool {
+        self.shift == DatumShift::Unknown
     }
 
     /// Returns longitude and latitude in degrees; NaN where the projection has no inverse.
@@ -78,6 +82,11 @@ mod tests {
         assert!(bern < 2e-5, "{bern}");
         let unshifted = off("EPSG:21781", [600_000.0, 200_000.0], [7.439_583, 46.952_406]);
         assert!(unshifted > 5e-4, "planted error, no shift of the datum: {unshifted}");
+        // Lambert's zone II from Paris, and NAD27, whose usual definition names grids of corrections; its expected value
+        // was computed by Krüger's series and the three translations.
+        assert!(off("EPSG:27572", [600_000.0, 2_200_000.0], [2.336_5, 46.799_94]) < 2e-4);
+        let nad27 = off("EPSG:26710", [600_000.0, 5_188_000.0], [-121.689_787_24, 46.839_807_67]);
+        assert!(nad27 < 1e-7, "{nad27}");
         assert!(ToWgs84::new(&projected("a plan", 1.0)).err().unwrap().contains("a plan"));
     }
 }

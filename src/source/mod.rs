@@ -17,6 +17,7 @@ pub(crate) mod cog;
 mod colour_proof;
 pub(crate) mod continent;
 mod crs_catalogue;
+mod datum;
 mod dted;
 mod earth_place;
 pub(crate) mod earth_projection;

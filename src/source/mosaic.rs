@@ -39,7 +39,7 @@ impl MosaicReader {
             let name = members.get(member).map_or(String::new(), |member| member.identity());
             SourceError::Mosaic { path: name.split(['\t', '\n']).next().unwrap_or("a mosaic").into(), cause }
         })?;
-        grid.warn_if_sparse();
+        grid.warn();
         let precedence = precedence(&grid);
         Ok(Self { grid, members, precedence })
     }

@@ -175,6 +175,14 @@ fn geographic_keys(node: &Node) -> Vec<GeoKey> {
         }
         _ => keys.push(GeoKey::short(key::ANGULAR_UNITS, key::DEGREE)),
     }
+    if let Some(longitude_deg) = prime_meridian_deg(node).filter(|longitude_deg| *longitude_deg != 0.0) {
+        // The key is in the angular unit of the CRS.
+        let unit_deg = node.unit().map_or(1.0, f64::to_degrees);
+        keys.extend([
+            GeoKey::short(key::PRIME_MERIDIAN, USER_DEFINED),
+            GeoKey::double(key::PRIME_MERIDIAN_LONGITUDE, longitude_deg / unit_deg),
+        ]);
+    }
     if let Some([axis, inverse, ..]) = node.find(&["SPHEROID", "ELLIPSOID"]).map(|it| &*it.numbers) {
         keys.extend([
             GeoKey::short(key::ELLIPSOID, USER_DEFINED),
@@ -185,11 +193,19 @@ fn geographic_keys(node: &Node) -> Vec<GeoKey> {
     keys
 }
 
+/// Returns the longitude of the prime meridian in degrees. The first version of WKT has degrees whatever the unit of the
+/// CRS is; in the second one a meridian may have a unit of its own.
+fn prime_meridian_deg(geographic: &Node) -> Option<f64> {
+    let meridian = geographic.find(&["PRIMEM", "PRIMEMERIDIAN"])?;
+    let longitude = *meridian.numbers.first()?;
+    Some(meridian.unit().map_or(longitude, |unit_rad| longitude * unit_rad.to_degrees()))
+}
+
 /// Returns the code of a geographic CRS, as given or by the names of the commonest ones, for which ESRI's text has no
 /// codes.
 fn geographic_code(node: &Node) -> Option<u16> {
     let is_degrees = node.unit().is_none_or(|unit| (unit / 1f64.to_radians() - 1.0).abs() < 1e-9);
-    let is_greenwich = node.child(&["PRIMEM"]).and_then(|it| it.numbers.first()).is_none_or(|it| *it == 0.0);
+    let is_greenwich = prime_meridian_deg(node).is_none_or(|longitude_deg| longitude_deg == 0.0);
     let by_name = || {
         let plain = |text: &str| text.to_ascii_uppercase().replace([' ', '_'], "");
         let (name, datum) = (plain(node.name()), plain(node.find(&["DATUM"]).map_or("", Node::name)));
@@ -279,8 +295,7 @@ const PROJECTIONS: &[(&[&str], u16, [u16; 4])] = &[
     (&["cylindrical_equal_area", "lambert cylindrical equal area"], 28, [3081, 3080, 3082, 3083]),
 ];
 
-/// Returns the projection keys of a CRS without a code, for other programs that read the baked file: the world's frame
-/// needs only the unit.
+/// Returns the projection keys of a CRS without a code: method and parameters.
 fn projection_keys(node: &Node) -> Vec<GeoKey> {
     let Some(projection) = node.find(&["PROJECTION", "METHOD"]) else { return Vec::new() };
     let name = projection.name().to_ascii_lowercase();
@@ -347,6 +362,9 @@ mod tests {
         let feet = keys(&projcs("mine", GEOGCS, r#"UNIT["Foot_US",0.3048006096012192]"#)).unwrap();
         assert_eq!((feet.epsg, feet.short(key::LINEAR_UNITS)), (None, Some(9003)));
         assert_eq!((feet.short(key::PROJECTION_METHOD), feet.double(3092)), (Some(1), Some(0.9996)));
+        let paris = keys(&GEOGCS.replace("\"Greenwich\",0.0", "\"Paris\",2.337229166666667")).unwrap();
+        let longitude = paris.double(key::PRIME_MERIDIAN_LONGITUDE).unwrap();
+        assert!(paris.epsg.is_none() && (longitude - 2.337_229_166_666_667).abs() < 1e-12, "{longitude}");
         let mars = GEOGCS.replace("GCS_WGS_1984", "Mars").replace("6378137.0", "3396190.0");
         let mars = keys(&mars).unwrap();
         assert_eq!((mars.epsg, mars.double(key::SEMI_MAJOR_AXIS)), (None, Some(3_396_190.0)));

@@ -17,7 +17,7 @@ mod plane;
 
 use glam::DVec2;
 
-use super::earth_projection::EarthProjection;
+use super::earth_projection::{EarthProjection, turn_in_crs};
 use super::georeference::{Crs, Georeference, GeoreferenceError};
 pub(crate) use ground_scale::ScaleRange;
 use plane::{Frame, Plane};
@@ -53,8 +53,18 @@ pub(crate) struct GroundScale {
 /// Converts between offsets from a grid's centre and longitudes relative to the centre's, with latitudes, in radians.
 #[derive(Clone, Debug)]
 enum Earth {
-    Degrees { radians_per_unit: f64, ellipsoid: [f64; 2] },
-    Projected { projection: Box<EarthProjection>, centre_rad: DVec2 },
+    Degrees {
+        radians_per_unit: f64,
+        ellipsoid: [f64; 2],
+        /// Longitude of the prime meridian, east of Greenwich.
+        prime_meridian_rad: f64,
+    },
+    Projected {
+        projection: Box<EarthProjection>,
+        centre_rad: DVec2,
+        /// The distance after which eastings repeat themselves, for projections whose meridians are parallel lines.
+        turn_crs: Option<f64>,
+    },
 }
 
 impl WorldMapping {
@@ -145,7 +155,9 @@ impl WorldMapping {
         let earth = self.earth.as_ref()?;
         let mut place = earth.relative_rad(self.centre_crs, self.offset_from_world(world_m));
         place.x += match earth {
-            Earth::Degrees { radians_per_unit, .. } => self.centre_crs.x * radians_per_unit,
+            Earth::Degrees { radians_per_unit, prime_meridian_rad, .. } => {
+                self.centre_crs.x * radians_per_unit + prime_meridian_rad
+            }
             Earth::Projected { centre_rad, .. } => centre_rad.x,
         };
         place.x = wrapped(place.x);
@@ -207,14 +219,20 @@ impl Earth {
     fn of(georeference: &Georeference, centre_crs: DVec2) -> Option<Self> {
         match &georeference.crs {
             Crs::Local => None,
-            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => Some(Self::Degrees {
-                radians_per_unit: *radians_per_unit,
-                ellipsoid: [*semi_major_axis_m, *inverse_flattening],
-            }),
+            Crs::Geographic { radians_per_unit, semi_major_axis_m, inverse_flattening, .. } => {
+                let greenwich = EarthProjection::of(georeference).map(|it| it.longitude_latitude_rad(DVec2::ZERO).x);
+                Some(Self::Degrees {
+                    radians_per_unit: *radians_per_unit,
+                    ellipsoid: [*semi_major_axis_m, *inverse_flattening],
+                    prime_meridian_rad: greenwich.filter(|angle| angle.is_finite()).unwrap_or(0.0),
+                })
+            }
             Crs::Projected { .. } => {
                 let projection = EarthProjection::of(georeference)?;
                 let centre_rad = projection.longitude_latitude_rad(centre_crs);
-                centre_rad.is_finite().then(|| Self::Projected { projection: Box::new(projection), centre_rad })
+                let turn_crs = turn_in_crs(georeference);
+                let projection = Box::new(projection);
+                centre_rad.is_finite().then_some(Self::Projected { projection, centre_rad, turn_crs })
             }
         }
     }
@@ -234,7 +252,7 @@ impl Earth {
             Self::Degrees { radians_per_unit, .. } => {
                 offset * *radians_per_unit + DVec2::new(0.0, centre_crs.y * radians_per_unit)
             }
-            Self::Projected { projection, centre_rad } => {
+            Self::Projected { projection, centre_rad, .. } => {
                 let place = projection.longitude_latitude_rad(centre_crs + offset);
                 DVec2::new(wrapped(place.x - centre_rad.x), place.y)
             }
@@ -247,8 +265,13 @@ impl Earth {
             Self::Degrees { radians_per_unit, .. } => {
                 (relative_rad - DVec2::new(0.0, centre_crs.y * radians_per_unit)) / *radians_per_unit
             }
-            Self::Projected { projection, centre_rad } => {
-                projection.crs(relative_rad + DVec2::new(centre_rad.x, 0.0)) - centre_crs
+            Self::Projected { projection, centre_rad, turn_crs } => {
+                let mut offset = projection.crs(relative_rad + DVec2::new(centre_rad.x, 0.0)) - centre_crs;
+                // The projection has its antimeridian somewhere; an extent may lie across it.
+                if let Some(turn) = turn_crs {
+                    offset.x += turn * (relative_rad.x / std::f64::consts::TAU - offset.x / turn).round();
+                }
+                offset
             }
         }
     }

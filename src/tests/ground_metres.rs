@@ -1,4 +1,4 @@
-//! A metre of the world is a metre on the ground: distances against Vincenty's geodesics in 14 reference systems.
+//! A metre of the world is a metre on the ground: distances against Vincenty's geodesics in 16 reference systems.
 
 use glam::DVec2;
 use hachure::source::earth_projection::EarthProjection;
@@ -11,6 +11,7 @@ use proj4rs::transform::transform;
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 const GRS80: [f64; 2] = [6_378_137.0, 298.257_222_101];
 const AIRY: [f64; 2] = [6_377_563.396, 299.324_964_6];
+const CLARKE_IGN: [f64; 2] = [6_378_249.2, 293.466_021_293_626_5];
 const BESSEL: [f64; 2] = [6_377_397.155, 299.152_812_8];
 
 /// Samples along a side of the grids.
@@ -23,7 +24,8 @@ fn geodesic_m([axis_m, inverse_flattening]: [f64; 2], from: DVec2, to: DVec2) ->
     let f = 1.0 / inverse_flattening;
     let short_m = axis_m * (1.0 - f);
     let [u1, u2] = [from.y, to.y].map(|latitude| ((1.0 - f) * latitude.tan()).atan());
-    let longitude = to.x - from.x;
+    let half = std::f64::consts::PI;
+    let longitude = (to.x - from.x + half).rem_euclid(2.0 * half) - half;
     let mut lambda = longitude;
     for _ in 0..200 {
         let (sin_l, cos_l) = lambda.sin_cos();
@@ -65,7 +67,7 @@ const fn system(epsg: u16, ellipsoid: [f64; 2], longitude: f64, latitudes: [f64;
     System { epsg, ellipsoid, longitude, latitudes }
 }
 
-const SYSTEMS: [System; 14] = [
+const SYSTEMS: [System; 16] = [
     system(3857, WGS84, 9.3, [-60.0, -33.0, 0.5, 46.6, 71.0]),
     system(3395, WGS84, -70.2, [-52.0, -33.0, 0.5, 46.6, 71.0]),
     system(32632, WGS84, 13.5, [5.0, 20.0, 46.6, 60.0, 72.0]),
@@ -80,6 +82,9 @@ const SYSTEMS: [System; 14] = [
     system(3978, GRS80, -130.0, [42.0, 49.0, 55.0, 63.0, 77.0]),
     system(28992, BESSEL, 6.9, [50.8, 51.3, 52.0, 52.8, 53.4]),
     system(4326, WGS84, 100.0, [-60.0, -33.0, 0.5, 46.6, 71.0]),
+    // Across the antimeridian, and from Paris.
+    system(3857, WGS84, 180.0, [-60.0, -33.0, 0.5, 46.6, 71.0]),
+    system(27572, CLARKE_IGN, 7.6, [42.0, 44.0, 46.5, 48.5, 51.0]),
 ];
 
 impl System {

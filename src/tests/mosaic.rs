@@ -436,6 +436,12 @@ fn neighbours_at_the_antimeridian_are_neighbours() {
             assert_eq!(heights_m[row + 1], at);
             assert_eq!(heights_m[row + row - side as usize + 1], last);
             assert!(heights_m.iter().all(|height_m| height_m.is_finite()), "no gap");
+            let mapping = WorldMapping::new(mosaic.georeference(), columns, side).unwrap();
+            let width_m =
+                mapping.world_from_grid(f64::from(columns - 1), 12.0).x - mapping.world_from_grid(0.0, 12.0).x;
+            let degree_m = if step < 1.0 { 107_000.0 } else { 1.0 / 1.000_1 };
+            let expected_m = f64::from(columns - 1) * step * degree_m;
+            assert!((width_m / expected_m - 1.0).abs() < 0.01, "{crs:?}: {width_m} m wide, not {expected_m}");
         }
     }
     // A member in another reference system: UTM zone 1, which begins at 180°, beside longitudes to the west.
@@ -443,6 +449,46 @@ fn neighbours_at_the_antimeridian_are_neighbours() {
     let (left, right) = (placed(&degrees(), 179.5, -16.0, 0.01, 50), placed(&utm, 180_000.0, 8_225_000.0, 1000.0, 48));
     let [width, height] = reader(&[&left, &right]).size();
     assert!(width < 120 && height < 60, "{width} × {height} samples, not around the earth");
+}
+
+/// Returns a grid in longitudes and latitudes of a code.
+fn of_datum(epsg: u16) -> Crs {
+    let definition = crs_definitions::from_code(epsg).unwrap().proj4;
+    let axis_m = if definition.contains("NAD27") { 6_378_206.4 } else { 6_378_137.0 };
+    Crs::Geographic {
+        radians_per_unit: 1f64.to_radians(),
+        semi_major_axis_m: axis_m,
+        inverse_flattening: 298.257_223_563,
+        name: format!("EPSG:{epsg}"),
+    }
+}
+
+#[test]
+fn members_on_two_datums_are_shifted() {
+    // Two tiles of 1" side by side; the same place on NAD27 is about 4" further east in the west of America.
+    let step = 1.0 / 3600.0;
+    let corner = |west: f64, epsg: u16| placed(&of_datum(epsg), west, 47.0, step, 50);
+    let columns = |east: u16| reader(&[&corner(-122.0, 4269), &corner(-122.0 + 50.0 * step, east)]).size()[0];
+    assert_eq!((columns(4269), columns(4326)), (100, 100), "NAD83 and WGS 84 are the same within 2 m");
+    let shifted = columns(4267);
+    assert!((94..100).contains(&shifted), "{shifted} columns: NAD27 is shifted by about 95 m");
+}
+
+#[test]
+fn projections_of_one_name_and_other_parameters_are_two() {
+    let lambert = |longitude: f64, name: &str| {
+        let text = crs_definitions::from_code(2154).unwrap().wkt.replace("AUTHORITY[\"EPSG\"", "AUTHORITY[\"mine\"");
+        let text = text.replace("\"central_meridian\",3", &format!("\"central_meridian\",{longitude}"));
+        let geokeys = hachure::source::wkt::keys(&text).unwrap();
+        let crs = Crs::Projected { metres_per_unit: 1.0, name: name.into() };
+        let grid = placed(&crs, 700_000.0, 6_600_000.0, 100.0, 50);
+        HeightGrid { georeference: Georeference { geokeys, ..grid.georeference }, ..grid }
+    };
+    let width = |a: &HeightGrid, b: &HeightGrid| reader(&[a, b]).size()[0];
+    assert_eq!(width(&lambert(3.0, "unknown"), &lambert(3.0, "unknown")), 50);
+    // One degree at 46.5° N is 76 km.
+    let apart = width(&lambert(3.0, "unknown"), &lambert(4.0, "unknown"));
+    assert!((750..850).contains(&apart), "{apart} columns");
 }
 
 #[test]

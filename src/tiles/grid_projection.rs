@@ -114,6 +114,21 @@ impl GridProjection {
         (low - margin, high + margin)
     }
 
+    /// Returns the smallest and the largest east and north of the whole grid, in metres. Its sides may be curved: each is
+    /// sampled at 65 points.
+    pub(crate) fn extent_m(&self) -> [DVec2; 2] {
+        let steps: u32 = if self.degree == 1 { 1 } else { 64 };
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        for i in 0..=steps {
+            let along = f64::from(i) / f64::from(steps);
+            for part in [[along, 0.0], [along, 1.0], [0.0, along], [1.0, along]] {
+                let place = self.world_from_grid(self.last_sample * DVec2::from(part));
+                (low, high) = (low.min(place), high.max(place));
+            }
+        }
+        [low, high]
+    }
+
     /// Returns the mean distance between samples in metres, in the middle of the grid.
     pub fn spacing_m(&self) -> f64 {
         let middle = self.last_sample * 0.5;

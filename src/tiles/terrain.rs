@@ -185,15 +185,9 @@ impl Terrain {
         (high_m - low_m).to_array()
     }
 
-    /// Returns the smallest and the largest east and north of its corners, in metres.
+    /// Returns the smallest and the largest east and north, in metres.
     pub fn corners_m(&self) -> [DVec2; 2] {
-        let size = self.store.levels()[0];
-        let (right, bottom) = (f64::from(size.width - 1), f64::from(size.height - 1));
-        let corners = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)];
-        let places = corners.map(|(x, y)| self.grid_projection.world_from_grid(DVec2::new(x, y)));
-        let low = places.into_iter().reduce(DVec2::min).unwrap_or_default();
-        let high = places.into_iter().reduce(DVec2::max).unwrap_or_default();
-        [low, high]
+        self.grid_projection.extent_m()
     }
 
     /// Returns the source of its tiles.

@@ -121,7 +121,9 @@ impl Job<'_> {
         let places = Places { placed, mapping: terrain.mapping(), to_wgs84, turn };
         let middle = 0.5 * placed.map.size();
         let middle = kurbo::Point::new(middle.x, middle.y);
-        let unit_per_px = (places.of(middle + (0.0, 1.0)) - places.of(middle)).length();
+        // The middle may be on the antimeridian.
+        let pair = continuous(vec![places.of(middle), places.of(middle + (0.0, 1.0))], places.turn);
+        let unit_per_px = pair[0].distance(pair[1]);
         if !(unit_per_px.is_finite() && unit_per_px > 0.0) {
             bail!("cannot write {}: the centre of the map has no coordinates in EPSG:{epsg}", named(path));
         }
@@ -206,7 +208,17 @@ fn cut_at_date_line(places: Vec<DVec2>, turn: Option<f64>) -> Vec<Vec<[f64; 2]>>
     let side = |place: DVec2| ((place.x + half) / turn).floor();
     let mut parts: Vec<Vec<[f64; 2]>> = vec![Vec::new()];
     let mut before: Option<DVec2> = None;
-    for place in places {
+    let count = places.len();
+    for (number, place) in places.into_iter().enumerate() {
+        // The end of a line on the edge itself belongs to the part before it.
+        if number + 1 == count
+            && let Some(before) = before.filter(|before| side(*before) != side(place))
+            && (place.x + half).rem_euclid(turn) == 0.0
+            && before.x < place.x
+        {
+            parts.last_mut().into_iter().for_each(|part| part.push([half, place.y]));
+            break;
+        }
         if let Some(before) = before.filter(|before| side(*before) != side(place)) {
             let edge = side(before).max(side(place)) * turn - half;
             let part = (edge - before.x) / (place.x - before.x);
@@ -243,6 +255,8 @@ mod tests {
             vec![[180.0, 12.0], [179.5, 12.0]],
         ];
         assert_eq!(cut, expected);
+        let to_the_edge = vec![DVec2::new(179.0, 10.0), DVec2::new(180.0, 12.0)];
+        assert_eq!(cut_at_date_line(to_the_edge, Some(360.0)), [vec![[179.0, 10.0], [180.0, 12.0]]]);
         assert_eq!(cut_at_date_line(line, None), [vec![[179.0, 10.0], [181.0, 12.0], [179.5, 12.0]]]);
     }
 

@@ -65,7 +65,15 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
     let output = named(&args.output);
     if args.wgs84 {
         return match ToWgs84::new(world) {
-            Ok(_) => Ok(()),
+            Ok(to_wgs84) => {
+                if to_wgs84.has_unknown_datum() {
+                    tracing::warn!(
+                        "{output}: the datum of the world's reference system is unknown and taken as WGS 84; \
+                         positions may be off by 100 m or more"
+                    );
+                }
+                Ok(())
+            }
             Err(cause) => bail!("cannot write {output} in WGS 84: {cause}"),
         };
     }

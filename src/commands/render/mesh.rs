@@ -96,7 +96,7 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
     let size = store.levels()[0];
     let mapping = WorldMapping::new(store.georeference(), size.width, size.height)?;
     let projection = GridProjection::fit(&mapping, size.width, size.height);
-    let extent = extent(args, &projection, [size.width, size.height]);
+    let extent = extent(args, &projection);
     let size_m = extent.corners_m[1] - extent.corners_m[0];
     let max_error_m = args.mesh_error.unwrap_or(ERROR_PART * size_m.max_element());
     let cannot = || format!("cannot write {}", named(output));
@@ -147,14 +147,8 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
 }
 
 /// Returns the extent of the mesh: the map's, or all of the land.
-fn extent(args: &RenderArgs, projection: &GridProjection, [width, height]: [u32; 2]) -> Extent {
-    let last = DVec2::new(f64::from(width - 1), f64::from(height - 1));
-    let grid_corners = [DVec2::ZERO, DVec2::new(last.x, 0.0), DVec2::new(0.0, last.y), last];
-    let places = grid_corners.map(|grid| projection.world_from_grid(grid));
-    let land_m = [
-        places.into_iter().reduce(DVec2::min).unwrap_or_default(),
-        places.into_iter().reduce(DVec2::max).unwrap_or_default(),
-    ];
+fn extent(args: &RenderArgs, projection: &GridProjection) -> Extent {
+    let land_m = projection.extent_m();
     let corners_m = match args.map {
         Some(area @ MapArea::Around { .. }) => {
             let [low_m, high_m] = Map::new(area, land_m, args.size()).corners_m();

@@ -60,7 +60,7 @@ impl MosaicStore {
             let path = members.get(member).map_or_else(|| name.clone(), |member| member.name()).into();
             PyramidError::BadGrid { path, cause }
         })?;
-        grid.warn_if_sparse();
+        grid.warn();
         let levels = level_sizes(grid.size[0], grid.size[1]);
         let range_m = members
             .iter()

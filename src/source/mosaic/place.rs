@@ -4,7 +4,9 @@
 use proj4rs::Proj;
 use proj4rs::transform::transform;
 
+use super::super::datum::{DatumShift, datum_shift, parameter};
 use super::super::georeference::{Crs, Georeference};
+use super::super::{GeoKey, GeoKeyValue};
 use super::super::{Window, WorldMapping, earth_projection};
 
 /// Offsets from a whole number of samples below this count as zero.
@@ -13,7 +15,7 @@ const ALIGNED_SAMPLES: f64 = 1e-3;
 /// Spacing of the exact nodes of a reprojection in samples; between them it is interpolated bilinearly.
 const NODES_APART: u32 = 16;
 
-/// The reason why a file without a reference system does not fit to one that has one.
+/// The reason why a file without a reference system does not fit one that has one.
 const NO_CRS: &str = "has no coordinate reference system, but other files of the same world have one; assign it (as \
                       gdal_edit.py -a_srs EPSG:CODE does) or leave the file out";
 
@@ -42,6 +44,8 @@ pub(crate) struct MosaicGrid {
     pub size: [u32; 2],
     /// The members in the given order.
     pub members: Vec<Placed>,
+    /// Whether members are combined whose datums are not related to each other.
+    has_unrelated_datums: bool,
 }
 
 /// The position of a member in the grid.
@@ -97,12 +101,16 @@ impl MosaicGrid {
         let first = spacings_m.iter().position(|&spacing_m| spacing_m < finest_m * 1.01);
         let first = first.ok_or_else(|| of(0)("there are no height files".into()))?;
         if let Some((other, (place, _))) =
-            members.iter().enumerate().find(|(_, (place, _))| !same(&place.crs, &members[first].0.crs))
+            members.iter().enumerate().find(|(_, (place, _))| !same(place, members[first].0))
         {
             // The lattice takes part in each transformation, so its own reference system is set up first.
             Side::new(members[first].0).map_err(of(first))?;
             Side::new(place).map_err(of(other))?;
         }
+        let lattice = members[first].0;
+        let is_unrelated =
+            |place: &Georeference| !same(place, lattice) && has_unknown_datum(place) != has_unknown_datum(lattice);
+        let has_unrelated_datums = members.iter().any(|(place, _)| is_unrelated(place));
         let turned = turned(members, first)?;
         let members: Vec<(&Georeference, [u32; 2])> =
             turned.iter().zip(members).map(|(turned, (_, size))| (&turned.place, *size)).collect();
@@ -134,11 +142,19 @@ impl MosaicGrid {
             Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way })
         });
         let members = placed.collect::<Result<_, Misfit>>()?;
-        Ok(Self { georeference, size, members })
+        Ok(Self { georeference, size, members, has_unrelated_datums })
     }
 
-    /// Warns if most of the grid is beyond all members: they may be of two places.
-    pub(crate) fn warn_if_sparse(&self) {
+    /// Warns if most of the grid is beyond all members, because they may be of two places, and if members may be
+    /// displaced.
+    pub(crate) fn warn(&self) {
+        if self.has_unrelated_datums {
+            tracing::warn!(
+                "the {} files have different reference systems, and the datum of some of them is unknown: files may be \
+                 displaced against others by 100 m or more",
+                self.members.len()
+            );
+        }
         let share = self.covered_share();
         if share < SPARSE_SHARE {
             let ([width, height], count) = (self.size, self.members.len());
@@ -185,7 +201,7 @@ fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Tur
     let turned = members.iter().zip(ranges).zip(shifts).map(|(((place, _), [low, high]), shift)| {
         let mut place = (*place).clone();
         // Members in another CRS are shifted by their transformation, which is taken close to the middle.
-        if same(&place.crs, &lattice.crs) {
+        if same(&place, lattice) {
             place.crs_from_grid[0] += shift;
         }
         Turned { place, middle: 0.5 * (low + high) + shift }
@@ -277,9 +293,13 @@ impl Placed {
                 let (column, row) = (i % columns, i / columns);
                 let corner = (row / NODES_APART * nodes + column / NODES_APART) as usize;
                 let (u, v) = (part(column), part(row));
+                let nodes = [corner, corner + 1, corner + nodes as usize, corner + nodes as usize + 1];
+                if !nodes.iter().all(|&node| exact[node].iter().all(|c| c.is_finite())) {
+                    return at(column, row);
+                }
                 [0, 1].map(|axis| {
                     let across = |corner: usize| exact[corner][axis] * (1.0 - u) + exact[corner + 1][axis] * u;
-                    across(corner) * (1.0 - v) + across(corner + nodes as usize) * v
+                    across(nodes[0]) * (1.0 - v) + across(nodes[2]) * v
                 })
             })
             .collect()
@@ -293,11 +313,14 @@ impl Placed {
 
     /// Returns whether a window of the grid may overlap the member.
     pub(crate) fn meets(&self, window: Window) -> bool {
-        let steps = [window.width, window.height].map(|count| f64::from(count) / 8.0);
-        let first = [window.x, window.y].map(|c| f64::from(c) - 0.5);
-        let places = self.coordinates(first, steps, [9, 9]);
+        let at = |first: u32, count: u32, step: u32| f64::from(first) - 0.5 + f64::from(count * step) / 8.0;
         let (mut low, mut high) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
-        for place in places {
+        for (i, k) in (0..=8).flat_map(|k| (0..=8).map(move |i| (i, k))) {
+            let place = self.way.map(at(window.x, window.width, i), at(window.y, window.height, k));
+            if !place.iter().all(|c| c.is_finite()) {
+                // Part of the window is beyond the projection; what the rest of it meets is not known by these places.
+                return true;
+            }
             for axis in 0..2 {
                 low[axis] = low[axis].min(place[axis]);
                 high[axis] = high[axis].max(place[axis]);
@@ -314,7 +337,7 @@ impl Way {
     /// # Errors
     /// Fails, with one line, if one of them has no reference system, or if no transformation between them is known.
     pub(crate) fn between(from: &Georeference, to: &Georeference, middle: Option<f64>) -> Result<Self, String> {
-        if !same(&from.crs, &to.crs) {
+        if !same(from, to) {
             return Self::projected(
                 from,
                 to,
@@ -393,14 +416,55 @@ impl Side {
     }
 }
 
-/// Returns whether coordinates in one CRS are valid in the other.
-fn same(a: &Crs, b: &Crs) -> bool {
-    match (a, b) {
+/// Returns whether coordinates in one CRS are valid in the other, within about 2 m.
+fn same(a: &Georeference, b: &Georeference) -> bool {
+    match (&a.crs, &b.crs) {
         (
-            Crs::Geographic { radians_per_unit: a, semi_major_axis_m: major_a, .. },
-            Crs::Geographic { radians_per_unit: b, semi_major_axis_m: major_b, .. },
-        ) => a == b && (major_a - major_b).abs() < 300.0,
+            Crs::Geographic { radians_per_unit: unit_a, semi_major_axis_m: axis_a, name: name_a, .. },
+            Crs::Geographic { radians_per_unit: unit_b, semi_major_axis_m: axis_b, name: name_b, .. },
+        ) => {
+            let code = earth_projection::code;
+            let is_one_datum = code(name_a).is_some() && code(name_a) == code(name_b);
+            let parts = |place: &Georeference| {
+                let (text, _) = earth_projection::text(place).ok()?;
+                Some((datum_shift(&text), parameter(&text, "pm").unwrap_or("0").to_owned()))
+            };
+            let is_alike = || match (parts(a), parts(b)) {
+                // A datum is not known by its ellipsoid; but that of two files of one product is the same.
+                (Some((shift_a, from_a)), Some((shift_b, from_b))) => {
+                    let is_shift = shift_a == shift_b && shift_a != DatumShift::Known;
+                    is_shift && from_a == from_b && (axis_a - axis_b).abs() < 1.0
+                }
+                _ => name_a == name_b,
+            };
+            unit_a == unit_b && (is_one_datum || is_alike())
+        }
+        (Crs::Projected { name, .. }, Crs::Projected { .. }) => {
+            // Files without a code may all be called "unknown".
+            let has_parameters = |key: &&GeoKey| (2048..=2061).contains(&key.id) || (3074..=3095).contains(&key.id);
+            let count = |place: &Georeference| place.geokeys.keys.iter().filter(has_parameters).count();
+            let are_parameters_alike = || {
+                let own = a.geokeys.keys.iter().filter(has_parameters);
+                count(a) == count(b) && own.into_iter().all(|key| b.geokeys.keys.iter().any(|other| alike(key, other)))
+            };
+            a.crs == b.crs && (earth_projection::code(name).is_some() || are_parameters_alike())
+        }
         (a, b) => a == b,
+    }
+}
+
+fn has_unknown_datum(place: &Georeference) -> bool {
+    earth_projection::text(place).is_ok_and(|(text, _)| datum_shift(&text) == DatumShift::Unknown)
+}
+
+/// Returns whether two keys are the same, except for rounding.
+fn alike(a: &GeoKey, b: &GeoKey) -> bool {
+    match (&a.value, &b.value) {
+        (GeoKeyValue::Double(own), GeoKeyValue::Double(other)) => {
+            let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
+            a.id == b.id && own.len() == other.len() && own.iter().zip(other).all(is_near)
+        }
+        _ => a == b,
     }
 }
 

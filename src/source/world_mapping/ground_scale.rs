@@ -8,7 +8,7 @@ use glam::{DMat2, DVec2};
 use serde::Serialize;
 
 /// Number of places along a side of the extent at which the scale is computed.
-const PLACES: u32 = 9;
+const PLACES_PER_SIDE: u32 = 9;
 
 /// Half the length of the steps over which positions are differentiated, in radians of arc: about 30 m on the earth.
 const STEP_RAD: f64 = 5e-6;
@@ -30,9 +30,9 @@ impl ScaleRange {
         (self.max - 1.0).max(1.0 - self.min)
     }
 
-    /// Returns the scales of a map over the rectangle of samples from (0, 0) to `last`. `plane_from` returns the
-    /// position on the map in metres at a longitude and latitude in radians; `places` returns longitude and latitude at
-    /// a position of the grid. Returns `None` if the centre or too many other places have no position.
+    /// Returns the scales of a map over the rectangle of samples from (0, 0) to `last`. `place` returns longitude and
+    /// latitude in radians at a (column, row); `plane_from` returns the position on the map in metres at a longitude and
+    /// latitude in radians. Returns `None` if the centre or too many other places have no position.
     pub(super) fn over(
         last: DVec2,
         ellipsoid: [f64; 2],
@@ -43,15 +43,15 @@ impl ScaleRange {
         let [small, large] = scales(0.5 * last)?;
         let mut range = Self { centre: (small * large).sqrt(), min: small, max: large };
         let mut found = 0;
-        for (i, k) in (0..PLACES).flat_map(|k| (0..PLACES).map(move |i| (i, k))) {
-            let part = DVec2::new(f64::from(i), f64::from(k)) / f64::from(PLACES - 1);
+        for (i, k) in (0..PLACES_PER_SIDE).flat_map(|k| (0..PLACES_PER_SIDE).map(move |i| (i, k))) {
+            let part = DVec2::new(f64::from(i), f64::from(k)) / f64::from(PLACES_PER_SIDE - 1);
             if let Some([small, large]) = scales(part * last) {
                 range = Self { centre: range.centre, min: range.min.min(small), max: range.max.max(large) };
                 found += 1;
             }
         }
         // Corners of a grid may be beyond the poles, but a projection without most of the places is none for the grid.
-        (found > PLACES * PLACES / 2).then_some(range)
+        (found > PLACES_PER_SIDE * PLACES_PER_SIDE / 2).then_some(range)
     }
 }
 

@@ -8,6 +8,7 @@
 use glam::DVec2;
 
 use super::super::crs_catalogue as catalogue;
+use super::super::datum::GeographicBase;
 use super::super::geokeys::{self as key, GeoKey, GeoKeys, USER_DEFINED};
 use super::super::georeference::{Crs, Georeference};
 use super::super::wkt;
@@ -64,11 +65,6 @@ impl WorldMapping {
 
     /// Returns the GeoKeys of the world's projection: on the file's own geographic CRS, centred on the world's origin.
     fn transverse_mercator_keys(&self, world: &Georeference) -> Vec<GeoKey> {
-        let radians_per_unit = match &world.crs {
-            Crs::Geographic { radians_per_unit, .. } => *radians_per_unit,
-            Crs::Projected { .. } | Crs::Local => 1f64.to_radians(),
-        };
-        let origin = self.longitude_latitude_rad(DVec2::ZERO).unwrap_or(DVec2::NAN) / radians_per_unit;
         let citation = format!("hachure: {}", self.describe());
         let mut keys = vec![GeoKey::short(key::MODEL_TYPE, 1), GeoKey::ascii(key::CITATION, &citation)];
         let own = world.geokeys.keys.iter().filter(|key| GEOGRAPHIC_KEYS.contains(&key.id));
@@ -76,6 +72,13 @@ impl WorldMapping {
         if !keys.iter().any(|key| key.id == key::GEOGRAPHIC_CRS) {
             keys.extend(self.geographic_keys(&world.crs));
         }
+        // The origin has the unit and the prime meridian of the geographic CRS.
+        let ellipsoid = self.earth.as_ref().map(Earth::ellipsoid).unwrap_or_default();
+        let base = GeographicBase::of(&GeoKeys::from_keys(keys.clone()), ellipsoid);
+        let (degrees_per_unit, prime_meridian_deg) =
+            base.map_or((1.0, 0.0), |base| (base.degrees_per_unit, base.prime_meridian_deg));
+        let origin_rad = self.longitude_latitude_rad(DVec2::ZERO).unwrap_or(DVec2::NAN);
+        let origin = (origin_rad - DVec2::new(prime_meridian_deg.to_radians(), 0.0)) / degrees_per_unit.to_radians();
         keys.extend([
             GeoKey::short(key::PROJECTED_CRS, USER_DEFINED),
             GeoKey::short(key::PROJECTION, USER_DEFINED),
