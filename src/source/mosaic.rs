@@ -10,10 +10,13 @@ mod agreement;
 mod choice;
 mod members;
 mod place;
+mod turns;
+mod way;
 
 pub(crate) use choice::Choice;
 pub(crate) use members::member_options;
-pub(crate) use place::{Misfit, MosaicGrid, Placed, Way};
+pub(crate) use place::{Misfit, MosaicGrid, Placed};
+pub(crate) use way::Way;
 
 use super::georeference::Georeference;
 use super::{HeightReader, SourceError, Window};

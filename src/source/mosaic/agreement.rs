@@ -6,7 +6,7 @@
 //! It is also rougher than its DEM: a derivative amplifies what is small. So of two rasters that disagree, the one
 //! whose neighbouring samples differ less, relative to all of its values, is the DEM.
 
-use super::place::{Way, middle_x};
+use super::way::{Way, middle_x};
 use crate::source::SourceError;
 use crate::source::reader::{HeightReader, Window};
 

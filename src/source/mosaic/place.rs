@@ -1,25 +1,15 @@
 //! Combines the grids of several DEMs: the common lattice, its extent, and the transformation from it to each member's
 //! own grid.
 
-use proj4rs::Proj;
-use proj4rs::transform::transform;
-
-use super::super::datum::{DatumShift, datum_shift, parameter};
 use super::super::georeference::{Crs, Georeference};
-use super::super::{GeoKey, GeoKeyValue};
-use super::super::{Window, WorldMapping, earth_projection};
-
-/// Offsets from a whole number of samples below this count as zero.
-const ALIGNED_SAMPLES: f64 = 1e-3;
+use super::super::{Window, WorldMapping};
+use super::turns::turned;
+use super::way::{ALIGNED_SAMPLES, NO_CRS, Side, Way, has_unknown_datum, middle_x, same};
 
 /// Spacing of the exact nodes of a reprojection in samples; between them it is interpolated bilinearly.
 const NODES_APART: u32 = 16;
 
-/// The reason why a file without a reference system does not fit one that has one.
-const NO_CRS: &str = "has no coordinate reference system, but other files of the same world have one; assign it (as \
-                      gdal_edit.py -a_srs EPSG:CODE does) or leave the file out";
-
-const TOO_FAR: &str = "is too far from the other files to form one grid with them";
+pub(super) const TOO_FAR: &str = "is too far from the other files to form one grid with them";
 
 /// Largest number of samples on a side of a mosaic.
 const LARGEST_SIDE: f64 = (1 << 24) as f64;
@@ -56,28 +46,6 @@ pub(crate) struct Placed {
     /// Sample spacing as a multiple of the mosaic's, 1 or more.
     pub ratio: f64,
     way: Way,
-}
-
-/// The transformation from the samples of one grid to those of another.
-#[derive(Debug)]
-pub(crate) enum Way {
-    /// Sample (0, 0) of the target coincides with this sample of the grid.
-    Whole([i64; 2]),
-    /// Affine coefficients `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]`: target coordinates from grid
-    /// coordinates.
-    Affine([f64; 6]),
-    /// A transformation through both reference systems. Coordinates x of the target repeat themselves after `turn`; they
-    /// are taken as close as possible to the second number.
-    Projected { from: Box<Side>, to: Box<Side>, turn: Option<[f64; 2]> },
-}
-
-/// A grid with its reference system.
-#[derive(Debug)]
-pub(crate) struct Side {
-    crs_from_grid: [f64; 6],
-    proj: Proj,
-    /// Factor from a unit of the CRS to the unit of `proj`, radians or metres.
-    per_unit: f64,
 }
 
 impl MosaicGrid {
@@ -174,97 +142,6 @@ impl MosaicGrid {
     }
 }
 
-/// A member whose longitudes, or eastings of a cylindrical projection, are shifted by whole turns.
-struct Turned {
-    place: Georeference,
-    /// The middle of its extent, as coordinate x of the lattice's CRS.
-    middle: f64,
-}
-
-/// Shifts members by whole turns of longitude so that the world is cut where the widest gap between them is: two
-/// neighbours at 180° are neighbours. The member `first`, whose lattice is that of the world, is not shifted.
-///
-/// # Errors
-/// The same as [`Way::between`].
-fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Turned>, Misfit> {
-    let lattice = members[first].0;
-    let unmoved =
-        |(place, size): &(&Georeference, [u32; 2])| Turned { place: (*place).clone(), middle: middle_x(place, *size) };
-    let Some(turn) = earth_projection::turn_in_crs(lattice).filter(|_| members.len() > 1) else {
-        return Ok(members.iter().map(unmoved).collect());
-    };
-    let range = |(member, (place, size)): (usize, &(&Georeference, [u32; 2]))| {
-        range_x(place, *size, lattice, turn).map_err(|cause| Misfit { member, cause })
-    };
-    let ranges = members.iter().enumerate().map(range).collect::<Result<Vec<_>, _>>()?;
-    let shifts = shifts(&ranges, turn, first);
-    let turned = members.iter().zip(ranges).zip(shifts).map(|(((place, _), [low, high]), shift)| {
-        let mut place = (*place).clone();
-        // Members in another CRS are shifted by their transformation, which is taken close to the middle.
-        if same(&place, lattice) {
-            place.crs_from_grid[0] += shift;
-        }
-        Turned { place, middle: 0.5 * (low + high) + shift }
-    });
-    Ok(turned.collect())
-}
-
-/// Returns the coordinate x of the middle of a grid in its CRS.
-pub(super) fn middle_x(place: &Georeference, size: [u32; 2]) -> f64 {
-    let [column, row] = size.map(|count| f64::from(count - 1) / 2.0);
-    apply(place.crs_from_grid, column, row)[0]
-}
-
-/// Returns the smallest and the largest coordinate x of a member in the CRS of the lattice.
-fn range_x(place: &Georeference, size: [u32; 2], lattice: &Georeference, turn: f64) -> Result<[f64; 2], String> {
-    let unit = Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..lattice.clone() };
-    let middle = size.map(|count| f64::from(count - 1) / 2.0);
-    let centre = Way::between(place, &unit, None)?.map(middle[0], middle[1])[0];
-    // Every part of a member is within half a turn of its middle.
-    let way = Way::between(place, &unit, Some(centre))?;
-    let steps = [0.0, 0.25, 0.5, 0.75, 1.0];
-    let places = steps.into_iter().flat_map(|i| steps.map(|k| way.map(2.0 * i * middle[0], 2.0 * k * middle[1])[0]));
-    let range = places.fold([centre, centre], |[low, high], x| [low.min(x), high.max(x)]);
-    let is_valid = range.iter().all(|x| x.is_finite()) && range[1] - range[0] < 2.0 * turn;
-    if is_valid { Ok(range) } else { Err(TOO_FAR.into()) }
-}
-
-/// Returns whole multiples of `turn` to be added to each range, so that all of them together are shortest; that of
-/// `first` is 0.
-fn shifts(ranges: &[[f64; 2]], turn: f64, first: usize) -> Vec<f64> {
-    let begin = |range: &[f64; 2]| range[0].rem_euclid(turn);
-    let mut order: Vec<usize> = (0..ranges.len()).collect();
-    order.sort_by(|&a, &b| begin(&ranges[a]).total_cmp(&begin(&ranges[b])));
-    // The widest gap is after the range that ends before the one that begins next.
-    let (mut widest, mut cut, mut end) = (f64::NEG_INFINITY, 0.0, f64::NEG_INFINITY);
-    for round in 0..2 {
-        for &index in &order {
-            let start = begin(&ranges[index]) + turn * f64::from(round);
-            if start - end > widest * (1.0 + 1e-9) + 1e-9 && end.is_finite() {
-                (widest, cut) = (start - end, start.rem_euclid(turn));
-            }
-            end = end.max(start + ranges[index][1] - ranges[index][0]);
-        }
-    }
-    let shift = |range: &[f64; 2]| {
-        let place = (begin(range) - cut + 1e-9 * turn).rem_euclid(turn) - 1e-9 * turn + cut;
-        ((place - range[0]) / turn).round()
-    };
-    let turns: Vec<f64> = ranges.iter().map(shift).collect();
-    let length = |turns: &[f64]| {
-        let ends = ranges.iter().zip(turns).map(|(range, turns)| range.map(|x| x + turns * turn));
-        let [low, high] =
-            ends.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], [a, b]| [low.min(a), high.max(b)]);
-        high - low
-    };
-    // A whole earth stays as it is.
-    let unmoved = vec![0.0; ranges.len()];
-    if length(&unmoved) <= length(&turns) * (1.0 + 1e-9) {
-        return unmoved;
-    }
-    turns.iter().map(|own| (own - turns[first]) * turn).collect()
-}
-
 impl Placed {
     /// Returns the position of the member's sample (0, 0) in the grid, if its samples coincide with the grid's.
     pub(crate) fn shift(&self) -> Option<[i64; 2]> {
@@ -330,144 +207,6 @@ impl Placed {
     }
 }
 
-impl Way {
-    /// Returns the transformation from the grid at `from` to that at `to`. If the reference systems differ and longitudes
-    /// or eastings of `to` repeat themselves, they are taken as close as possible to `middle`, in units of its CRS.
-    ///
-    /// # Errors
-    /// Fails, with one line, if one of them has no reference system, or if no transformation between them is known.
-    pub(crate) fn between(from: &Georeference, to: &Georeference, middle: Option<f64>) -> Result<Self, String> {
-        if !same(from, to) {
-            return Self::projected(
-                from,
-                to,
-                middle.and_then(|middle| Some([earth_projection::turn_in_crs(to)?, middle])),
-            );
-        }
-        let back = inverse(to.crs_from_grid);
-        let ([fx, a, b, fy, c, d], [bx, e, f, by, g, h]) = (from.crs_from_grid, back);
-        let ways =
-            [bx + e * fx + f * fy, e * a + f * c, e * b + f * d, by + g * fx + h * fy, g * a + h * c, g * b + h * d];
-        // Over 10⁵ samples the error must not add up to a visible fraction of a sample.
-        let unit = [1.0, 0.0, 0.0, 1.0];
-        let is_unit =
-            [ways[1], ways[2], ways[4], ways[5]].iter().zip(unit).all(|(way, unit)| (way - unit).abs() < 1e-8);
-        let shift = [-ways[0], -ways[3]];
-        if is_unit && shift.iter().all(|c| (c - c.round()).abs() < ALIGNED_SAMPLES) {
-            return Ok(Self::Whole(shift.map(|c| c.round() as i64)));
-        }
-        Ok(Self::Affine(ways))
-    }
-
-    /// Returns the transformation from coordinates or samples at `from` to the grid of `size` at `to`. Longitudes that
-    /// differ from those of the grid by a whole turn are on it: −179° is on a grid from 170° to 190°.
-    ///
-    /// # Errors
-    /// The same as [`Self::between`].
-    pub(crate) fn to_grid(from: &Georeference, to: &Georeference, size: [u32; 2]) -> Result<Self, String> {
-        let middle = middle_x(to, size);
-        let beyond = |turn: &f64| {
-            let [column, row] = size.map(|count| f64::from(count - 1));
-            let ends = [[0.0, 0.0], [column, 0.0], [0.0, row], [column, row]];
-            ends.into_iter().any(|[x, y]| apply(to.crs_from_grid, x, y)[0].abs() > 0.5 * turn * (1.0 + 1e-6))
-        };
-        match earth_projection::turn_in_crs(to).filter(beyond) {
-            Some(turn) => Self::projected(from, to, Some([turn, middle])),
-            None => Self::between(from, to, Some(middle)),
-        }
-    }
-
-    fn projected(from: &Georeference, to: &Georeference, turn: Option<[f64; 2]>) -> Result<Self, String> {
-        let back = inverse(to.crs_from_grid);
-        let (from, to) = (Side::new(from)?, Side::new(to)?);
-        Ok(Self::Projected { from: Box::new(from), to: Box::new(Side { crs_from_grid: back, ..to }), turn })
-    }
-
-    /// Returns the target's (column, row) of a position; NaN where a projection cannot represent it.
-    pub(crate) fn map(&self, column: f64, row: f64) -> [f64; 2] {
-        match self {
-            Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
-            Self::Affine(by) => apply(*by, column, row),
-            Self::Projected { from, to, turn } => {
-                let [x, y] = apply(from.crs_from_grid, column, row).map(|c| c * from.per_unit);
-                let mut point = (x, y, 0.0);
-                match transform(&from.proj, &to.proj, &mut point) {
-                    Ok(()) => {
-                        let x = point.0 / to.per_unit;
-                        let x = turn.map_or(x, |[turn, middle]| x - turn * ((x - middle) / turn).round());
-                        apply(to.crs_from_grid, x, point.1 / to.per_unit)
-                    }
-                    Err(_) => [f64::NAN; 2],
-                }
-            }
-        }
-    }
-}
-
-impl Side {
-    fn new(place: &Georeference) -> Result<Self, String> {
-        let (text, per_unit) = match earth_projection::text(place) {
-            Err(_) if place.crs == Crs::Local => return Err(NO_CRS.into()),
-            found => found?,
-        };
-        let proj =
-            Proj::from_proj_string(&text).map_err(|error| format!("its reference system cannot be set up: {error}"))?;
-        Ok(Self { crs_from_grid: place.crs_from_grid, proj, per_unit })
-    }
-}
-
-/// Returns whether coordinates in one CRS are valid in the other, within about 2 m.
-fn same(a: &Georeference, b: &Georeference) -> bool {
-    match (&a.crs, &b.crs) {
-        (
-            Crs::Geographic { radians_per_unit: unit_a, semi_major_axis_m: axis_a, name: name_a, .. },
-            Crs::Geographic { radians_per_unit: unit_b, semi_major_axis_m: axis_b, name: name_b, .. },
-        ) => {
-            let code = earth_projection::code;
-            let is_one_datum = code(name_a).is_some() && code(name_a) == code(name_b);
-            let parts = |place: &Georeference| {
-                let (text, _) = earth_projection::text(place).ok()?;
-                Some((datum_shift(&text), parameter(&text, "pm").unwrap_or("0").to_owned()))
-            };
-            let is_alike = || match (parts(a), parts(b)) {
-                // A datum is not known by its ellipsoid; but that of two files of one product is the same.
-                (Some((shift_a, from_a)), Some((shift_b, from_b))) => {
-                    let is_shift = shift_a == shift_b && shift_a != DatumShift::Known;
-                    is_shift && from_a == from_b && (axis_a - axis_b).abs() < 1.0
-                }
-                _ => name_a == name_b,
-            };
-            unit_a == unit_b && (is_one_datum || is_alike())
-        }
-        (Crs::Projected { name, .. }, Crs::Projected { .. }) => {
-            // Files without a code may all be called "unknown".
-            let has_parameters = |key: &&GeoKey| (2048..=2061).contains(&key.id) || (3074..=3095).contains(&key.id);
-            let count = |place: &Georeference| place.geokeys.keys.iter().filter(has_parameters).count();
-            let are_parameters_alike = || {
-                let own = a.geokeys.keys.iter().filter(has_parameters);
-                count(a) == count(b) && own.into_iter().all(|key| b.geokeys.keys.iter().any(|other| alike(key, other)))
-            };
-            a.crs == b.crs && (earth_projection::code(name).is_some() || are_parameters_alike())
-        }
-        (a, b) => a == b,
-    }
-}
-
-fn has_unknown_datum(place: &Georeference) -> bool {
-    earth_projection::text(place).is_ok_and(|(text, _)| datum_shift(&text) == DatumShift::Unknown)
-}
-
-/// Returns whether two keys are the same, except for rounding.
-fn alike(a: &GeoKey, b: &GeoKey) -> bool {
-    match (&a.value, &b.value) {
-        (GeoKeyValue::Double(own), GeoKeyValue::Double(other)) => {
-            let is_near = |(a, b): (&f64, &f64)| (a - b).abs() <= 1e-9 * a.abs().max(1.0);
-            a.id == b.id && own.len() == other.len() && own.iter().zip(other).all(is_near)
-        }
-        _ => a == b,
-    }
-}
-
 /// Returns the geometric mean of the sample spacing along columns and rows in the middle of a grid, in metres.
 fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
     let mapping = WorldMapping::new(place, size[0], size[1]).map_err(|error| error.to_string())?;
@@ -478,34 +217,5 @@ fn spacing_m(place: &Georeference, size: [u32; 2]) -> Result<f64, String> {
         Ok(spacing_m)
     } else {
         Err("its sample spacing is zero or not finite".into())
-    }
-}
-
-fn apply([x0, a, b, y0, c, d]: [f64; 6], x: f64, y: f64) -> [f64; 2] {
-    [x0 + a * x + b * y, y0 + c * x + d * y]
-}
-
-/// Inverts the transform of a georeference, which always has an inverse.
-fn inverse([x0, a, b, y0, c, d]: [f64; 6]) -> [f64; 6] {
-    let determinant = a * d - b * c;
-    let [e, f, g, h] = [d, -b, -c, a].map(|part| part / determinant);
-    [-(e * x0 + f * y0), e, f, -(g * x0 + h * y0), g, h]
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn ranges_are_shifted_to_their_neighbours_over_the_cut() {
-        let ranges = |begins: &[f64]| begins.iter().map(|begin| [*begin, begin + 1.0]).collect::<Vec<_>>();
-        assert_eq!(shifts(&ranges(&[179.0, -180.0]), 360.0, 0), [0.0, 360.0]);
-        assert_eq!(shifts(&ranges(&[179.0, -180.0]), 360.0, 1), [-360.0, 0.0]);
-        assert_eq!(shifts(&ranges(&[8.0, 9.0, 11.0]), 360.0, 0), [0.0; 3], "no shift is needed");
-        assert_eq!(shifts(&ranges(&[359.0, 0.0, -2.0]), 360.0, 0), [0.0, 360.0, 360.0], "longitudes from 0 to 360");
-        let all: Vec<f64> = (-180..180).map(f64::from).collect();
-        assert_eq!(shifts(&ranges(&all), 360.0, 7), [0.0; 360], "a whole earth stays as it is");
-        let both = shifts(&ranges(&[-70.0, 100.0, 175.0, -178.0]), 360.0, 1);
-        assert_eq!(both, [360.0, 0.0, 0.0, 360.0], "the Atlantic is the widest gap: from -69 to 100");
     }
 }
