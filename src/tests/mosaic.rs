@@ -203,6 +203,28 @@ fn members_that_abut_have_no_gap() {
 }
 
 #[test]
+fn members_continue_beyond_their_border() {
+    // Three of four quadrants, with a pit far away that is the lowest height.
+    let land = |x: f64, y: f64| hills(x, y) - if x < 30.0 && y > -30.0 { 800.0 } else { 0.0 };
+    let part = |column: f64, row: f64| local(100, 100, 10.0, [1000.0 * column, -1000.0 * row], land);
+    let (_folder, store) = store(&[&part(0.0, 0.0), &part(1.0, 0.0), &part(0.0, 1.0)]);
+    let tile = store.load(TileAddress { level: 0, x: 0, y: 0 }).unwrap().tile;
+    let at = |column: i32, row: i32| tile.samples[((row + 2) * 260 + column + 2) as usize];
+    let mut worst_m: f32 = 0.0;
+    for i in 50..99 {
+        // The border of the world, and that of the missing quadrant.
+        for [own, beyond] in
+            [[[0, i], [-1, i]], [[i, 0], [i, -1]], [[100 + i, 99], [100 + i, 100]], [[99, 100 + i], [100, 100 + i]]]
+        {
+            let [own_m, beyond_m] = [own, beyond].map(|[column, row]| at(column, row));
+            assert!(is_void(beyond_m) && !is_void(own_m), "{beyond:?}");
+            worst_m = worst_m.max((own_m - beyond_m).abs());
+        }
+    }
+    assert!(worst_m < 5.0, "{worst_m} m: the surface must not bend toward the lowest height of the world");
+}
+
+#[test]
 fn an_inset_fades_into_its_base() {
     let base = local(400, 400, 20.0, [0.0, 0.0], hills);
     // The inset is finer, and 6 m higher, which would make a step without fading.

@@ -124,6 +124,7 @@ impl MosaicStore {
         for &index in self.precedence.iter().rev() {
             self.lay(index, address, &mut sheet, cancel)?;
         }
+        sheet.continue_members();
         let fallback_m = if self.range_m[0].is_finite() { self.range_m[0] } else { 0.0 };
         let samples = sheet.heights_m.iter().zip(&sheet.voids).map(|(&height, &void)| match height.is_nan() {
             true => flagged(fallback_m, true),
@@ -227,6 +228,31 @@ impl Sheet {
     fn place(&self, i: usize) -> [f64; 2] {
         let at = [i as u32 % TILE_STRIDE, i as u32 / TILE_STRIDE];
         [0, 1].map(|axis| self.first[axis] + self.step[axis] * f64::from(at[axis]))
+    }
+
+    /// Gives the samples next to a member the mean of the member's samples around them, weighted by 1/distance⁴ as in
+    /// [`crate::pyramid::surface::fill`]. The surface reads one sample beyond the outermost of a member, which must not
+    /// bend it. Tiles that share such a sample agree on it, because each has all samples around it.
+    fn continue_members(&mut self) {
+        let side = TILE_STRIDE as usize;
+        let known = self.heights_m.clone();
+        for (i, height_m) in self.heights_m.iter_mut().enumerate().filter(|(_, height_m)| height_m.is_nan()) {
+            let (column, row) = (i % side, i / side);
+            let (mut sum, mut total) = (0.0, 0.0);
+            for y in row.saturating_sub(1)..(row + 2).min(side) {
+                for x in column.saturating_sub(1)..(column + 2).min(side) {
+                    let near_m = f64::from(known[y * side + x]);
+                    let weight = if x == column || y == row { 1.0 } else { 0.25 };
+                    if !near_m.is_nan() {
+                        sum += weight * near_m;
+                        total += weight;
+                    }
+                }
+            }
+            if total > 0.0 {
+                *height_m = (sum / total) as f32;
+            }
+        }
     }
 
     /// Composes a height over the existing one.
