@@ -18,6 +18,7 @@ use super::misuse::Misuse;
 use super::progress::Bar;
 use super::{arguments, print, print_json};
 use crate::file::guard::Inputs;
+use crate::file::interrupt;
 use crate::file::message::named;
 use crate::file::unnamed;
 use crate::pyramid::bake::{BakeLock, BakeWork, Baked, parts_path};
@@ -126,10 +127,7 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
     use_granted_threads();
     let _lock = BakeLock::take(output, args.shard.is_some())?;
     let reader = open(&args.inputs, &args.meaning())?;
-    // Without a handler, Ctrl-C ends the program as usual, and nothing is lost either.
-    if let Err(error) = ctrlc::set_handler(|| STOP.store(true, Ordering::Relaxed)) {
-        tracing::debug!("cannot install a handler for Ctrl-C: {error}");
-    }
+    interrupt::on_first_request(|| STOP.store(true, Ordering::Relaxed));
     let [width, height] = reader.size();
     let bar = Bar::of_samples(u64::from(width) * u64::from(height));
     let work = BakeWork {

@@ -3,6 +3,7 @@
 use clap::{CommandFactory, Parser, Subcommand};
 
 use super::{bake, bench, fly, info, render, styles};
+use crate::file::interrupt;
 use crate::gpu::device::AdapterWish;
 
 /// Draws real terrain of any size in real time as ink, pencil, wash or print
@@ -43,6 +44,7 @@ impl Cli {
     /// # Errors
     /// Those of the command.
     pub fn run(&self) -> anyhow::Result<()> {
+        interrupt::handle_requests();
         match &self.command {
             Some(Command::Render(args)) => render::run(args, &self.adapter),
             Some(Command::Bench(args)) => bench::run(args, &self.adapter),

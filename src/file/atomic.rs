@@ -12,6 +12,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 use tempfile::{TempDir, TempPath};
 
 use super::input::kind;
+use super::interrupt::Unfinished;
 
 /// Number of random letters and digits in the name of a temporary file.
 const RANDOM_LETTERS: usize = 12;
@@ -35,6 +36,8 @@ pub struct AtomicFile {
     final_path: PathBuf,
     partial: TempPath,
     writer: Option<BufWriter<fs::File>>,
+    /// Held until the file has its final name.
+    _unfinished: Unfinished,
 }
 
 impl AtomicFile {
@@ -52,7 +55,9 @@ impl AtomicFile {
         let mut builder = tempfile::Builder::new();
         builder.prefix(&prefix).suffix(ENDING).rand_bytes(RANDOM_LETTERS);
         let (file, partial) = builder.make_in(folder, |path| create_new(path, readers))?.into_parts();
-        Ok(Self { final_path: path.to_owned(), partial, writer: Some(BufWriter::new(file)) })
+        let unfinished = Unfinished::new(&partial);
+        let writer = Some(BufWriter::new(file));
+        Ok(Self { final_path: path.to_owned(), partial, writer, _unfinished: unfinished })
     }
 
     /// Returns the path of the temporary file, for libraries that open a path themselves.

@@ -64,7 +64,8 @@ pub(crate) fn write_geojson(path: &Path, collection: &Collection) -> Result<(), 
         numbers.all(|number| number.is_finite()) && own.all(f64::is_finite)
     };
     if !collection.features.iter().all(is_finite) {
-        return Err(FileError::write(path, "a line has a number that is not finite"));
+        let cause = format!("some lines of the map have no coordinates in EPSG:{}", collection.epsg);
+        return Err(FileError::write(path, cause));
     }
     let failed = |error| FileError::write(path, error);
     let mut file = AtomicFile::create(path).map_err(failed)?;

@@ -15,6 +15,7 @@ pub(crate) mod guard;
 pub(crate) mod hdr;
 pub mod imprint;
 pub(crate) mod input;
+pub(crate) mod interrupt;
 pub(crate) mod jpg;
 pub(crate) mod message;
 pub(crate) mod mp4;

@@ -1,8 +1,9 @@
 //! A look at an MP4 that another program wrote: whether it is complete, and how many frames it has.
 
-use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom};
 use std::path::Path;
+
+use super::input::open_regular;
 
 /// Largest index (`moov`) that is read, in bytes: about 16 per frame.
 const LARGEST_INDEX_BYTES: u64 = 256 << 20;
@@ -19,7 +20,7 @@ pub(super) fn fault(path: &Path, frames: u64) -> Option<String> {
 
 /// Returns the number of frames of the first track; `None` if the file is not a complete MP4.
 fn frame_count(path: &Path) -> io::Result<Option<u32>> {
-    let mut file = File::open(path)?;
+    let mut file = open_regular(path)?;
     let length = file.metadata()?.len();
     let (mut at, mut index, mut has_type, mut has_data) = (0, None, false, false);
     while at < length {

@@ -4,7 +4,8 @@
 //! imprint is a stream of its own, uncompressed, so that it is found without a PDF reader.
 
 use std::collections::BTreeSet;
-use std::io::{BufReader, Read, Write};
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use flate2::Compression;
@@ -26,6 +27,11 @@ const POINTS_PER_PX: f64 = 72.0 / 96.0;
 const LONGEST_POINTS: f64 = 14_400.0;
 /// Name of the key that marks the stream of the imprint.
 const IMPRINT: &[u8] = b"HachureImprint";
+/// The same as it is in a file.
+const IMPRINT_TYPE: &[u8] = b"/Type /HachureImprint";
+/// Bytes of a file in which the imprint is looked for at once, and largest distance from its type to its stream.
+const PIECE_BYTES: u64 = 1 << 20;
+const DICTIONARY_BYTES: u64 = 256;
 /// Largest file in which an imprint is looked for.
 const LARGEST_FILE_BYTES: u64 = 1 << 30;
 /// Steps of opacity: a graphics state for each.
@@ -205,20 +211,47 @@ fn deflated(bytes: &[u8]) -> std::io::Result<Vec<u8>> {
 /// Reads the imprint of a PDF that hachure wrote and no other program has rewritten.
 pub(super) fn imprint(path: &Path, largest_bytes: usize) -> Result<Option<String>, FileError> {
     let failed = |error: std::io::Error| FileError::read(path, error);
+    let mut file = open_regular(path).map_err(failed)?;
+    let Some(at) = last_imprint(&file).map_err(failed)? else { return Ok(None) };
+    let begin = at.saturating_sub(DICTIONARY_BYTES);
+    file.seek(SeekFrom::Start(begin)).map_err(failed)?;
     let mut bytes = Vec::new();
-    let file = open_regular(path).map_err(failed)?;
-    BufReader::new(file).take(LARGEST_FILE_BYTES).read_to_end(&mut bytes).map_err(failed)?;
-    let position = |bytes: &[u8], wanted: &[u8]| bytes.windows(wanted.len()).position(|own| own == wanted);
-    let Some(at) = position(&bytes, IMPRINT) else { return Ok(None) };
-    let rest = &bytes[at..];
-    let found = position(rest, b"stream").and_then(|begin| {
-        let rest = rest[begin..].strip_prefix(b"stream".as_slice())?;
-        let rest = rest.strip_prefix(b"\r\n".as_slice()).or_else(|| rest.strip_prefix(b"\n".as_slice()))?;
-        let end = position(rest, b"\nendstream")?;
-        rest.get(..end)
-    });
-    let text = found.filter(|text| text.len() <= largest_bytes).and_then(|text| std::str::from_utf8(text).ok());
+    file.take(2 * DICTIONARY_BYTES + largest_bytes as u64).read_to_end(&mut bytes).map_err(failed)?;
+    let text = stream(&bytes, (at - begin) as usize).filter(|text| text.len() <= largest_bytes);
+    let text = text.and_then(|text| std::str::from_utf8(text).ok());
     text.map(|text| Some(text.to_owned())).ok_or_else(|| FileError::read(path, "its imprint is damaged"))
+}
+
+/// Returns where the type of the imprint's stream is in a file. It is the last one: titles come before it.
+fn last_imprint(file: &File) -> std::io::Result<Option<u64>> {
+    let mut file = BufReader::new(file).take(LARGEST_FILE_BYTES);
+    let (mut window, mut begin, mut found) = (Vec::new(), 0, None);
+    loop {
+        let read = (&mut file).take(PIECE_BYTES).read_to_end(&mut window)?;
+        if let Some(at) = window.windows(IMPRINT_TYPE.len()).rposition(|own| own == IMPRINT_TYPE) {
+            found = Some(begin + at as u64);
+        }
+        if read == 0 {
+            return Ok(found);
+        }
+        // The name may continue in the next piece.
+        let done = window.len().saturating_sub(IMPRINT_TYPE.len() - 1);
+        window.drain(..done);
+        begin += done as u64;
+    }
+}
+
+/// Returns the content of the stream whose dictionary contains the position `at`.
+fn stream(bytes: &[u8], at: usize) -> Option<&[u8]> {
+    let position = |bytes: &[u8], wanted: &[u8]| bytes.windows(wanted.len()).position(|own| own == wanted);
+    let dictionary = &bytes[bytes[..at].windows(2).rposition(|own| own == b"<<")?..];
+    let word = &dictionary[position(dictionary, b"/Length ")? + b"/Length ".len()..];
+    let digits = word.iter().take_while(|byte| byte.is_ascii_digit()).count();
+    let length: usize = std::str::from_utf8(&word[..digits]).ok()?.parse().ok()?;
+    let rest = dictionary[position(dictionary, b"stream")?..].strip_prefix(b"stream".as_slice())?;
+    let rest = rest.strip_prefix(b"\r\n".as_slice()).or_else(|| rest.strip_prefix(b"\n".as_slice()))?;
+    let (text, end) = rest.split_at_checked(length)?;
+    end.trim_ascii_start().starts_with(b"endstream").then_some(text)
 }
 
 #[cfg(test)]
@@ -290,6 +323,12 @@ mod tests {
         let wanted = [raised.p1.x, raised.p1.y, raised.p2.x, raised.p2.y, 72.0, 360.0];
         assert!(numbers.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-3), "{cubic}");
         assert_eq!(imprint(&path, 1000).unwrap().as_deref(), Some("style = \"ü\"\n"));
+        // Neither a title nor the imprint itself confuses the search.
+        let confusing = Drawing { title: "/Type /HachureImprint".to_owned(), ..drawing(Unit::Mm) };
+        let own = "a\nendstream\nb /Type /Hachure";
+        let other = folder.path().join("b.pdf");
+        write_pdf(&other, &confusing, Some(own)).unwrap();
+        assert_eq!(imprint(&other, 1000).unwrap().as_deref(), Some(own));
         assert!(imprint(&path, 3).is_err());
         // A pixel is 1/96 inch.
         write_pdf(&path, &drawing(Unit::Px), None).unwrap();

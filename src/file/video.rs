@@ -19,6 +19,8 @@ use tempfile::TempDir;
 
 use super::frame_rate::FrameRate;
 use super::imprint::{self, KEY, Notes};
+use super::input::open_regular;
+use super::interrupt::Unfinished;
 use super::process::{Guarded, PATIENCE, all_read, read_in_background};
 use super::{FileError, atomic, mp4, one_line, sample_count};
 
@@ -44,13 +46,15 @@ pub struct VideoWriter {
 struct Partial {
     folder: TempDir,
     film: PathBuf,
+    _unfinished: Unfinished,
 }
 
 impl Partial {
     fn create(path: &Path) -> std::io::Result<Self> {
         let folder = atomic::temporary_folder(path)?;
         let film = folder.path().join("film.mp4");
-        Ok(Self { folder, film })
+        let unfinished = Unfinished::new(folder.path());
+        Ok(Self { folder, film, _unfinished: unfinished })
     }
 
     /// Returns the length and the time of change of the film, which show whether ffmpeg still writes.
@@ -60,7 +64,7 @@ impl Partial {
     }
 
     fn commit(self, path: &Path) -> std::io::Result<()> {
-        fs::File::open(&self.film)?.sync_all()?;
+        open_regular(&self.film)?.sync_all()?;
         fs::rename(&self.film, path)?;
         self.folder.close()
     }

@@ -17,7 +17,7 @@ use super::stage::{Eye, Stage};
 use super::travel::{HandInput, Traveller};
 use super::{HeadsetOptions, HeadsetWorld};
 use crate::composite::PICTURE;
-use crate::file::standard;
+use crate::file::{interrupt, standard};
 use crate::frame::Renderer;
 use crate::gpu::Gpu;
 use crate::gpu::pipelines::Builds;
@@ -76,10 +76,8 @@ impl Flight {
         let start = start(&world, &headset);
         let end = Arc::new(AtomicBool::new(false));
         let hand_input = Arc::clone(&end);
-        // Without the handler, Ctrl+C still ends the program, but without ending the session.
-        if let Err(error) = ctrlc::set_handler(move || hand_input.store(true, Ordering::Relaxed)) {
-            tracing::debug!("{error}");
-        }
+        // The session of the headset is ended before the program.
+        interrupt::on_first_request(move || hand_input.store(true, Ordering::Relaxed));
         Ok(Self {
             renderer,
             show: ShowPass::new(gpu),

@@ -33,7 +33,7 @@ const TABLE_WORDS: usize = 5;
 const MAX_SORTED: u64 = 1 << 20;
 /// Largest number of crossings, and of [`CELLS_AT_ONCE`] cells, of all polygons: some seconds of work. An outline of a
 /// million vertices has as many crossings, and a few more, unless it is made to have more.
-const MAX_WORK: u64 = 1 << 30;
+const MAX_WORK: u64 = 1 << 28;
 /// Number of cells that are filled in the time of a crossing, and of cells that follow toggled ones.
 const CELLS_AT_ONCE: u64 = 64;
 const CELLS_TOGGLED_AT_ONCE: u64 = 8;

@@ -14,10 +14,10 @@ use crate::place::{PATH, Place, has_gpu};
 /// The bytes, the mode and the time of change of each file.
 type Seen = BTreeMap<PathBuf, (Vec<u8>, u64, u32, SystemTime)>;
 
-/// Files of a user, by the name of the output that they are in the way of.
+/// Files of a user, by the name of the output that they are in the way of: one each, since the first one is refused.
 const IN_THE_WAY: [(&str, &str); 9] = [
     ("parcels.png", "out/parcels.pgw"),
-    ("parcels.png", "out/parcels.png.aux.xml"),
+    ("fields.png", "out/fields.png.aux.xml"),
     ("po.png", "out/po-B2.png"),
     ("po.svg", "out/po-A1.svg"),
     ("f%d.png", "out/f1.png"),
@@ -91,8 +91,9 @@ fn changed(before: &Seen, after: &Seen) -> Vec<PathBuf> {
 }
 
 /// Returns the commands that write to the outputs of [`IN_THE_WAY`], each with its output.
-fn commands() -> [(&'static str, &'static str); 8] {
+fn commands() -> [(&'static str, &'static str); 9] {
     [
+        ("fields.png", "render dem.tif --size 64x36 --style plain --map -o out/fields.png"),
         ("parcels.png", "render dem.tif --size 64x36 --style plain --map -o out/parcels.png"),
         ("po.png", "render dem.tif --style plain --paper a6 --dpi 96 --sheets 105x74 --sheets-overlap 2 -o out/po.png"),
         (
@@ -162,6 +163,39 @@ fn files_of_a_user_stay_as_they_are() {
         assert!(!mine.is_empty() && mine.iter().all(|path| found.contains(path)), "{line}: {found:?}");
         // What hachure wrote, it may replace.
         place.text(&words(line));
+    }
+}
+
+/// Tests that a picture that is being written goes away with the program, if somebody ends it.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_that_is_ended_leaves_no_file() {
+    use std::process::Command;
+    use std::time::Instant;
+    if !has_gpu() {
+        return;
+    }
+    let place = Place::empty();
+    place.geotiff("dem.tif", 0);
+    place.file("out/mine.part", "mine");
+    let names = || fs::read_dir(place.path("out")).unwrap().map(|it| it.unwrap().file_name()).collect::<Vec<_>>();
+    for signal in ["INT", "TERM", "HUP"] {
+        let line = "render dem.tif --size 4000x3000 --style plain -o out/a.png";
+        let mut child = place.command(&words(line)).spawn().unwrap();
+        let start = Instant::now();
+        while names().len() < 2 {
+            assert!(
+                start.elapsed() < Duration::from_secs(60) && child.try_wait().unwrap().is_none(),
+                "nothing is written"
+            );
+            std::thread::sleep(Duration::from_millis(2));
+        }
+        assert!(
+            Command::new("kill").args([&format!("-{signal}"), &child.id().to_string()]).status().unwrap().success()
+        );
+        let status = child.wait().unwrap();
+        assert!(status.code().is_none(), "{signal}: {status:?}");
+        assert_eq!(names(), ["mine.part"], "{signal}");
     }
 }
 

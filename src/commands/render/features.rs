@@ -131,8 +131,7 @@ impl Job<'_> {
         let name = path.file_stem().map(|stem| stem.to_string_lossy().into_owned()).unwrap_or_default();
         let digits = (-(ROUNDED_PX * unit_per_px).log10()).ceil().clamp(0.0, 12.0) as usize;
         self.world.ground_was_read()?;
-        write_geojson(path, &Collection { name, epsg, digits, features })
-            .with_context(|| format!("some lines of the map have no coordinates in EPSG:{epsg}"))?;
+        write_geojson(path, &Collection { name, epsg, digits, features })?;
         self.drawn.append(&drawn);
         Ok(report)
     }

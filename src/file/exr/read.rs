@@ -1,5 +1,6 @@
 //! Reading EXR files.
 
+use std::io::{BufReader, Read};
 use std::path::Path;
 
 use exr::meta::MetaData;
@@ -8,6 +9,7 @@ use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text};
 use super::{ATTRIBUTE_PREFIX, Channel, Samples, text};
 use crate::file::FileError;
 use crate::file::imprint::KEY;
+use crate::file::input::open_regular;
 
 /// An EXR that [`read_exr`] has read.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,10 +47,24 @@ impl ExrPicture {
 const MAX_RATIO: u64 = 1032;
 const FREE_BYTES: u64 = 1 << 16;
 
+/// Largest header: an imprint has at most 4 MiB.
+const MAX_HEADER_BYTES: u64 = 8 << 20;
+
+/// Reads the header. An attribute may claim any length, so that the header ends after [`MAX_HEADER_BYTES`].
+fn meta_data(path: &Path) -> Result<MetaData, FileError> {
+    let file = open_regular(path).map_err(|error| FileError::read(path, error))?;
+    let is_cut = file.metadata().is_ok_and(|found| found.len() > MAX_HEADER_BYTES);
+    let header = BufReader::new(file.take(MAX_HEADER_BYTES));
+    MetaData::read_from_buffered(header, false).map_err(|error| match is_cut {
+        true => FileError::read(path, "its header is damaged, or longer than 8 MiB"),
+        false => FileError::read(path, error),
+    })
+}
+
 /// Checks the size that the header claims against the length of the file, because the decoder would trust it.
 fn check_claims(path: &Path) -> Result<(), FileError> {
     let file_bytes = std::fs::metadata(path).map_err(|error| FileError::read(path, error))?.len();
-    let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
+    let found = meta_data(path)?;
     let claimed_bytes = found.headers.iter().map(|header| {
         let pixels = (header.layer_size.width() as u64).saturating_mul(header.layer_size.height() as u64);
         pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
@@ -61,7 +77,7 @@ fn check_claims(path: &Path) -> Result<(), FileError> {
 
 /// Reads the imprint from the header.
 pub(in crate::file) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
-    let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
+    let found = meta_data(path)?;
     let own = found.headers.first().map(|header| &header.own_attributes);
     Ok(own.and_then(|own| own.other.get(&text(KEY))).and_then(|value| match value {
         AttributeValue::Text(value) => Some(utf8(value)),
