@@ -218,7 +218,7 @@ fn text_of_keys(keys: &GeoKeys, metres_per_unit: f64) -> Option<String> {
 
 /// Returns the distance after which the coordinate x repeats itself, in units of the CRS: a full turn of longitude.
 /// Returns `None` for projections whose meridians are not parallel lines.
-pub(super) fn turn_in_crs(georeference: &Georeference) -> Option<f64> {
+pub(crate) fn turn_in_crs(georeference: &Georeference) -> Option<f64> {
     match &georeference.crs {
         Crs::Local => None,
         Crs::Geographic { radians_per_unit, .. } => Some(std::f64::consts::TAU / radians_per_unit),

@@ -216,6 +216,41 @@ fn degrees_and_metres_give_the_same_water() {
 }
 
 #[test]
+fn polygons_may_go_around_the_earth() {
+    let folder = tempfile::tempdir().unwrap();
+    let degrees = Crs::Geographic {
+        radians_per_unit: 1f64.to_radians(),
+        semi_major_axis_m: 6_378_137.0,
+        inverse_flattening: 298.257_223_563,
+        name: "EPSG:4326".to_owned(),
+    };
+    let mercator = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:3857".to_owned() };
+    let ring = |west: f64, east: f64| vec![[west, -60.0], [east, -60.0], [east, 60.0], [west, 60.0], [west, -60.0]];
+    let grids =
+        [(&degrees, 138.0, 0.01), (&degrees, 179.7, 0.01), (&mercator, 1.5e7, 1000.0), (&mercator, 2.001e7, 1000.0)];
+    for (crs, west, step) in grids {
+        let crs_from_grid = [west, step, 0.0, 10.0 * step, 0.0, -step];
+        let place = Georeference { crs_from_grid, crs: crs.clone(), geokeys: GeoKeys::default() };
+        let water = |west: f64, east: f64| {
+            let path = folder.path().join("water.geojson");
+            std::fs::write(&path, geojson("", &[vec![ring(west, east)]])).unwrap();
+            let water = GivenWater::load(&WaterFiles::default().with(&path), &place, [64, 64]).unwrap();
+            water.map_or(0, |water| {
+                // The cells of the finest level.
+                let [begin, _, _, columns, rows] = water.words[4..9] else { unreachable!() };
+                let cells = water.words[begin as usize..][..(columns * rows / 4) as usize].iter();
+                cells.flat_map(|word| word.to_le_bytes()).filter(|cell| *cell == 255).count()
+            })
+        };
+        let name = format!("{crs:?} at {west}");
+        for (from, to) in [(-180.0, 180.0), (-179.9999, 179.9999), (0.0, 360.0)] {
+            assert!(water(from, to) >= 64 * 64, "{name}: {from} to {to}");
+        }
+        assert_eq!(water(-10.0, 10.0), 0, "{name}: planted, elsewhere");
+    }
+}
+
+#[test]
 fn a_mask_adds_to_what_heights_show_or_stands_for_it() {
     // A lake that is visible in the heights, in the north-east.
     let bowl_m = |x_m: f64, y_m: f64| 500.0 + (0.15 * ((x_m - 3500.0).hypot(y_m - 3500.0) - 1500.0)).max(0.0);

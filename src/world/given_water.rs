@@ -17,6 +17,7 @@ use crate::file::message::{named, printable};
 use crate::forest::cover::{Cover, CoverError};
 use crate::scene::{CoverFiles, WaterFiles};
 use crate::source::WorldMapping;
+use crate::source::earth_projection::turn_in_crs;
 use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
 use crate::source::mosaic::Way;
 
@@ -99,15 +100,16 @@ impl GivenWater {
     /// # Errors
     /// The first file that is invalid, or whose reference system is unknown.
     pub fn load(files: &WaterFiles, place: &Georeference, samples: [u32; 2]) -> Result<Option<Self>, GivenWaterError> {
-        let polygons = files.polygons.as_ref().map(|path| polygons_on_grid(path, place, samples)).transpose()?;
+        let polygons = files.polygons.as_ref().map(|path| OnGrid::read(path, place, samples)).transpose()?;
         let cover_files = CoverFiles { mask: files.mask.clone(), ..CoverFiles::default() };
         let cover = Cover::load(&cover_files, place, samples)?;
         let mask = cover.as_ref().and_then(|cover| {
             let mapping = WorldMapping::new(place, samples[0], samples[1]).ok()?;
             Some((cover, mapping))
         });
-        let shown = || polygons.iter().flat_map(Polygons::polygons).filter(is_finite);
-        let of_polygons = shown().flat_map(Rings::places).map(|at| DVec2::from_array(*at));
+        let shown: Vec<(Rings<'_>, DVec2)> = polygons.iter().flat_map(|polygons| polygons.copies(samples)).collect();
+        let of_polygons =
+            shown.iter().flat_map(|(polygon, shift)| polygon.places().map(|at| DVec2::from_array(*at) + *shift));
         let of_mask = mask.iter().flat_map(|(cover, mapping)| border_on_grid(cover, mapping));
         let Some(bounds) = bounds(of_polygons.chain(of_mask), samples) else {
             for (_, path) in files.files() {
@@ -118,7 +120,7 @@ impl GivenWater {
         let (mut level, stride_level) = empty_level(bounds);
         let stride = f64::from(1_u32 << stride_level);
         let mut work = Work { left: MAX_WORK };
-        if !shown().all(|polygon| fill(&mut level, polygon, stride, &mut work)) {
+        if !shown.into_iter().all(|(polygon, shift)| fill(&mut level, polygon, shift, stride, &mut work)) {
             let path = files.polygons.clone().unwrap_or_default();
             return Err(GivenWaterError::TooMuch { path, samples });
         }
@@ -166,23 +168,68 @@ impl GivenWater {
     }
 }
 
-/// Reads polygons in columns and rows of the DEM.
-fn polygons_on_grid(path: &Path, place: &Georeference, samples: [u32; 2]) -> Result<Polygons, GivenWaterError> {
-    let mut polygons = Polygons::read(path)?;
-    let own = Georeference::of_coordinates(polygons.epsg)
-        .map_err(|cause| GivenWaterError::Crs { path: path.to_owned(), cause })?;
-    let no_way = |cause: String| GivenWaterError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
-    if place.crs == Crs::Local {
-        return Err(no_way("the heights have no coordinate reference system".to_owned()));
+/// Polygons in columns and rows of the DEM.
+struct OnGrid {
+    polygons: Polygons,
+    /// A whole turn of longitude in columns and rows, if all parallels of the DEM are straight.
+    turn: Option<DVec2>,
+}
+
+impl OnGrid {
+    fn read(path: &Path, place: &Georeference, samples: [u32; 2]) -> Result<Self, GivenWaterError> {
+        let mut polygons = Polygons::read(path)?;
+        let own = Georeference::of_coordinates(polygons.epsg)
+            .map_err(|cause| GivenWaterError::Crs { path: path.to_owned(), cause })?;
+        let no_way = |cause: String| GivenWaterError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
+        if place.crs == Crs::Local {
+            return Err(no_way("the heights have no coordinate reference system".to_owned()));
+        }
+        let turn = match (&own.crs, turn_in_crs(place)) {
+            // Longitudes keep their turns: the edge from -179° to 179° goes around the earth.
+            (Crs::Geographic { radians_per_unit, .. }, Some(turn)) => {
+                let way = Way::between(&own, place, None).map_err(no_way)?;
+                let [x0, a, b, _, c, d] = place.crs_from_grid;
+                let step = DVec2::new(d, -c) * (turn / (a * d - b * c));
+                let x = |[column, row]: [f64; 2]| x0 + a * column + b * row;
+                let greenwich = x(way.map(0.0, 0.0));
+                polygons.places_mut().par_iter_mut().for_each(|at| {
+                    let expected = greenwich + at[0] * radians_per_unit / std::f64::consts::TAU * turn;
+                    let on_grid = way.map(at[0], at[1]);
+                    *at = (DVec2::from(on_grid) + step * ((expected - x(on_grid)) / turn).round()).to_array();
+                });
+                Some(step)
+            }
+            _ => {
+                let way = Way::to_grid(&own, place, samples).map_err(no_way)?;
+                polygons.places_mut().par_iter_mut().for_each(|at| *at = way.map(at[0], at[1]));
+                None
+            }
+        };
+        // A projection may cover only a part of the earth.
+        let hidden = polygons.polygons().filter(|polygon| !is_finite(polygon)).count();
+        if hidden > 0 {
+            tracing::warn!("{}: ignored {hidden} polygons outside the range of the world's projection", named(path));
+        }
+        Ok(Self { polygons, turn })
     }
-    let way = Way::to_grid(&own, place, samples).map_err(no_way)?;
-    polygons.places_mut().par_iter_mut().for_each(|at| *at = way.map(at[0], at[1]));
-    // A projection may cover only a part of the earth.
-    let hidden = polygons.polygons().filter(|polygon| !is_finite(polygon)).count();
-    if hidden > 0 {
-        tracing::warn!("{}: ignored {hidden} polygons outside the range of the world's projection", named(path));
+
+    /// Returns each polygon that may be on the DEM, with the whole turns by which it is shifted there, in columns and
+    /// rows.
+    fn copies(&self, samples: [u32; 2]) -> impl Iterator<Item = (Rings<'_>, DVec2)> {
+        let (last, beyond) = (DVec2::from_array(samples.map(f64::from)), DVec2::splat(BEYOND as f64));
+        let shifts: Vec<DVec2> = match self.turn {
+            Some(turn) => vec![DVec2::ZERO, -turn, turn],
+            None => vec![DVec2::ZERO],
+        };
+        self.polygons.polygons().filter(is_finite).flat_map(move |polygon| {
+            let nothing = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+            let (low, high) =
+                polygon.places().fold(nothing, |(low, high), at| (low.min((*at).into()), high.max((*at).into())));
+            let meets =
+                move |shift: &DVec2| (low + *shift).cmple(last + beyond).all() && (high + *shift).cmpge(-beyond).all();
+            shifts.clone().into_iter().filter(meets).map(move |shift| (polygon, shift))
+        })
     }
-    Ok(polygons)
 }
 
 /// Returns whether all vertices of a polygon have a place on the grid.
@@ -258,11 +305,12 @@ impl Edge {
     }
 }
 
-/// Returns the edges of a polygon, in cells of a level.
-fn edges<'a>(level: &Level, polygon: Rings<'a>, stride: f64) -> impl Iterator<Item = Edge> + use<'a> {
+/// Returns the edges of a polygon, in cells of a level. The polygon is shifted by `shift`, in samples.
+fn edges<'a>(level: &Level, polygon: Rings<'a>, shift: DVec2, stride: f64) -> impl Iterator<Item = Edge> + use<'a> {
     let (low, rows) = (level.low.map(|low| low as f64), level.size[1] as f64);
     // Sample coordinates count from sample centres.
-    let cell_of = move |[x, y]: [f64; 2]| [(x + 0.5) / stride - 0.5 - low[0], (y + 0.5) / stride - 0.5 - low[1]];
+    let cell = move |at: f64, axis: usize| (at + shift[axis] + 0.5) / stride - 0.5 - low[axis];
+    let cell_of = move |[x, y]: [f64; 2]| [cell(x, 0), cell(y, 1)];
     polygon.rings().flat_map(move |ring| {
         let ends = ring.iter().zip(ring.iter().cycle().skip(1));
         ends.map(move |(begin, end)| {
@@ -275,10 +323,10 @@ fn edges<'a>(level: &Level, polygon: Rings<'a>, stride: f64) -> impl Iterator<It
 }
 
 /// Marks cells as water whose centre is inside an odd number of rings. Returns false if that is more work than is left.
-fn fill(level: &mut Level, polygon: Rings<'_>, stride: f64, work: &mut Work) -> bool {
+fn fill(level: &mut Level, polygon: Rings<'_>, shift: DVec2, stride: f64, work: &mut Work) -> bool {
     let [columns, _] = level.size;
     let (mut crossings, mut first_row, mut end_row) = (0, usize::MAX, 0);
-    for edge in edges(level, polygon, stride).filter(|edge| !edge.rows.is_empty()) {
+    for edge in edges(level, polygon, shift, stride).filter(|edge| !edge.rows.is_empty()) {
         crossings += edge.rows.len() as u64;
         (first_row, end_row) = (first_row.min(edge.rows.start), end_row.max(edge.rows.end));
     }
@@ -290,7 +338,7 @@ fn fill(level: &mut Level, polygon: Rings<'_>, stride: f64, work: &mut Work) -> 
     let column_of = |x: f64| x.ceil().clamp(0.0, columns as f64) as usize;
     if crossings <= MAX_SORTED {
         // The crossings of each row in order: between the first and the second is water, and so on.
-        let all = edges(level, polygon, stride).flat_map(|edge| {
+        let all = edges(level, polygon, shift, stride).flat_map(|edge| {
             let rows = edge.rows.clone();
             rows.map(move |row| (row as u32, column_of(edge.column(row)) as u32))
         });
@@ -309,7 +357,7 @@ fn fill(level: &mut Level, polygon: Rings<'_>, stride: f64, work: &mut Work) -> 
         return false;
     }
     let mut toggled = vec![false; rows.len() * columns];
-    for edge in edges(level, polygon, stride) {
+    for edge in edges(level, polygon, shift, stride) {
         for row in edge.rows.clone() {
             let column = column_of(edge.column(row));
             if column < columns {
@@ -364,7 +412,7 @@ mod tests {
 
     /// Fills the one polygon of these rings.
     fn fill_rings(level: &mut Level, rings: &[Ring], stride: f64, work: &mut Work) -> bool {
-        polygons(rings).polygons().all(|polygon| fill(level, polygon, stride, work))
+        polygons(rings).polygons().all(|polygon| fill(level, polygon, DVec2::ZERO, stride, work))
     }
 
     fn filled(polygon: &[Ring], low: [i64; 2], high: [i64; 2]) -> Vec<String> {
