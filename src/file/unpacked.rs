@@ -131,7 +131,7 @@ mod tests {
         let make = |name: &str| {
             let path = root.path().join(name);
             fs::create_dir(&path).unwrap();
-            fs::write(path.join(LOCK), b"").unwrap();
+            File::create_new(path.join(LOCK)).unwrap();
             path
         };
         let age = |path: &Path, hours: u64| {

@@ -101,7 +101,7 @@ type Attributes<'a> = &'a [(&'a str, &'a str)];
 /// variable `crs` is the grid mapping.
 fn small_netcdf(path: &Path, dimensions: [(&str, Attributes); 2], heights: (&str, Attributes), mapping: Attributes) {
     let mut builder = NcFileBuilder::new();
-    let mut add = |builder: &mut NcFileBuilder, variable, attributes: Attributes| {
+    let add = |builder: &mut NcFileBuilder, variable, attributes: Attributes| {
         for (name, text) in attributes {
             builder.add_variable_attribute(variable, *name, NcAttrValue::Chars((*text).to_owned())).unwrap();
         }
@@ -136,13 +136,14 @@ fn netcdf_depths_are_below_the_sea() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.nc");
     let depth = ("standard_name", "sea_floor_depth_below_geoid");
-    for (name, attributes, sign) in [
-        ("z", &[][..], 1.0),
+    let cases: [(&str, Attributes, f32); 5] = [
+        ("z", &[], 1.0),
         ("z", &[depth], -1.0),
         ("depths", &[depth], -1.0),
         ("elevation", &[("positive", "down")], -1.0),
         ("z", &[depth, ("positive", "up")], 1.0),
-    ] {
+    ];
+    for (name, attributes, sign) in cases {
         small_netcdf(&path, [LAT, LON], (name, attributes), &[]);
         let grid = open(&path, &Silent).unwrap();
         assert_eq!(grid.heights_m, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(|it| sign * it), "{name} {attributes:?}");
@@ -155,7 +156,8 @@ fn netcdf_dimensions_have_any_order() {
     let path = folder.path().join("a.nc");
     let projected: [(&str, Attributes); 2] =
         [("a", &[("standard_name", "projection_x_coordinate")]), ("b", &[("axis", "Y")])];
-    for dimensions in [[LON, LAT], [("x", &[]), ("y", &[])], projected] {
+    let unnamed: [(&str, Attributes); 2] = [("x", &[]), ("y", &[])];
+    for dimensions in [[LON, LAT], unnamed, projected] {
         small_netcdf(&path, dimensions, ("z", &[]), &[]);
         let grid = open(&path, &Silent).unwrap();
         assert_eq!((grid.width, grid.height), (2, 3), "{dimensions:?}");
