@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use geotiff_writer::GeoTiffBuilder;
+use hachure::file::atomic;
 use ndarray::Array2;
 use serde_json::Value;
 
@@ -48,13 +49,13 @@ fn strips(place: &Place, folder: &str, count: usize) {
         let path = place.path(&format!("{folder}/{number:03}.bil"));
         let height = |i: usize| (300 + 7 * (number * 12 + i % 12) + 5 * (i / 12)) as i16;
         let bytes: Vec<u8> = (0..12 * 40).flat_map(|i| height(i).to_le_bytes()).collect();
-        std::fs::write(&path, bytes).unwrap();
+        atomic::write(&path, &bytes).unwrap();
         let west = 500_000 + number * 12 * 10;
         let header =
             format!("ncols 12\nnrows 40\nnbits 16\nbyteorder I\nulxmap {west}\nulymap 5200000\nxdim 10\nydim 10\n");
-        std::fs::write(path.with_extension("hdr"), header).unwrap();
-        std::fs::write(path.with_extension("prj"), "PROJCS[\"a\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"32632\"]]")
-            .unwrap();
+        atomic::write(&path.with_extension("hdr"), header.as_bytes()).unwrap();
+        let system = b"PROJCS[\"a\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"32632\"]]";
+        atomic::write(&path.with_extension("prj"), system).unwrap();
     }
 }
 
@@ -86,7 +87,7 @@ fn warnings_name_the_archive() {
     let text = "ncols 4\nnrows 3\nxllcorner 5000\nyllcorner 5000\ncellsize 30\n1 2 3 4 5 6 7 8 9 10 11 12\n";
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
     std::io::Write::write_all(&mut encoder, text.as_bytes()).unwrap();
-    std::fs::write(place.path("a.asc.gz"), encoder.finish().unwrap()).unwrap();
+    atomic::write(&place.path("a.asc.gz"), &encoder.finish().unwrap()).unwrap();
     let output = place.hachure(&["info", "a.asc.gz"]);
     let warnings = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(output.status.success(), "{warnings}");
@@ -192,7 +193,7 @@ fn a_bake_does_not_touch_its_input_nor_a_failed_one_its_output() {
     // A bake of a damaged input does not change an existing output.
     place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
     let baked = std::fs::read(place.path("baked.tif")).unwrap();
-    hachure::file::atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();
+    atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();
     assert!(place.error(&["bake", "dem.tif", "-o", "baked.tif"]).contains("dem.tif"));
     assert_eq!(std::fs::read(place.path("baked.tif")).unwrap(), baked);
     assert_eq!(place.names(), ["baked.tif", "baked.tif.tiles", "dem.tif"]);
