@@ -54,6 +54,7 @@ pub mod internals {
     pub use crate::commands::render::like::check_like;
     pub use crate::file::cache_folder::open as own_cache_folder;
     pub use crate::file::message::{chain, one_line, printable};
+    pub use crate::file::open_files::raise_file_limit;
     pub use crate::file::standard::print_to_stderr;
     pub use crate::gpu::readback::read;
     #[cfg(all(feature = "headset", any(target_os = "linux", target_os = "windows")))]

@@ -8,13 +8,14 @@ use clap::{ArgMatches, CommandFactory, FromArgMatches};
 use hachure::commands::log;
 use hachure::commands::misuse::{self, Misuse};
 use hachure::commands::program::Cli;
-use hachure::internals::{chain, print_to_stderr, printable};
+use hachure::internals::{chain, print_to_stderr, printable, raise_file_limit};
 
 /// Longest error line, in characters: enough for two long file names and a cause.
 const LONGEST_LINE: usize = 480;
 
 fn main() -> ExitCode {
     hush_libraries();
+    raise_file_limit();
     let cli = match parsed() {
         Ok(cli) => cli,
         Err(exit) => return exit,

@@ -12,6 +12,7 @@ use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::util::SubscriberInitExt;
 
 use crate::file::message::printable;
+use crate::file::unpacked::by_archive;
 
 /// Longest line of the log, in characters.
 const LONGEST_LINE: usize = 4000;
@@ -33,7 +34,7 @@ pub fn start(verbose: u8) {
         .without_time()
         // Log lines also contain file names and text from servers.
         .fmt_fields(debug_fn(|writer, field, value| match field.name() {
-            "message" => write!(writer, "{}", printable(&format!("{value:?}"), LONGEST_LINE)),
+            "message" => write!(writer, "{}", printable(&by_archive(format!("{value:?}")), LONGEST_LINE)),
             name => write!(writer, " {name}={}", printable(&format!("{value:?}"), LONGEST_LINE)),
         }))
         // Otherwise a log that cannot be written is reported with `eprintln!`, which panics on a closed pipe.
@@ -75,7 +76,7 @@ struct Text(String);
 impl Visit for Text {
     fn record_debug(&mut self, field: &Field, value: &dyn Debug) {
         // Writing to a String cannot fail.
-        let _ = write!(self.0, "{}={value:?};", field.name());
+        let _ = write!(self.0, "{}={};", field.name(), by_archive(format!("{value:?}")));
     }
 }
 

@@ -22,6 +22,14 @@ const TAG_TEXT: &str = "Signature: 8a477f597d28d172789f06886806bc55\n\
     # This folder is a cache of hachure. Everything in it can be deleted.\n\
     # Cache directory tags: https://bford.info/cachedir/\n";
 
+/// Returns the folder that holds hachure's own: `HACHURE_CACHE`, otherwise the system's cache folder for hachure.
+pub(crate) fn root() -> Option<PathBuf> {
+    if let Some(folder) = std::env::var_os("HACHURE_CACHE").filter(|folder| !folder.is_empty()) {
+        return Some(folder.into());
+    }
+    Some(directories::ProjectDirs::from("", "", "hachure")?.cache_dir().to_owned())
+}
+
 /// Opens hachure's own folder in `root`, and creates both if they do not exist.
 ///
 /// # Errors

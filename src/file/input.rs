@@ -16,6 +16,15 @@ pub(crate) const LARGEST_SCENE_BYTES: u64 = 16 << 20;
 /// much memory.
 pub(crate) const LARGEST_PATH_BYTES: u64 = 16 << 20;
 
+/// Largest compression ratio of DEFLATE, and a number of bytes that are allowed in addition, for headers.
+const DEFLATE_RATIO: u64 = 1032;
+const HEADER_BYTES: u64 = 1 << 16;
+
+/// Returns the largest number of bytes that a file of `file_bytes` can hold if it is compressed with DEFLATE.
+pub(crate) fn most_deflated_bytes(file_bytes: u64) -> u64 {
+    HEADER_BYTES.saturating_add(file_bytes.saturating_mul(DEFLATE_RATIO))
+}
+
 /// Returns an error of the system; if it is that a file does not exist, with a cause in plain words.
 pub(crate) fn plain(error: Error) -> Error {
     match error.kind() {

@@ -19,6 +19,7 @@ pub(crate) mod interrupt;
 pub(crate) mod jpg;
 pub(crate) mod message;
 pub(crate) mod mp4;
+pub(crate) mod open_files;
 pub(crate) mod pattern;
 pub(crate) mod pdf;
 pub mod png;
@@ -29,6 +30,7 @@ pub(crate) mod stl;
 pub(crate) mod svg;
 pub(crate) mod toml_text;
 pub(crate) mod unnamed;
+pub(crate) mod unpacked;
 pub mod video;
 
 use std::path::{Path, PathBuf};

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::atomic::SharedFile;
 use super::imprint::{self, KEY, Notes};
-use super::input::open_regular;
+use super::input::{most_deflated_bytes, open_regular};
 use super::{FileError, sample_count};
 
 /// Value of the text chunk `Software`. It marks hachure's drawings, which a folder of height files ignores.
@@ -224,9 +224,6 @@ pub(super) fn imprint(path: &Path) -> Result<Option<String>, FileError> {
 
 /// Largest picture that is read, in decoded bytes: 8192 × 16384 pixels.
 const LARGEST_BYTES: usize = 1 << 29;
-/// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
-const MAX_RATIO: u64 = 1032;
-const FREE_BYTES: u64 = 1 << 16;
 
 /// Returns the size of a PNG's pixels as [`read_rgba8`] returns them, and that of the file, in bytes. Only the header is
 /// read.
@@ -257,7 +254,7 @@ pub fn read_rgba8(path: &Path) -> Result<Picture, FileError> {
     let too_large = || FileError::read(path, "the picture is too large");
     let bytes = reader.output_buffer_size().filter(|&bytes| bytes <= LARGEST_BYTES).ok_or_else(too_large)?;
     let packed = (reader.info().raw_bytes() as u64).min(bytes as u64);
-    if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+    if packed > most_deflated_bytes(file_bytes) {
         return Err(FileError::read(path, format!("its pixels do not fit in {file_bytes} bytes")));
     }
     let mut rgba = Vec::new();

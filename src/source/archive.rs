@@ -1,21 +1,23 @@
 //! DEMs as they are downloaded: compressed (`.gz`), or in an archive (`.zip`, `.tar`, `.tar.gz`) that holds one of them.
 //!
-//! What the DEM needs is unpacked into a temporary folder, which is removed with the reader. The names in the archive
-//! decide what is unpacked: the only DEM, and the files with the same stem beside it.
+//! What the DEM needs is unpacked into a folder of the cache ([`UnpackedFolder`]), which is removed with the reader. The
+//! names in the archive decide what is unpacked: the only DEM, and its sidecar files, which have the same stem.
 
-use std::fs::File;
-use std::io::{BufReader, Read, Write};
+mod content;
+
+use std::collections::HashSet;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use flate2::bufread::MultiGzDecoder;
-use tempfile::TempDir;
+pub(super) use content::proved;
+use content::{LIMITS, LISTING, Limits, file_name, names, unpack, visit};
 
 use super::georeference::Georeference;
-use super::hgt;
-use super::place::{self, cannot_open, inconsistent, unclear};
 use super::reader::{HeightReader, Window};
-use super::{OpenOptions, SourceError, VoidMode, open_as_it_is};
+use super::sidecar::sidecar_path;
+use super::{OpenOptions, SourceError, VoidMode, hgt, open_as_it_is, place};
 use crate::file::message::printable;
+use crate::file::unpacked::UnpackedFolder;
 
 /// The kinds of container.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,26 +32,8 @@ pub(super) enum Container {
 const DEM_ENDINGS: [&str; 15] =
     ["hgt", "tif", "tiff", "asc", "dem", "bil", "bip", "bsq", "flt", "dt0", "dt1", "dt2", "xyz", "nc", "pmtiles"];
 const OTHER_ENDINGS: [&str; 12] = ["txt", "csv", "grd", "png", "webp", "exr", "r16", "raw", "bin", "img", "dat", "adf"];
-/// Largest size of unpacked files, and DEFLATE's largest ratio with some bytes for small files.
-const MAX_BYTES: u64 = 8 << 30;
-const MAX_RATIO: u64 = 1032;
-const FREE_BYTES: u64 = 1 << 16;
-/// Largest number of entries of an archive.
-const MAX_ENTRIES: usize = 1 << 16;
 /// Largest number of files that an error lists.
 const LISTED: usize = 3;
-/// A tar archive's header is a block of this size, with a word at this offset.
-const TAR_BLOCK: usize = 512;
-const TAR_WORD: usize = 257;
-
-/// Returns the kind of container that begins with these bytes; `gzip` is so short that it is no proof.
-pub(super) fn proved(head: &[u8]) -> Option<Container> {
-    match head {
-        _ if head.starts_with(b"PK\x03\x04") => Some(Container::Zip),
-        _ if head.get(TAR_WORD..TAR_WORD + 5) == Some(b"ustar") => Some(Container::Tar),
-        _ => None,
-    }
-}
 
 /// Returns whether these first bytes are those of a gzip file.
 pub(super) fn is_gzip(head: &[u8]) -> bool {
@@ -59,7 +43,29 @@ pub(super) fn is_gzip(head: &[u8]) -> bool {
 /// Returns whether a container holds height files, by the names in it. A damaged one counts, so that opening it reports
 /// the damage.
 pub(super) fn holds_heights(path: &Path, container: Container) -> bool {
-    names(path, container).map_or(true, |names| names.iter().any(|name| has_ending(name, &DEM_ENDINGS)))
+    holds_heights_within(path, container, &LISTING)
+}
+
+fn holds_heights_within(path: &Path, container: Container, limits: &Limits) -> bool {
+    let mut is_found = false;
+    let visited = visit(path, container, limits, &mut |name, _| {
+        is_found = has_ending(name, &DEM_ENDINGS);
+        Ok(if is_found { ControlFlow::Break(()) } else { ControlFlow::Continue(()) })
+    });
+    match visited {
+        Ok(()) => is_found,
+        Err(SourceError::Unclear { .. }) => {
+            tracing::warn!(
+                "{}: left out, because its first {} MiB, or {} entries, hold no height file; name it to have all of it \
+                 searched",
+                path.display(),
+                limits.bytes >> 20,
+                limits.entries
+            );
+            false
+        }
+        Err(_) => true,
+    }
 }
 
 /// Opens the only DEM in a container.
@@ -68,18 +74,29 @@ pub(super) fn open(
     container: Container,
     options: &OpenOptions,
 ) -> Result<Box<dyn HeightReader>, SourceError> {
-    let names = names(path, container)?;
+    let names = names(path, container, &LIMITS)?;
     let name = the_dem(path, &names)?;
     if container == Container::Zip && has_ending(&name, &["hgt"]) {
         return Ok(Box::new(hgt::open_zip(path)?));
     }
-    let folder = tempfile::Builder::new().prefix("hachure-").tempdir().map_err(cannot_open(&std::env::temp_dir()))?;
-    let wanted: Vec<&String> = names.iter().filter(|other| **other == name || is_beside(other, &name)).collect();
-    unpack(path, container, &wanted, folder.path())?;
+    let cannot_unpack = |(folder, source)| SourceError::Unpack { path: path.into(), folder, source };
+    let folder = UnpackedFolder::create(path).map_err(cannot_unpack)?;
+    let wanted: HashSet<&str> =
+        names.iter().filter(|other| **other == name || is_beside(other, &name)).map(String::as_str).collect();
+    unpack(path, container, &LIMITS, &wanted, folder.path())?;
+    // The sidecar file of the container describes what is inside, unless that has its own.
+    let (dem, sidecar) = (folder.path().join(file_name(&name)), sidecar_path(path));
+    if let (Some(sidecar), None) = (&sidecar, sidecar_path(&dem)) {
+        let mut target = dem.as_os_str().to_owned();
+        target.push(".toml");
+        let copied = std::fs::copy(sidecar, target);
+        copied.map_err(|source| cannot_unpack((folder.path().to_owned(), source)))?;
+    }
     let inside = |error: SourceError| in_container(path, folder.path(), &error);
-    let inner = open_as_it_is(&folder.path().join(file_name(&name)), options).map_err(inside)?;
+    let inner = open_as_it_is(&dem, options).map_err(inside)?;
     let given = OpenOptions { voids: VoidMode::default(), ..*options };
-    let identity = place::identity(&[path], &format!("{name}\n{given:?}"));
+    let files: Vec<&Path> = std::iter::once(path).chain(sidecar.as_deref()).collect();
+    let identity = place::identity(&files, &format!("{name}\n{given:?}"));
     Ok(Box::new(Unpacked { inner, path: path.into(), identity, folder }))
 }
 
@@ -105,10 +122,6 @@ fn the_dem(path: &Path, names: &[String]) -> Result<String, SourceError> {
     }
 }
 
-fn file_name(name: &str) -> &str {
-    name.rsplit(['/', '\\']).next().unwrap_or_default()
-}
-
 fn has_ending(name: &str, endings: &[&str]) -> bool {
     let ending = file_name(name).rsplit_once('.').map_or("", |(_, ending)| ending).to_ascii_lowercase();
     endings.contains(&&*ending)
@@ -121,111 +134,6 @@ fn is_beside(other: &str, dem: &str) -> bool {
     other[..folder(other)] == dem[..folder(dem)]
         && file_name(other).strip_prefix(stem).is_some_and(|rest| rest.starts_with('.'))
         && !has_ending(other, &DEM_ENDINGS)
-}
-
-/// Returns whether a name in an archive may be unpacked: a visible file that is not one of macOS' own.
-fn is_usable(name: &str) -> bool {
-    let own = file_name(name);
-    !own.is_empty() && !own.starts_with('.') && !name.starts_with("__MACOSX") && !own.contains(':')
-}
-
-/// Lists the files in a container.
-fn names(path: &Path, container: Container) -> Result<Vec<String>, SourceError> {
-    let mut found = Vec::new();
-    visit(path, container, &mut |name, _| {
-        found.push(name.to_owned());
-        Ok(())
-    })?;
-    Ok(found)
-}
-
-/// Writes the wanted files into a folder, without the folders of their names.
-fn unpack(path: &Path, container: Container, wanted: &[&String], folder: &Path) -> Result<(), SourceError> {
-    let packed_bytes = std::fs::metadata(path).map_err(cannot_open(path))?.len();
-    let mut left = MAX_BYTES.min(FREE_BYTES + packed_bytes.saturating_mul(MAX_RATIO));
-    visit(path, container, &mut |name, content| {
-        if !wanted.iter().any(|it| *it == name) {
-            return Ok(());
-        }
-        let target = folder.join(file_name(name));
-        let mut file = File::create_new(&target).map_err(cannot_open(&target))?;
-        let copied =
-            std::io::copy(&mut content.take(left + 1), &mut file).and_then(|bytes| file.flush().map(|()| bytes));
-        let bytes = copied.map_err(|error| inconsistent(path, format!("{}: {}", file_name(name), one_line(&error))))?;
-        if bytes > left {
-            return Err(unclear(path, "unpacks to far more than an archive of its size can hold, or more than 8 GiB"));
-        }
-        left -= bytes;
-        Ok(())
-    })
-}
-
-/// Calls `work` with the name and the content of each file in a container.
-fn visit(
-    path: &Path,
-    container: Container,
-    work: &mut dyn FnMut(&str, &mut dyn Read) -> Result<(), SourceError>,
-) -> Result<(), SourceError> {
-    let file = BufReader::new(File::open(path).map_err(cannot_open(path))?);
-    match container {
-        Container::Zip => visit_zip(path, file, work),
-        Container::Tar => visit_tar(path, file, work),
-        Container::Gzip => {
-            let mut beginning = Vec::new();
-            let mut decoder = MultiGzDecoder::new(file);
-            let damaged = |error: std::io::Error| inconsistent(path, one_line(&error));
-            decoder.by_ref().take(TAR_BLOCK as u64).read_to_end(&mut beginning).map_err(damaged)?;
-            let is_tar = proved(&beginning) == Some(Container::Tar);
-            let mut content = std::io::Cursor::new(beginning).chain(decoder);
-            if is_tar { visit_tar(path, content, work) } else { work(&unpacked_name(path), &mut content) }
-        }
-    }
-}
-
-/// Returns the name of a file without its compression: `dem.asc.gz` holds `dem.asc`.
-fn unpacked_name(path: &Path) -> String {
-    let is_compressed = place::ending(path) == "gz";
-    let name = if is_compressed { path.file_stem() } else { path.file_name() };
-    name.unwrap_or_default().to_string_lossy().into_owned()
-}
-
-fn visit_zip(
-    path: &Path,
-    file: BufReader<File>,
-    work: &mut dyn FnMut(&str, &mut dyn Read) -> Result<(), SourceError>,
-) -> Result<(), SourceError> {
-    let damaged = |error: zip::result::ZipError| inconsistent(path, one_line(&error));
-    let mut archive = zip::ZipArchive::new(file).map_err(damaged)?;
-    for index in 0..archive.len().min(MAX_ENTRIES) {
-        let mut member = archive.by_index(index).map_err(damaged)?;
-        let name = member.name().map_err(damaged)?.into_owned();
-        if member.is_file() && is_usable(&name) {
-            work(&name, &mut member)?;
-        }
-    }
-    Ok(())
-}
-
-fn visit_tar(
-    path: &Path,
-    content: impl Read,
-    work: &mut dyn FnMut(&str, &mut dyn Read) -> Result<(), SourceError>,
-) -> Result<(), SourceError> {
-    let damaged = |error: std::io::Error| inconsistent(path, one_line(&error));
-    let mut archive = tar::Archive::new(content);
-    for member in archive.entries().map_err(damaged)?.take(MAX_ENTRIES) {
-        let mut member = member.map_err(damaged)?;
-        let name = String::from_utf8_lossy(&member.path_bytes()).into_owned();
-        if member.header().entry_type().is_file() && is_usable(&name) {
-            work(&name, &mut member)?;
-        }
-    }
-    Ok(())
-}
-
-/// Returns a library's message without line breaks.
-fn one_line(error: &dyn std::fmt::Display) -> String {
-    error.to_string().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 /// Returns the error of an unpacked file with the name of its container instead of the temporary folder.
@@ -241,7 +149,7 @@ struct Unpacked {
     inner: Box<dyn HeightReader>,
     path: PathBuf,
     identity: String,
-    folder: TempDir,
+    folder: UnpackedFolder,
 }
 
 impl HeightReader for Unpacked {
@@ -273,32 +181,18 @@ impl HeightReader for Unpacked {
         self.inner.declared_unit_m()
     }
 
+    fn is_coarse(&self) -> bool {
+        self.inner.is_coarse()
+    }
+
+    fn warnings(&self) -> Vec<String> {
+        self.inner.warnings()
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn dem(names: &[&str]) -> Result<String, String> {
-        let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
-        the_dem(Path::new("a.zip"), &names).map_err(|error| error.to_string())
-    }
-
-    #[test]
-    fn names_show_the_dem() {
-        assert_eq!(dem(&["a/readme.txt", "a/dem.TIF", "a/dem.prj"]).unwrap(), "a/dem.TIF");
-        assert_eq!(dem(&["points.txt"]).unwrap(), "points.txt");
-        assert!(dem(&["grass.jpg"]).unwrap_err().contains("without a height file"));
-        let several = dem(&["a.tif", "b/b.asc", "c.hgt", "d.dem"]).unwrap_err();
-        assert!(several.contains("holds 4 height files (a.tif, b.asc, c.hgt, …)"), "{several}");
-    }
-
-    #[test]
-    fn files_beside_the_dem_have_its_stem() {
-        assert!(is_beside("a/dem.prj", "a/dem.tif") && is_beside("a/dem.tif.aux.xml", "a/dem.tif"));
-        assert!(!is_beside("a/demo.prj", "a/dem.tif") && !is_beside("b/dem.prj", "a/dem.tif"));
-    }
-}
+mod tests;

@@ -1,4 +1,4 @@
-//! Finds out how the colours of a picture encode heights, if nobody says it.
+//! Detects the height encoding of a colour picture that neither an option nor a sidecar file declares.
 //!
 //! A picture proves that it holds numbers by carries: where neighbours differ by one in a byte, the next lower byte
 //! goes the other way, as only numbers of several bytes have it. That does not show which numbers they are: a code of
@@ -13,7 +13,7 @@ use std::path::Path;
 use super::picture::Picture;
 use super::place::unclear;
 use super::sidecar::RasterInfo;
-use super::terrain_rgb::Packing;
+use super::terrain_rgb::ColourEncoding;
 use super::{Encoding, SourceError};
 use crate::file::message::printable;
 
@@ -37,16 +37,16 @@ const STEEP: f64 = 0.35;
 /// Land whose lowest height is above this in metres, read as Mapbox's code, may be land from 1050 m on in GSI's.
 const HIGH_M: f32 = 500.0;
 
-/// What is known of the pictures besides their colours.
+/// The spacing and the place of pictures, which help to tell encodings apart.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Known {
+pub(super) struct PlaceHints {
     /// Distance between samples on the ground in metres.
     pub spacing_m: Option<f64>,
     /// Whether they show Japan.
     pub in_japan: Option<bool>,
 }
 
-/// Returns the packing of colour pictures: the given one, or the one that the colours prove.
+/// Returns the encoding of colour pictures with its numbers: the given one, or the one that the colours prove.
 ///
 /// # Errors
 /// Fails if no encoding is given and the colours prove none, or leave a choice; the message names the option to use.
@@ -54,10 +54,10 @@ pub(super) fn packing(
     path: &Path,
     info: &RasterInfo,
     pictures: &[Picture],
-    known: &Known,
-) -> Result<Packing, SourceError> {
+    hints: &PlaceHints,
+) -> Result<ColourEncoding, SourceError> {
     let [interval_m, base_m] = [info.colour_interval_m(), info.colour_base_m()];
-    let of = |encoding| Packing::new(encoding, interval_m, base_m).with_void(info.sidecar.no_data);
+    let of = |encoding| ColourEncoding::new(encoding, interval_m, base_m).with_void(info.sidecar.no_data);
     let has_numbers = interval_m.is_some() || base_m.is_some();
     let found = match info.encoding() {
         Some(encoding) => of(encoding),
@@ -69,7 +69,7 @@ pub(super) fn packing(
             }
             packing
         }
-        None => guess(path, pictures, known, &of)?.with_void(info.sidecar.no_data),
+        None => guess(path, pictures, hints, &of)?.with_void(info.sidecar.no_data),
     };
     if found.encoding == Encoding::Terrarium && has_numbers {
         let why = "its encoding is terrarium, which fixes the height scale and offset; leave these options out";
@@ -88,27 +88,30 @@ pub(super) fn packing(
     Ok(found)
 }
 
-/// Returns the encoding that explains the colours as land, if no other does; `of` gives the packing of an encoding.
+/// Returns the encoding that explains the colours as land, if no other does; `of` gives the numbers of an
+/// encoding.
 fn guess(
     path: &Path,
     pictures: &[Picture],
-    known: &Known,
-    of: &dyn Fn(Encoding) -> Packing,
-) -> Result<Packing, SourceError> {
+    hints: &PlaceHints,
+    of: &dyn Fn(Encoding) -> ColourEncoding,
+) -> Result<ColourEncoding, SourceError> {
     if proves_terrarium(pictures) {
         return Ok(of(Encoding::Terrarium));
     }
     let [mapbox, gsi] = [of(Encoding::Mapbox), of(Encoding::Gsi)];
-    let candidates: Vec<&Packing> = [&mapbox, &gsi].into_iter().filter(|it| has_carries(it, pictures)).collect();
-    let on_earth = |packing: &&Packing| share_within(packing, pictures, &EARTH_M) >= EARTH_SHARE;
+    let candidates: Vec<&ColourEncoding> = [&mapbox, &gsi].into_iter().filter(|it| has_carries(it, pictures)).collect();
+    let on_earth = |packing: &&ColourEncoding| share_within(packing, pictures, &EARTH_M) >= EARTH_SHARE;
     if !candidates.iter().any(on_earth) {
         return Err(no_heights(path, pictures));
     }
-    if candidates.contains(&&gsi) && has_marks_of_gsi(pictures) && is_land(&gsi, pictures) {
-        return Ok(gsi);
-    }
-    if candidates.contains(&&mapbox) && is_land(&mapbox, pictures) && is_no_gsi(&mapbox, pictures, known) {
-        return Ok(mapbox);
+    let may_be = |packing: &ColourEncoding| candidates.contains(&packing) && is_land(packing, pictures);
+    // Marks are no proof against Mapbox's code, where they may be no-data or a watermark.
+    let is_marked = hints.in_japan != Some(false) && has_marks_of_gsi(pictures);
+    match [may_be(&mapbox), may_be(&gsi) && is_marked] {
+        [false, true] => return Ok(gsi),
+        [true, false] if is_no_gsi(&mapbox, pictures, hints) => return Ok(mapbox),
+        _ => {}
     }
     let named = [&mapbox, &gsi].into_iter().filter_map(|packing| {
         let [low_m, high_m] = range_m(packing, pictures)?;
@@ -118,26 +121,26 @@ fn guess(
 }
 
 fn proves_terrarium(pictures: &[Picture]) -> bool {
-    let terrarium = Packing::new(Encoding::Terrarium, None, None);
+    let terrarium = ColourEncoding::new(Encoding::Terrarium, None, None);
     share_within(&terrarium, pictures, &EARTH_M) >= EARTH_SHARE && has_carries(&terrarium, pictures)
 }
 
-fn is_land(packing: &Packing, pictures: &[Picture]) -> bool {
+fn is_land(packing: &ColourEncoding, pictures: &[Picture]) -> bool {
     share_within(packing, pictures, &LAND_M) >= LAND_SHARE
 }
 
 /// Returns whether land in Mapbox's code is not likely to be land in GSI's, which would be 1000 m high or more and have
 /// a tenth of the slopes: it is not in Japan, reaches down to low land, and is not steep.
-fn is_no_gsi(mapbox: &Packing, pictures: &[Picture], known: &Known) -> bool {
+fn is_no_gsi(mapbox: &ColourEncoding, pictures: &[Picture], hints: &PlaceHints) -> bool {
     let is_low = range_m(mapbox, pictures).is_some_and(|[low_m, _]| low_m < HIGH_M);
-    let slope = known.spacing_m.map(|spacing_m| mean_step_m(mapbox, pictures) / spacing_m);
-    known.in_japan != Some(true) && is_low && slope.is_some_and(|slope| slope <= STEEP)
+    let slope = hints.spacing_m.map(|spacing_m| mean_step_m(mapbox, pictures) / spacing_m);
+    hints.in_japan != Some(true) && is_low && slope.is_some_and(|slope| slope <= STEEP)
 }
 
 /// Returns the error of colours that prove nothing; it names the encodings that would give heights on the Earth.
 fn no_heights(path: &Path, pictures: &[Picture]) -> SourceError {
     let on_earth = |encoding: &Encoding| {
-        let packing = Packing::new(*encoding, None, None);
+        let packing = ColourEncoding::new(*encoding, None, None);
         share_within(&packing, pictures, &EARTH_M) >= EARTH_SHARE
     };
     let which: Vec<&str> = Encoding::ALL.iter().filter(|it| on_earth(it)).map(|it| it.name()).collect();
@@ -151,7 +154,7 @@ fn no_heights(path: &Path, pictures: &[Picture]) -> SourceError {
 }
 
 /// Returns the share of heights within a range among all pixels that hold a height; 0 if none does.
-fn share_within(packing: &Packing, pictures: &[Picture], range_m: &std::ops::RangeInclusive<f32>) -> f64 {
+fn share_within(packing: &ColourEncoding, pictures: &[Picture], range_m: &std::ops::RangeInclusive<f32>) -> f64 {
     let (mut heights, mut within) = (0u64, 0u64);
     for height_m in pictures.iter().flat_map(|picture| packing.heights_m(picture)).filter(|it| !it.is_nan()) {
         heights += 1;
@@ -161,20 +164,25 @@ fn share_within(packing: &Packing, pictures: &[Picture], range_m: &std::ops::Ran
 }
 
 /// Returns the lowest and the highest height.
-fn range_m(packing: &Packing, pictures: &[Picture]) -> Option<[f32; 2]> {
+fn range_m(packing: &ColourEncoding, pictures: &[Picture]) -> Option<[f32; 2]> {
     let heights_m = pictures.iter().flat_map(|picture| packing.heights_m(picture));
     let range_m = heights_m.fold([f32::INFINITY, f32::NEG_INFINITY], |[low, high], it| [low.min(it), high.max(it)]);
     (range_m[0] <= range_m[1]).then_some(range_m)
 }
 
-/// Returns whether there are pixels that only GSI's encoding explains: (128, 0, 0), or small negative numbers.
+/// Returns whether there are pixels that GSI's encoding explains best: (128, 0, 0), or small negative numbers. White is
+/// none of them, because it is no-data in many pictures.
 fn has_marks_of_gsi(pictures: &[Picture]) -> bool {
-    let is_mark = |pixel: &[u8]| pixel.get(3) != Some(&0) && (pixel[..3] == [128, 0, 0] || pixel[0] == 255);
+    let is_mark = |pixel: &[u8]| match pixel[..3] {
+        [255, 255, 255] => false,
+        [red, green, blue] => pixel.get(3) != Some(&0) && (red == 255 || [red, green, blue] == [128, 0, 0]),
+        _ => false,
+    };
     pictures.iter().any(|picture| picture.bytes.chunks_exact(picture.channels.max(3)).any(is_mark))
 }
 
 /// Calls `visit` with all pairs of horizontal neighbours that both hold heights.
-fn neighbours<'a>(packing: &Packing, pictures: &'a [Picture], mut visit: impl FnMut(&'a [u8], &'a [u8])) {
+fn neighbours<'a>(packing: &ColourEncoding, pictures: &'a [Picture], mut visit: impl FnMut(&'a [u8], &'a [u8])) {
     for picture in pictures {
         let channels = picture.channels.max(3);
         for row in picture.bytes.chunks_exact((picture.size[0] as usize * channels).max(1)) {
@@ -188,7 +196,7 @@ fn neighbours<'a>(packing: &Packing, pictures: &'a [Picture], mut visit: impl Fn
 }
 
 /// Returns the mean step between neighbours that differ, in metres.
-fn mean_step_m(packing: &Packing, pictures: &[Picture]) -> f64 {
+fn mean_step_m(packing: &ColourEncoding, pictures: &[Picture]) -> f64 {
     let (mut sum_m, mut count) = (0.0, 0u64);
     neighbours(packing, pictures, |a, b| {
         let step_m = f64::from((packing.height_m(b) - packing.height_m(a)).abs());
@@ -201,7 +209,7 @@ fn mean_step_m(packing: &Packing, pictures: &[Picture]) -> f64 {
 }
 
 /// Returns whether bytes carry into the next higher ones from pixel to pixel.
-fn has_carries(packing: &Packing, pictures: &[Picture]) -> bool {
+fn has_carries(packing: &ColourEncoding, pictures: &[Picture]) -> bool {
     // The lowest byte of Terrarium may be missing, and the highest of Mapbox seldom changes.
     [[0, 1], [1, 2]].into_iter().any(|[coarse, fine]| {
         let (mut steps, mut wraps) = (0u64, 0u64);

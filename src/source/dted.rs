@@ -14,7 +14,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::SourceError;
 use super::georeference::Georeference;
-use super::place::{self, cannot_open, check_window, inconsistent};
+use super::place::{self, begin_window, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
 
 const LABEL: u64 = 80;
@@ -164,17 +164,16 @@ impl HeightReader for DtedReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.size)?;
-        let (width, height) = (window.width as usize, window.height as usize);
-        let mut heights_m = vec![f32::NAN; window.samples()];
-        for column in 0..width {
+        let mut heights_m = begin_window(&self.path, window, self.size)?;
+        heights_m.resize(window.samples(), f32::NAN);
+        for column in 0..window.width as usize {
             let Some(at) = self.columns[window.x as usize + column] else { continue };
             let bytes = self.column(at)?;
             let (samples, _) = bytes[COLUMN_HEADER..bytes.len() - CHECKSUM].as_chunks::<2>();
             // The first row of the grid is the last sample of a column.
             let northmost = samples.len() - 1 - window.y as usize;
-            for row in 0..height {
-                heights_m[row * width + column] = height_m(samples[northmost - row]);
+            for (row, range) in window.rows_in(window).enumerate() {
+                heights_m[range.start + column] = height_m(samples[northmost - row]);
             }
         }
         Ok(heights_m)

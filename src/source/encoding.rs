@@ -1,4 +1,4 @@
-//! What a caller may say about a file: the encoding of heights in colours, the rows of tiles, the unit of heights.
+//! Options that describe a height file: colour encoding, order of tile rows, unit of heights.
 
 use serde::Deserialize;
 

@@ -97,6 +97,14 @@ pub enum SourceError {
         /// The error of the file, which begins with its name.
         cause: String,
     },
+    /// The file in a container cannot be written to a folder.
+    #[error("{}: cannot be unpacked into {}: {source}; HACHURE_CACHE sets another folder", named(path), named(folder))]
+    Unpack {
+        path: PathBuf,
+        folder: PathBuf,
+        #[source]
+        source: std::io::Error,
+    },
     /// The folder contains no height file.
     #[error("{}: the folder holds no height files", named(path))]
     NoMembers { path: PathBuf },

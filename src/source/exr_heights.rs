@@ -12,9 +12,17 @@ use super::values::Holds;
 use crate::file::exr::{Channel, ExrPicture, Samples, read_exr};
 
 /// Names of channels that hold heights.
-const NAMES: [&str; 6] = ["height", "elevation", "z", "y", "heightmap", "displacement"];
+const NAMES: [&str; 4] = ["height", "elevation", "heightmap", "displacement"];
+/// Names of channels that hold heights in a file without colours; beside colours, `Z` is the distance from the camera
+/// and `Y` the luminance.
+const NAMES_WITHOUT_COLOURS: [&str; 2] = ["z", "y"];
+/// Names of channels of colours.
+const COLOURS: [&str; 5] = ["r", "g", "b", "ry", "by"];
 
-/// Reads a picture.
+/// Reads a picture into memory, as heights in metres.
+///
+/// # Errors
+/// Fails if the picture is damaged or too large, or holds colours; and if its place is unclear.
 pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<MemoryReader, SourceError> {
     let picture = read_exr(path).map_err(|error| {
         let text = error.to_string();
@@ -48,7 +56,9 @@ pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<MemoryReader, Sourc
 /// Returns the channel of heights: one with a usual name, the only one, or the first of three equal ones.
 fn heights(picture: &ExrPicture) -> Option<&Channel> {
     let of = |name: &str| picture.channels.iter().find(|channel| channel.name.eq_ignore_ascii_case(name));
-    if let Some(named) = NAMES.iter().find_map(|name| of(name)) {
+    let has_colours = COLOURS.iter().any(|name| of(name).is_some());
+    let without_colours = NAMES_WITHOUT_COLOURS.iter().filter(|_| !has_colours);
+    if let Some(named) = NAMES.iter().chain(without_colours).find_map(|name| of(name)) {
         return Some(named);
     }
     let colours: Vec<&Channel> =

@@ -8,8 +8,7 @@ use std::sync::{Mutex, PoisonError};
 
 use super::SourceError;
 use super::georeference::Georeference;
-use super::memory;
-use super::place::{cannot_open, check_window, inconsistent};
+use super::place::{begin_window, cannot_open, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::samples::{Meaning, Tally, WarnOnce};
 
@@ -140,11 +139,10 @@ impl HeightReader for FlatReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.size)?;
+        let mut heights_m = begin_window(&self.path, window, self.size)?;
         if window.samples() == 0 {
-            return Ok(Vec::new());
+            return Ok(heights_m);
         }
-        let mut heights_m = memory::window_room(&self.path, window)?;
         let mut tally = Tally::default();
         let Strides { offset, row: row_stride, sample } = self.strides;
         let first = offset + u64::from(window.y) * row_stride + u64::from(window.x) * sample;

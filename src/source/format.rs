@@ -132,6 +132,13 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if ending == "hgt" || is_tile {
         return Ok(Format::Hgt);
     }
+    // A sidecar file beside these describes what is inside, or the tiles.
+    if archive::is_gzip(&head) && ["gz", "tgz"].contains(&&*ending) {
+        return Ok(Format::Container(Container::Gzip));
+    }
+    if begins_as_json(&head) && tile_json::is_tile_json(path) {
+        return Ok(Format::TileJson);
+    }
     if ending == "r16" || sidecar_path(path).is_some() || (options.size.is_some() && !is_text(&head)) {
         return Ok(Format::Raw);
     }
@@ -140,11 +147,6 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     }
     if archive::is_gzip(&head) {
         return Ok(Format::Container(Container::Gzip));
-    }
-    if String::from_utf8_lossy(&head).trim_start_matches('\u{feff}').trim_start().starts_with('{')
-        && tile_json::is_tile_json(path)
-    {
-        return Ok(Format::TileJson);
     }
     if let Some((_, what)) = SIGNATURES.iter().find(|(signature, _)| head.starts_with(signature)) {
         return unknown(what);
@@ -217,6 +219,10 @@ fn with_header(path: &Path, ending: &str, head: &[u8]) -> Result<Option<Format>,
         return Ok(Some(Format::Envi { data, header }));
     }
     Ok(ehdr::is_header(&String::from_utf8_lossy(&beginning)).then_some(Format::Ehdr { data, header }))
+}
+
+fn begins_as_json(head: &[u8]) -> bool {
+    String::from_utf8_lossy(head).trim_start_matches('\u{feff}').trim_start().starts_with('{')
 }
 
 fn is_text(head: &[u8]) -> bool {

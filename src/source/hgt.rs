@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::SourceError;
 use super::flat::{Description, FlatReader, Strides};
-use super::place::{self, cannot_open, inconsistent, unclear};
+use super::place::{self, cannot_open, foreign_message, inconsistent, unclear};
 use super::samples::{Meaning, SampleType};
 use crate::file::message::{quoted, shown};
 
@@ -53,7 +53,7 @@ pub(super) fn open(path: &Path) -> Result<FlatReader, SourceError> {
 /// Opens the first tile in a ZIP archive.
 pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
     let file = File::open(path).map_err(cannot_open(path))?;
-    let damaged = |error: zip::result::ZipError| inconsistent(path, shown(&one_line(&error.to_string())));
+    let damaged = |error: zip::result::ZipError| inconsistent(path, foreign_message(&error));
     let mut archive = zip::ZipArchive::new(file).map_err(damaged)?;
     for index in 0..archive.len() {
         let mut member = archive.by_index(index).map_err(damaged)?;
@@ -65,9 +65,7 @@ pub(super) fn open_zip(path: &Path) -> Result<FlatReader, SourceError> {
         // The size in the archive's directory is not trusted: reading ends beyond the length of the longest tile.
         let mut bytes = Vec::new();
         let read_member = member.by_ref().take(MAX_BYTES + 1).read_to_end(&mut bytes);
-        read_member.map_err(|error| {
-            inconsistent(path, format!("{}: {}", shown(&name), shown(&one_line(&error.to_string()))))
-        })?;
+        read_member.map_err(|error| inconsistent(path, format!("{}: {}", shown(&name), foreign_message(&error))))?;
         return read(path, &name, bytes.len() as u64, Some(bytes));
     }
     Err(SourceError::UnknownFormat { path: path.into(), looks_like: "is a ZIP archive without an .hgt in it" })
@@ -96,11 +94,6 @@ fn read(path: &Path, name: &str, bytes: u64, unpacked: Option<Vec<u8>>) -> Resul
         identity: place::identity(&[path], ""),
     };
     FlatReader::new(path, unpacked, described)
-}
-
-/// Returns a library's message without line breaks.
-fn one_line(text: &str) -> String {
-    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 #[cfg(test)]

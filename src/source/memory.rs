@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use super::SourceError;
 use super::georeference::Georeference;
-use super::place::check_window;
+use super::place::begin_window;
 use super::reader::{HeightReader, Window};
 
 /// Largest number of samples that are decoded into memory: 1 GiB of heights.
@@ -67,8 +67,7 @@ impl HeightReader for MemoryReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.size)?;
-        let mut heights_m = window_room(&self.path, window)?;
+        let mut heights_m = begin_window(&self.path, window, self.size)?;
         for row in window.rows_in(Window::whole(self.size)) {
             heights_m.extend_from_slice(&self.heights_m[row]);
         }

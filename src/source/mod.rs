@@ -43,6 +43,7 @@ mod masked;
 pub(crate) mod memory;
 pub(crate) mod mosaic;
 mod netcdf;
+mod netcdf_axes;
 mod picture;
 mod place;
 mod pmtiles;
@@ -125,7 +126,7 @@ impl Progress for Silent {
 
 /// Version of the readers' results. It changes when files yield other heights, or another position, than before;
 /// pyramids baked with an older version are then baked again.
-pub(crate) const VERSION: u32 = 3;
+pub(crate) const VERSION: u32 = 4;
 
 /// Largest number of samples that are read into memory at once: 8 GiB of heights.
 pub(crate) const MAX_SAMPLES: u64 = 1 << 31;

@@ -18,8 +18,10 @@ pub(crate) use members::member_options;
 pub(crate) use place::{Misfit, MosaicGrid, Placed};
 pub(crate) use way::Way;
 
+use std::path::Path;
+
 use super::georeference::Georeference;
-use super::{HeightReader, SourceError, Window};
+use super::{HeightReader, SourceError, Window, memory};
 
 /// Several readers combined into one.
 pub(crate) struct MosaicReader {
@@ -38,9 +40,8 @@ impl MosaicReader {
     pub(crate) fn new(members: Vec<Box<dyn HeightReader>>) -> Result<Self, SourceError> {
         let places: Vec<_> = members.iter().map(|member| (member.georeference(), member.size())).collect();
         let grid = MosaicGrid::new(&places).map_err(|Misfit { member, cause }| {
-            // An identity begins with the name of the file, and its size and time after tabs.
-            let name = members.get(member).map_or(String::new(), |member| member.identity());
-            SourceError::Mosaic { path: name.split(['\t', '\n']).next().unwrap_or("a mosaic").into(), cause }
+            let identity = members.get(member).map_or(String::new(), |member| member.identity());
+            SourceError::Mosaic { path: name_of(&identity).into(), cause }
         })?;
         grid.warn();
         let precedence = precedence(&grid);
@@ -50,11 +51,21 @@ impl MosaicReader {
 
 /// Returns the members' indices, finest first, then in the given order.
 pub(crate) fn precedence(grid: &MosaicGrid) -> Vec<usize> {
-    let mut order: Vec<usize> = (0..grid.members.len()).collect();
-    // The sort is stable. Spacings within one per cent count as equal: tiles of the same product at two latitudes
-    // differ by so much.
-    let step = |index: usize| (grid.members[index].ratio.ln() / 0.01).round() as i64;
-    order.sort_by_key(|&index| step(index));
+    by_fineness(&grid.members.iter().map(|member| member.ratio).collect::<Vec<_>>())
+}
+
+/// Returns the indices of spacings from the finest on. Those within one per cent of the finest of a group count as equal
+/// and keep their order, because tiles of the same product at two latitudes differ by so much.
+fn by_fineness(spacings: &[f64]) -> Vec<usize> {
+    let mut order: Vec<usize> = (0..spacings.len()).collect();
+    order.sort_by(|&a, &b| spacings[a].total_cmp(&spacings[b]));
+    let mut first = 0;
+    while first < order.len() {
+        let limit = spacings[order[first]] * 1.01;
+        let count = order[first..].iter().take_while(|&&index| spacings[index] <= limit).count().max(1);
+        order[first..first + count].sort_unstable();
+        first += count;
+    }
     order
 }
 
@@ -68,7 +79,8 @@ impl HeightReader for MosaicReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        let mut heights_m = vec![f32::NAN; window.samples()];
+        let mut heights_m = memory::window_room(Path::new("a mosaic"), window)?;
+        heights_m.resize(window.samples(), f32::NAN);
         for &index in &self.precedence {
             let placed = &self.grid.members[index];
             if placed.meets(window) && heights_m.iter().any(|height| height.is_nan()) {
@@ -86,10 +98,24 @@ impl HeightReader for MosaicReader {
         first.map(|side| side.clamp(16, 4096))
     }
 
+    fn warnings(&self) -> Vec<String> {
+        let of = |member: &dyn HeightReader| {
+            let identity = member.identity();
+            let name = name_of(&identity).to_owned();
+            member.warnings().into_iter().map(move |warning| format!("{name}: {warning}"))
+        };
+        self.members.iter().flat_map(|member| of(&**member)).collect()
+    }
+
     fn identity(&self) -> String {
         let names: Vec<String> = self.members.iter().map(|member| member.identity()).collect();
         format!("mosaic\n{}", names.join("\n"))
     }
+}
+
+/// Returns the name of a file from its reader's identity, which begins with it; its size and time follow after tabs.
+fn name_of(identity: &str) -> &str {
+    identity.split(['\t', '\n']).next().unwrap_or_default()
 }
 
 /// Copies the samples of a member on the lattice to all places that have no height yet.
@@ -187,4 +213,64 @@ fn between(read_m: &[f32], part: Window, size: [u32; 2], [x, y]: [f64; 2]) -> f3
     }
     let across = |line: &[f64; 4]| line[1] * (1.0 - u) + line[2] * u;
     (across(&four[1]) * (1.0 - v) + across(&four[2]) * v) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::source::georeference::Crs;
+    use crate::source::{GeoKeys, GridReader, HeightGrid};
+
+    #[test]
+    fn spacings_within_one_per_cent_are_equal() {
+        assert_eq!(by_fineness(&[1.0, 0.995, 1.004, 2.0, 0.5]), [4, 0, 1, 2, 3]);
+        // On both sides of a border between rounded logarithms.
+        assert_eq!(by_fineness(&[1.0051, 1.0049]), [0, 1]);
+        assert_eq!(by_fineness(&[1.0149, 1.0051]), [0, 1]);
+        assert_eq!(by_fineness(&[1.011, 1.0]), [1, 0]);
+        assert_eq!(by_fineness(&[f64::NAN, 1.0]), [1, 0]);
+        assert_eq!(by_fineness(&[]), [0_usize; 0]);
+    }
+
+    /// A grid that warns.
+    struct Warning(GridReader<HeightGrid>);
+
+    impl HeightReader for Warning {
+        fn size(&self) -> [u32; 2] {
+            self.0.size()
+        }
+
+        fn georeference(&self) -> &Georeference {
+            self.0.georeference()
+        }
+
+        fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
+            self.0.read(window)
+        }
+
+        fn block(&self) -> [u32; 2] {
+            self.0.block()
+        }
+
+        fn warnings(&self) -> Vec<String> {
+            vec!["is odd".to_owned(), "is old".to_owned()]
+        }
+
+        fn identity(&self) -> String {
+            self.0.identity()
+        }
+    }
+
+    #[test]
+    fn warnings_of_members_have_their_names() {
+        let member = |name: &str| {
+            let crs_from_grid = [0.0, 30.0, 0.0, 0.0, 0.0, -30.0];
+            let georeference = Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() };
+            let grid = HeightGrid { width: 4, height: 4, heights_m: vec![1.0; 16], georeference };
+            Box::new(Warning(GridReader::new(grid, format!("{name}\t12\t34\n")))) as Box<dyn HeightReader>
+        };
+        let mosaic = MosaicReader::new(vec![member("d/a.bil"), member("b.bil")]).unwrap();
+        let expected = ["d/a.bil: is odd", "d/a.bil: is old", "b.bil: is odd", "b.bil: is old"];
+        assert_eq!(mosaic.warnings(), expected);
+    }
 }

@@ -5,14 +5,14 @@ use std::path::{Path, PathBuf};
 
 use netcdf_reader::{NcFile, NcSliceInfo, NcSliceInfoElem, NcVariable};
 
+use super::SourceError;
 use super::georeference::Georeference;
-use super::memory;
-use super::place::{self, check_window, inconsistent, unclear};
+use super::netcdf_axes::{self, Axis};
+use super::place::{self, begin_window, foreign_message, inconsistent, unclear};
 use super::reader::{HeightReader, Window};
-use super::samples::{BandMetadata, MAX_HEIGHT_M};
-use super::{GeoKeys, SourceError, prj, wkt};
+use super::samples::MAX_HEIGHT_M;
 
-/// Names of variables that hold heights, most usual first.
+/// Names of variables that hold heights, most common first.
 const NAMES: [&str; 12] = [
     "elevation",
     "z",
@@ -27,12 +27,13 @@ const NAMES: [&str; 12] = [
     "topography",
     "data",
 ];
-/// Standard names of heights begin so.
-const STANDARD_NAMES: [&str; 5] = ["height", "surface_altitude", "altitude", "bedrock_altitude", "sea_floor"];
+/// Prefixes of CF standard names of heights.
+const STANDARD_NAMES: [&str; 6] =
+    ["height", "surface_altitude", "altitude", "bedrock_altitude", "sea_floor_depth", "depth_below"];
+/// Prefixes of CF standard names of heights that count downwards.
+const DEPTHS: [&str; 2] = ["sea_floor_depth", "depth"];
 /// Largest number of coordinates of a dimension.
 const MAX_COORDINATES: u64 = 1 << 24;
-/// Largest deviation of a coordinate from even spacing, as a fraction of the spacing.
-const TOLERANCE: f64 = 0.05;
 /// Side of a block of samples.
 const BLOCK: u32 = 1024;
 
@@ -43,9 +44,14 @@ struct NetCdfReader {
     variable: String,
     /// Number of dimensions of length 1 before rows and columns.
     before: usize,
+    /// Whether the last dimension is that of the rows.
+    is_transposed: bool,
     size: [u32; 2],
     unit_m: f64,
+    /// Whether the values count downwards.
+    is_depth: bool,
     georeference: Georeference,
+    identity: String,
 }
 
 /// Opens a file.
@@ -56,33 +62,46 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn HeightReader>, SourceError> {
     let variable = heights(path, variables)?;
     let shape = variable.shape();
     let before = shape.len() - 2;
-    let [rows, columns] =
-        [&variable.dimensions()[before].name, &variable.dimensions()[before + 1].name].map(String::clone);
+    let is_transposed = netcdf_axes::is_transposed(path, variables, variable)?;
+    // Indices of the dimensions of columns and of rows.
+    let dimensions = if is_transposed { [before, before + 1] } else { [before + 1, before] };
     let name = variable.name().to_owned();
-    let unit = variable.attribute("units").and_then(|units| units.value.as_string());
-    let unit = BandMetadata { unit: unit.map(|unit| unit.trim().to_ascii_lowercase()), ..BandMetadata::default() };
-    let unit_m = unit.metres_per_unit().unwrap_or(1.0);
-    let keys = grid_mapping(variables, variable);
-    let size = [shape[before + 1], shape[before]];
+    let unit_m = netcdf_axes::unit_m(variable).unwrap_or(1.0);
+    let size = dimensions.map(|dimension| shape[dimension]);
     if size.iter().any(|count| *count > MAX_COORDINATES) {
         return Err(inconsistent(path, format!("{}×{} samples are too many", size[0], size[1])));
     }
     let size = size.map(|count| count as u32);
     place::check_size(path, size)?;
-    let [x, y] = [(&columns, size[0]), (&rows, size[1])].map(|(name, count)| axis(path, &file, variables, name, count));
-    let ([x0, dx], [y0, dy]) = (x?, y?);
-    let crs_from_grid = [x0, dx, 0.0, y0, 0.0, dy];
-    let is_degrees = [&columns, &rows].iter().all(|name| {
-        let units = variables.iter().find(|it| it.name() == name.as_str()).and_then(|it| it.attribute("units"));
-        units.and_then(|it| it.value.as_string()).is_some_and(|units| units.starts_with("degree"))
+    let axes = [0, 1].map(|axis| {
+        let dimension = &variable.dimensions()[dimensions[axis]].name;
+        Axis::of(path, &file, variables, dimension, size[axis])
     });
-    let keys = match keys {
-        Some(keys) => keys,
-        None if is_degrees => place::wgs84(),
-        None => prj::keys(path, crs_from_grid, size)?.0,
-    };
-    let georeference = place::locate(path, crs_from_grid, keys, size)?;
-    Ok(Box::new(NetCdfReader { path: path.into(), file, variable: name, before, size, unit_m, georeference }))
+    let [x, y] = axes;
+    let (georeference, prj) = netcdf_axes::georeference(path, variables, variable, [&x?, &y?], size)?;
+    let files: Vec<&Path> = std::iter::once(path).chain(prj.as_deref()).collect();
+    let (identity, is_depth) = (place::identity(&files, &name), is_depth(variable));
+    Ok(Box::new(NetCdfReader {
+        path: path.into(),
+        file,
+        variable: name,
+        before,
+        is_transposed,
+        size,
+        unit_m,
+        is_depth,
+        georeference,
+        identity,
+    }))
+}
+
+/// Returns whether the values of a variable count downwards, by its attributes.
+fn is_depth(variable: &NcVariable) -> bool {
+    match text(variable, "positive").map(|direction| direction.to_ascii_lowercase()).as_deref() {
+        Some("down") => true,
+        Some("up") => false,
+        _ => text(variable, "standard_name").is_some_and(|name| DEPTHS.iter().any(|depth| name.starts_with(depth))),
+    }
 }
 
 /// Returns the variable of heights: the only numbers over two dimensions, or the one with a usual name.
@@ -94,7 +113,7 @@ fn heights<'a>(path: &Path, variables: &'a [NcVariable]) -> Result<&'a NcVariabl
     };
     let grids: Vec<&NcVariable> = variables.iter().filter(is_grid).collect();
     let standard = |variable: &&&NcVariable| {
-        let name = variable.attribute("standard_name").and_then(|name| name.value.as_string()).unwrap_or_default();
+        let name = text(variable, "standard_name").unwrap_or_default();
         STANDARD_NAMES.iter().any(|known| name.starts_with(known))
     };
     let named = || NAMES.iter().find_map(|name| grids.iter().find(|it| it.name().eq_ignore_ascii_case(name)));
@@ -112,32 +131,13 @@ fn heights<'a>(path: &Path, variables: &'a [NcVariable]) -> Result<&'a NcVariabl
     }
 }
 
-/// Returns the first coordinate and the spacing of a dimension.
-fn axis(path: &Path, file: &NcFile, variables: &[NcVariable], name: &str, count: u32) -> Result<[f64; 2], SourceError> {
-    let known = variables.iter().any(|it| it.name() == name && it.shape() == [u64::from(count)]);
-    if !known {
-        return Err(unclear(path, format!("has no coordinates for its dimension {name:?}")));
-    }
-    let values = file.read_variable_unpacked(name).map_err(|error| damaged(path, &error))?;
-    let values: Vec<f64> = values.iter().copied().collect();
-    let irregular = || unclear(path, format!("its coordinates {name:?} are not evenly spaced; gdalwarp resamples it"));
-    let (Some(first), Some(last)) = (values.first(), values.last()) else { return Err(irregular()) };
-    let step = (last - first) / (f64::from(count) - 1.0);
-    let is_even =
-        values.iter().enumerate().all(|(i, it)| (it - (first + i as f64 * step)).abs() <= TOLERANCE * step.abs());
-    (step != 0.0 && step.is_finite() && is_even).then_some([*first, step]).ok_or_else(irregular)
+/// Returns an attribute of a variable as text, without spaces around it.
+pub(super) fn text(of: &NcVariable, name: &str) -> Option<String> {
+    of.attribute(name).and_then(|it| it.value.as_string()).map(|text| text.trim().to_owned())
 }
 
-/// Returns the keys of the CRS that the variable's grid mapping gives in Well-Known Text.
-fn grid_mapping(variables: &[NcVariable], variable: &NcVariable) -> Option<GeoKeys> {
-    let text = |of: &NcVariable, name: &str| of.attribute(name).and_then(|it| it.value.as_string());
-    let mapping = text(variable, "grid_mapping")?;
-    let mapping = variables.iter().find(|it| it.name() == mapping.split([':', ' ']).next().unwrap_or_default())?;
-    ["crs_wkt", "spatial_ref"].iter().find_map(|name| wkt::keys(&text(mapping, name)?))
-}
-
-fn damaged(path: &Path, error: &netcdf_reader::Error) -> SourceError {
-    inconsistent(path, error.to_string().split_whitespace().collect::<Vec<_>>().join(" "))
+pub(super) fn damaged(path: &Path, error: &netcdf_reader::Error) -> SourceError {
+    inconsistent(path, foreign_message(error))
 }
 
 impl HeightReader for NetCdfReader {
@@ -150,17 +150,17 @@ impl HeightReader for NetCdfReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.size)?;
+        let mut heights_m = begin_window(&self.path, window, self.size)?;
         if window.samples() == 0 {
-            return Ok(Vec::new());
+            return Ok(heights_m);
         }
-        let mut heights_m = memory::window_room(&self.path, window)?;
         let part = |first: u32, count: u32| {
             let (start, end) = (u64::from(first), u64::from(first) + u64::from(count));
             NcSliceInfoElem::Slice { start, end, step: 1 }
         };
         let mut selections = vec![NcSliceInfoElem::Index(0); self.before];
-        selections.extend([part(window.y, window.height), part(window.x, window.width)]);
+        let (rows, columns) = (part(window.y, window.height), part(window.x, window.width));
+        selections.extend(if self.is_transposed { [columns, rows] } else { [rows, columns] });
         let values = super::geotiff::guarded(&self.path, || {
             let values = self.file.read_variable_slice_unpacked_masked(&self.variable, &NcSliceInfo { selections });
             values.map_err(|error| damaged(&self.path, &error))
@@ -168,8 +168,10 @@ impl HeightReader for NetCdfReader {
         if values.len() != window.samples() {
             return Err(inconsistent(&self.path, "a part of it decodes to the wrong size"));
         }
+        let values = if self.is_transposed { values.reversed_axes() } else { values };
+        let unit_m = if self.is_depth { -self.unit_m } else { self.unit_m };
         heights_m.extend(values.iter().map(|value| {
-            let height_m = value * self.unit_m;
+            let height_m = value * unit_m;
             if height_m.abs() <= MAX_HEIGHT_M { height_m as f32 } else { f32::NAN }
         }));
         Ok(heights_m)
@@ -184,6 +186,6 @@ impl HeightReader for NetCdfReader {
     }
 
     fn identity(&self) -> String {
-        place::identity(&[&self.path], &self.variable)
+        self.identity.clone()
     }
 }

@@ -9,15 +9,12 @@ use std::path::{Path, PathBuf};
 use png::{BitDepth, ColorType, Decoder, DecodingError, Reader, Transformations};
 
 use super::SourceError;
-use super::place::{cannot_open, inconsistent};
+use super::place::{cannot_open, foreign_message, inconsistent};
 use super::{memory, webp};
-use crate::file::message::printable;
+use crate::file::input::most_deflated_bytes;
 
 /// Largest size of a tile's file.
 const MAX_TILE_BYTES: u64 = 64 << 20;
-/// Largest compression ratio of Deflate. [`FREE_BYTES`] are allowed in addition, for the header.
-const MAX_RATIO: u64 = 1032;
-const FREE_BYTES: u64 = 1 << 16;
 
 /// The size, colour type and bit depth from a picture's header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,15 +152,12 @@ fn begin<R: BufRead + Seek>(path: &Path, source: R, file_bytes: u64) -> Result<(
     let needed = reader.output_buffer_size().ok_or_else(too_large)?;
     // The decoder expands a palette index of a few bits to three bytes, so the packed size is compared with the file.
     let packed = (reader.info().raw_bytes() as u64).min(needed as u64);
-    if packed > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+    if packed > most_deflated_bytes(file_bytes) {
         return Err(inconsistent(path, format!("{width}×{height} samples do not fit in {file_bytes} bytes")));
     }
     Ok((reader, needed))
 }
 
-/// Largest number of characters of the decoder's message.
-const MAX_FOREIGN_CHARS: usize = 120;
-
 fn damaged(path: &Path, error: &DecodingError) -> SourceError {
-    inconsistent(path, printable(&error.to_string(), MAX_FOREIGN_CHARS))
+    inconsistent(path, foreign_message(error))
 }

@@ -1,12 +1,12 @@
 //! Helpers for the readers of formats other than GeoTIFF: georeferences, identities of files, checks and errors.
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
 use super::georeference::{self, Georeference};
 use super::reader::Window;
-use super::{GeoKeys, SourceError, WorldMapping, geokeys as key};
+use super::{GeoKeys, SourceError, WorldMapping, geokeys as key, memory};
 use crate::file::input;
 use crate::file::message::printable;
 use key::GeoKey;
@@ -70,6 +70,15 @@ pub(super) fn check_size(path: &Path, [width, height]: [u32; 2]) -> Result<(), S
     }
 }
 
+/// Checks that a window is inside the grid, and reserves memory for its heights.
+///
+/// # Errors
+/// Fails if the window is outside, or if the allocation fails.
+pub(super) fn begin_window(path: &Path, window: Window, size: [u32; 2]) -> Result<Vec<f32>, SourceError> {
+    check_window(path, window, size)?;
+    memory::window_room(path, window)
+}
+
 /// Checks that a window is inside the grid.
 pub(super) fn check_window(path: &Path, window: Window, size: [u32; 2]) -> Result<(), SourceError> {
     let is_inside = |first: u32, count: u32, size: u32| first.checked_add(count).is_some_and(|end| end <= size);
@@ -91,6 +100,14 @@ pub(super) fn inconsistent(path: &Path, what: impl Into<String>) -> SourceError 
 /// Returns the error of a file that lacks necessary information.
 pub(super) fn unclear(path: &Path, why: impl Into<String>) -> SourceError {
     SourceError::Unclear { path: path.into(), why: printable(&why.into(), LONGEST_CAUSE) }
+}
+
+/// Largest number of characters of a library's message.
+const MAX_FOREIGN_CHARS: usize = 120;
+
+/// Returns the message of a library in one short line.
+pub(super) fn foreign_message(error: &dyn Display) -> String {
+    printable(&error.to_string(), MAX_FOREIGN_CHARS)
 }
 
 /// Returns a function that converts an error of the file system.

@@ -1,4 +1,5 @@
-//! Reads a PMTiles archive (version 3) of terrain-RGB tiles: PNG or lossless WebP. Only the deepest zoom level is read.
+//! Reads a PMTiles archive of terrain-RGB tiles ("PMTiles Version 3 Specification"): PNG or lossless WebP. Only the
+//! deepest zoom level is read.
 
 use std::fs::File;
 use std::io::{Read, Seek, SeekFrom};
@@ -11,12 +12,14 @@ use pmtiles::{
     AsyncBackend, AsyncPmTilesReader, BackendResponse, Compression, PmtError, PmtResult, TileCoord, TileType,
 };
 
-use super::SourceError;
+use serde::de::IgnoredAny;
+
 use super::picture::{self, Picture};
-use super::place::{cannot_open, inconsistent, unclear};
+use super::place::{cannot_open, foreign_message, inconsistent, unclear};
 use super::sidecar::{OpenOptions, RasterInfo};
 use super::tile_json::TileJson;
-use super::tile_set::{Found, TileSetReader, Tiles};
+use super::tile_set::{TileLevel, TileSetReader, TileStoreReader};
+use super::{SourceError, TileRows};
 
 /// Largest number of tiles of the deepest level.
 const MAX_TILES: usize = 1 << 24;
@@ -50,7 +53,7 @@ struct ArchiveTiles {
     zoom: u8,
 }
 
-impl Tiles for ArchiveTiles {
+impl TileStoreReader for ArchiveTiles {
     fn picture(&self, tile: [u32; 2]) -> Result<Picture, SourceError> {
         let [x, y] = tile;
         let read = TileCoord::new(self.zoom, x, y).and_then(|tile| pollster::block_on(self.reader.get_tile(tile)));
@@ -64,7 +67,11 @@ impl Tiles for ArchiveTiles {
     }
 }
 
-/// Opens the deepest level of an archive.
+/// Opens the deepest level of an archive as one grid of heights in metres, in Web Mercator.
+///
+/// # Errors
+/// Fails if the archive is damaged, holds other than lossless pictures, compresses whole tiles or lists too many of
+/// them; and as [`TileSetReader::open`] does.
 pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<TileSetReader, SourceError> {
     let file = File::open(path).map_err(cannot_open(path))?;
     let failed = |error: PmtError| damaged(path, &error);
@@ -82,16 +89,32 @@ pub(super) fn open(path: &Path, options: &OpenOptions) -> Result<TileSetReader, 
     }
     let zoom = header.max_zoom;
     let mut info = RasterInfo::of(path, options)?;
-    // Metadata is optional, and serves only for the encoding.
-    let metadata = pollster::block_on(reader.get_metadata()).unwrap_or_default();
-    if let Some(described) = TileJson::parse(&metadata).map_err(|why| unclear(path, why))? {
+    if let Some(described) = described(path, pollster::block_on(reader.get_metadata()))? {
         info.declare(&described);
     }
     let reader = Arc::new(reader);
     let tiles = pollster::block_on(tiles_of(path, &reader, zoom))?;
     let identity = format!("{} tiles", tiles.len());
     let store = Box::new(ArchiveTiles { path: path.into(), reader, zoom });
-    TileSetReader::open(path, &info, Found { zoom: zoom.into(), tiles, store, rows: None, identity })
+    // Section 4.1 of the specification: tiles are numbered from the north.
+    let rows = Some(TileRows::Xyz);
+    TileSetReader::open(path, &info, TileLevel { zoom: zoom.into(), tiles, store, rows, identity })
+}
+
+/// Returns what the metadata declares. It is optional and gives only the encoding, so that damage is a warning.
+fn described(path: &Path, metadata: PmtResult<String>) -> Result<Option<TileJson>, SourceError> {
+    let cause = match metadata {
+        // The archive has none.
+        Err(PmtError::InvalidMetadata) => return Ok(None),
+        Err(error) => foreign_message(&error),
+        Ok(text) => match serde_json::from_str::<IgnoredAny>(&text) {
+            Err(error) => foreign_message(&error),
+            Ok(_) => return TileJson::parse(&text).map_err(|why| unclear(path, why)),
+        },
+    };
+    let name = path.display();
+    tracing::warn!("{name}: its metadata cannot be read, so an encoding that it declares is not used: {cause}");
+    Ok(None)
 }
 
 /// Lists the tiles of a level.
@@ -111,9 +134,12 @@ async fn tiles_of(path: &Path, reader: &Arc<Reader>, zoom: u8) -> Result<Vec<[u3
             if tile.z() == zoom {
                 tiles.push([tile.x(), tile.y()]);
             }
-            if tiles.len() > MAX_TILES || listed > MAX_LISTED {
-                let why = format!("has more than {MAX_TILES} tiles; cut a part out of it (pmtiles extract --bbox)");
-                return Err(unclear(path, why));
+            let too_many = match tiles.len() > MAX_TILES {
+                true => Some(format!("more than {MAX_TILES} tiles at zoom level {zoom}")),
+                false => (listed > MAX_LISTED).then(|| format!("more than {MAX_LISTED} tiles in all levels")),
+            };
+            if let Some(too_many) = too_many {
+                return Err(unclear(path, format!("has {too_many}; cut a part out of it (pmtiles extract --bbox)")));
             }
         }
     }
@@ -121,5 +147,24 @@ async fn tiles_of(path: &Path, reader: &Arc<Reader>, zoom: u8) -> Result<Vec<[u3
 }
 
 fn damaged(path: &Path, error: &PmtError) -> SourceError {
-    inconsistent(path, error.to_string())
+    inconsistent(path, foreign_message(error))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::common::log::with_warnings;
+
+    #[test]
+    fn metadata_that_cannot_be_read_is_reported() {
+        let read = |metadata| with_warnings(|| described(Path::new("a.pmtiles"), metadata).unwrap());
+        let gsi = "{\"encoding\": \"gsi\"";
+        for broken in [Err(PmtError::InvalidHeader), Ok(gsi.to_owned())] {
+            let (found, warnings) = read(broken);
+            assert!(found.is_none() && warnings.contains("a.pmtiles: its metadata cannot be read"), "{warnings}");
+        }
+        let (found, warnings) = read(Ok(format!("{gsi}}}")));
+        assert!(found.is_some_and(|found| found.encoding.is_some()) && warnings.is_empty(), "{warnings}");
+        assert_eq!(read(Err(PmtError::InvalidMetadata)), (None, String::new()));
+    }
 }

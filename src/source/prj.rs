@@ -3,11 +3,23 @@
 //! It contains Well-Known Text, or the older form of ARC/INFO with a keyword and a value per line: `Projection UTM`,
 //! `Zone 10`, `Datum NAD83`, `Units METERS`.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::geokeys::{self as key, GeoKey, USER_DEFINED};
 use super::place::{self, sibling, small_text};
 use super::{GeoKeys, SourceError, wkt};
+
+/// Returns the keys of the CRS in the `.prj` file of `path`, and that file, if it exists. A file without a known CRS is
+/// ignored with a warning.
+pub(super) fn given(path: &Path) -> Result<Option<(GeoKeys, PathBuf)>, SourceError> {
+    let Some(prj) = sibling(path, "prj") else { return Ok(None) };
+    let text = small_text(&prj)?;
+    let keys = wkt::keys(&text).or_else(|| arc_info(&text));
+    if keys.is_none() {
+        tracing::warn!("{}: contains no known CRS and is ignored", prj.display());
+    }
+    Ok(keys.map(|keys| (keys, prj)))
+}
 
 /// Returns the keys of the CRS in the `.prj` file of `path`, and that file. If there is none, `crs_from_grid` decides
 /// whether the coordinates can only be degrees.
@@ -15,15 +27,11 @@ pub(super) fn keys(
     path: &Path,
     crs_from_grid: [f64; 6],
     size: [u32; 2],
-) -> Result<(GeoKeys, Option<std::path::PathBuf>), SourceError> {
-    let name = path.display();
-    if let Some(prj) = sibling(path, "prj") {
-        let text = small_text(&prj)?;
-        if let Some(keys) = wkt::keys(&text).or_else(|| arc_info(&text)) {
-            return Ok((keys, Some(prj)));
-        }
-        tracing::warn!("{}: contains no known CRS and is ignored", prj.display());
+) -> Result<(GeoKeys, Option<PathBuf>), SourceError> {
+    if let Some((keys, prj)) = given(path)? {
+        return Ok((keys, Some(prj)));
     }
+    let name = path.display();
     if are_degrees(crs_from_grid, size) {
         tracing::warn!("{name}: has no coordinate reference system; its coordinates are taken as degrees (WGS 84)");
         return Ok((place::wgs84(), None));

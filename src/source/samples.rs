@@ -239,10 +239,10 @@ impl BandMetadata {
             "m" | "metre" | "meter" | "metres" | "meters" => Some(1.0),
             "ft" | "foot" | "feet" | "international foot" => Some(0.3048),
             "us-ft" | "ftus" | "us survey foot" | "foot_us" | "us_survey_foot" => Some(1200.0 / 3937.0),
-            "km" | "kilometre" | "kilometer" => Some(1000.0),
-            "dm" | "decimetre" => Some(0.1),
-            "cm" | "centimetre" | "centimeter" => Some(0.01),
-            "mm" | "millimetre" | "millimeter" => Some(0.001),
+            "km" | "kilometre" | "kilometer" | "kilometres" | "kilometers" => Some(1000.0),
+            "dm" | "decimetre" | "decimeter" | "decimetres" | "decimeters" => Some(0.1),
+            "cm" | "centimetre" | "centimeter" | "centimetres" | "centimeters" => Some(0.01),
+            "mm" | "millimetre" | "millimeter" | "millimetres" | "millimeters" => Some(0.001),
             _ => None,
         }
     }

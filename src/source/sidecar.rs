@@ -28,7 +28,7 @@ use super::samples::{Meaning, SampleType};
 use super::tiff_sidecars::TiffSidecars;
 use super::tile_json::TileJson;
 use super::{Encoding, GeoKeys, HeightUnit, SourceError, TileRows, VoidMode, crs_catalogue as catalogue};
-use crate::file::message::quoted;
+use crate::file::message::{quoted, shown};
 use crate::file::toml_text;
 
 /// The caller's description of a file that does not describe itself. It takes precedence over the sidecar file. Formats
@@ -51,7 +51,7 @@ pub struct OpenOptions {
     pub tile_rows: Option<TileRows>,
     /// Unit of the heights of any format, where the file declares none.
     pub height_unit: Option<HeightUnit>,
-    /// Additional no-data value for any format, as a height in metres.
+    /// Additional no-data value for any format: a height in metres, or in `height_unit` if that is given.
     pub no_data: Option<f64>,
     /// Treatment of no-data; the default leaves holes, as in the file.
     pub voids: VoidMode,
@@ -133,6 +133,10 @@ pub(super) fn sidecar_path(path: &Path) -> Option<PathBuf> {
 
 impl RasterInfo {
     /// Reads the sidecar file, if it exists.
+    ///
+    /// # Errors
+    /// Fails if the sidecar file is invalid, or if a spacing, in metres or degrees, a scale, an offset, a no-data value
+    /// or an origin is no number that can be used.
     pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let sidecar_path = sidecar_path(path);
         let sidecar = match &sidecar_path {
@@ -143,11 +147,34 @@ impl RasterInfo {
         };
         let beside = if path.is_dir() { TiffSidecars::default() } else { TiffSidecars::of(path) };
         let info = Self { sidecar_path, sidecar, beside, options: *options };
-        let numbers = [info.spacing_m(), info.sidecar.spacing_degrees, info.colour_interval_m(), info.height_scale_m()];
-        if numbers.into_iter().flatten().any(|number| !number.is_finite() || number == 0.0) {
-            return Err(unclear(path, "its spacing and its height scale must be numbers other than 0"));
-        }
+        info.check(path)?;
         Ok(info)
+    }
+
+    /// Checks the numbers of the sidecar file and of the options. Infinities would be no-data, or a grid without an end;
+    /// a negative spacing would rotate the grid.
+    fn check(&self, path: &Path) -> Result<(), SourceError> {
+        let (own, given) = (&self.sidecar, &self.options);
+        let spacings = [given.spacing_m, own.spacing_m, own.spacing_degrees];
+        let scales = [given.height_scale_m, own.height_scale_m, own.interval_m];
+        let [x, y] = own.origin.map_or([None; 2], |origin| origin.map(Some));
+        let others = [given.height_offset_m, own.height_offset_m, own.base_m, given.no_data, own.no_data, x, y];
+        let is_wrong = |number: f64| !number.is_finite();
+        let cause = match () {
+            () if spacings.into_iter().flatten().any(|it| is_wrong(it) || it <= 0.0) => {
+                "its spacing must be a number above 0"
+            }
+            () if scales.into_iter().flatten().any(|it| is_wrong(it) || it == 0.0) => {
+                "its height scale or interval must be a number other than 0"
+            }
+            () if others.into_iter().flatten().any(is_wrong) => {
+                "its height offset, base, no-data value and origin must be finite numbers"
+            }
+            () => return Ok(()),
+        };
+        let file = self.sidecar_path.as_ref().and_then(|path| path.file_name());
+        let file = file.map_or_else(String::new, |name| format!(" (see {})", shown(&name.to_string_lossy())));
+        Err(unclear(path, format!("{cause}{file}")))
     }
 
     /// Returns the columns and rows of a raw file.
@@ -299,5 +326,40 @@ fn crs_keys(path: &Path, crs: &str) -> Result<(GeoKeys, Option<f64>), SourceErro
         catalogue::Kind::Geocentric => {
             Err(unclear(path, format!("the crs {} in its sidecar file is geocentric", quoted(crs))))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_that_cannot_be_used_are_refused() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("a.r16");
+        let read = |text: &str, options: &OpenOptions| {
+            crate::file::atomic::write(&folder.path().join("a.r16.toml"), text.as_bytes()).unwrap();
+            RasterInfo::of(&path, options).map(drop).map_err(|error| error.to_string())
+        };
+        let none = OpenOptions::default();
+        for (text, cause) in [
+            ("spacing_m = -30", "spacing must be a number above 0"),
+            ("spacing_m = 0", "spacing must be a number above 0"),
+            ("spacing_degrees = -0.1", "spacing must be a number above 0"),
+            ("spacing_degrees = inf", "spacing must be a number above 0"),
+            ("height_scale_m = 0.0", "other than 0"),
+            ("interval_m = nan", "other than 0"),
+            ("height_offset_m = nan", "must be finite"),
+            ("base_m = inf", "must be finite"),
+            ("no_data = nan", "must be finite"),
+            ("origin = [0, nan]", "must be finite"),
+        ] {
+            let error = read(text, &none).unwrap_err();
+            assert!(error.contains(cause) && error.contains("(see a.r16.toml)"), "{text}: {error}");
+        }
+        let valid = "spacing_m = 30\nheight_scale_m = -0.1\nheight_offset_m = -5\nno_data = 0\norigin = [-1, 0]";
+        assert_eq!(read(valid, &none), Ok(()));
+        assert!(read(valid, &OpenOptions { spacing_m: Some(-1.0), ..none }).is_err());
+        assert!(read(valid, &OpenOptions { height_offset_m: Some(f64::NAN), ..none }).is_err());
     }
 }

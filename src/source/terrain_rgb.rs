@@ -12,9 +12,8 @@
 use std::path::{Path, PathBuf};
 
 use super::georeference::Georeference;
-use super::memory;
 use super::picture::{self, Picture};
-use super::place::check_window;
+use super::place::begin_window;
 use super::reader::{HeightReader, Window};
 use super::samples::MAX_HEIGHT_M;
 use super::sidecar::RasterInfo;
@@ -25,7 +24,7 @@ const GSI_VOID: u32 = 1 << 23;
 
 /// The encoding of heights, with its numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Packing {
+pub(super) struct ColourEncoding {
     pub encoding: Encoding,
     /// Metres per step of the code.
     pub interval_m: f64,
@@ -37,7 +36,7 @@ pub(super) struct Packing {
     void_code: Option<u32>,
 }
 
-impl Packing {
+impl ColourEncoding {
     /// Returns an encoding with its own numbers, as far as none are given.
     pub(super) fn new(encoding: Encoding, interval_m: Option<f64>, base_m: Option<f64>) -> Self {
         let [own_interval_m, own_base_m] = encoding.steps_m();
@@ -50,7 +49,7 @@ impl Packing {
         }
     }
 
-    /// Returns the packing with a no-data value in steps, as a sidecar file gives it.
+    /// Returns the encoding with a no-data value in steps, as a sidecar file gives it.
     pub(super) fn with_void(self, no_data: Option<f64>) -> Self {
         let code = no_data.filter(|code| (0.0..f64::from(1 << 24)).contains(code) && code.fract() == 0.0);
         Self { void_code: code.map(|code| code as u32).or(self.void_code), ..self }
@@ -85,7 +84,7 @@ impl Packing {
 pub(super) struct ColourReader {
     path: PathBuf,
     picture: Picture,
-    packing: Packing,
+    packing: ColourEncoding,
     georeference: Georeference,
     identity: String,
 }
@@ -100,8 +99,7 @@ impl HeightReader for ColourReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.picture.size)?;
-        let mut heights_m = memory::window_room(&self.path, window)?;
+        let mut heights_m = begin_window(&self.path, window, self.picture.size)?;
         let channels = self.picture.channels.max(3);
         for row in window.rows_in(Window::whole(self.picture.size)) {
             let pixels = &self.picture.bytes[row.start * channels..row.end * channels];
@@ -122,8 +120,8 @@ impl HeightReader for ColourReader {
 /// Reads a single picture.
 pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<ColourReader, SourceError> {
     let picture = picture::decode(path)?;
-    let known = colour_proof::Known { spacing_m: info.spacing_beside_m(), in_japan: None };
-    let packing = colour_proof::packing(path, info, std::slice::from_ref(&picture), &known)?;
+    let hints = colour_proof::PlaceHints { spacing_m: info.spacing_beside_m(), in_japan: None };
+    let packing = colour_proof::packing(path, info, std::slice::from_ref(&picture), &hints)?;
     let georeference = info.georeference(path, picture.size)?;
     Ok(ColourReader { path: path.into(), picture, packing, georeference, identity: info.identity(path) })
 }

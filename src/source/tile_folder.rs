@@ -11,7 +11,7 @@ use super::picture::{self, Picture};
 use super::place::{cannot_open, small_text};
 use super::sidecar::{OpenOptions, RasterInfo};
 use super::tile_json::TileJson;
-use super::tile_set::{Found, TileSetReader, Tiles};
+use super::tile_set::{TileLevel, TileSetReader, TileStoreReader};
 use super::{SourceError, TileRows};
 
 /// Extensions of tiles.
@@ -62,7 +62,7 @@ struct FolderTiles {
     others: HashMap<[u32; 2], &'static str>,
 }
 
-impl Tiles for FolderTiles {
+impl TileStoreReader for FolderTiles {
     fn picture(&self, tile: [u32; 2]) -> Result<Picture, SourceError> {
         let path = self.name(tile);
         picture::decode_bytes(&path, &picture::small_file(&path)?)
@@ -74,7 +74,11 @@ impl Tiles for FolderTiles {
     }
 }
 
-/// Opens the deepest level of a folder.
+/// Opens the deepest level of a folder as one grid of heights in metres, in Web Mercator.
+///
+/// # Errors
+/// Fails if a folder or a description cannot be read, if the descriptions name another grid of tiles than that of web
+/// maps, if there is no tile; and as [`TileSetReader::open`] does.
 pub(super) fn open(folder: &Path, options: &OpenOptions) -> Result<TileSetReader, SourceError> {
     let mut info = RasterInfo::of(folder, options)?;
     let mut rows = None;
@@ -97,7 +101,8 @@ pub(super) fn open(folder: &Path, options: &OpenOptions) -> Result<TileSetReader
 fn check_service(path: &Path) -> Result<(), SourceError> {
     let text = small_text(path)?;
     let srs = text.split("<SRS>").nth(1).and_then(|rest| rest.split('<').next()).unwrap_or("").trim().to_owned();
-    let is_mercator = ["3857", "900913", "3785", "102113", "102100"].iter().any(|code| srs.ends_with(code));
+    // The specification of the Tile Map Service calls Web Mercator OSGEO:41001.
+    let is_mercator = ["3857", "900913", "3785", "102113", "102100", ":41001"].iter().any(|code| srs.ends_with(code));
     match is_mercator || srs.is_empty() {
         true => Ok(()),
         false => Err(SourceError::Unsupported { path: path.into(), what: format!("tiles in {srs}") }),
@@ -132,7 +137,7 @@ pub(super) fn open_described(
     let mut tiles: Vec<[u32; 2]> = files.into_iter().map(|(tile, _)| tile).collect();
     tiles.dedup();
     let store = Box::new(FolderTiles { level, ending, others });
-    TileSetReader::open(path, info, Found { zoom, tiles, store, rows, identity })
+    TileSetReader::open(path, info, TileLevel { zoom, tiles, store, rows, identity })
 }
 
 fn has(path: &Path, ending: &str) -> bool {

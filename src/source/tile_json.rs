@@ -37,9 +37,13 @@ impl TileJson {
     pub(super) fn parse(text: &str) -> Result<Option<Self>, String> {
         let Ok(json) = serde_json::from_str::<Value>(text.trim_start_matches('\u{feff}')) else { return Ok(None) };
         let text = |key: &str| json.get(key).and_then(Value::as_str);
-        let number = |key: &str| match json.get(key) {
-            Some(Value::String(text)) => text.parse().ok(),
-            value => value.and_then(Value::as_f64),
+        // Some programs write numbers as strings, which may also be "nan".
+        let number = |key: &str| {
+            let number = match json.get(key) {
+                Some(Value::String(text)) => text.trim().parse::<f64>().ok(),
+                value => value.and_then(Value::as_f64),
+            };
+            number.filter(|number| number.is_finite())
         };
         let tiles = json.get("tiles").and_then(|tiles| tiles.get(0)).and_then(Value::as_str).map(str::to_owned);
         let rows = match text("scheme") {
@@ -56,17 +60,24 @@ impl TileJson {
                 // MapLibre: red × redFactor + green × greenFactor + blue × blueFactor − baseShift.
                 let factors = ["redFactor", "greenFactor", "blueFactor"].map(number);
                 let [Some(red), Some(green), Some(blue)] = factors else {
-                    return Err("its encoding is custom, but factors of the colours are missing".to_owned());
+                    return Err(
+                        "its encoding is custom, but redFactor, greenFactor and blueFactor are not all numbers"
+                            .to_owned(),
+                    );
+                };
+                let shift = match json.get("baseShift") {
+                    None | Some(Value::Null) => 0.0,
+                    Some(_) => number("baseShift").ok_or("its baseShift is not a number")?,
                 };
                 let is_code = (red / blue - 65_536.0).abs() < 1.0 && (green / blue - 256.0).abs() < 0.01;
                 if !is_code || blue == 0.0 {
-                    return Err(format!(
-                        "its factors of red, green and blue ({red}, {green}, {blue}) are not those of a code"
-                    ));
+                    let why =
+                        "unsupported custom encoding: redFactor : greenFactor : blueFactor must be 65536 : 256 : 1";
+                    return Err(format!("{why}, not {red} : {green} : {blue}"));
                 }
                 found.encoding = Some(Encoding::Mapbox);
                 found.interval_m = Some(blue);
-                found.base_m = Some(-number("baseShift").unwrap_or(0.0));
+                found.base_m = Some(-shift);
             }
             Some(other) if found.tiles.is_some() => return Err(format!("its encoding {other:?} is not known")),
             _ => {}
@@ -139,7 +150,14 @@ mod tests {
         assert_eq!((found.interval_m, found.base_m), (Some(0.1), Some(-500.0)));
         assert_eq!(parse("{\"a\": 1}"), None);
         assert_eq!(parse("no JSON"), None);
-        assert!(TileJson::parse(&custom.replace("25.6", "2.56")).is_err());
+        let error = TileJson::parse(&custom.replace("25.6", "2.56")).unwrap_err();
+        assert!(error.contains("must be 65536 : 256 : 1, not 6553.6 : 2.56 : 0.1"), "{error}");
+        for (number, wrong) in [("500", "\"nan\""), ("500", "\"-inf\""), ("500", "[]"), ("0.1", "\"inf\"")] {
+            let text = custom.replace(number, wrong);
+            assert!(TileJson::parse(&text).unwrap_err().contains("number"), "{text}");
+        }
+        let shift = |text: &str| parse(&custom.replace("500", text)).unwrap().base_m;
+        assert_eq!((shift("\"12.5\""), shift("null")), (Some(-12.5), Some(-0.0)));
         assert!(TileJson::parse(r#"{"encoding":"rot13","tiles":["{z}/{x}/{y}.png"]}"#).is_err());
     }
 

@@ -117,9 +117,8 @@ impl Seams {
         if rows != expected {
             let from = if rows == TileRows::Tms { "south (TMS)" } else { "north (XYZ)" };
             tracing::warn!(
-                "{name}: the edges of its tiles meet only if rows are counted from the {from}, so they are; \
-                 --tile-rows {} or {} decides",
-                rows.name(),
+                "{name}: the tile edges match only with rows counted from the {from}, which is assumed; \
+                 --tile-rows {} overrides it",
                 expected.name()
             );
         }

@@ -7,14 +7,13 @@
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use super::colour_proof::{self, Known};
+use super::colour_proof::{self, PlaceHints};
 use super::georeference::Georeference;
-use super::memory;
 use super::picture::Picture;
-use super::place::{self, check_window, inconsistent};
+use super::place::{self, begin_window, inconsistent};
 use super::reader::{HeightReader, Window};
 use super::sidecar::RasterInfo;
-use super::terrain_rgb::Packing;
+use super::terrain_rgb::ColourEncoding;
 use super::tile_seams::Seams;
 use super::values::Holds;
 use super::{SourceError, TileRows};
@@ -31,7 +30,7 @@ const SAMPLE_TILES: usize = 8;
 const JAPAN: [f64; 4] = [122.0, 20.0, 154.0, 46.0];
 
 /// A store of tiles.
-pub(super) trait Tiles: Send + Sync {
+pub(super) trait TileStoreReader: Send + Sync {
     /// Returns the picture of a tile by its column and row, as the store counts them.
     fn picture(&self, tile: [u32; 2]) -> Result<Picture, SourceError>;
 
@@ -39,23 +38,23 @@ pub(super) trait Tiles: Send + Sync {
     fn name(&self, tile: [u32; 2]) -> PathBuf;
 }
 
-/// What a store contains.
-pub(super) struct Found {
+/// The deepest level of a tile store.
+pub(super) struct TileLevel {
     /// The deepest zoom level.
     pub zoom: u32,
     /// Column and row of the tiles of that level, as the store counts them.
     pub tiles: Vec<[u32; 2]>,
-    pub store: Box<dyn Tiles>,
+    pub store: Box<dyn TileStoreReader>,
     /// The direction of the rows, if the store or a file beside it gives it.
     pub rows: Option<TileRows>,
-    /// What the heights depend on.
+    /// Text that changes whenever the heights change (see `HeightReader::identity`).
     pub identity: String,
 }
 
 /// The tiles of a level as one grid.
 pub(super) struct TileSetReader {
     path: PathBuf,
-    store: Box<dyn Tiles>,
+    store: Box<dyn TileStoreReader>,
     tile_px: u32,
     /// Tile numbers of the westernmost column and the northernmost row, counted from the north.
     first: [u32; 2],
@@ -66,7 +65,7 @@ pub(super) struct TileSetReader {
     count: u32,
     /// The direction in which the store counts rows.
     rows: TileRows,
-    packing: Packing,
+    packing: ColourEncoding,
     size: [u32; 2],
     georeference: Georeference,
     identity: String,
@@ -77,8 +76,8 @@ impl TileSetReader {
     ///
     /// # Errors
     /// Fails if tiles are damaged, lossy or of different sizes, and if their encoding is neither given nor proved.
-    pub(super) fn open(path: &Path, info: &RasterInfo, found: Found) -> Result<Self, SourceError> {
-        let Found { zoom, tiles, store, rows, identity } = found;
+    pub(super) fn open(path: &Path, info: &RasterInfo, found: TileLevel) -> Result<Self, SourceError> {
+        let TileLevel { zoom, tiles, store, rows, identity } = found;
         let count = 1u32.checked_shl(zoom).filter(|_| zoom <= MAX_ZOOM);
         let count = count.ok_or_else(|| inconsistent(path, format!("its zoom level {zoom} is too deep")))?;
         if let Some(tile) = tiles.iter().find(|tile| tile.iter().any(|&number| number >= count)) {
@@ -93,12 +92,13 @@ impl TileSetReader {
             return Err(inconsistent(&name, format!("a tile must be square, not {tile_px}×{tile_rows}")));
         }
         let step = (tiles.len() / SAMPLE_TILES).max(1);
-        let samples = tiles.iter().step_by(step).take(SAMPLE_TILES).map(|tile| picture(&*store, *tile, Some(tile_px)));
-        let samples = samples.collect::<Result<Vec<_>, _>>()?;
+        let sample_pictures =
+            tiles.iter().step_by(step).take(SAMPLE_TILES).map(|tile| picture(&*store, *tile, Some(tile_px)));
+        let sample_pictures = sample_pictures.collect::<Result<Vec<_>, _>>()?;
 
         let mut present: HashSet<[u32; 2]> = tiles.iter().copied().collect();
-        let known = known(&tiles, rows.or(info.tile_rows()), count, tile_px);
-        let packing = colour_proof::packing(path, info, &samples, &known)?;
+        let hints = place_hints(&tiles, info.tile_rows().or(rows), count, tile_px);
+        let packing = colour_proof::packing(path, info, &sample_pictures, &hints)?;
         let heights = |tile| Ok(packing.heights_m(&picture(&*store, tile, Some(tile_px))?).collect::<Vec<_>>());
         let seams = Seams::measure(&tiles, &present, tile_px as usize, &heights)?;
         let rows = seams.decide(path, info.tile_rows(), rows);
@@ -109,15 +109,16 @@ impl TileSetReader {
         let numbers = || present.iter().map(|[_, y]| *y);
         let y = numbers().min().unwrap_or(0);
         let rows_of_tiles = numbers().max().unwrap_or(0) - y + 1;
-        let samples = |tiles: u32| {
+        let samples_of_tiles = |tiles: u32| {
             tiles.checked_mul(tile_px).ok_or_else(|| inconsistent(path, "its tiles span too wide an area"))
         };
-        let size = [samples(columns)?, samples(rows_of_tiles)?];
+        let size = [samples_of_tiles(columns)?, samples_of_tiles(rows_of_tiles)?];
         let pixel_m = 2.0 * HALF_MAP_M / (f64::from(count) * f64::from(tile_px));
         let centre = |tile: u32| (f64::from(tile) * f64::from(tile_px) + 0.5) * pixel_m - HALF_MAP_M;
         let crs_from_grid = place::north_up([centre(x), -centre(y)], [pixel_m; 2]);
         let georeference = place::locate(path, crs_from_grid, place::epsg(3857, false), size)?;
-        let identity = format!("{}\n{identity}, rows {}", info.identity(path), rows.name());
+        // The files beside the tiles may say something else the next time.
+        let identity = format!("{}\n{identity}, rows {}, {packing:?}", info.identity(path), rows.name());
         Ok(Self {
             path: path.into(),
             store,
@@ -158,7 +159,7 @@ fn columns_around(columns: impl Iterator<Item = u32>, count: u32) -> (u32, u32) 
 }
 
 /// Returns where the tiles are and how far apart their samples are on the ground.
-fn known(tiles: &[[u32; 2]], rows: Option<TileRows>, count: u32, tile_px: u32) -> Known {
+fn place_hints(tiles: &[[u32; 2]], rows: Option<TileRows>, count: u32, tile_px: u32) -> PlaceHints {
     let [x, y] = tiles.get(tiles.len() / 2).copied().unwrap_or_default().map(|number| f64::from(number) + 0.5);
     let count = f64::from(count);
     let place = |y: f64| {
@@ -171,11 +172,11 @@ fn known(tiles: &[[u32; 2]], rows: Option<TileRows>, count: u32, tile_px: u32) -
     let (in_japan, scale) = if rows == Some(TileRows::Tms) { from_south } else { from_north };
     let in_japan = in_japan || (rows.is_none() && from_south.0);
     let spacing_m = 2.0 * HALF_MAP_M / (count * f64::from(tile_px)) * scale;
-    Known { spacing_m: Some(spacing_m), in_japan: Some(in_japan) }
+    PlaceHints { spacing_m: Some(spacing_m), in_japan: Some(in_japan) }
 }
 
 /// Decodes a tile, which must be a colour picture of the size of the others.
-fn picture(store: &dyn Tiles, tile: [u32; 2], tile_px: Option<u32>) -> Result<Picture, SourceError> {
+fn picture(store: &dyn TileStoreReader, tile: [u32; 2], tile_px: Option<u32>) -> Result<Picture, SourceError> {
     let picture = store.picture(tile)?;
     let path = store.name(tile);
     if let Some(tile_px) = tile_px.filter(|tile_px| picture.size != [*tile_px; 2]) {
@@ -199,8 +200,7 @@ impl HeightReader for TileSetReader {
     }
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
-        check_window(&self.path, window, self.size)?;
-        let mut heights_m = memory::window_room(&self.path, window)?;
+        let mut heights_m = begin_window(&self.path, window, self.size)?;
         heights_m.resize(window.samples(), f32::NAN);
         if heights_m.is_empty() {
             return Ok(heights_m);
@@ -214,15 +214,13 @@ impl HeightReader for TileSetReader {
                     continue;
                 }
                 let heights = self.tile_m(tile)?;
-                // The part of the tile inside the window, in samples of the grid.
-                let overlap = |tile: u32, first: u32, count: u32| {
-                    (tile * tile_px).max(first)..((tile + 1) * tile_px).min(first + count)
-                };
-                let columns = overlap(column, window.x, window.width);
-                for y in overlap(row, window.y, window.height) {
-                    let from = ((y - row * tile_px) * tile_px + columns.start - column * tile_px) as usize;
-                    let to = (y - window.y) as usize * window.width as usize + (columns.start - window.x) as usize;
-                    heights_m[to..to + columns.len()].copy_from_slice(&heights[from..from + columns.len()]);
+                let whole = Window { x: column * tile_px, y: row * tile_px, width: tile_px, height: tile_px };
+                // The part of the tile inside the window.
+                let (x, y) = (whole.x.max(window.x), whole.y.max(window.y));
+                let width = (whole.x + tile_px).min(window.x + window.width) - x;
+                let part = Window { x, y, width, height: (whole.y + tile_px).min(window.y + window.height) - y };
+                for (from, to) in part.rows_in(whole).zip(part.rows_in(window)) {
+                    heights_m[to].copy_from_slice(&heights[from]);
                 }
             }
         }

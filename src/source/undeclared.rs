@@ -17,19 +17,20 @@ use super::place::unclear;
 use super::reader::{HeightReader, Window};
 use super::{HeightUnit, OpenOptions, SourceError};
 
-/// Common no-data values, in metres.
+/// Common no-data values, in the unit of the file.
 const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
 /// Smallest distance of a suspicious value from the other heights, in metres…
 const MIN_GAP_M: f32 = 500.0;
 /// … and as a fraction of their range.
 const GAP_OF_RANGE: f32 = 0.5;
 
-/// A reader that treats one height as no-data, warns about probable no-data values among the others, and converts the
+/// A reader that treats one height as no-data, in metres or in the unit that the caller gives, warns about probable no-data values among the others, and converts the
 /// rest to metres.
 struct Watched {
     inner: Box<dyn HeightReader>,
     path: PathBuf,
-    void_m: Option<f32>,
+    /// The height that is no-data, in `unit`.
+    void: Option<f32>,
     unit: HeightUnit,
     found: Mutex<Found>,
 }
@@ -70,7 +71,7 @@ impl Found {
 
     /// Returns the end of a line for each suspicious value that is far outside the other heights. `samples` is the number of
     /// samples in the grid, since some may have been read twice.
-    fn lines(&self, samples: u64) -> Vec<String> {
+    fn lines(&self, samples: u64, unit: HeightUnit) -> Vec<String> {
         let [low_m, high_m] = self.range_m;
         let gap_m = MIN_GAP_M.max(GAP_OF_RANGE * (high_m - low_m));
         let is_outside = |mark: f32| low_m <= high_m && (mark <= low_m - gap_m || mark >= high_m + gap_m);
@@ -85,7 +86,8 @@ impl Found {
             };
             let percent = share * 100.0;
             let percent = if percent < 0.1 { "less than 0.1 %".to_owned() } else { format!("{percent:.1} %") };
-            format!("{count} {are} {mark} m ({percent}), which usually means no-data; --nodata {mark} {makes}")
+            let unit = unit.name();
+            format!("{count} {are} {mark} {unit} ({percent}), which usually means no-data; --nodata {mark} {makes}")
         };
         marks.map(line).collect()
     }
@@ -100,19 +102,20 @@ pub(super) fn watch(
     path: &Path,
     options: &OpenOptions,
 ) -> Result<Box<dyn HeightReader>, SourceError> {
-    let void_m = options.no_data.map(|no_data| no_data as f32);
+    let void = options.no_data.map(|no_data| no_data as f32);
     let unit = options.height_unit.unwrap_or(HeightUnit::M);
     if let Some(unit_m) = inner.declared_unit_m().filter(|_| options.height_unit.is_some()) {
         let why =
             format!("declares its unit of heights itself ({unit_m} m), which is applied; leave out --height-unit");
         return Err(unclear(path, why));
     }
-    Ok(Box::new(Watched { inner, path: path.into(), void_m, unit, found: Mutex::new(Found::NONE) }))
+    Ok(Box::new(Watched { inner, path: path.into(), void, unit, found: Mutex::new(Found::NONE) }))
 }
 
 impl Watched {
-    fn void_or(&self, height_m: f32) -> f32 {
-        if self.void_m == Some(height_m) { f32::NAN } else { height_m }
+    /// Returns a height as the file has it, or NaN for no-data.
+    fn void_or(&self, height: f32) -> f32 {
+        if self.void == Some(height) { f32::NAN } else { height }
     }
 
     /// Converts a height from the unit that the caller gives.
@@ -133,7 +136,7 @@ impl Watched {
         if found.samples >= samples && !found.has_warned {
             found.has_warned = true;
             let name = self.path.display();
-            found.lines(samples).iter().for_each(|line| tracing::warn!("{name}: {line}"));
+            found.lines(samples, self.unit).iter().for_each(|line| tracing::warn!("{name}: {line}"));
         }
     }
 }
@@ -149,7 +152,7 @@ impl HeightReader for Watched {
 
     fn read(&self, window: Window) -> Result<Vec<f32>, SourceError> {
         let mut heights_m = self.inner.read(window)?;
-        if self.void_m.is_some() {
+        if self.void.is_some() {
             heights_m.iter_mut().for_each(|height_m| *height_m = self.void_or(*height_m));
         }
         let mut here = Found::NONE;
@@ -185,13 +188,14 @@ impl HeightReader for Watched {
     fn warnings(&self) -> Vec<String> {
         let found = self.found.lock().unwrap_or_else(PoisonError::into_inner);
         let [width, height] = self.size();
-        let own = if found.has_warned { found.lines(u64::from(width) * u64::from(height)) } else { Vec::new() };
+        let own =
+            if found.has_warned { found.lines(u64::from(width) * u64::from(height), self.unit) } else { Vec::new() };
         [self.inner.warnings(), own].concat()
     }
 
     fn identity(&self) -> String {
         let inner = self.inner.identity();
-        let inner = self.void_m.map_or_else(|| inner.clone(), |void_m| format!("{inner}\nno data {void_m}"));
+        let inner = self.void.map_or_else(|| inner.clone(), |void| format!("{inner}\nno data {void}"));
         match self.unit {
             HeightUnit::M => inner,
             unit => format!("{inner}\nheights in {}", unit.name()),
@@ -212,7 +216,7 @@ mod tests {
             here.add(window);
             found.join(&here);
         }
-        found.lines(heights_m.len() as u64)
+        found.lines(heights_m.len() as u64, HeightUnit::M)
     }
 
     #[test]
@@ -233,6 +237,14 @@ mod tests {
         let mut two = with(-9999.0, 100);
         two[1] = -99_999.0;
         assert_eq!(lines(&two).len(), 2);
+    }
+
+    #[test]
+    fn reports_are_in_the_unit_that_is_given() {
+        let mut found = Found::NONE;
+        found.add(&[-9999.0, 300.0, 400.0, 500.0]);
+        let lines = found.lines(4, HeightUnit::Ft);
+        assert!(lines[0].starts_with("1 sample is -9999 ft (25.0 %)"), "{lines:?}");
     }
 
     #[test]

@@ -10,7 +10,7 @@ use png::{BitDepth, ColorType};
 use super::SourceError;
 use super::memory;
 use super::picture::{Header, Picture};
-use super::place::{inconsistent, unclear};
+use super::place::{foreign_message, inconsistent, unclear};
 
 /// Largest number of pixels: WebP has no largest compression ratio, so the size of the file does not bound it.
 const MAX_PIXELS: u64 = 1 << 26;
@@ -56,5 +56,5 @@ fn begin<R: BufRead + Seek>(path: &Path, source: R) -> Result<WebPDecoder<R>, So
 }
 
 fn damaged(path: &Path, error: &DecodingError) -> SourceError {
-    inconsistent(path, error.to_string().split_whitespace().collect::<Vec<_>>().join(" "))
+    inconsistent(path, foreign_message(error))
 }

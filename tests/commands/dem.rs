@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use geotiff_writer::GeoTiffBuilder;
+use hachure::file::atomic;
 use ndarray::Array2;
 use serde_json::Value;
 
@@ -38,6 +39,64 @@ pub(crate) fn dem(place: &Place) -> PathBuf {
         .write_2d(&path, heights.view())
         .unwrap();
     path
+}
+
+/// Writes `count` strips of 40 × 12 samples side by side, as BIL in the reference system of UTM zone 32.
+#[cfg(unix)]
+fn strips(place: &Place, folder: &str, count: usize) {
+    std::fs::create_dir(place.path(folder)).unwrap();
+    for number in 0..count {
+        let path = place.path(&format!("{folder}/{number:03}.bil"));
+        let height = |i: usize| (300 + 7 * (number * 12 + i % 12) + 5 * (i / 12)) as i16;
+        let bytes: Vec<u8> = (0..12 * 40).flat_map(|i| height(i).to_le_bytes()).collect();
+        atomic::write(&path, &bytes).unwrap();
+        let west = 500_000 + number * 12 * 10;
+        let header =
+            format!("ncols 12\nnrows 40\nnbits 16\nbyteorder I\nulxmap {west}\nulymap 5200000\nxdim 10\nydim 10\n");
+        atomic::write(&path.with_extension("hdr"), header.as_bytes()).unwrap();
+        let system = b"PROJCS[\"a\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"32632\"]]";
+        atomic::write(&path.with_extension("prj"), system).unwrap();
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_may_hold_more_files_than_may_be_open() {
+    let place = Place::empty();
+    strips(&place, "many", 100);
+    // The soft limit is raised; a hard limit is not, and the error says what is wrong.
+    let run = |limits: &str| {
+        let script = format!("ulimit {limits} 64 && exec \"$0\" info many --json");
+        let mut shell = std::process::Command::new("sh");
+        shell.args(["-c", &script, env!("CARGO_BIN_EXE_hachure")]).current_dir(place.path(""));
+        shell.env("HACHURE_CACHE", place.path("cache")).env_remove("RUST_LOG").output().unwrap()
+    };
+    let output = run("-S -n");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{error}");
+    let info: Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(info["width"], 1200, "{info}");
+    let output = run("-n");
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && error.to_lowercase().contains("too many open files"), "{error}");
+}
+
+#[test]
+fn warnings_name_the_archive() {
+    let place = Place::empty();
+    let text = "ncols 4\nnrows 3\nxllcorner 5000\nyllcorner 5000\ncellsize 30\n1 2 3 4 5 6 7 8 9 10 11 12\n";
+    let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
+    std::io::Write::write_all(&mut encoder, text.as_bytes()).unwrap();
+    atomic::write(&place.path("a.asc.gz"), &encoder.finish().unwrap()).unwrap();
+    let output = place.hachure(&["info", "a.asc.gz"]);
+    let warnings = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success(), "{warnings}");
+    assert!(warnings.contains("a.asc.gz/a.asc: has no coordinate reference system"), "{warnings}");
+    assert!(!warnings.contains("unpacked") && warnings.matches("reference system").count() == 1, "{warnings}");
+    // Nothing stays in the cache.
+    let own = std::fs::read_dir(place.path("cache")).unwrap().next().unwrap().unwrap().path();
+    let left: Vec<_> = std::fs::read_dir(own).unwrap().map(|entry| entry.unwrap().file_name()).collect();
+    assert_eq!(left, ["CACHEDIR.TAG"]);
 }
 
 fn number(value: &Value) -> f64 {
@@ -134,7 +193,7 @@ fn a_bake_does_not_touch_its_input_nor_a_failed_one_its_output() {
     // A bake of a damaged input does not change an existing output.
     place.text(&["bake", "dem.tif", "-o", "baked.tif"]);
     let baked = std::fs::read(place.path("baked.tif")).unwrap();
-    hachure::file::atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();
+    atomic::write(&dem, &bytes[..bytes.len() / 2]).unwrap();
     assert!(place.error(&["bake", "dem.tif", "-o", "baked.tif"]).contains("dem.tif"));
     assert_eq!(std::fs::read(place.path("baked.tif")).unwrap(), baked);
     assert_eq!(place.names(), ["baked.tif", "baked.tif.tiles", "dem.tif"]);

@@ -1,5 +1,7 @@
 //! Height files as they are downloaded: compressed, in archives, as netCDF, as EXR, as text of other countries.
 
+use std::path::Path;
+
 use hachure::file::exr::{Channel, Samples, write_exr};
 use hachure::source::{self, HeightUnit, OpenOptions, Silent, open, open_reader_with};
 use netcdf_writer::{NcAttrValue, NcFileBuilder, NcWriteFormat, NcWriteOptions};
@@ -69,17 +71,6 @@ fn archives_that_hold_no_single_dem_say_so() {
 }
 
 #[test]
-fn bombs_are_not_unpacked() {
-    let folder = tempfile::tempdir().unwrap();
-    let path = folder.path().join("a.asc.gz");
-    gzip(&path, &vec![b'0'; 8 << 20]);
-    // DEFLATE has a largest ratio: a gzip file within it is unpacked, and is then an ordinary wrong file.
-    let text = open(&path, &Silent).unwrap_err().to_string();
-    assert!(text.starts_with(&format!("{}: ", path.display())) && text.len() < 400, "{text}");
-    assert!(std::fs::metadata(&path).unwrap().len() > (8 << 20) / 1032);
-}
-
-#[test]
 fn netcdf_is_read_by_windows() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.nc");
@@ -101,6 +92,117 @@ fn netcdf_is_read_by_windows() {
     std::fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
     let text = open(&path, &Silent).unwrap_err().to_string();
     assert!(text.contains("a.nc: is damaged") && !text.contains('\n'), "{text}");
+}
+
+/// Attributes of a variable: names and texts.
+type Attributes<'a> = &'a [(&'a str, &'a str)];
+
+/// Writes the heights 0 to 5 over two dimensions with coordinates, the first of 2 entries and the second of 3; the
+/// variable `crs` is the grid mapping.
+fn small_netcdf(path: &Path, dimensions: [(&str, Attributes); 2], heights: (&str, Attributes), mapping: Attributes) {
+    let mut builder = NcFileBuilder::new();
+    let add = |builder: &mut NcFileBuilder, variable, attributes: Attributes| {
+        for (name, text) in attributes {
+            builder.add_variable_attribute(variable, *name, NcAttrValue::Chars((*text).to_owned())).unwrap();
+        }
+    };
+    let counts = [2, 3];
+    let ids = [0, 1].map(|i| builder.add_dimension(dimensions[i].0, counts[i]).unwrap());
+    for (i, (name, attributes)) in dimensions.into_iter().enumerate() {
+        let variable = builder.add_variable::<f64>(name, &[ids[i]]).unwrap();
+        add(&mut builder, variable, attributes);
+        let values: Vec<f64> = (0..counts[i]).map(|it| 40.0 + 0.5 * it as f64).collect();
+        builder.write_variable(variable, &values).unwrap();
+    }
+    if !mapping.is_empty() {
+        let crs = builder.add_variable::<i32>("crs", &[]).unwrap();
+        builder.write_variable(crs, &[0]).unwrap();
+        add(&mut builder, crs, mapping);
+    }
+    let variable = builder.add_variable::<f32>(heights.0, &ids).unwrap();
+    add(&mut builder, variable, heights.1);
+    if !mapping.is_empty() {
+        add(&mut builder, variable, &[("grid_mapping", "crs")]);
+    }
+    builder.write_variable(variable, &[0.0_f32, 1.0, 2.0, 3.0, 4.0, 5.0]).unwrap();
+    std::fs::write(path, builder.to_vec(NcWriteOptions::classic()).unwrap().1).unwrap();
+}
+
+const LAT: (&str, Attributes) = ("lat", &[("units", "degrees_north")]);
+const LON: (&str, Attributes) = ("lon", &[("units", "degrees_east")]);
+
+#[test]
+fn netcdf_depths_are_below_the_sea() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nc");
+    let depth = ("standard_name", "sea_floor_depth_below_geoid");
+    let cases: [(&str, Attributes, f32); 5] = [
+        ("z", &[], 1.0),
+        ("z", &[depth], -1.0),
+        ("depths", &[depth], -1.0),
+        ("elevation", &[("positive", "down")], -1.0),
+        ("z", &[depth, ("positive", "up")], 1.0),
+    ];
+    for (name, attributes, sign) in cases {
+        small_netcdf(&path, [LAT, LON], (name, attributes), &[]);
+        let grid = open(&path, &Silent).unwrap();
+        assert_eq!(grid.heights_m, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].map(|it| sign * it), "{name} {attributes:?}");
+    }
+}
+
+#[test]
+fn netcdf_dimensions_have_any_order() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nc");
+    let projected: [(&str, Attributes); 2] =
+        [("a", &[("standard_name", "projection_x_coordinate")]), ("b", &[("axis", "Y")])];
+    let unnamed: [(&str, Attributes); 2] = [("x", &[]), ("y", &[])];
+    for dimensions in [[LON, LAT], unnamed, projected] {
+        small_netcdf(&path, dimensions, ("z", &[]), &[]);
+        let grid = open(&path, &Silent).unwrap();
+        assert_eq!((grid.width, grid.height), (2, 3), "{dimensions:?}");
+        assert_eq!(grid.heights_m, [0.0, 3.0, 1.0, 4.0, 2.0, 5.0], "{dimensions:?}");
+        let part = source::open_reader(&path).unwrap().read(source::Window { x: 1, y: 1, width: 1, height: 2 });
+        assert_eq!(part.unwrap(), [4.0, 5.0]);
+    }
+    small_netcdf(&path, [LAT, LON], ("z", &[]), &[]);
+    assert_eq!(open(&path, &Silent).unwrap().heights_m, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]);
+    small_netcdf(&path, [("lat", &[("axis", "X")]), LON], ("z", &[]), &[]);
+    let text = open(&path, &Silent).unwrap_err().to_string();
+    assert!(text.contains("both dimensions of \"z\" run east"), "{text}");
+}
+
+#[test]
+fn netcdf_grids_are_placed_only_where_their_mapping_says() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.nc");
+    let error = || open(&path, &Silent).unwrap_err().to_string();
+    let named = |name: &'static str| [("grid_mapping_name", name)];
+    small_netcdf(&path, [LAT, LON], ("z", &[]), &named("latitude_longitude"));
+    assert_eq!(open(&path, &Silent).unwrap().georeference.geokeys.epsg, Some(4326));
+    for name in ["rotated_latitude_longitude", "lambert_conformal_conic"] {
+        small_netcdf(&path, [LAT, LON], ("z", &[]), &named(name));
+        assert!(error().contains(&format!("its grid mapping is \"{name}\"")), "{}", error());
+    }
+    let rotated = [("units", "degrees"), ("standard_name", "grid_longitude")];
+    small_netcdf(&path, [LAT, ("rlon", &rotated)], ("z", &[]), &[]);
+    assert!(error().contains("rotated_latitude_longitude"), "{}", error());
+    // Kilometres of a projection.
+    let km: [(&str, Attributes); 2] = [("y", &[("units", "km")]), ("x", &[("units", "kilometers")])];
+    small_netcdf(&path, km, ("z", &[]), &named("lambert_conformal_conic"));
+    let georeference = open(&path, &Silent).unwrap().georeference;
+    assert_eq!(georeference.crs_from_grid, [40_000.0, 500.0, 0.0, 40_000.0, 0.0, 500.0]);
+    assert_eq!(georeference.geokeys.epsg, None);
+    // The .prj gives the system, also when it changes.
+    let prj = |code: u32| {
+        let text = format!("PROJCS[\"a\",UNIT[\"metre\",1],AUTHORITY[\"EPSG\",\"{code}\"]]");
+        std::fs::write(folder.path().join("a.prj"), text + &" ".repeat(code as usize % 10)).unwrap();
+        let reader = source::open_reader(&path).unwrap();
+        (reader.georeference().geokeys.epsg, reader.georeference().crs_from_grid[1], reader.identity())
+    };
+    let (first, second) = (prj(32610), prj(32611));
+    assert_eq!((first.0, first.1, second.0), (Some(32610), 500.0, Some(32611)));
+    assert_ne!(first.2, second.2);
 }
 
 #[test]
@@ -130,15 +232,29 @@ fn exr_pictures_of_heights_are_read() {
     };
     std::fs::write(folder.path().join("a.exr.toml"), "spacing_m = 30\norigin = [594000, 5195010]\nheight_scale_m = 1")
         .unwrap();
-    for names in [&["Y"][..], &["height"], &["R", "G", "B"], &["B", "Z"]] {
-        write_exr(&path, 40, 30, &channels(names), &[]).unwrap();
+    let other = Samples::F32(vec![0.5; 1200]);
+    let beside = |name: &str, others: &[&str]| {
+        let others = others.iter().map(|other_name| Channel { name: (*other_name).to_owned(), samples: other.clone() });
+        others.chain(channels(&[name])).collect::<Vec<_>>()
+    };
+    let heights = [
+        channels(&["Y"]),
+        channels(&["height"]),
+        channels(&["R", "G", "B"]),
+        beside("Z", &["A"]),
+        beside("Y", &["A"]),
+        beside("height", &["B", "G", "R"]),
+    ];
+    for channels in heights {
+        write_exr(&path, 40, 30, &channels, &[]).unwrap();
         check(&path, &dem, write::PLACE);
     }
-    let mut colours = channels(&["R", "G", "B"]);
-    colours[1].samples = Samples::F32(vec![0.5; 1200]);
-    write_exr(&path, 40, 30, &colours, &[]).unwrap();
-    let text = open(&path, &Silent).unwrap_err().to_string();
-    assert!(text.contains("a picture in colours, not heights"), "{text}");
+    // The depth of a rendered picture, and the luminance of one in colours, are no heights.
+    for colours in [beside("G", &["B", "R"]), beside("Z", &["B", "G", "R"]), beside("Y", &["BY", "RY"])] {
+        write_exr(&path, 40, 30, &colours, &[]).unwrap();
+        let text = open(&path, &Silent).unwrap_err().to_string();
+        assert!(text.contains("a picture in colours, not heights"), "{text}");
+    }
 }
 
 #[test]

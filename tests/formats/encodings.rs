@@ -239,6 +239,75 @@ fn no_guess_is_wrong_in_mixed_files() {
 }
 
 #[test]
+fn stray_colours_do_not_make_another_encoding() {
+    // Voids in white, and a watermark that reads as a small negative number in GSI's code.
+    for void in [[255, 255, 255], [255, 90, 10]] {
+        let code = Code { void, ..MAPBOX };
+        let land = Land::new(64, 300.0, 2.0, true);
+        for stored in STORED {
+            let folder = tempfile::tempdir().unwrap();
+            let path = land.write(folder.path(), code, stored, ALPS, TileRows::Xyz);
+            if stored == Stored::Png || stored == Stored::WebP {
+                let side = folder.path().join(format!("{}.toml", path.file_name().unwrap().to_str().unwrap()));
+                std::fs::write(side, "spacing_m = 30").unwrap();
+            }
+            match open(&path, &OpenOptions::default()) {
+                Ok(grid) => assert!(land.is(&grid, code.interval_m), "{void:?} {stored:?}"),
+                // Where a picture may be in Japan, the watermark leaves a choice.
+                Err(error) => {
+                    let text = error.to_string();
+                    assert!(text.contains("mapbox (") && text.contains("gsi ("), "{text}");
+                    assert!(void[1] == 90 && matches!(stored, Stored::Png | Stored::WebP), "{void:?} {stored:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn rewritten_descriptions_change_the_identity() {
+    let folder = tempfile::tempdir().unwrap();
+    let land = Land::new(32, 900.0, 4.0, false);
+    let path = land.write(folder.path(), MAPBOX, Stored::PngTiles, ALPS, TileRows::Xyz);
+    let identity = |text: &str| {
+        std::fs::write(path.join("tiles.json"), text).unwrap();
+        source::open_reader(&path).unwrap().identity()
+    };
+    let custom = |blue: f64, shift: f64| {
+        let (red, green) = (65_536.0 * blue, 256.0 * blue);
+        format!(
+            r#"{{"encoding": "custom", "redFactor": {red}, "greenFactor": {green}, "blueFactor": {blue}, "baseShift": {shift}}}"#
+        )
+    };
+    let texts = [r#"{"encoding": "mapbox"}"#.to_owned(), r#"{"encoding": "gsi"}"#.to_owned()];
+    let texts = texts.into_iter().chain([custom(0.2, 10_000.0), custom(0.2, 20_000.0), custom(0.1, 10_000.0)]);
+    let texts: Vec<String> = texts.collect();
+    let all: Vec<String> = texts.iter().map(|text| identity(text)).collect();
+    let different: std::collections::HashSet<&String> = all.iter().collect();
+    // Custom factors that are those of Mapbox are the same encoding.
+    assert_eq!(different.len(), 4, "{all:?}");
+    assert_eq!((&all[0], &all[0]), (&all[4], &identity(&texts[0])));
+}
+
+#[test]
+fn the_row_option_decides_where_tiles_are() {
+    // The rows of Australia, counted from the south, are those of Japan, where tiles may be GSI's.
+    let australia = [14_544, 16_383 - 6448];
+    let folder = tempfile::tempdir().unwrap();
+    let land = Land::new(64, 300.0, 2.0, false);
+    let tiles = land.write(folder.path(), MAPBOX, Stored::PngTiles, australia, TileRows::Xyz);
+    assert!(open(&tiles, &OpenOptions::default()).is_err(), "may be Japan");
+    let path = folder.path().join("a.pmtiles");
+    write::pmtiles(&path, &tiles, 14, 2, "{}");
+    assert!(land.is(&open(&path, &OpenOptions::default()).unwrap(), MAPBOX.interval_m));
+    // A description that says TMS gives way to the option.
+    std::fs::write(tiles.join("tiles.json"), r#"{"scheme": "tms"}"#).unwrap();
+    assert!(open(&tiles, &OpenOptions::default()).is_err(), "Japan");
+    let options = OpenOptions { tile_rows: Some(TileRows::Xyz), ..OpenOptions::default() };
+    assert!(land.is(&open(&tiles, &options).unwrap(), MAPBOX.interval_m));
+}
+
+#[test]
 fn a_refusal_names_the_candidates_with_their_heights() {
     let folder = tempfile::tempdir().unwrap();
     let land = Land::new(64, 1100.0, 0.3, false);
@@ -299,8 +368,10 @@ fn files_beside_tiles_say_what_they_are() {
     let y_m = |path: &Path| open(path, &OpenOptions::default()).unwrap().georeference.crs_from_grid[3];
     std::fs::write(path.join("tiles.json"), r#"{"encoding": "gsi"}"#).unwrap();
     assert!(y_m(&path) < 0.0);
-    std::fs::write(path.join("tilemapresource.xml"), "<TileMap><SRS>EPSG:3857</SRS></TileMap>").unwrap();
-    assert!((5_870_000.0..5_910_000.0).contains(&y_m(&path)));
+    for srs in ["EPSG:3857", "OSGEO:41001"] {
+        std::fs::write(path.join("tilemapresource.xml"), format!("<TileMap><SRS>{srs}</SRS></TileMap>")).unwrap();
+        assert!((5_870_000.0..5_910_000.0).contains(&y_m(&path)), "{srs}");
+    }
     std::fs::remove_file(path.join("tilemapresource.xml")).unwrap();
     std::fs::write(path.join("tiles.json"), r#"{"encoding": "gsi", "scheme": "tms"}"#).unwrap();
     assert!(y_m(&path) > 0.0);
@@ -309,6 +380,10 @@ fn files_beside_tiles_say_what_they_are() {
     let text = r#"{"tilejson": "3.0.0", "encoding": "gsi", "tiles": ["./png/{z}/{x}/{-y}.png"]}"#;
     std::fs::write(&json, text).unwrap();
     assert!(y_m(&json) > 0.0);
+    // A sidecar file is used, and does not make the file a raw one.
+    std::fs::write(folder.path().join("world.json.toml"), "tile_rows = \"xyz\"").unwrap();
+    assert!(y_m(&json) < 0.0);
+    std::fs::remove_file(folder.path().join("world.json.toml")).unwrap();
     std::fs::write(&json, text.replace("./png", "https://example.org")).unwrap();
     let error = open(&json, &OpenOptions::default()).unwrap_err().to_string();
     assert!(error.contains("on a server"), "{error}");

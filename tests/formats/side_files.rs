@@ -35,7 +35,7 @@ fn a_side_file_says_what_raw_samples_mean() {
     for (wrong, word) in [
         ("width = 50\nheight = 41", "truncated"),
         ("widht = 50", "did you mean \"width\""),
-        ("spacing_m = 0", "other than 0"),
+        ("spacing_m = 0", "spacing must be a number above 0"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:1\"\norigin = [0, 0]", "unknown"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:4326\"\norigin = [0, 0]", "spacing_degrees"),
         ("width = 4000000000\nheight = 4000000000", "truncated"),

@@ -9,7 +9,7 @@ use exr::prelude::{AttributeValue, FlatSamples, ReadChannels, ReadLayers, Text};
 use super::{ATTRIBUTE_PREFIX, Channel, Samples, text};
 use crate::file::FileError;
 use crate::file::imprint::KEY;
-use crate::file::input::open_regular;
+use crate::file::input::{most_deflated_bytes, open_regular};
 
 /// An EXR that [`read_exr`] has read.
 #[derive(Clone, Debug, PartialEq)]
@@ -42,11 +42,6 @@ impl ExrPicture {
     }
 }
 
-/// Largest compression ratio: Deflate packs 1032 bytes into one at best, and no other compression of EXR does better.
-/// [`FREE_BYTES`] are allowed in addition, for the header.
-const MAX_RATIO: u64 = 1032;
-const FREE_BYTES: u64 = 1 << 16;
-
 /// Largest header: an imprint has at most 4 MiB.
 const MAX_HEADER_BYTES: u64 = 8 << 20;
 
@@ -69,7 +64,8 @@ fn check_claims(path: &Path) -> Result<(), FileError> {
         let pixels = (header.layer_size.width() as u64).saturating_mul(header.layer_size.height() as u64);
         pixels.saturating_mul(header.channels.bytes_per_pixel as u64)
     });
-    match claimed_bytes.max().unwrap_or(0) > FREE_BYTES + file_bytes.saturating_mul(MAX_RATIO) {
+    // No other compression of EXR packs more than DEFLATE.
+    match claimed_bytes.max().unwrap_or(0) > most_deflated_bytes(file_bytes) {
         true => Err(FileError::read(path, format!("its pixels do not fit in {file_bytes} bytes"))),
         false => Ok(()),
     }

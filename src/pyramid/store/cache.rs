@@ -198,20 +198,8 @@ fn entry_of(key: &str, name: &str, cache_dir: Option<&Path>) -> Result<Entry, Py
 
 /// Returns hachure's own folder for cached pyramids and its other caches. It exists and may be trusted.
 pub(crate) fn cache_folder(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
-    let root = root(named)?;
+    let root = named.map(Path::to_owned).or_else(own_folder::root).ok_or(PyramidError::NoCacheFolder)?;
     own_folder::open(&root).map_err(|source| PyramidError::Cache { folder: root, source: source.into() })
-}
-
-/// Returns the folder that holds hachure's own.
-fn root(named: Option<&Path>) -> Result<PathBuf, PyramidError> {
-    if let Some(folder) = named {
-        return Ok(folder.to_owned());
-    }
-    if let Some(folder) = std::env::var_os("HACHURE_CACHE").filter(|folder| !folder.is_empty()) {
-        return Ok(folder.into());
-    }
-    let folders = directories::ProjectDirs::from("", "", "hachure").ok_or(PyramidError::NoCacheFolder)?;
-    Ok(folders.cache_dir().to_owned())
 }
 
 /// Returns the file name: a readable prefix, then a hash of the key and the format version.

@@ -1,5 +1,6 @@
 //! Removes the least recently used entries of the cache when it is too large. Only what a bake put there is removed: a
-//! pyramid that its manifest describes, with the files of its entry, and temporary files of entries.
+//! pyramid that its manifest describes, with the files of its entry, and temporary files of entries; and folders of
+//! unpacked archives that killed processes left.
 
 use std::ffi::OsString;
 use std::fs;
@@ -9,6 +10,7 @@ use std::time::{Duration, UNIX_EPOCH};
 use super::manifest::{Manifest, origin_path};
 use crate::file::atomic::named_in_temporary;
 use crate::file::cache_folder::is_file;
+use crate::file::unpacked;
 use crate::pyramid::format::sidecar_path;
 
 /// The largest size of the cache: 8 GiB.
@@ -57,9 +59,11 @@ fn is_partial(name: &str) -> bool {
     is_entry(of.strip_suffix(".tiles").or(of.strip_suffix(".from")).or(of.strip_suffix(".notes")).unwrap_or(of))
 }
 
-/// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files.
+/// Removes the least recently used pyramids until the folder holds at most `limit_bytes`, and abandoned partial files
+/// and folders.
 /// `keep` is never removed. Files that cannot be removed are left.
 pub(crate) fn trim(folder: &Path, keep: &Path, limit_bytes: u64) {
+    unpacked::remove_abandoned(folder);
     let Ok(entries) = fs::read_dir(folder) else { return };
     let mut pyramids = Vec::new();
     for entry in entries.flatten() {

@@ -18,17 +18,17 @@ const WINDOW_SAMPLES: u32 = 40;
 /// Largest side of the window of the finer file that is read for one of the coarser, in samples.
 const MAX_FINER_SAMPLES: f64 = 1024.0;
 /// Number of samples with a height in both files that suffices.
-const ENOUGH: usize = 4000;
+const ENOUGH_PAIRS: usize = 4000;
 /// Number of samples below which nothing is decided.
-const TOO_FEW: usize = 32;
+const MIN_PAIRS: usize = 32;
 
 /// Largest median difference of two DEMs of the same land, in metres. Heights above an ellipsoid and above the sea
 /// differ by up to 110 m.
 const MAX_OFFSET_M: f64 = 150.0;
 /// Correlation from which on two rasters rise and fall together.
-const ALIKE: f64 = 0.8;
+const MIN_CORRELATION: f64 = 0.8;
 /// Correlation from which on a factor between two rasters is a unit.
-const PROPORTIONAL: f64 = 0.99;
+const MIN_UNIT_CORRELATION: f64 = 0.99;
 
 /// Words in the names of files that hold no heights.
 const DERIVED_WORDS: [&str; 40] = [
@@ -98,7 +98,7 @@ impl Claim {
 }
 
 /// A file and the bounds of its samples on the lattice of the first file: first column and row, last column and row.
-pub(super) struct Placed<'a> {
+pub(super) struct PlacedReader<'a> {
     pub reader: &'a dyn HeightReader,
     pub box_samples: [f64; 4],
     pub claim: Claim,
@@ -155,8 +155,8 @@ impl Roughness {
         self.sum_of_squares += other.sum_of_squares;
     }
 
-    /// Returns the mean squared step relative to that of unordered values: 0 is smooth, 1 is noise. A raster of one
-    /// value is none of heights, and counts as noise.
+    /// Returns the mean squared step relative to that of unordered values: 0 is smooth, 1 is noise. A raster with a
+    /// single value counts as noise (1).
     pub(super) fn share(self) -> f64 {
         let mean = self.sum / self.count;
         let variance = self.sum_of_squares / self.count - mean * mean;
@@ -173,7 +173,7 @@ pub(super) type Compared = (Option<Difference>, [Roughness; 2]);
 ///
 /// # Errors
 /// Fails if a file cannot be read.
-pub(super) fn compare([a, b]: [&Placed<'_>; 2]) -> Result<Option<Compared>, SourceError> {
+pub(super) fn compare([a, b]: [&PlacedReader<'_>; 2]) -> Result<Option<Compared>, SourceError> {
     let overlap = [0, 1].map(|axis| {
         let (a, b) = (a.box_samples, b.box_samples);
         a[axis + 2].min(b[axis + 2]) - a[axis].max(b[axis])
@@ -181,7 +181,7 @@ pub(super) fn compare([a, b]: [&Placed<'_>; 2]) -> Result<Option<Compared>, Sour
     if overlap.iter().any(|&side| side.is_nan() || side <= 0.0) {
         return Ok(None);
     }
-    let spacing = |it: &Placed<'_>| {
+    let spacing = |it: &PlacedReader<'_>| {
         let [width, height] = it.reader.size().map(|count| f64::from(count - 1));
         ((it.box_samples[2] - it.box_samples[0]) / width * (it.box_samples[3] - it.box_samples[1]) / height).sqrt()
     };
@@ -200,9 +200,13 @@ pub(super) fn compare([a, b]: [&Placed<'_>; 2]) -> Result<Option<Compared>, Sour
         found.pairs.iter_mut().for_each(|pair| pair.reverse());
         found.roughness.reverse();
     }
-    // A zero stands for the sea, or for no-data that is not declared, in one of two files.
-    found.pairs.retain(|[a, b]| (*a == 0.0) == (*b == 0.0));
-    if found.pairs.len() < TOO_FEW {
+    // A zero stands for the sea, or for no-data that is not declared, in one of two files. A file that is zero almost
+    // everywhere is a mask, or another raster that is not of heights.
+    let is_lone_zero = |[a, b]: &[f64; 2]| (*a == 0.0) != (*b == 0.0);
+    if 2 * found.pairs.iter().filter(|pair| is_lone_zero(pair)).count() < found.pairs.len() {
+        found.pairs.retain(|pair| !is_lone_zero(pair));
+    }
+    if found.pairs.len() < MIN_PAIRS {
         return Ok(None);
     }
     let is_derived = [a, b].iter().any(|it| it.claim == Claim::Derived);
@@ -253,7 +257,7 @@ fn sample(
                 found.pairs.push([f64::from(*own), f64::from(other)]);
             }
         }
-        if found.pairs.len() >= ENOUGH {
+        if found.pairs.len() >= ENOUGH_PAIRS {
             break;
         }
     }
@@ -346,7 +350,7 @@ fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<
     let (aa, ab, bb) = (product(0, 0), product(0, 1), product(1, 1));
     let correlation = if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 };
     let factor = (aa / bb).sqrt();
-    if correlation > PROPORTIONAL && relief_m > 20.0 && !(0.7..1.4).contains(&factor) {
+    if correlation > MIN_UNIT_CORRELATION && relief_m > 20.0 && !(0.7..1.4).contains(&factor) {
         return Some(Difference::Factor(factor));
     }
     let tolerance_m = match (is_aligned, is_derived) {
@@ -354,7 +358,7 @@ fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<
         (true, false) => (0.15 * relief_m).max(2.0),
         (false, _) => (0.5 * relief_m).max(30.0),
     };
-    let agrees = offset_m.abs() <= MAX_OFFSET_M && (correlation >= ALIKE || spread_m <= tolerance_m);
+    let agrees = offset_m.abs() <= MAX_OFFSET_M && (correlation >= MIN_CORRELATION || spread_m <= tolerance_m);
     (!agrees).then(|| {
         let far = sorted(&|[a, b]| (b - a).abs());
         Difference::Other { median_m: quantile(&far, 0.5) }
@@ -364,6 +368,8 @@ fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::source::georeference::{Crs, Georeference};
+    use crate::source::{GeoKeys, GridReader, HeightGrid};
 
     fn height_m(x: f64, y: f64) -> f64 {
         900.0 + 150.0 * (x / 17.0).sin() * (y / 13.0).cos() + 20.0 * (x / 3.1).sin() + 2.0 * y
@@ -387,7 +393,7 @@ mod tests {
         // Flat land under two noisy surveys.
         let flat = |x: f64, y: f64| 12.0 + 0.3 * noise(x, y);
         assert_eq!(difference(&pairs(flat, |x, y| 12.4 + 0.3 * noise(y, x)), true, false), None);
-        for derived in [slope_deg, |_, _| 0.0, |x: f64, y: f64| (x + y) * 7.0 % 360.0] {
+        for derived in [slope_deg, |x: f64, y: f64| (x + y) * 7.0 % 360.0] {
             assert!(matches!(difference(&pairs(height_m, derived), true, false), Some(Difference::Other { .. })));
         }
         // Land at the level of the sea, whose heights are as large as slopes.
@@ -395,6 +401,39 @@ mod tests {
         assert!(difference(&pairs(low, slope_deg), true, false).is_some());
         let feet = difference(&pairs(|x, y| height_m(x, y) / 0.3048, height_m), true, false);
         assert!(matches!(feet, Some(Difference::Factor(factor)) if (factor - 3.2808).abs() < 0.01), "{feet:?}");
+    }
+
+    /// Returns a file of 50 × 50 samples, 30 m apart.
+    fn file(of: &dyn Fn(f64, f64) -> f64) -> GridReader<HeightGrid> {
+        let heights_m = (0..2500).map(|i| of(f64::from(i % 50), f64::from(i / 50)) as f32).collect();
+        let crs_from_grid = [0.0, 30.0, 0.0, 0.0, 0.0, -30.0];
+        let georeference = Georeference { crs_from_grid, crs: Crs::Local, geokeys: GeoKeys::default() };
+        GridReader::new(HeightGrid { width: 50, height: 50, heights_m, georeference }, String::new())
+    }
+
+    #[test]
+    fn zeros_are_no_data_unless_they_are_nearly_all() {
+        let compared = |a: &dyn Fn(f64, f64) -> f64, b: &dyn Fn(f64, f64) -> f64| {
+            let files = [file(a), file(b)];
+            let [a, b] = [0, 1].map(|i| PlacedReader {
+                reader: &files[i],
+                box_samples: [0.0, 0.0, 49.0, 49.0],
+                claim: Claim::Nothing,
+            });
+            compare([&a, &b]).unwrap().map(|(difference, _)| difference)
+        };
+        let zero_up_to = |column: f64| move |x: f64, y: f64| if x < column { 0.0 } else { height_m(x, y) };
+        // An empty mask, and a mask of few samples.
+        for most in [50.0, 45.0] {
+            let mask = |x: f64, _: f64| if x < most { 0.0 } else { 1.0 };
+            assert!(matches!(compared(&height_m, &mask), Some(Some(Difference::Other { .. }))), "{most}");
+            assert!(matches!(compared(&mask, &height_m), Some(Some(Difference::Other { .. }))), "{most}");
+        }
+        // The sea, and no-data, of one of two files.
+        assert_eq!(compared(&height_m, &zero_up_to(20.0)), Some(None));
+        assert_eq!(compared(&zero_up_to(10.0), &height_m), Some(None));
+        // What both call the sea stays.
+        assert_eq!(compared(&zero_up_to(40.0), &zero_up_to(40.0)), Some(None));
     }
 
     #[test]

@@ -22,7 +22,7 @@ pub(crate) struct Choice {
     pub files: Vec<PathBuf>,
     /// Files that hold no heights, with the reason as the end of a sentence.
     pub left_out: Vec<(PathBuf, String)>,
-    /// What is unclear about files that are used.
+    /// Warnings about files that are used although they disagree with another.
     doubts: Vec<String>,
 }
 
@@ -152,7 +152,7 @@ impl Conflicts {
             .map(|candidate| {
                 let way = agreement::way_between(&*candidate.reader, &*candidates[0].reader);
                 let bounds = way.ok().and_then(|way| agreement::bounds(&way, candidate.reader.size()));
-                agreement::Placed {
+                agreement::PlacedReader {
                     reader: &*candidate.reader,
                     box_samples: bounds.unwrap_or([f64::NAN; 4]),
                     claim: Claim::of(&stem(&candidate.path)),
