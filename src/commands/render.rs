@@ -30,7 +30,7 @@ use super::stereo_args::StereoArgs;
 use super::world_args::WorldArgs;
 use super::{print, print_json};
 use crate::file::frame_rate::FrameRate;
-use crate::file::message::{chain, named};
+use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::unnamed;
 use crate::frame::Antialias;
@@ -376,11 +376,11 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
 }
 
-/// Converts the error of a world that cannot be opened, and says so if it is a picture that hachure drew.
+/// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.
 fn or_like(args: &RenderArgs, error: WorldError) -> anyhow::Error {
     let picture = args.world.name().map(Path::new).filter(|name| args.like.is_none() && unnamed::is_drawing(name));
     match picture {
-        Some(picture) => anyhow!("{}; hachure drew this picture; draw it again with --like {}", chain(&error), named(picture)),
+        Some(picture) => anyhow!("{0}: is a picture that hachure drew; draw it again with --like {0}", named(picture)),
         None => error.into(),
     }
 }

@@ -233,7 +233,7 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
     })?;
     if let (None, Some(world)) = (args.world.name(), all.world.name()) {
         super::arguments::check_world(Some(world))
-            .map_err(|error| anyhow!("{}: its world {error}; name the heights as WORLD, before --like", named(like)))?;
+            .map_err(|error| anyhow!("{0}: its world {error}; name it: hachure render WORLD --like {0} …", named(like)))?;
     }
     let water = all.world.water.water.as_ref().filter(|_| args.world.water.water.is_none());
     let world = all.world.name().map(PathBuf::from).filter(|_| args.world.name.is_none());
