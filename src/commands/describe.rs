@@ -273,7 +273,8 @@ fn bounds_deg(georeference: &Georeference, mapping: &WorldMapping, size: LevelSi
     if !(low.is_finite() && high.is_finite()) {
         return None;
     }
-    let wrapped = |degrees: f64| if degrees.abs() <= 180.0 { degrees } else { (degrees + 180.0).rem_euclid(360.0) - 180.0 };
+    let wrapped =
+        |degrees: f64| if degrees.abs() <= 180.0 { degrees } else { (degrees + 180.0).rem_euclid(360.0) - 180.0 };
     let [west, east] = if high.x - low.x >= 360.0 { [-180.0, 180.0] } else { [wrapped(low.x), wrapped(high.x)] };
     Some([west, low.y.max(-90.0), east, high.y.min(90.0)])
 }

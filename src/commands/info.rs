@@ -260,7 +260,13 @@ fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Res
     let file_bytes = metadata.is_file().then_some(metadata.len());
     let format = source::format_name(file, options)?;
     let encoding = reader.encoding().map(Encoding::name);
-    Ok(Info::Dem { format, encoding, heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
+    Ok(Info::Dem {
+        format,
+        encoding,
+        heights: Heights::of_reader(&*reader, statistics).with_context(of)?,
+        file_bytes,
+        stale,
+    })
 }
 
 /// Describes the height files of a folder as one world.

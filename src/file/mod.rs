@@ -89,7 +89,8 @@ pub enum FileError {
     /// A file beside a picture would be replaced, and the picture that is there does not record it.
     #[error(
         "{}: this file exists, and {} does not record it as hachure's; move it away, or replace it with --overwrite",
-        named(path), named(picture)
+        named(path),
+        named(picture)
     )]
     NotRecorded {
         path: PathBuf,

@@ -72,9 +72,9 @@ pub(crate) fn pictures(folder: &Path) -> Vec<(PathBuf, &'static str)> {
             Ok(Format::Png) if is_drawing(&path) => Some((path, "is a picture that hachure drew")),
             Ok(Format::Png) => Some((path, "is a picture without heights")),
             Ok(Format::Exr) => Some((path, "is an EXR picture without a sidecar file")),
-            Err(SourceError::UnknownFormat { looks_like: what @ ("is a JPEG picture" | "is a GIF picture"), .. }) => {
-                Some((path, what))
-            }
+            Err(SourceError::UnknownFormat {
+                looks_like: what @ ("is a JPEG picture" | "is a GIF picture"), ..
+            }) => Some((path, what)),
             _ => None,
         }
     };

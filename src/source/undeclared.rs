@@ -122,7 +122,14 @@ pub(super) fn watch(
             ));
         }
     }
-    Ok(Box::new(Watched { inner, path: path.into(), void_m, unit, is_matched: AtomicBool::new(false), found: Mutex::new(Found::NONE) }))
+    Ok(Box::new(Watched {
+        inner,
+        path: path.into(),
+        void_m,
+        unit,
+        is_matched: AtomicBool::new(false),
+        found: Mutex::new(Found::NONE),
+    }))
 }
 
 impl Watched {

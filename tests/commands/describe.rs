@@ -58,7 +58,9 @@ fn other_inputs_are_described() {
     let error = place.error(&["info", "cut.geojson"]);
     assert!(error.contains("cut.geojson: it is not GeoJSON: the file ends within a string"), "{error}");
     let line = |kind: &str| {
-        format!("{{\"type\":\"Feature\",\"properties\":{{\"kind\":{kind}}},\"geometry\":{{\"type\":\"LineString\",\"coordinates\":[[0,0],[1,1]]}}}}")
+        format!(
+            "{{\"type\":\"Feature\",\"properties\":{{\"kind\":{kind}}},\"geometry\":{{\"type\":\"LineString\",\"coordinates\":[[0,0],[1,1]]}}}}"
+        )
     };
     let crs = "\"crs\":{\"type\":\"name\",\"properties\":{\"name\":\"urn:ogc:def:crs:EPSG::32610\"}}";
     let lines = ["\"mark\"", "\"contour line\"", "\"contour line\"", "7"].map(line).join(",");
@@ -66,8 +68,6 @@ fn other_inputs_are_described() {
     let text = "lines.geojson: GeoJSON of 4 lines (2 contour lines, 1 mark), EPSG:32610\n";
     assert_eq!(place.text(&["info", "lines.geojson"]), text);
     assert_eq!(place.json(&["info", "lines.geojson", "--json"])["kinds"]["contour line"], 2);
-    let error = place.error(&["render", "--water", "lines.geojson", "-o", "x.png"]);
-    assert!(error.contains("lines.geojson: GeoJSON without polygons; --water needs polygons"), "{error}");
     place.file("places.csv", "x,y,yaw\n1,2,3\n4,5,6\n");
     assert_eq!(place.json(&["info", "places.csv", "--json"])["positions"], 2);
     place.file("roof.obj", "v 0 0 0\nv 4 0 0\nv 0 3 0\nf 1 2 3\n");

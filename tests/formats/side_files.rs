@@ -59,7 +59,10 @@ fn options_say_it_without_a_side_file() {
     let grid = read_all(&*reader, &path, &Silent).unwrap();
     compare(&grid, &dem, [0.0, 2.5, 0.0, 0.0, 0.0, -2.5]).unwrap();
     let error = open_reader_with(&path, &OpenOptions { size: Some([50, 41]), ..options }).err().unwrap().to_string();
-    assert!(error.contains("heights.data: 50×41 samples need 4100 bytes") && error.ends_with("check --raw-size"), "{error}");
+    assert!(
+        error.contains("heights.data: 50×41 samples need 4100 bytes") && error.ends_with("check --raw-size"),
+        "{error}"
+    );
     let other = open_reader_with(&path, &OpenOptions { spacing_m: Some(3.0), ..options }).unwrap();
     assert_ne!(reader.identity(), other.identity());
 }

@@ -86,6 +86,8 @@ fn misuse_gives_an_error_of_one_line() {
         (&render, &["--map", "0,0,9", "--camera", "0,0,9,0,0,50"], &["--map and --camera cannot be used together"]),
         (&render, &["--spacing", "2"], &["--spacing is an option of hachure bake; for hachure render set spacing_m"]),
         (&["info", "x.tif"], &["--raw-size", "9x9"], &["is an option of hachure bake; for hachure info set width"]),
+        (&render, &["none"], &["none: there is no such file"]),
+        (&render, &["hutt"], &["hutt: there is no such file", "did you mean \"hut\"?"]),
         (&render, &["continentt"], &["continentt: there is no such file", "did you mean \"continent\"?"]),
         (&["render", "-o", "o.mp4"], &["--path", "tuor"], &["the built-in paths are", "did you mean \"tour\"?"]),
         (&["bench", "-o", "out"], &["--path", "nopath"], &["nopath", "the built-in paths are ascent, "]),

@@ -75,14 +75,13 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
         [("--frames", args.frames.is_some()), ("--warm-up", args.warm_up.is_some()), ("--fps", args.fps.is_some())];
     let is_film = matches!(kind, OutputKind::Frames(..) | OutputKind::Mp4 | OutputKind::Gif);
     match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((option, _)) if !is_film => {
-            Err(Misuse(format!("{option}: applies to the frames of a --path, and {} is one picture", named(&args.output))))
-        }
-        _ if matches!(kind, OutputKind::Gif) && args.fps().per_second() > gif::LARGEST_RATE => Err(Misuse(format!(
-            "--fps {}: a GIF shows at most {} frames per second",
-            args.fps(),
-            gif::LARGEST_RATE
+        Some((option, _)) if !is_film => Err(Misuse(format!(
+            "{option}: applies to the frames of a --path, and {} is one picture",
+            named(&args.output)
         ))),
+        _ if matches!(kind, OutputKind::Gif) && args.fps().per_second() > gif::LARGEST_RATE => {
+            Err(Misuse(format!("--fps {}: a GIF shows at most {} frames per second", args.fps(), gif::LARGEST_RATE)))
+        }
         _ if args.warm_up.is_some() && args.frames.is_none() => {
             Err(Misuse("--warm-up: requires --frames, which is not given".to_owned()))
         }

@@ -1,10 +1,10 @@
 //! Warnings about what a drawing does not show.
 
 use super::Job;
-use crate::scene::camera::Camera;
-use crate::scene::map::MapArea;
 use crate::file::message::shown;
 use crate::picture::PictureReport;
+use crate::scene::camera::Camera;
+use crate::scene::map::MapArea;
 
 /// Largest number of cameras of a path that are compared with the ground.
 const COMPARED_CAMERAS: usize = 1000;

@@ -85,9 +85,9 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
             "{option}: does not apply to a mesh, and the output is {output}; --map sets the extent of a mesh, \
              --mesh-error its accuracy"
         ))),
-        None if args.size.is_some() && !matches!(args.map, Some(MapArea::Around { .. })) => Err(Misuse(
-            "--size: sets the shape of --map for a mesh; add --map=EAST,NORTH,WIDTH".to_owned(),
-        )),
+        None if args.size.is_some() && !matches!(args.map, Some(MapArea::Around { .. })) => {
+            Err(Misuse("--size: sets the shape of --map for a mesh; add --map=EAST,NORTH,WIDTH".to_owned()))
+        }
         None => Ok(()),
     }
 }

@@ -146,7 +146,8 @@ fn older(output: &Path, names: &[String]) -> Vec<PathBuf> {
         let path = output.with_file_name(&file);
         (!names.iter().any(|own| own == name) && unnamed::is_sheet(&path, name)).then_some(path)
     };
-    let mut older: Vec<PathBuf> = std::fs::read_dir(folder).into_iter().flatten().flatten().filter_map(is_older).collect();
+    let mut older: Vec<PathBuf> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().filter_map(is_older).collect();
     older.sort();
     older
 }
