@@ -387,12 +387,12 @@ fn an_impossible_map_gives_an_error_of_one_line() {
         ("pillars.asc --map --camera 0,0,9,0,0,9 -o map.png", ["--map", "--camera"]),
         ("pillars.asc --map --path tour -o map.png", ["--map", "--path"]),
         ("pillars.asc --map --eyes anaglyph -o map.png", ["--eyes", "--eyes mono"]),
-        ("--map pillars.asc -o map.png", ["--map", "EAST,NORTH,WIDTH"]),
+        ("--map pillars.asc -o map.png", ["--map took", "put the DEM before --map"]),
         ("pillars.asc --map 0,0,-5 -o map.png", ["--map", "width"]),
         ("pillars.asc --map --style wash -o map.tiff2", ["map.tiff2", ".geojson"]),
         ("pillars.asc --map --margin 5 --style strokes -o map.geojson", ["--margin", ".svg"]),
-        ("nowhere.asc --map --style strokes -o map.geojson", ["map.geojson", "not georeferenced"]),
-        ("nowhere.asc --map --style strokes --wgs84 -o map.geojson", ["map.geojson", "not georeferenced"]),
+        ("nowhere.asc --map --style strokes -o map.geojson", ["map.geojson", "nowhere.asc has no reference system"]),
+        ("nowhere.asc --map --style strokes --wgs84 -o map.geojson", ["map.geojson", "nowhere.asc has no reference"]),
         ("pillars.asc --map --wgs84 -o map.png", ["--wgs84", ".geojson"]),
     ] {
         let said = place.refused(arguments);
@@ -433,6 +433,18 @@ fn a_map_is_drawn_again() {
     // A camera overrides the map of the picture, and draws something else.
     place.draw("--like map.png --camera 0,0,+900,0,-60,50 -o other.png");
     assert!(place.read("map.png") != place.read("other.png") && !place.path("other.pgw").exists());
+    // A picture that replaces a map removes the files that place the map on the earth, if hachure wrote them.
+    let side_files = || ["map.pgw", "map.png.aux.xml"].map(|name| place.path(name).exists());
+    assert_eq!(side_files(), [true, true]);
+    fs::write(place.path("map.pgw"), "1\n0\n0\n-1\n0\n0\n").unwrap();
+    place.draw("--like other.png -o map.png");
+    assert_eq!(side_files(), [true, false], "the world file is no longer hachure's");
+    let said = place.refused("pillars.asc --map --size 64x48 -o map.png");
+    assert!(said.contains("map.pgw: this file exists, and map.png does not record it as hachure's"), "{said}");
+    fs::remove_file(place.path("map.pgw")).unwrap();
+    place.draw("pillars.asc --map --size 64x48 -o map.png");
+    place.draw("--like other.png --show depth -o map.png");
+    assert_eq!(side_files(), [false, false]);
 }
 
 #[test]

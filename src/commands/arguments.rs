@@ -5,8 +5,11 @@ use std::path::Path;
 use anyhow::bail;
 
 use super::misuse::{Misuse, mistyped_command};
+use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{did_you_mean, named, quoted};
+use crate::file::toml_text;
 use crate::scene::embedded;
+use crate::scene::path::CameraPath;
 use crate::scene::ranges::NumberRange;
 use crate::style::{Style, StyleError};
 use crate::tones::hatching::maps;
@@ -55,12 +58,14 @@ pub(crate) fn style(name: &str) -> anyhow::Result<Style> {
 /// Checks that WORLD exists, if it is a file.
 ///
 /// # Errors
-/// Returns [`Misuse`] if the name looks like a mistyped command, else an error that there is no such file.
+/// Returns [`Misuse`] if the name looks like a mistyped command, is a bare name or a style, else an error that there is
+/// no such file.
 pub(crate) fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     let Some(world) = world.filter(|world| !world.contains("://")) else { return Ok(()) };
     if world.is_empty() {
         return Err(Misuse("WORLD is empty; leave it out for the built-in world".to_owned()).into());
     }
+    check_no_style(Path::new(world))?;
     // A file that may not be looked at is reported when it is opened.
     if Path::new(world).try_exists().unwrap_or(true) {
         return Ok(());
@@ -71,7 +76,42 @@ pub(crate) fn check_world(world: Option<&str>) -> anyhow::Result<()> {
     if let Some(mistyped) = mistyped_command(world) {
         return Err(Misuse(mistyped).into());
     }
-    bail!("{}: {}", if world.trim().is_empty() { quoted(world) } else { named(world) }, no_such_file(world))
+    let name = if world.trim().is_empty() { quoted(world) } else { named(world) };
+    let error = format!("{name}: {}", no_such_file(world));
+    // A bare name is meant as that of a built-in scene.
+    match world.contains(['.', '/', '\\']) {
+        true => bail!(error),
+        false => Err(Misuse(error).into()),
+    }
+}
+
+/// Returns the text of a camera path.
+///
+/// # Errors
+/// Returns [`Misuse`] for a bare name that no built-in path has, else why the file cannot be read.
+pub(crate) fn camera_path(path: &Path) -> anyhow::Result<String> {
+    CameraPath::read_text(path).map_err(|error| match error.is_unknown_name() {
+        true => Misuse::of(error).into(),
+        false => error.into(),
+    })
+}
+
+/// Checks that a world is no style, which a TOML file may also be.
+///
+/// # Errors
+/// Returns [`Misuse`] for a style.
+fn check_no_style(world: &Path) -> Result<(), Misuse> {
+    if world.extension().is_none_or(|ending| !ending.eq_ignore_ascii_case("toml")) || !world.is_file() {
+        return Ok(());
+    }
+    // What is wrong with the file is reported when it is read as a scene.
+    let text = read_text(world, LARGEST_SCENE_BYTES).unwrap_or_default();
+    let keys = toml_text::keys(&world.to_string_lossy(), &text).unwrap_or_default();
+    let has = |key: &str| keys.iter().any(|known| known == key);
+    match !has("world") && ["tone", "lines", "layers", "paper"].into_iter().any(has) {
+        true => Err(Misuse(format!("{0}: is a style; give it as --style {0}", named(world)))),
+        false => Ok(()),
+    }
 }
 
 /// Returns the message for a file that does not exist; for a bare name it lists the built-in scenes.

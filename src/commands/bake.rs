@@ -139,6 +139,11 @@ pub(crate) fn run(args: &BakeArgs) -> anyhow::Result<()> {
         stop: &STOP,
     };
     let baked = pyramid::bake::bake_reader(&*reader, output, &BakeOptions { max_error_m: args.max_error }, &work, &bar);
+    // A part, or what is left of a bake, may lack the samples with the value.
+    let is_whole = args.shard.is_none() && !args.resume && baked.is_ok();
+    if let (true, Some(no_data)) = (is_whole && reader.has_unmatched_no_data(), args.heights.nodata) {
+        tracing::warn!("{}: no sample is {no_data}, so --nodata {no_data} changes nothing", named(&args.inputs[0]));
+    }
     drop((reader, bar));
     let duration_s = start.elapsed().as_secs_f64();
     match baked {

@@ -113,7 +113,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     args.world.check()?;
     // Errors in the path are reported before a world is baked; ground heights come with the world. The file is read
     // once: it may be a pipe.
-    let path_text = CameraPath::read_text(&args.path)?;
+    let path_text = arguments::camera_path(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
     let inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));

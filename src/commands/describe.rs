@@ -11,6 +11,7 @@ use crate::pyramid::store::{DataArea, data_bounds};
 use crate::pyramid::tile::{TILE_BORDER, TILE_SAMPLES, TILE_STRIDE, TileAddress, is_void};
 use crate::pyramid::{LevelSize, Pyramid, TileStore};
 use crate::source::georeference::Georeference;
+use crate::source::lon_lat::ToWgs84;
 use crate::source::{GeoreferenceError, GroundScale, HeightReader, ScaleRange, Statistics, WorldMapping};
 
 /// Lowest and highest heights on the Earth, in metres, with some room.
@@ -48,6 +49,13 @@ pub(super) struct Heights {
     pub filled_samples: u64,
     /// Number of samples next to no-data that are then replaced because they differ too much from their neighbours.
     pub spike_samples: u64,
+    /// Lowest and highest height with filled samples, if some are filled.
+    pub filled_range_m: Option<[f32; 2]>,
+    /// Longitudes and latitudes of the extent in WGS 84: west, south, east, north; west is larger than east across the
+    /// antimeridian. Absent if the projection is unknown.
+    pub bounds_deg: Option<[f64; 4]>,
+    /// The origin of the world in the coordinate reference system of the file.
+    pub origin_crs: [f64; 2],
 }
 
 /// Properties of a pyramid in addition to those of its heights.
@@ -88,11 +96,11 @@ impl Heights {
     /// Describes the grid of a reader, given the statistics of its heights.
     pub(super) fn of_reader(reader: &dyn HeightReader, statistics: Statistics) -> Result<Self, GeoreferenceError> {
         let [width, height] = reader.size();
-        let Statistics { min_m, max_m, void_samples, bounds, filled } = statistics;
+        let Statistics { min_m, max_m, void_samples, bounds, filled, filled_m } = statistics;
         let size = LevelSize { width, height };
         let data = bounds.filter(|_| void_samples > 0);
         let heights = Self::new(reader.georeference(), size, [min_m, max_m], void_samples, data)?;
-        Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, ..heights })
+        Ok(Self { filled_samples: filled.voids, spike_samples: filled.spikes, filled_range_m: filled_m, ..heights })
     }
 
     /// Describes the finest level of a pyramid.
@@ -162,6 +170,9 @@ impl Heights {
             data_extent_m: [data_low.x, data_low.y, data_high.x, data_high.y],
             filled_samples: 0,
             spike_samples: 0,
+            filled_range_m: None,
+            bounds_deg: bounds_deg(georeference, &mapping, size),
+            origin_crs: mapping.origin_crs().to_array(),
         })
     }
 
@@ -213,21 +224,59 @@ impl Heights {
             )
         });
         let data = data.unwrap_or_default();
+        let bounds = self.bounds_deg.map(|[west, south, east, north]| {
+            format!("bounds    longitude {west:.4} to {east:.4}°, latitude {south:.4} to {north:.4}°\n")
+        });
+        let is_wider = |[low_m, high_m]: &[f32; 2]| *low_m < self.min_m || *high_m > self.max_m;
+        let filled = self.filled_range_m.filter(is_wider);
+        let filled = filled.map(|[low_m, high_m]| format!("; with filled holes {low_m:.2} to {high_m:.2} m"));
         format!(
             "samples   {width} × {height}, {dx_m:.3} × {dy_m:.3} m apart\n\
              extent    {:.3} × {:.3} km\n\
-             place     {}\n\
+             place     {}\n{}\
              scale     {}\n\
-             heights   {:.2} to {:.2} m\n\
+             heights   {:.2} to {:.2} m{}\n\
              no-data   {voids}\n{data}",
             east_m / 1000.0,
             north_m / 1000.0,
             self.crs,
+            bounds.unwrap_or_default(),
             self.scale.as_ref().map_or_else(|| "unknown; lengths are those of the file".to_owned(), scale_text),
             self.min_m,
             self.max_m,
+            filled.unwrap_or_default(),
         )
     }
+}
+
+/// Number of intervals along each side of a grid at which its longitudes and latitudes are computed.
+const SIDE_STEPS: u32 = 16;
+
+/// Returns west, south, east and north of a grid in degrees; `None` if a place on its sides has no longitude.
+fn bounds_deg(georeference: &Georeference, mapping: &WorldMapping, size: LevelSize) -> Option<[f64; 4]> {
+    let to = ToWgs84::new(georeference).ok()?;
+    let last = DVec2::new(f64::from(size.width - 1), f64::from(size.height - 1));
+    let place = |grid: DVec2| to.degrees(mapping.crs_from_world(mapping.world_from_grid(grid.x, grid.y)));
+    let middle = place(0.5 * last);
+    let sides = (0..=SIDE_STEPS).flat_map(|step| {
+        let part = f64::from(step) / f64::from(SIDE_STEPS);
+        [[part, 0.0], [part, 1.0], [0.0, part], [1.0, part]].map(|at| DVec2::from_array(at) * last)
+    });
+    let (mut low, mut high) = (middle, middle);
+    for grid in sides {
+        let mut at = place(grid);
+        // A side of a globe is half a turn from its middle: rounding must not take it to the other side.
+        let beyond = at.x - middle.x;
+        at.x -= if beyond.abs() > 180.0 + 1e-6 { 360.0 * (beyond / 360.0).round() } else { 0.0 };
+        (low, high) = (low.min(at), high.max(at));
+    }
+    if !(low.is_finite() && high.is_finite()) {
+        return None;
+    }
+    let wrapped =
+        |degrees: f64| if degrees.abs() <= 180.0 { degrees } else { (degrees + 180.0).rem_euclid(360.0) - 180.0 };
+    let [west, east] = if high.x - low.x >= 360.0 { [-180.0, 180.0] } else { [wrapped(low.x), wrapped(high.x)] };
+    Some([west, low.y.max(-90.0), east, high.y.min(90.0)])
 }
 
 impl Levels {

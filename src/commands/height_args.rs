@@ -20,11 +20,12 @@ pub(crate) struct HeightArgs {
     /// that of the encoding]
     #[arg(long, value_name = "METRES", value_parser = arguments::within(ranges::HEIGHT_OFFSET_M), allow_hyphen_values = true)]
     pub height_offset: Option<f64>,
-    /// Unit of the heights of a DEM that declares none: m, ft or us-ft [default: m]
+    /// Unit of the heights of a DEM that declares none: m, ft or us-ft. A DEM that declares metres is converted all the
+    /// same, with a warning; one that declares another unit is refused [default: m]
     #[arg(long, value_name = "UNIT", hide_possible_values = true)]
     pub height_unit: Option<HeightUnit>,
-    /// Direction of the rows of web map tiles: xyz counts from the north, tms from the south [default: as the files
-    /// beside them say, or as their edges meet]
+    /// Direction of the rows of web map tiles: xyz counts from the north, tms from the south [default: as sidecar
+    /// files say, or as tile edges match]
     #[arg(long, value_name = "ROWS", hide_possible_values = true)]
     pub tile_rows: Option<TileRows>,
     /// Additional no-data value, besides those that the DEM declares: a height in metres, after scale and offset, or in

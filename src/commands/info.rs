@@ -15,11 +15,12 @@ use serde::Serialize;
 
 use self::picture::PictureInfo;
 use self::scene::SceneInfo;
-use self::things::{ModelInfo, PolygonInfo};
+use self::things::{GeoJsonInfo, ModelInfo, PolygonInfo};
 use super::describe::{Heights, Levels};
 use super::height_args::HeightArgs;
 use super::progress::Bar;
 use super::{print, print_json, styles};
+use crate::file::geojson::Summary;
 use crate::file::imprint as stored;
 use crate::file::input::{LARGEST_SCENE_BYTES, read_text};
 use crate::file::message::{named, printable, shown};
@@ -33,8 +34,8 @@ use crate::scene::path::CameraPath;
 use crate::scene::reach::Reach;
 use crate::scene::{Scene, World};
 use crate::source::mosaic::Choice;
-use crate::source::{self, Kind, OpenOptions};
-use crate::style::Style;
+use crate::source::{self, Encoding, Kind, OpenOptions};
+use crate::style::{Style, preset_text};
 use crate::world;
 
 /// Arguments of `info`.
@@ -72,6 +73,10 @@ struct Answer {
 #[serde(tag = "kind", rename_all = "kebab-case")]
 enum Info {
     Dem {
+        /// Format of the file, such as "a GeoTIFF".
+        format: &'static str,
+        /// Encoding by which the colours of a picture are heights.
+        encoding: Option<&'static str>,
         #[serde(flatten)]
         heights: Heights,
         /// Size of the file; `None` for a folder of tiles.
@@ -102,6 +107,8 @@ enum Info {
     },
     Picture(Box<PictureInfo>),
     Polygons(PolygonInfo),
+    /// Lines and points in a GeoJSON file, such as one that hachure wrote.
+    Features(Summary),
     Model(ModelInfo),
     /// A list of positions of models.
     Positions {
@@ -169,7 +176,12 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     }
     // Anything but a regular file must not be opened here: a pipe would wait forever. The height reader reports what it
     // is.
-    let Ok(metadata) = std::fs::metadata(file) else { return dem(file, options, None) };
+    let Ok(metadata) = std::fs::metadata(file) else {
+        if let Some(preset) = file.to_str().filter(|name| preset_text(name).is_some()) {
+            bail!("{preset}: a preset; see hachure styles show {preset}");
+        }
+        return dem(file, options, None);
+    };
     if metadata.is_dir() && source::kind_of(file) == Kind::Folder {
         return folder(file, options);
     }
@@ -197,7 +209,10 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
         return Ok(Info::Picture(Box::new(picture)));
     }
     if is_geojson(file, &text) {
-        return things::polygons(file).map(Info::Polygons);
+        return Ok(match things::geojson(file)? {
+            GeoJsonInfo::Polygons(polygons) => Info::Polygons(polygons),
+            GeoJsonInfo::Features(found) => Info::Features(found),
+        });
     }
     let has_ending = |wanted: &str| file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(wanted));
     if has_ending("obj") {
@@ -237,10 +252,21 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
 fn dem(file: &Path, options: &OpenOptions, stale: Option<String>) -> anyhow::Result<Info> {
     let reader = source::open_reader_with(file, options)?;
     let statistics = source::statistics(&*reader, file, &Bar::default())?;
+    if let (true, Some(no_data)) = (reader.has_unmatched_no_data(), options.no_data) {
+        tracing::warn!("{}: no sample is {no_data}, so --nodata {no_data} changes nothing", named(file));
+    }
     let of = || named(file);
     let metadata = std::fs::metadata(file).with_context(of)?;
     let file_bytes = metadata.is_file().then_some(metadata.len());
-    Ok(Info::Dem { heights: Heights::of_reader(&*reader, statistics).with_context(of)?, file_bytes, stale })
+    let format = source::format_name(file, options)?;
+    let encoding = reader.encoding().map(Encoding::name);
+    Ok(Info::Dem {
+        format,
+        encoding,
+        heights: Heights::of_reader(&*reader, statistics).with_context(of)?,
+        file_bytes,
+        stale,
+    })
 }
 
 /// Describes the height files of a folder as one world.
@@ -249,7 +275,8 @@ fn folder(folder: &Path, options: &OpenOptions) -> anyhow::Result<Info> {
     let reader = choice.open(options)?;
     let statistics = source::statistics(&*reader, folder, &Bar::default())?;
     let heights = Heights::of_reader(&*reader, statistics).with_context(|| named(folder))?;
-    let left_out = choice.left_out.into_iter().map(|(file, why)| LeftOut { file, why }).collect();
+    let pictures = source::folder::pictures(folder).into_iter().map(|(file, what)| (file, what.to_owned()));
+    let left_out = choice.left_out.into_iter().chain(pictures).map(|(file, why)| LeftOut { file, why }).collect();
     Ok(Info::Folder { heights, members: choice.files, left_out })
 }
 
@@ -265,7 +292,7 @@ fn address_info(url: &str, args: &InfoArgs) -> anyhow::Result<Info> {
 fn is_geojson(file: &Path, head: &str) -> bool {
     let head = head.trim_start_matches('\u{feff}').trim_start();
     let is_named = file.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("geojson"));
-    let types = ["\"FeatureCollection\"", "\"Feature\"", "Polygon\"", "\"GeometryCollection\""];
+    let types = ["\"FeatureCollection\"", "\"Feature\"", "Polygon\"", "LineString\"", "\"GeometryCollection\""];
     head.starts_with('{') && (is_named || types.iter().any(|kind| head.contains(kind)))
 }
 
@@ -346,12 +373,13 @@ impl Answer {
     fn text(&self) -> String {
         let file = named(&self.file);
         match &self.info {
-            Info::Dem { heights, file_bytes, stale } => {
+            Info::Dem { format, encoding, heights, file_bytes, stale } => {
+                let encoding = encoding.map(|name| format!(" of {name} colours")).unwrap_or_default();
                 let size = file_bytes.map(|bytes| format!(", {:.2} MiB", bytes as f64 / f64::from(1 << 20)));
                 let size = size.unwrap_or_default();
                 let stale = stale.as_ref().map_or(String::new(), |cause| format!("note      {cause}\n"));
                 let next = "it will be baked into the cache when first drawn";
-                format!("{file}: a DEM{size}; {next}\n{}{stale}", heights.lines())
+                format!("{file}: {format}{encoding}{size}; {next}\n{}{stale}", heights.lines())
             }
             Info::Pyramid { heights, levels } => {
                 format!("{file}: a baked pyramid\n{}{}", heights.lines(), levels.lines())
@@ -377,6 +405,7 @@ impl Answer {
             }
             Info::Picture(picture) => picture.text(&file),
             Info::Polygons(polygons) => polygons.text(&file),
+            Info::Features(found) => things::features_text(&file, found),
             Info::Model(model) => model.text(&file),
             Info::Positions { positions } => format!("{file}: a list of {positions} positions of models\n"),
             Info::Scene(scene) => scene.text(&file),

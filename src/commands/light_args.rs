@@ -4,6 +4,7 @@ use std::str::FromStr;
 
 use clap::Args;
 
+use super::misuse::Misuse;
 use crate::scene::camera::Camera;
 use crate::scene::sun_time::{LatLon, Moment};
 use crate::scene::{Scene, SceneFocus, Sun, SunTime};
@@ -30,7 +31,7 @@ pub(crate) struct LightArgs {
     #[arg(long, conflicts_with = "sun", value_parser = Moment::from_str)]
     pub date: Option<Moment>,
     /// Location for --date, if the heights have none, in degrees
-    #[arg(long, value_name = "LAT,LON", requires = "date", value_parser = LatLon::from_str, allow_hyphen_values = true)]
+    #[arg(long, value_name = "LAT,LON", value_parser = LatLon::from_str, allow_hyphen_values = true)]
     pub place: Option<LatLon>,
     /// Centre (east, north) and radius in metres of an area of full contrast; around it contrast falls, and from about
     /// three radii on it is reduced by STRENGTH, 0 to 1 [default strength: 0.7]
@@ -39,6 +40,17 @@ pub(crate) struct LightArgs {
 }
 
 impl LightArgs {
+    /// Checks that `--place` has a date.
+    ///
+    /// # Errors
+    /// Returns the misuse, in one line.
+    pub(crate) fn check(&self) -> Result<(), Misuse> {
+        match (self.place, self.date) {
+            (Some(_), None) => Err(Misuse("--place: requires --date, which is not given".to_owned())),
+            _ => Ok(()),
+        }
+    }
+
     /// Returns the scene with this light; options that are not given keep the scene's values.
     #[must_use]
     pub(crate) fn over(&self, mut scene: Scene) -> Scene {

@@ -29,6 +29,13 @@ const OF_COMMANDS: [(&str, &str); 13] = [
     ("--resume", "bake"),
 ];
 
+/// Options that only `bake` has, and what the other commands have instead.
+const BAKE_ONLY: [(&str, &str); 3] = [
+    ("--spacing", "set spacing_m in NAME.ext.toml"),
+    ("--raw-size", "set width and height in NAME.ext.toml"),
+    ("--raw-big-endian", "set endian in NAME.ext.toml"),
+];
+
 /// Arguments that contradict each other, or that name something unknown. Nothing has been started.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
@@ -54,6 +61,9 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
     let name = argument.split([' ', '=']).next().unwrap_or_default();
     let known = words.iter().find(|word| COMMANDS.contains(&word.as_str()));
     match error.kind() {
+        ErrorKind::ValueValidation if name == "--map" && is_name(&value) => {
+            format!("--map took {} as its value; put the DEM before --map", quoted(&value))
+        }
         ErrorKind::ValueValidation => {
             let cause = std::error::Error::source(error).map_or_else(String::new, ToString::to_string);
             format!("{name} {}: {cause}{}", quoted(&value), did_you_mean(&value, choices(&cause)))
@@ -79,6 +89,10 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
             let meant =
                 nearest(name.trim_start_matches('-'), options.chain([of_clap])).filter(|meant| !meant.is_empty());
             let is_option = argument.starts_with('-');
+            let instead = BAKE_ONLY.iter().find(|(option, _)| *option == name);
+            if let (Some((_, instead)), Some(known)) = (instead, known.filter(|known| *known != "bake")) {
+                return format!("{name} is an option of hachure bake; for hachure {known} {instead}");
+            }
             match OF_COMMANDS.iter().find(|(option, _)| *option == name) {
                 Some((_, command)) if known.is_none() => {
                     format!("{name} is an option of a command: hachure {command} …")
@@ -87,7 +101,7 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
                     Some(meant) => format!("unknown option {}; did you mean --{meant}?", quoted(name)),
                     None => format!("unknown option {}; see {} --help", quoted(name), command(known)),
                 },
-                _ => format!("{} is one argument too many; see {} --help", quoted(&argument), command(known)),
+                _ => format!("unexpected argument {}; see {} --help", quoted(&argument), command(known)),
             }
         }
         ErrorKind::InvalidSubcommand if known.is_none() => {
@@ -95,7 +109,7 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
             first_free(words)
                 .and_then(mistyped_command)
                 .or_else(|| mistyped_command(&given))
-                .unwrap_or_else(|| format!("{} is one argument too many; see hachure --help", quoted(&given)))
+                .unwrap_or_else(|| format!("unexpected argument {}; see hachure --help", quoted(&given)))
         }
         ErrorKind::InvalidSubcommand => {
             let given = text(ContextKind::InvalidSubcommand);
@@ -111,7 +125,10 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
         }
         ErrorKind::ArgumentConflict => match text(ContextKind::PriorArg) {
             prior if prior.is_empty() || prior == argument => format!("{name} is given twice"),
-            prior => format!("{argument} and {prior} cannot be used together"),
+            prior => {
+                let prior = prior.split([' ', '=']).next().unwrap_or_default();
+                format!("{name} and {prior} cannot be used together")
+            }
         },
         _ => {
             let text = error.to_string();
@@ -119,6 +136,11 @@ pub fn describe(error: &clap::Error, words: &[String], program: &clap::Command) 
             printable(first.strip_prefix("error: ").unwrap_or(first), 160)
         }
     }
+}
+
+/// Returns whether a value is that of no list of numbers, so that it was meant as a name.
+fn is_name(value: &str) -> bool {
+    !value.contains(',') && value.parse::<f64>().is_err()
 }
 
 fn command(known: Option<&String>) -> String {
@@ -153,7 +175,9 @@ const PLURALS: [(&str, &str); 3] = [("style", "styles"), ("draw", "render"), ("d
 /// Returns the names that a cause lists as possible values: "it must be none or temporal".
 fn choices(cause: &str) -> impl Iterator<Item = &str> {
     let listed = cause.split_once("must be ").map(|(_, listed)| listed).filter(|listed| listed.contains(" or "));
-    let words = listed.unwrap_or_default().split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
+    // What follows is an example, not a choice.
+    let listed = listed.unwrap_or_default().split(" like ").next().unwrap_or_default();
+    let words = listed.split(|c: char| !c.is_ascii_alphanumeric() && c != '-');
     words.filter(|word| word.len() > 2 && !["one", "number", "like", "above"].contains(word))
 }
 

@@ -14,9 +14,9 @@ mod show;
 mod title;
 mod vector;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use anyhow::bail;
+use anyhow::{anyhow, bail};
 use clap::Args;
 
 use self::frames::FrameRange;
@@ -32,21 +32,22 @@ use super::{print, print_json};
 use crate::file::frame_rate::FrameRate;
 use crate::file::message::named;
 use crate::file::pattern::{OutputKind, PictureFormat};
+use crate::file::unnamed;
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
 use crate::picture::aov::{self, Names};
 use crate::picture::{PartRule, PictureReport};
 use crate::scene::camera::Camera;
+use crate::scene::embedded;
 use crate::scene::map::{Map, MapArea};
-use crate::scene::path::CameraPath;
 use crate::scene::ranges;
 use crate::scene::stereo::Eyes;
 use crate::scene::view::Clock;
 use crate::style::scale::REFERENCE_DPI;
 use crate::tiles::terrain::{Loading, TerrainOptions};
 use crate::vector::DrawingReport;
-use crate::world::{self, OpenWorld};
+use crate::world::{self, OpenWorld, WorldError};
 
 /// Arguments of `render`.
 #[derive(Clone, Debug, Args)]
@@ -69,8 +70,8 @@ pub(crate) struct RenderArgs {
     /// Size of the picture in pixels; of one eye for a stereo pair [default: 1280x720]
     #[arg(long, value_name = "WIDTHxHEIGHT", value_parser = parse_size)]
     pub size: Option<[u32; 2]>,
-    /// Resolution on paper, in dots per inch: line widths and other lengths of the style, which are pixels at 96 dpi,
-    /// are multiplied by DOTS/96 [default: 300 for a raster picture with --paper]
+    /// Resolution on paper, in dots per inch: lengths of the style, which are pixels at 96 dpi, are multiplied by
+    /// DOTS/96, except those of detected lines and of the grain of the paper [default: 300 for a raster picture with --paper]
     #[arg(long, value_name = "DOTS", allow_hyphen_values = true, value_parser = arguments::within(ranges::DPI))]
     pub dpi: Option<f64>,
     /// Camera: x,y,z,yaw,pitch,fov. x, y: metres east and north of the centre of the world; z: height in metres, or +h
@@ -162,8 +163,8 @@ pub(crate) struct RenderArgs {
     /// suit the picture
     #[arg(long, value_name = "COUNT", value_parser = arguments::whole_within::<usize>(ranges::PENS))]
     pub pens: Option<usize>,
-    /// Replace files that hachure did not write where it creates files beside the output: frames, sheets, and the
-    /// world file and .aux.xml of a map. The output itself is always replaced
+    /// Replace files that hachure did not write where their names follow from the output: frames, sheets, and the world
+    /// file and .aux.xml of a map. The output itself is always replaced
     #[arg(long)]
     pub overwrite: bool,
     /// Print a report of the picture and its cost as JSON
@@ -229,10 +230,14 @@ const MAX_FRAMES: usize = 10_000_000;
 /// # Errors
 /// Returns what the value must look like.
 pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
-    let parse = |side: &str| ranges::SIDE_PX.parse_whole(side).ok();
-    text.split_once(['x', 'X'])
-        .and_then(|(width, height)| Some([parse(width)?, parse(height)?]))
-        .ok_or_else(|| "it must be a size like 1280x720".to_owned())
+    let wrong = || "it must be a size like 1280x720".to_owned();
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+    let is_number = |side: &str| !side.is_empty() && side.bytes().all(|byte| byte.is_ascii_digit());
+    if !is_number(width) || !is_number(height) {
+        return Err(wrong());
+    }
+    let parse = |side: &str| ranges::SIDE_PX.parse_whole(side).map_err(|rule| rule.replacen("it", "each side", 1));
+    Ok([parse(width)?, parse(height)?])
 }
 
 /// Runs the command.
@@ -266,7 +271,6 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let svg = SvgOptions::new(args, &kind, of_map.as_ref().unwrap_or(&style))?;
     let sheets = sheets::plan(args, &kind, args.size_of_all(), svg.as_ref())?;
     let left_out = vector::left_out(&style, args.stereo.eyes()).filter(|_| svg.is_some());
-    let holder = kind.lines_name();
     let planes = aov::planes_named(&args.aov, args.aov_names, &style).map_err(Misuse::of)?;
     if !planes.is_empty()
         && !matches!(kind, OutputKind::Picture(PictureFormat::Exr) | OutputKind::Frames(_, PictureFormat::Exr))
@@ -291,12 +295,13 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         tracing::warn!("at {dpi} dots per inch, these values of the style keep their size in pixels: {unscaled}");
     }
     // Read only once: it may be a pipe.
-    let flight = args.path.as_deref().map(CameraPath::read_text).transpose()?;
+    let flight = args.path.as_deref().map(arguments::camera_path).transpose()?;
     if let (Some(name), Some(flight)) = (&args.path, &flight) {
         liked.names.path(outputs::check_flight(args, name, flight))?;
     }
     outputs::check(args, &kind, sheets.as_ref(), &scene, &style, flight.as_deref())?;
-    let store = liked.names.world(world::open_store(&scene, &Bar::default()))?;
+    let store = world::open_store(&scene, &Bar::default()).map_err(|error| or_like(args, error));
+    let store = liked.names.world(store)?;
     map::check_place(args, &kind, store.georeference())?;
     let gpu = Gpu::open(adapter)?;
     world::store_pipelines(&gpu);
@@ -338,6 +343,7 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     let cameras = job.cameras()?;
     args.world.light.place_sun(&mut job.world.scene.sun, &cameras[0]);
     job.imprint.sun = job.world.scene.sun;
+    job.warn_of_camera_below_ground(&cameras);
     job.world.ground_was_read()?;
     job.place_eyes(&cameras)?;
     if args.json {
@@ -345,8 +351,10 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
     }
     let written = frames::written(args, cameras.len())?;
     job.warn_of_short_part(&written);
+    let is_on_earth = matches!(kind, OutputKind::Picture(PictureFormat::GeoJson));
     let report = job.run(kind, &cameras, written.clone())?;
     job.warn_of_absence(&report);
+    job.sheets.iter().for_each(|cut| sheets::warn_of_older(args, cut));
     if report.tiles_missing > 0 {
         tracing::warn!(
             "{} tiles did not fit into --tile-memory {}; coarser ones were drawn instead",
@@ -358,14 +366,23 @@ pub(crate) fn run(args: &RenderArgs, adapter: &AdapterWish) -> anyhow::Result<()
         tracing::warn!("{}", over_budget_warning(&report, written.clone().count(), args.lod_error()));
     }
     if let Some(left_out) = left_out {
-        tracing::warn!("{holder} leaves out {left_out}");
+        tracing::warn!("{}: leaves out {left_out} of the style", named(&args.output));
     }
     if args.json {
         let report = job.report(&cameras, written, report);
         return print_json(&report);
     }
-    let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn)).into_iter();
+    let summaries = job.svg.as_ref().map(|svg| svg.summary(&job.drawn, is_on_earth)).into_iter();
     summaries.chain(job.sheets.as_ref().map(|cut| sheets::summary(args, cut))).try_for_each(|line| print(&line))
+}
+
+/// Converts the error of a world that cannot be opened: it may be a picture that hachure drew.
+fn or_like(args: &RenderArgs, error: WorldError) -> anyhow::Error {
+    let picture = args.world.name().map(Path::new).filter(|name| args.like.is_none() && unnamed::is_drawing(name));
+    match picture {
+        Some(picture) => anyhow!("{0}: is a picture that hachure drew; draw it again with --like {0}", named(picture)),
+        None => error.into(),
+    }
 }
 
 /// Checks that `--path` and an output of many pictures are given together, so that nobody waits for a film of one
@@ -378,11 +395,18 @@ fn check_path(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
              film to .mp4 or .gif, or use --camera for one picture"
         ))),
         (OutputKind::Frames(..), None) => {
-            Err(Misuse(format!("{output}: a pattern of frames requires a camera path; add --path FILE")))
+            let paths = embedded::path_names();
+            Err(Misuse(format!(
+                "{output}: a pattern of frames requires a camera path; add --path FILE, or a built-in path ({paths})"
+            )))
         }
-        (OutputKind::Mp4 | OutputKind::Gif, None) => Err(Misuse(format!(
-            "{output}: a film requires a camera path; add --path FILE, or write one picture to .png, .exr or .svg"
-        ))),
+        (OutputKind::Mp4 | OutputKind::Gif, None) => {
+            let paths = embedded::path_names();
+            Err(Misuse(format!(
+                "{output}: a film requires a camera path; add --path FILE, or a built-in path ({paths}), or write one \
+                 picture to .png, .jpg, .exr, .svg or .pdf"
+            )))
+        }
         _ => Ok(()),
     }
 }

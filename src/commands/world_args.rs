@@ -43,6 +43,7 @@ impl WorldArgs {
     /// # Errors
     /// Those of [`arguments::check_world`] and [`WaterArgs::check`].
     pub(crate) fn check(&self) -> anyhow::Result<()> {
+        self.light.check()?;
         arguments::check_world(self.name())?;
         self.water.check()
     }

@@ -111,8 +111,8 @@ pub(super) fn private_folder(prefix: &OsStr, within: &Path) -> io::Result<TempDi
     })
 }
 
-/// Checks that a rename to `path` replaces a file or a link, and no pipe or device that somebody needs. In the cache,
-/// which nobody else needs, anything is replaced.
+/// Checks that a rename to `path` replaces a file, a link or nothing, never a pipe, device or socket. Cache files skip
+/// this check.
 fn check_replaceable(path: &Path) -> io::Result<()> {
     match path.symlink_metadata() {
         Ok(found) if !found.is_file() && !found.is_symlink() && !found.is_dir() => {

@@ -17,6 +17,7 @@ use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use exr::prelude::{AttributeValue, ChannelDescription, Compression, LineOrder, SampleType, SmallVec, Text, Vec2};
 use order::sort_attributes;
+pub(crate) use read::channel_names;
 pub(super) use read::imprint;
 pub use read::{ExrPicture, read_exr};
 

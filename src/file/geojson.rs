@@ -4,11 +4,18 @@
 //! member `crs` with the system's code, as in the 2008 edition, which GDAL reads and writes; east comes before north,
 //! and longitude before latitude, whatever the axis order of the system.
 
+use std::collections::BTreeMap;
+use std::fmt;
 use std::io::Write;
 use std::path::Path;
 
+use serde::de::{Deserializer, Error, IgnoredAny, SeqAccess, Visitor};
+use serde::{Deserialize, Serialize};
+
 use super::FileError;
 use super::atomic::AtomicFile;
+use super::geojson_polygons::{LARGEST_BYTES, epsg_of, not_geojson};
+use super::input::read_text;
 
 /// EPSG code of WGS 84, the reference system of a file without `crs`.
 pub(crate) const WGS84: u16 = 4326;
@@ -123,4 +130,135 @@ fn rounded(value: f64) -> f64 {
 
 fn text(words: &str) -> String {
     serde_json::Value::from(words).to_string()
+}
+
+/// Largest number of kinds that are counted separately.
+const MOST_KINDS: usize = 64;
+
+/// How many features a file has, by geometry and by their property `kind`.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
+pub(crate) struct Summary {
+    pub lines: u64,
+    pub points: u64,
+    /// Features with other geometries, or with none.
+    pub others: u64,
+    /// Number of features by kind; those without one are not counted here.
+    pub kinds: BTreeMap<String, u64>,
+    /// Code of the reference system; longitude and latitude if the file names none.
+    pub epsg: Option<u16>,
+}
+
+impl Summary {
+    /// Counts the features of a file.
+    ///
+    /// # Errors
+    /// Fails if the file cannot be read or is not GeoJSON.
+    pub(crate) fn read(path: &Path) -> Result<Self, FileError> {
+        let failed = |cause: String| FileError::read(path, cause);
+        let text = read_text(path, LARGEST_BYTES).map_err(|error| failed(error.to_string()))?;
+        let head: Head =
+            serde_json::from_str(text.trim_start_matches('\u{feff}')).map_err(|error| failed(not_geojson(&error)))?;
+        let mut found = head.features.0;
+        match (head.form.as_str(), head.geometry) {
+            ("FeatureCollection", _) => {}
+            ("Feature", geometry) => found.add(geometry.as_ref(), head.properties.as_ref()),
+            (_, _) => found.add(Some(&Geometry { form: head.form }), None),
+        }
+        found.epsg = match head.crs {
+            Some(crs) => epsg_of(&crs.properties.name).map_err(failed)?,
+            None => None,
+        };
+        Ok(found)
+    }
+
+    fn add(&mut self, geometry: Option<&Geometry>, properties: Option<&Properties>) {
+        *match geometry.map(|geometry| geometry.form.as_str()) {
+            Some("LineString" | "MultiLineString") => &mut self.lines,
+            Some("Point" | "MultiPoint") => &mut self.points,
+            _ => &mut self.others,
+        } += 1;
+        let Some(Kind::Name(kind)) = properties.and_then(|properties| properties.kind.as_ref()) else { return };
+        if let Some(count) = self.kinds.get_mut(kind) {
+            *count += 1;
+        } else if self.kinds.len() < MOST_KINDS {
+            self.kinds.insert(kind.clone(), 1);
+        }
+    }
+}
+
+/// A GeoJSON object of any type, without its coordinates.
+#[derive(Deserialize)]
+struct Head {
+    #[serde(rename = "type")]
+    form: String,
+    crs: Option<NamedCrs>,
+    #[serde(default)]
+    features: Features,
+    geometry: Option<Geometry>,
+    properties: Option<Properties>,
+}
+
+#[derive(Deserialize)]
+struct NamedCrs {
+    properties: CrsName,
+}
+
+#[derive(Deserialize)]
+struct CrsName {
+    name: String,
+}
+
+#[derive(Deserialize)]
+struct Geometry {
+    #[serde(rename = "type")]
+    form: String,
+}
+
+#[derive(Deserialize)]
+struct Properties {
+    kind: Option<Kind>,
+}
+
+/// The property `kind`, which programs other than hachure may use for anything.
+#[derive(Deserialize)]
+#[serde(untagged)]
+enum Kind {
+    Name(String),
+    Other(IgnoredAny),
+}
+
+#[derive(Deserialize)]
+struct FeatureHead {
+    geometry: Option<Geometry>,
+    properties: Option<Properties>,
+}
+
+/// Counts features while they are read, so that none of them is held in memory.
+#[derive(Default)]
+struct Features(Summary);
+
+impl<'de> Deserialize<'de> for Features {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Counter;
+        impl<'de> Visitor<'de> for Counter {
+            type Value = Features;
+
+            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+                f.write_str("a list of features")
+            }
+
+            fn visit_seq<A: SeqAccess<'de>>(self, mut features: A) -> Result<Features, A::Error> {
+                let mut found = Summary::default();
+                while let Some(FeatureHead { geometry, properties }) = features.next_element()? {
+                    found.add(geometry.as_ref(), properties.as_ref());
+                }
+                Ok(Features(found))
+            }
+
+            fn visit_unit<E: Error>(self) -> Result<Features, E> {
+                Ok(Features::default())
+            }
+        }
+        deserializer.deserialize_any(Counter)
+    }
 }

@@ -15,6 +15,8 @@ use super::message::{named, printable};
 
 /// Largest file that is read, in bytes; outlines of water are smaller.
 pub(crate) const LARGEST_BYTES: u64 = 256 << 20;
+/// The cause for a file without polygons.
+pub(crate) const NO_POLYGONS: &str = "GeoJSON without polygons; --water needs polygons";
 /// Largest number of positions; a file of [`LARGEST_BYTES`] with the usual digits has half as many.
 const MAX_PLACES: usize = 1 << 24;
 
@@ -83,10 +85,10 @@ impl Polygons {
         if let Some(cause) = found.failure {
             return Err(cause);
         }
-        read.map_err(|error| format!("it is not GeoJSON: {}", printable(&error.to_string(), 120)))?;
+        read.map_err(|error| not_geojson(&error))?;
         found.polygons.epsg = found.crs.map_or(Ok(None), |crs| epsg_of(&crs))?;
         match found.polygons.polygon_ends.is_empty() {
-            true => Err("it has no polygons".to_owned()),
+            true => Err(NO_POLYGONS.to_owned()),
             false => Ok(found.polygons),
         }
     }
@@ -134,8 +136,23 @@ impl<'a> Rings<'a> {
     }
 }
 
+/// Returns what is wrong with a text that is not GeoJSON, in one line.
+pub(super) fn not_geojson(error: &serde_json::Error) -> String {
+    let text = error.to_string();
+    if error.is_eof() && !text.starts_with("EOF while parsing a value at line 1 column 0") {
+        let what = text.strip_prefix("EOF while parsing ").and_then(|rest| rest.split(" at line").next());
+        let what = what.unwrap_or("a value");
+        return format!(
+            "it is not GeoJSON: the file ends within {what} (line {}, column {})",
+            error.line(),
+            error.column()
+        );
+    }
+    format!("it is not GeoJSON: {}", printable(&text, 120))
+}
+
 /// Returns the EPSG code of the name of a reference system; `None` is WGS 84.
-fn epsg_of(name: &str) -> Result<Option<u16>, String> {
+pub(super) fn epsg_of(name: &str) -> Result<Option<u16>, String> {
     if name.is_empty() {
         return Err("its crs has no name".to_owned());
     }
@@ -202,7 +219,8 @@ mod tests {
             ("{\"type\":\"Polygon\",\"coordinates\":[],\"features\":[]}".to_owned(), "members of two types"),
             (format!("{{\"type\":\"MultiPolygon\",\"coordinates\":{SQUARE}}}"), "it has no list of rings"),
             (ring("[0,0],[1,0],1"), "a ring is not a list of positions"),
-            ("{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(), "it has no polygons"),
+            ("{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(), "GeoJSON without polygons"),
+            ("{\"type\":\"Feat".to_owned(), "the file ends within a string (line 1, column 13)"),
             ("{\"type\":\"FeatureCollection\"}".to_owned(), "no features"),
             (ring("[0,0],[1,0]"), "polygon 1: a ring has fewer than three positions"),
             (ring("[0,0],[1,null],[1,1]"), "polygon 1: a position is not a pair of finite numbers"),

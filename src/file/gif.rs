@@ -23,7 +23,7 @@ use super::{FileError, sample_count};
 /// Longest side that the format can state.
 const LONGEST_PX: u32 = 65_535;
 /// Largest frame rate: browsers show frames of less than 2/100 s for 10/100 s.
-const LARGEST_RATE: f64 = 50.0;
+pub(crate) const LARGEST_RATE: f64 = 50.0;
 /// Units of a delay in a second.
 const DELAYS_PER_S: f64 = 100.0;
 /// Bytes of all compressed frames; a longer film is refused.
@@ -33,7 +33,7 @@ const COLOURS: usize = 255;
 /// Pixels of all frames from which a palette is learned.
 const SAMPLES: usize = 1 << 19;
 /// Part of the samples that the network looks at: 1 is all, 30 is a thirtieth.
-const SAMPLE_FACTION: i32 = 1;
+const SAMPLE_FACTOR: i32 = 1;
 /// Channels of a pixel of the caller.
 const RGBA: usize = 4;
 
@@ -176,7 +176,7 @@ impl GifWriter {
             let count = rgb.len() / 3;
             skipped = (skipped + step - count % step) % step;
         }
-        let network = color_quant::NeuQuant::new(SAMPLE_FACTION, COLOURS, &samples);
+        let network = color_quant::NeuQuant::new(SAMPLE_FACTOR, COLOURS, &samples);
         Ok(network.color_map_rgb().chunks_exact(3).map(|own| [own[0], own[1], own[2]]).collect())
     }
 }

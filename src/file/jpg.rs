@@ -19,7 +19,7 @@ use super::{FileError, sample_count};
 const QUALITY: u8 = 94;
 /// Longest side that the format can state.
 const LONGEST_PX: u32 = 65_535;
-/// Number of the application segments that hold the imprint, with an identifier as the standard asks for.
+/// Number of the application segments that hold the imprint, with an identifier as the standard requires.
 const SEGMENT: u8 = 9;
 /// Largest part of an imprint in a segment, whose length has 16 bits.
 const PART_BYTES: usize = 60_000;
@@ -28,7 +28,7 @@ const RGBA: usize = 4;
 /// Rows that may wait for the encoder.
 const WAITING_ROWS: usize = 64;
 
-/// A JPEG that is being written. Without [`JpgWriter::finish`] no file appears under its name.
+/// A JPEG that is being written. Without [`JpgWriter::finish_after`] no file appears under its name.
 pub(crate) struct JpgWriter {
     path: PathBuf,
     file: Option<SharedFile>,
@@ -131,7 +131,7 @@ impl Drop for JpgWriter {
     }
 }
 
-/// The rows of a picture as they arrive. The encoder asks for them in order, and for the last one again where blocks
+/// The rows of a picture as they arrive. The encoder requests rows in order, and the last one again where blocks
 /// extend below the picture.
 struct Rows {
     size: [u16; 2],

@@ -91,6 +91,11 @@ pub fn one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
+/// Returns a number with a noun in the singular or plural: `1 line`, `2 lines`.
+pub(crate) fn counted(count: u64, noun: &str) -> String {
+    format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
+}
+
 /// Returns an error's message, followed by that of each cause that it does not contain already.
 pub fn chain(error: &(dyn Error + 'static)) -> String {
     let mut text = error.to_string();

@@ -89,6 +89,17 @@ pub enum FileError {
         named(path)
     )]
     NotOwn { path: PathBuf },
+    /// A file beside a picture would be replaced, and the picture that is there does not record it.
+    #[error(
+        "{}: this file exists, and {} does not record it as hachure's; move it away, or replace it with --overwrite",
+        named(path),
+        named(picture)
+    )]
+    NotRecorded {
+        path: PathBuf,
+        /// The picture, which may not exist.
+        picture: PathBuf,
+    },
     /// ffmpeg is not installed.
     #[error(
         "cannot write {}: hachure writes .mp4 through ffmpeg, which is not installed; \

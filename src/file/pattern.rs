@@ -76,25 +76,36 @@ impl OutputKind {
     /// Fails for another extension or an invalid pattern.
     pub(crate) fn of(path: &Path) -> Result<Self, FileError> {
         let ending = path.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase());
+        let is_pattern = path.as_os_str().as_encoded_bytes().contains(&b'%');
+        let whole = match ending.as_deref() {
+            Some("mp4") => Some((Self::Mp4, "an MP4 holds the whole film")),
+            Some("gif") => Some((Self::Gif, "a GIF holds the whole film")),
+            Some("glb") => Some((Self::Mesh(MeshFormat::Glb), "a .glb holds one mesh")),
+            Some("stl") => Some((Self::Mesh(MeshFormat::Stl), "an .stl holds one mesh")),
+            _ => None,
+        };
+        match whole {
+            Some((_, what)) if is_pattern && FramePattern::parse(path).is_ok() => {
+                return Err(FileError::name(path, format!("{what}; leave out the pattern of frames")));
+            }
+            Some((kind, _)) => return Ok(kind),
+            None => {}
+        }
         let format = match ending.as_deref() {
             Some("png") => PictureFormat::Png,
             Some("exr") => PictureFormat::Exr,
-            Some("mp4") => return Ok(Self::Mp4),
-            Some("gif") => return Ok(Self::Gif),
-            Some("glb") => return Ok(Self::Mesh(MeshFormat::Glb)),
-            Some("stl") => return Ok(Self::Mesh(MeshFormat::Stl)),
             Some("jpg" | "jpeg") => PictureFormat::Jpg,
             Some("svg") => PictureFormat::Svg,
             Some("pdf") => PictureFormat::Pdf,
             Some("tif" | "tiff") => PictureFormat::GeoTiff,
             Some("geojson") => PictureFormat::GeoJson,
             _ => {
-                let cause = "an output must end in .png, .jpg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (with --map \
-                             .tif, .geojson), or a pattern like dir/%05d.png";
+                let cause = "an output must end in .png, .jpg, .jpeg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (with \
+                             --map .tif, .tiff, .geojson), or a pattern like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };
-        if path.as_os_str().as_encoded_bytes().contains(&b'%') {
+        if is_pattern {
             return Ok(Self::Frames(FramePattern::parse(path)?, format));
         }
         Ok(Self::Picture(format))

@@ -60,8 +60,8 @@ pub struct Layer {
     pub label: String,
     /// Colour of the layer, if it differs from the drawing's.
     pub ink: Option<String>,
-    /// The kind of its strokes: `contour`, `border`, `crease`, `suggestive contour`, `ridge`, `valley`, `mark`, or
-    /// `stroke` for all strokes of an eye. It is not written to the SVG.
+    /// The kind of its strokes: `contour`, `border`, `crease`, `suggestive contour`, `ridge`, `valley`, `contour line`,
+    /// `mark`, `rim`, `shoreline`, `water line`, or `stroke` for all strokes of an eye. It is not written to the SVG.
     pub kind: &'static str,
     /// Number of the pen that draws the layer, from 1, if pens are used.
     pub pen: Option<usize>,

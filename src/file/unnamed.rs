@@ -88,19 +88,41 @@ pub(crate) fn imprint_with(imprint: &str, files: &[SideFile]) -> String {
     }
 }
 
+/// Returns the digests of the files beside a picture that its imprint records.
+fn recorded(picture: &Path) -> Vec<String> {
+    let line = last_line(picture).unwrap_or_default();
+    line.strip_prefix(RECORD).unwrap_or_default().split_whitespace().map(str::to_owned).collect()
+}
+
 /// Checks that the files beside `picture` may be written: each does not exist, has this content already, or is recorded
 /// in the imprint of the picture that is there now.
 ///
 /// # Errors
-/// Returns [`FileError::NotOwn`].
+/// Returns [`FileError::NotRecorded`].
 pub(crate) fn check_beside(picture: &Path, files: &[SideFile], overwrite: bool) -> Result<(), FileError> {
-    let recorded = last_line(picture).unwrap_or_default();
-    let recorded: Vec<&str> = recorded.strip_prefix(RECORD).unwrap_or_default().split_whitespace().collect();
+    let recorded = recorded(picture);
     let is_own = |file: &SideFile, path: &Path| {
         let there = head(path, LARGEST_SIDE_FILE_BYTES);
-        there == file.text.as_bytes() || recorded.contains(&digest(&there).as_str())
+        there == file.text.as_bytes() || recorded.contains(&digest(&there))
     };
-    files.iter().try_for_each(|file| check(&file.path, overwrite, |path| is_own(file, path)))
+    let not_recorded = |error| match error {
+        FileError::NotOwn { path } => FileError::NotRecorded { path, picture: picture.to_owned() },
+        other => other,
+    };
+    files.iter().try_for_each(|file| check(&file.path, overwrite, |path| is_own(file, path)).map_err(not_recorded))
+}
+
+/// Returns those of `files` that hachure wrote for the picture that is there now: its imprint records their content.
+/// Links are not among them.
+pub(crate) fn own_beside(picture: &Path, files: impl IntoIterator<Item = PathBuf>) -> Vec<PathBuf> {
+    let files = files.into_iter().filter(|path| path.symlink_metadata().is_ok_and(|found| found.is_file()));
+    let files: Vec<PathBuf> = files.collect();
+    if files.is_empty() {
+        return files;
+    }
+    let recorded = recorded(picture);
+    let is_own = |path: &PathBuf| recorded.contains(&digest(&head(path, LARGEST_SIDE_FILE_BYTES)));
+    files.into_iter().filter(is_own).collect()
 }
 
 #[cfg(test)]
@@ -129,8 +151,11 @@ mod tests {
         // The picture records another file than the one that is there.
         picture(&at("a.png"), &imprint_with("version = 1\n", &file("mine")));
         assert!(!allowed("new", false));
+        let own = || own_beside(&at("a.png"), [at("a.prj"), at("a.png"), at("nothing.prj")]);
+        assert!(own().is_empty());
         atomic::write(&at("a.prj"), b"mine").unwrap();
         assert!(allowed("new", false));
+        assert_eq!(own(), [at("a.prj")]);
         // A style within an imprint may contain such a line, but not as the last one.
         let fake = imprint_with("", &file("theirs")) + "\nversion = 1\n";
         picture(&at("a.png"), &fake);

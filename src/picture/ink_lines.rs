@@ -18,13 +18,13 @@ use crate::scene::Light;
 use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
 use crate::style::layers::{Channels, Fading, Trace};
-use crate::style::{Style, StyleInk};
+use crate::style::{Layer, Style, StyleInk};
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
 use crate::surface::{POSITION, SURFACE_ID};
 use crate::vector::trace::{InkPicture, dots, lines};
-use crate::vector::{Group, GroupKind};
+use crate::vector::{Group, GroupKind, InkKind};
 
 /// Shorter visible pieces of a row's mark are dropped.
 const SHORTEST_PX: f32 = 1.5;
@@ -135,10 +135,22 @@ pub(super) fn read(
                 vec![group(&style_ink, None, style_ink.ink.label.clone(), surface.faded(visible, style_ink.ink.fading))]
             }
         };
-        let groups = groups.into_iter().filter(|group| !group.lines.is_empty());
+        let kind = GroupKind::Ink(kind_of(style, &style_ink));
+        let groups = groups.into_iter().filter(|group| !group.lines.is_empty()).map(|group| Group { kind, ..group });
         if has_strokes { ink_lines.above.extend(groups) } else { ink_lines.below.extend(groups) }
     }
     Ok(ink_lines)
+}
+
+/// Returns the kind of the lines of an ink.
+fn kind_of(style: &Style, style_ink: &StyleInk) -> InkKind {
+    match style_ink.layer.and_then(|layer| style.layers.get(layer)) {
+        Some(Layer::HeightLines(_)) => InkKind::ContourLine,
+        Some(Layer::Rims(_)) => InkKind::Rim,
+        Some(Layer::Water(water)) if water.has_only_shores() => InkKind::Shoreline,
+        Some(Layer::Water(_)) => InkKind::WaterLine,
+        _ => InkKind::Mark,
+    }
 }
 
 /// Traces an ink that exists only as a picture. Returns one group, or one for each family of lines.
@@ -195,7 +207,7 @@ fn rows(
 /// Returns lines of an ink as a group. `part` is the number of a family of lines or of a set of marks, from 1.
 fn group(style_ink: &StyleInk, part: Option<usize>, label: String, lines: Vec<Polyline>) -> Group {
     let label = if style_ink.number > 0 { format!("{label} (layer {})", style_ink.number + 1) } else { label };
-    Group { id: style_ink.id(part), label, ink: style_ink.color, kind: GroupKind::Marks, lines }
+    Group { id: style_ink.id(part), label, ink: style_ink.color, kind: GroupKind::Ink(InkKind::Mark), lines }
 }
 
 /// Returns the visible pieces of a mark, tested every half pixel.

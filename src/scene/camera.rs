@@ -40,7 +40,7 @@ pub struct Camera {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum CameraError {
     /// There are too few or too many fields.
-    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but the number of fields is {found}")]
+    #[error("a camera is x,y,z,yaw,pitch,fov (6 numbers), but this has {found}")]
     FieldCount {
         /// Number of fields in the text.
         found: usize,

@@ -61,6 +61,18 @@ pub enum PathError {
     },
 }
 
+impl PathError {
+    /// Returns whether the path is a bare name, as built-in paths have, and there is no such path.
+    pub(crate) fn is_unknown_name(&self) -> bool {
+        match self {
+            Self::Open { path, cause } => {
+                cause.kind() == ErrorKind::NotFound && !path.to_string_lossy().contains(['.', '/', '\\'])
+            }
+            _ => false,
+        }
+    }
+}
+
 /// One row of the file, with its line number for messages.
 struct Row {
     line: u64,

@@ -93,6 +93,7 @@ pub(crate) const TOLERANCE_PX: NumberRange = NumberRange::Within(0.01, 100.0);
 pub(crate) const MARGIN_MM: NumberRange = NumberRange::Within(0.0, 100_000.0);
 /// Number of pens of a drawing.
 pub(crate) const PENS: NumberRange = NumberRange::Whole(1, MAX_PENS);
+/// Largest number of pens in one drawing.
 pub(crate) const MAX_PENS: u64 = 3;
 /// Azimuth of the sun, in degrees.
 pub(crate) const AZIMUTH_DEG: NumberRange = NumberRange::Within(-360.0, 360.0);

@@ -137,8 +137,9 @@ impl FromStr for Moment {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        moment(text)
-            .ok_or_else(|| "it must be a date and time with a time zone, like 2026-06-21T09:30+02:00 or …Z".to_owned())
+        moment(text).ok_or_else(|| {
+            "it must be a date and time with a UTC offset, like 2026-06-21T09:30+02:00 or 2026-06-21T07:30Z".to_owned()
+        })
     }
 }
 

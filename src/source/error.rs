@@ -9,6 +9,9 @@ use super::values::Holds;
 use crate::file::message::{chain, named};
 use crate::file::toml_text::TomlError;
 
+/// The content of a TIFF with colours.
+pub(super) const RGB_PICTURE: &str = "an RGB picture";
+
 /// The reason why a height file could not be read. The message is one line that names the file and the cause;
 /// `source()` returns the cause as a value where there is one.
 #[derive(Debug, thiserror::Error)]
@@ -65,7 +68,7 @@ pub enum SourceError {
         what: String,
     },
     /// The file is a picture of something other than what was to be read.
-    #[error("{}: holds {what}, not {holds}", named(path))]
+    #[error("{}: holds {what}, not {holds}{}", named(path), way_out(what, *holds))]
     NotHeights {
         path: PathBuf,
         /// The content of the file, for example "an RGB picture".
@@ -149,4 +152,14 @@ pub enum SourceError {
     /// The position on the earth is unknown or impossible.
     #[error("{}: {source}", named(path))]
     Georeference { path: PathBuf, source: GeoreferenceError },
+}
+
+/// Returns what to do with a file that holds something else than was to be read; empty if nothing helps.
+fn way_out(what: &str, holds: Holds) -> &'static str {
+    match (what, holds) {
+        (RGB_PICTURE, Holds::Heights) => {
+            "; terrain-RGB is read only from PNG or lossless WebP: gdal_translate -of PNG IN OUT.png, then --encoding"
+        }
+        _ => "",
+    }
 }

@@ -178,7 +178,7 @@ impl HeightReader for FlatReader {
     }
 
     fn declared_unit_m(&self) -> Option<f64> {
-        Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
+        self.meaning.declared_unit_m()
     }
 
     fn is_coarse(&self) -> bool {

@@ -54,6 +54,35 @@ pub fn members(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     }
 }
 
+/// Returns the pictures of a folder and of its direct subfolders that are no height files, each with what it is as the
+/// end of a sentence. Pictures inside a GeoTIFF are not among them.
+pub(crate) fn pictures(folder: &Path) -> Vec<(PathBuf, &'static str)> {
+    let all = |folder: &Path| entries(folder).unwrap_or_default();
+    let of = |path: PathBuf| match path.is_dir() {
+        true if tile_folder::is_tile_folder(&path) => Vec::new(),
+        true => all(&path),
+        false => vec![path],
+    };
+    let picture = |path: PathBuf| {
+        let is_hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+        if is_hidden || !path.is_file() || is_member(&path) {
+            return None;
+        }
+        match format::of(&path, &OpenOptions::default()) {
+            Ok(Format::Png) if is_drawing(&path) => Some((path, "is a picture that hachure drew")),
+            Ok(Format::Png) => Some((path, "is a picture without heights")),
+            Ok(Format::Exr) => Some((path, "is an EXR picture without a sidecar file")),
+            Err(SourceError::UnknownFormat {
+                looks_like: what @ ("is a JPEG picture" | "is a GIF picture"), ..
+            }) => Some((path, what)),
+            _ => None,
+        }
+    };
+    let mut pictures: Vec<_> = all(folder).into_iter().flat_map(of).filter_map(picture).collect();
+    pictures.sort();
+    pictures
+}
+
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     let failed = cannot_open(folder);
     let entries = std::fs::read_dir(folder).map_err(&failed)?;

@@ -7,10 +7,11 @@ use std::path::{Path, PathBuf};
 
 use super::SourceError;
 use super::archive::{self, Container};
-use super::place::{cannot_open, ending};
+use super::place::{cannot_open, ending, unclear};
 use super::sidecar::{OpenOptions, sidecar_path};
 use super::{dted, ehdr, hgt, tile_json, usgs_dem, webp, xyz};
 use crate::file::input;
+use crate::file::message::shown;
 
 /// Number of bytes that are examined: enough for every signature and for the header words of the text formats.
 const HEAD_BYTES: u64 = 2048;
@@ -45,6 +46,33 @@ pub(super) enum Format {
     Raw,
 }
 
+impl Format {
+    /// Returns the name of the format with its article, for people.
+    pub(super) fn name(&self, path: &Path) -> &'static str {
+        match self {
+            Self::GeoTiff => "a GeoTIFF",
+            Self::Png if ending(path) == "webp" => "a WebP picture",
+            Self::Png => "a PNG picture",
+            Self::PmTiles => "a PMTiles archive",
+            Self::TileJson => "a TileJSON",
+            Self::Hgt => "an SRTM .hgt",
+            Self::Container(Container::Zip) => "a zip archive",
+            Self::Container(Container::Tar) => "a tar archive",
+            Self::Container(Container::Gzip) => "a gzip archive",
+            Self::NetCdf => "a netCDF file",
+            Self::Exr => "an EXR picture",
+            Self::Dted { .. } => "a DTED",
+            Self::AsciiGrid => "an ASCII grid",
+            Self::UsgsDem => "a USGS DEM",
+            Self::Xyz => "XYZ points",
+            Self::Ehdr { data, .. } if ending(data) == "flt" => "a GridFloat",
+            Self::Ehdr { .. } => "a BIL, BIP or BSQ raster",
+            Self::Envi { .. } => "an ENVI raster",
+            Self::Raw => "a raw heightmap",
+        }
+    }
+}
+
 /// Length of a signature that proves the format of a file. The samples of a raw raster may begin with a shorter one by
 /// chance.
 const PROOF_BYTES: usize = 8;
@@ -70,6 +98,9 @@ const SIGNATURES: &[(&[u8], &str)] = &[
     (b"<", "is a markup file"),
     (b"{", "is a JSON file"),
 ];
+
+/// Extensions of data that are nothing without a header, `NAME.hdr`.
+const HEADED_ENDINGS: [&str; 4] = ["bil", "bip", "bsq", "flt"];
 
 /// First words of unsupported text formats, in lower case.
 const FIRST_WORDS: &[(&str, &str)] = &[
@@ -152,6 +183,11 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
         return unknown(what);
     }
     if !is_text(&head) {
+        if HEADED_ENDINGS.contains(&&*ending) {
+            let header = path.with_extension("hdr");
+            let header = header.file_name().unwrap_or_default().to_string_lossy();
+            return Err(unclear(path, format!("its header {} is missing", shown(&header))));
+        }
         return unknown("is not a known format");
     }
     if usgs_dem::is_header(&head) {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::crs_catalogue::{self as catalogue, Kind};
 use super::geokeys::GeoKeys;
 use keys::crs_from_keys;
-pub(super) use keys::{vertical_metres_per_unit, warn_of_vertical_unit};
+pub(super) use keys::{utm_zone, vertical_metres_per_unit, vertical_unit_m, warn_of_vertical_unit};
 
 /// The EPSG code of longitudes and latitudes on WGS 84.
 const EPSG_WGS84: u16 = 4326;

@@ -96,7 +96,9 @@ impl GeoTiffReader {
         let mut tags = geo_tags(ifd);
         let mut meaning = meaning(ifd, blocks.samples.decoded, &tags.geokeys, path);
         sidecars.overrule(&mut meaning);
-        if holds != Holds::Heights {
+        if holds == Holds::Heights {
+            sidecars.warn_of_unit(path);
+        } else {
             meaning = Meaning::metres(meaning.sample_type, meaning.no_data);
         }
         let name = path.display().to_string();
@@ -201,7 +203,7 @@ impl HeightReader for GeoTiffReader {
     }
 
     fn declared_unit_m(&self) -> Option<f64> {
-        Some(self.meaning.metres_per_unit).filter(|unit_m| *unit_m != 1.0)
+        self.meaning.declared_unit_m()
     }
 
     fn is_coarse(&self) -> bool {
@@ -251,14 +253,19 @@ pub(super) fn meaning(ifd: &Ifd, sample_type: SampleType, geokeys: &GeoKeys, pat
     let band = BandMetadata::parse(text(TAG_GDAL_METADATA).unwrap_or_default());
     let by_keys = || {
         georeference::warn_of_vertical_unit(geokeys, &path.display().to_string());
-        georeference::vertical_metres_per_unit(geokeys)
+        georeference::vertical_unit_m(geokeys)
     };
+    let unit_m = band.metres_per_unit().or_else(by_keys);
+    if unit_m.is_none() {
+        band.warn_of_unit(path);
+    }
     Meaning {
         sample_type,
         no_data,
         scale: band.scale.unwrap_or(1.0),
         offset: band.offset.unwrap_or(0.0),
-        metres_per_unit: band.metres_per_unit().or_else(by_keys).unwrap_or(1.0),
+        metres_per_unit: unit_m.unwrap_or(1.0),
+        has_unit: unit_m.is_some(),
     }
 }
 

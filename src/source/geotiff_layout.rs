@@ -5,6 +5,7 @@ use std::path::Path;
 use tiff_reader::{Ifd, TiffFile};
 
 use super::SourceError;
+use super::error::RGB_PICTURE;
 use super::flat::Strides;
 use super::place::inconsistent;
 use super::tiff_blocks::{Blocks, CODEC_NONE};
@@ -157,7 +158,7 @@ fn require_samples_of(ifd: &Ifd, path: &Path, holds: Holds) -> Result<(), Source
     let format = ifd.sample_format().ok().and_then(|formats| formats.first().copied());
     let what = match (format, ifd.photometric_interpretation()) {
         (Some(5 | 6), _) => "complex numbers",
-        (_, Some(2)) => "an RGB picture",
+        (_, Some(2)) => RGB_PICTURE,
         // The palette only gives the display colours of classes.
         (_, Some(3)) if holds == Holds::Classes => return Ok(()),
         (_, Some(3)) => "a palette picture",

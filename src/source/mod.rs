@@ -174,23 +174,42 @@ pub fn open_reader_with(path: &Path, options: &OpenOptions) -> Result<Box<dyn He
 /// The options that tiles of terrain-RGB use.
 const TILE_OPTIONS: [&str; 4] = ["--height-scale", "--height-offset", "--encoding", "--tile-rows"];
 
+/// The name of a folder of tiles, with its article.
+const TILE_FOLDER: &str = "a folder of tiles";
+
+/// Returns the name of the format of a file, or of a folder of tiles, with its article.
+///
+/// # Errors
+/// Fails if the file cannot be opened, or has none of the formats that hachure reads.
+pub(crate) fn format_name(path: &Path, options: &OpenOptions) -> Result<&'static str, SourceError> {
+    match kind_of(path) {
+        Kind::TileFolder => Ok(TILE_FOLDER),
+        Kind::Folder => Ok("a folder"),
+        Kind::File => Ok(format::of(path, options)?.name(path)),
+    }
+}
+
 /// Opens a file without filling holes and without looking for undeclared no-data values.
 fn open_as_it_is(path: &Path, options: &OpenOptions) -> Result<Box<dyn HeightReader>, SourceError> {
     if kind_of(path) == Kind::TileFolder {
-        options.warn_unused(path, &TILE_OPTIONS);
+        options.warn_unused(path, TILE_FOLDER, &TILE_OPTIONS);
         return Ok(Box::new(geotiff::guarded(path, || tile_folder::open(path, options))?));
     }
     let format = format::of(path, options)?;
+    let name = format.name(path);
     match format {
         // A picture's own options depend on its colours.
         Format::Png => {}
         // What is inside says which options apply.
         Format::Container(_) => {}
-        Format::Exr => options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset"]),
-        Format::Raw => options
-            .warn_unused(path, &["--spacing", "--raw-size", "--height-scale", "--height-offset", "--raw-big-endian"]),
-        Format::PmTiles | Format::TileJson => options.warn_unused(path, &TILE_OPTIONS),
-        _ => options.warn_unused(path, &[]),
+        Format::Exr => options.warn_unused(path, name, &["--spacing", "--height-scale", "--height-offset"]),
+        Format::Raw => options.warn_unused(
+            path,
+            name,
+            &["--spacing", "--raw-size", "--height-scale", "--height-offset", "--raw-big-endian"],
+        ),
+        Format::PmTiles | Format::TileJson => options.warn_unused(path, name, &TILE_OPTIONS),
+        _ => options.warn_unused(path, name, &[]),
     }
     let info = || sidecar::RasterInfo::of(path, options);
     Ok(match format {

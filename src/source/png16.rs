@@ -36,13 +36,14 @@ pub(super) fn open(
     let refused = |what| Err(SourceError::NotHeights { path: path.into(), what, holds: Holds::Heights });
     match (header.color, header.depth) {
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, BitDepth::Sixteen) => {
-            options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset"]);
+            options.warn_unused(path, "a grey PNG", &["--spacing", "--height-scale", "--height-offset"]);
             Ok(Box::new(GreyReader::open(path, info, header.size)?))
         }
         (ColorType::Grayscale | ColorType::GrayscaleAlpha, _) => refused("a grey picture of 8 bits or less"),
         (_, BitDepth::Sixteen) => refused("a colour picture of 16 bits"),
         _ => {
-            options.warn_unused(path, &["--spacing", "--height-scale", "--height-offset", "--encoding"]);
+            let used = ["--spacing", "--height-scale", "--height-offset", "--encoding"];
+            options.warn_unused(path, "a colour picture", &used);
             Ok(Box::new(terrain_rgb::open(path, info)?))
         }
     }

@@ -18,7 +18,15 @@ pub(super) fn open(path: &Path, info: &RasterInfo) -> Result<FlatReader, SourceE
     };
     place::check_size(path, size)?;
     let [width, height] = size;
-    let needed = u64::from(width) * u64::from(height) * 2;
+    let needed = u64::from(width).saturating_mul(height.into()).saturating_mul(2);
+    if bytes < needed {
+        let check = match info.is_size_given() {
+            true => "--raw-size".to_owned(),
+            false => format!("width and height in {}.toml", path.display()),
+        };
+        let why = format!("{width}×{height} samples need {needed} bytes, but the file has {bytes}; check {check}");
+        return Err(SourceError::Unclear { path: path.into(), why });
+    }
     if bytes > needed {
         tracing::warn!("{}: is {} bytes longer than {width}×{height} samples", path.display(), bytes - needed);
     }

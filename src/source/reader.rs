@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::georeference::Georeference;
 use super::voids::Filled;
-use super::{HeightGrid, SourceError};
+use super::{Encoding, HeightGrid, SourceError};
 
 /// A rectangle of samples inside a grid: its first column `x` and first row `y`, and its size in columns and rows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -83,10 +83,20 @@ pub trait HeightReader: Send + Sync {
         false
     }
 
-    /// Returns metres per unit of the stored heights, if the file declares another unit than metres. The heights that
+    /// Returns metres per unit of the stored heights, if the file declares a unit. The heights that
     /// [`HeightReader::read`] returns are metres all the same.
     fn declared_unit_m(&self) -> Option<f64> {
         None
+    }
+
+    /// Returns the encoding by which colours are heights, whether it was given or recognised.
+    fn encoding(&self) -> Option<Encoding> {
+        None
+    }
+
+    /// Returns whether the caller gave a no-data value and no sample that was read so far has it.
+    fn has_unmatched_no_data(&self) -> bool {
+        false
     }
 
     /// Returns whether samples have 8 bits or fewer. So few values are no surface, and most such files are pictures.

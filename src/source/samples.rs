@@ -3,6 +3,8 @@
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+use crate::file::message::quoted;
+
 /// The stored type of a sample.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum SampleType {
@@ -32,6 +34,8 @@ pub(super) struct Meaning {
     /// Added after the scale, in the file's unit.
     pub offset: f64,
     pub metres_per_unit: f64,
+    /// Whether the file declares the unit; otherwise it is taken to be metres.
+    pub has_unit: bool,
 }
 
 /// Counts of what was found while reading.
@@ -120,7 +124,12 @@ impl SampleType {
 impl Meaning {
     /// Returns the meaning of samples that are metres without scale or offset.
     pub(super) fn metres(sample_type: SampleType, no_data: Option<f64>) -> Self {
-        Self { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0 }
+        Self { sample_type, no_data, scale: 1.0, offset: 0.0, metres_per_unit: 1.0, has_unit: false }
+    }
+
+    /// Returns metres per unit, if the file declares the unit.
+    pub(super) fn declared_unit_m(&self) -> Option<f64> {
+        self.has_unit.then_some(self.metres_per_unit)
     }
 
     /// Appends one height in metres, or NaN, for each sample in `bytes`, which have the machine's byte order.
@@ -246,6 +255,13 @@ impl BandMetadata {
             _ => None,
         }
     }
+
+    /// Warns if the unit is none that is known, so that heights are taken as metres.
+    pub(super) fn warn_of_unit(&self, path: &Path) {
+        if let Some(unit) = self.unit.as_deref().filter(|unit| !unit.is_empty() && self.metres_per_unit().is_none()) {
+            tracing::warn!("{}: unknown unit of heights {}; taken as metres", path.display(), quoted(unit));
+        }
+    }
 }
 
 #[cfg(test)]
@@ -290,6 +306,12 @@ mod tests {
         let found = BandMetadata::parse(xml);
         assert_eq!((found.scale, found.offset), (Some(0.5), Some(-3.0)));
         assert_eq!(found.metres_per_unit(), Some(1200.0 / 3937.0));
+        let warnings = |unit: Option<&str>| {
+            let band = BandMetadata { unit: unit.map(str::to_owned), ..BandMetadata::default() };
+            crate::tests::common::log::with_warnings(|| band.warn_of_unit(Path::new("a.tif"))).1
+        };
+        assert!(warnings(Some("furlong")).contains("a.tif: unknown unit of heights \"furlong\"; taken as metres"));
+        assert_eq!([None, Some(""), Some("m"), Some("ft")].map(warnings), [""; 4]);
         assert_eq!(BandMetadata::parse("<Item <Item>"), BandMetadata::default());
     }
 }

@@ -49,7 +49,7 @@ pub struct OpenOptions {
     pub encoding: Option<Encoding>,
     /// Direction of the rows of tiles.
     pub tile_rows: Option<TileRows>,
-    /// Unit of the heights of any format, where the file declares none.
+    /// Unit of the heights of any format, unless the file declares another than metres.
     pub height_unit: Option<HeightUnit>,
     /// Additional no-data value for any format: a height in metres, or in `height_unit` if that is given.
     pub no_data: Option<f64>,
@@ -63,8 +63,9 @@ impl OpenOptions {
         self.no_data.is_some() || self.height_unit.is_some_and(|unit| unit != HeightUnit::M)
     }
 
-    /// Warns about the given options that a format does not use: all except those whose names are in `used`.
-    pub(crate) fn warn_unused(&self, path: &Path, used: &[&str]) {
+    /// Warns about the given options that a format does not use: all except those whose names are in `used`. `format` is
+    /// the name of the format with its article.
+    pub(crate) fn warn_unused(&self, path: &Path, format: &str, used: &[&str]) {
         let given = [
             ("--spacing", self.spacing_m.is_some()),
             ("--raw-size", self.size.is_some()),
@@ -77,7 +78,8 @@ impl OpenOptions {
         let unused = given.into_iter().filter(|(name, is_given)| *is_given && !used.contains(name));
         let names: Vec<&str> = unused.map(|(name, _)| name).collect();
         if !names.is_empty() {
-            tracing::warn!("{}: ignored, because the file itself says it: {}", path.display(), names.join(", "));
+            let does = if names.len() == 1 { "does" } else { "do" };
+            tracing::warn!("{}: {} {does} not apply to {format}; ignored", path.display(), names.join(", "));
         }
     }
 }
@@ -182,6 +184,11 @@ impl RasterInfo {
         self.options.size.or_else(|| Some([self.sidecar.width?, self.sidecar.height?]))
     }
 
+    /// Returns whether the caller gives the columns and rows of a raw file.
+    pub(super) fn is_size_given(&self) -> bool {
+        self.options.size.is_some()
+    }
+
     /// Returns whether a raw file is big-endian, if it is given.
     pub(super) fn is_big_endian(&self) -> Option<bool> {
         self.options.big_endian.or_else(|| self.sidecar.endian.map(|endian| endian == Endian::Big))
@@ -230,8 +237,9 @@ impl RasterInfo {
     pub(super) fn meaning(&self, path: &Path, sample_type: SampleType) -> Meaning {
         let mut meaning = Meaning::metres(sample_type, None);
         self.beside.overrule(&mut meaning);
+        self.beside.warn_of_unit(path);
         if let Some(scale_m) = self.height_scale_m() {
-            (meaning.scale, meaning.metres_per_unit) = (scale_m, 1.0);
+            (meaning.scale, meaning.metres_per_unit, meaning.has_unit) = (scale_m, 1.0, false);
         } else if !self.beside.knows_steps() {
             let name = path.display();
             tracing::warn!("{name}: has no height scale; 1 m per step is assumed (set height_scale_m in {name}.toml)");

@@ -28,6 +28,9 @@ pub struct Statistics {
     pub bounds: Option<[[u32; 2]; 2]>,
     /// Number of no-data samples that are filled, and of spikes that are replaced, if the reader fills holes.
     pub filled: FilledSamples,
+    /// Lowest and highest height with the filled samples, in metres, if any are filled: a filled summit may be higher
+    /// than all samples around it.
+    pub filled_m: Option<[f32; 2]>,
 }
 
 impl Statistics {
@@ -38,6 +41,7 @@ impl Statistics {
         void_samples: 0,
         bounds: None,
         filled: FilledSamples { voids: 0, spikes: 0 },
+        filled_m: None,
     };
 
     fn of(heights_m: &[f32], window: Window) -> Self {
@@ -71,6 +75,7 @@ impl Statistics {
             void_samples: self.void_samples + other.void_samples,
             bounds: joined(self.bounds, other.bounds),
             filled: self.filled,
+            filled_m: self.filled_m,
         }
     }
 }
@@ -89,7 +94,10 @@ fn joined(a: Option<[[u32; 2]; 2]>, b: Option<[[u32; 2]; 2]>) -> Option<[[u32; 2
 pub fn statistics(reader: &dyn HeightReader, path: &Path, progress: &dyn Progress) -> Result<Statistics, SourceError> {
     let mut found = of_file(reader.filled().map_or(reader, Filled::bare), path, progress)?;
     if let Some(filled) = reader.filled().filter(|_| found.void_samples > 0) {
-        found.filled = voids::count(filled, &|done| progress.report("filling holes", done))?;
+        let range_m;
+        (found.filled, range_m) = voids::count(filled, &|done| progress.report("filling holes", done))?;
+        let is_filled = found.filled != FilledSamples::default();
+        found.filled_m = is_filled.then(|| [found.min_m.min(range_m[0]), found.max_m.max(range_m[1])]);
     }
     Ok(found)
 }

@@ -112,6 +112,10 @@ impl HeightReader for ColourReader {
         [self.picture.size[0], 256.min(self.picture.size[1])]
     }
 
+    fn encoding(&self) -> Option<Encoding> {
+        Some(self.packing.encoding)
+    }
+
     fn identity(&self) -> String {
         self.identity.clone()
     }

@@ -114,7 +114,13 @@ impl TiffSidecars {
         meaning.no_data = self.no_data.or(meaning.no_data);
         meaning.scale = self.band.scale.unwrap_or(meaning.scale);
         meaning.offset = self.band.offset.unwrap_or(meaning.offset);
+        meaning.has_unit |= self.band.metres_per_unit().is_some();
         meaning.metres_per_unit = self.band.metres_per_unit().unwrap_or(meaning.metres_per_unit);
+    }
+
+    /// Warns if the unit of the heights is none that is known.
+    pub(super) fn warn_of_unit(&self, path: &Path) {
+        self.band.warn_of_unit(path);
     }
 
     fn read_aux(&mut self, text: &str) -> bool {

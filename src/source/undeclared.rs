@@ -10,12 +10,13 @@
 //! so are values beyond ±1000 km (`samples`).
 
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 use super::georeference::Georeference;
 use super::place::unclear;
 use super::reader::{HeightReader, Window};
-use super::{HeightUnit, OpenOptions, SourceError};
+use super::{Encoding, HeightUnit, OpenOptions, SourceError};
 
 /// Common no-data values, in the unit of the file.
 const MARKS_M: [f32; 6] = [-9999.0, -99_999.0, -999_999.0, 999_999.0, -32_767.0, -32_768.0];
@@ -32,6 +33,8 @@ struct Watched {
     /// The height that is no-data, in `unit`.
     void: Option<f32>,
     unit: HeightUnit,
+    /// Whether a sample was `void`.
+    is_matched: AtomicBool,
     found: Mutex<Found>,
 }
 
@@ -96,7 +99,7 @@ impl Found {
 /// Wraps a reader of `path` so that it watches for undeclared no-data values.
 ///
 /// # Errors
-/// Fails if a unit is given, but the file declares one itself.
+/// Fails if a unit is given, but the file declares another one than metres itself.
 pub(super) fn watch(
     inner: Box<dyn HeightReader>,
     path: &Path,
@@ -104,18 +107,41 @@ pub(super) fn watch(
 ) -> Result<Box<dyn HeightReader>, SourceError> {
     let void = options.no_data.map(|no_data| no_data as f32);
     let unit = options.height_unit.unwrap_or(HeightUnit::M);
-    if let Some(unit_m) = inner.declared_unit_m().filter(|_| options.height_unit.is_some()) {
-        let why =
-            format!("declares its unit of heights itself ({unit_m} m), which is applied; leave out --height-unit");
-        return Err(unclear(path, why));
+    match inner.declared_unit_m().filter(|_| options.height_unit.is_some()) {
+        None => {}
+        Some(1.0) if unit == HeightUnit::M => {}
+        Some(1.0) => tracing::warn!(
+            "{}: declares heights in metres; --height-unit {} converts them all the same",
+            path.display(),
+            unit.name()
+        ),
+        Some(unit_m) => {
+            let feet = [HeightUnit::Ft, HeightUnit::UsFt].iter().any(|feet| (feet.metres() - unit_m).abs() < 1e-9);
+            let size = if feet { format!("feet ({unit_m} m)") } else { format!("units of {unit_m} m") };
+            return Err(unclear(
+                path,
+                format!("declares heights in {size}, which are converted; leave out --height-unit"),
+            ));
+        }
     }
-    Ok(Box::new(Watched { inner, path: path.into(), void, unit, found: Mutex::new(Found::NONE) }))
+    Ok(Box::new(Watched {
+        inner,
+        path: path.into(),
+        void,
+        unit,
+        is_matched: AtomicBool::new(false),
+        found: Mutex::new(Found::NONE),
+    }))
 }
 
 impl Watched {
     /// Returns a height as the file has it, or NaN for no-data.
     fn void_or(&self, height: f32) -> f32 {
-        if self.void == Some(height) { f32::NAN } else { height }
+        if self.void != Some(height) {
+            return height;
+        }
+        self.is_matched.store(true, Ordering::Relaxed);
+        f32::NAN
     }
 
     /// Converts a height from the unit that the caller gives.
@@ -183,6 +209,14 @@ impl HeightReader for Watched {
 
     fn is_coarse(&self) -> bool {
         self.inner.is_coarse()
+    }
+
+    fn encoding(&self) -> Option<Encoding> {
+        self.inner.encoding()
+    }
+
+    fn has_unmatched_no_data(&self) -> bool {
+        self.void.is_some() && !self.is_matched.load(Ordering::Relaxed)
     }
 
     fn warnings(&self) -> Vec<String> {

@@ -23,7 +23,7 @@ use serde::Deserialize;
 
 use super::georeference::Georeference;
 use super::reader::{HeightReader, Window};
-use super::{SourceError, WorldMapping};
+use super::{Encoding, SourceError, WorldMapping};
 
 /// Largest extent of a hole that is filled: it must fit in a square of this many samples.
 pub(crate) const MAX_EXTENT: u32 = 256;
@@ -198,6 +198,14 @@ impl HeightReader for Filled {
         self.inner.is_coarse()
     }
 
+    fn encoding(&self) -> Option<Encoding> {
+        self.inner.encoding()
+    }
+
+    fn has_unmatched_no_data(&self) -> bool {
+        self.inner.has_unmatched_no_data()
+    }
+
     fn warnings(&self) -> Vec<String> {
         self.inner.warnings()
     }
@@ -237,20 +245,27 @@ fn fill(heights_m: &mut [f32], around: Window, within: Window, way: &Way) -> Fil
     counts
 }
 
-/// Counts the filled samples of a grid; `report` receives the finished share. Windows are squares; those without
-/// no-data cost little.
-pub(super) fn count(filled: &Filled, report: &dyn Fn(f32)) -> Result<FilledSamples, SourceError> {
+/// Counts the filled samples of a grid, and returns the lowest and highest height of windows with filled samples, NaN
+/// if there are none. `report` receives the finished share. Windows are squares; those without no-data cost little.
+pub(super) fn count(filled: &Filled, report: &dyn Fn(f32)) -> Result<(FilledSamples, [f32; 2]), SourceError> {
     const SIDE: u32 = 1024;
     let [width, height] = filled.size();
     let mut counts = FilledSamples::default();
+    let mut range_m = [f32::NAN; 2];
     for y in (0..height).step_by(SIDE as usize) {
         for x in (0..width).step_by(SIDE as usize) {
             let window = Window { x, y, width: SIDE.min(width - x), height: SIDE.min(height - y) };
             if filled.known_m(window).is_none() {
-                counts = counts.with(filled.read_counted(window)?.1);
+                let (heights_m, here) = filled.read_counted(window)?;
+                if here != FilledSamples::default() {
+                    // `min` and `max` ignore NaN.
+                    let join = |[low, high]: [f32; 2], height_m: &f32| [low.min(*height_m), high.max(*height_m)];
+                    range_m = heights_m.iter().fold(range_m, join);
+                    counts = counts.with(here);
+                }
             }
         }
         report(y as f32 / height as f32);
     }
-    Ok(counts)
+    Ok((counts, range_m))
 }

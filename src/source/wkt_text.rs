@@ -5,7 +5,7 @@
 
 use super::crs_catalogue::{self as catalogue, Kind};
 use super::geokeys::{self as key, GeoKeys, USER_DEFINED};
-use super::georeference::{Crs, Georeference};
+use super::georeference::{Crs, Georeference, utm_zone};
 
 /// GeogPrimeMeridianGeoKey, and the code of Greenwich.
 const PRIME_MERIDIAN: u16 = 2051;
@@ -15,9 +15,12 @@ const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 /// A projection: its code as a key (ProjCoordTrans), its name, and its parameters with their keys.
 type Method = (u16, &'static str, &'static [(&'static str, u16)]);
 
+/// The code of transverse Mercator.
+const TRANSVERSE_MERCATOR: u16 = 1;
+
 const METHODS: [Method; 5] = [
     (
-        1,
+        TRANSVERSE_MERCATOR,
         "Transverse_Mercator",
         &[
             ("latitude_of_origin", 3081),
@@ -103,7 +106,8 @@ impl Georeference {
 }
 
 fn projected(keys: &GeoKeys, metres_per_unit: f64, name: &str) -> Option<String> {
-    let method = keys.short(key::PROJECTION_METHOD)?;
+    let zone = utm_zone(keys).filter(|_| keys.short(key::PROJECTION_METHOD).is_none());
+    let method = if zone.is_some() { TRANSVERSE_MERCATOR } else { keys.short(key::PROJECTION_METHOD)? };
     let (_, projection, parameters) = METHODS.iter().find(|(code, ..)| *code == method)?;
     let own_unit = match keys.short(key::ANGULAR_UNITS) {
         Some(USER_DEFINED) => keys.double(key::ANGULAR_UNIT_SIZE),
@@ -116,11 +120,31 @@ fn projected(keys: &GeoKeys, metres_per_unit: f64, name: &str) -> Option<String>
     let base_name = keys.ascii(key::GEOGRAPHIC_CITATION).unwrap_or("unnamed");
     let mut text = format!("PROJCS[\"{}\",{}", quoted(name), geographic(keys, unit, None, base_name)?);
     text += &format!(",PROJECTION[\"{projection}\"]");
-    for (parameter, id) in *parameters {
-        text += &format!(",PARAMETER[\"{parameter}\",{}]", keys.double(*id)?);
+    for (at, (parameter, id)) in parameters.iter().enumerate() {
+        let value = match zone {
+            Some((zone, is_south)) => utm_parameters(zone, is_south, metres_per_unit)[at],
+            None => keys.double(*id)?,
+        };
+        text += &format!(",PARAMETER[\"{parameter}\",{value}]");
     }
-    let unit_name = if metres_per_unit == 1.0 { "metre" } else { "unit" };
-    Some(text + &format!(",UNIT[\"{unit_name}\",{metres_per_unit}]]"))
+    Some(text + &format!(",UNIT[\"{}\",{metres_per_unit}]]", unit_name(metres_per_unit)))
+}
+
+/// Returns the parameters of a zone of UTM, in the order of [`METHODS`].
+fn utm_parameters(zone: u16, is_south: bool, metres_per_unit: f64) -> [f64; 5] {
+    let north_m = if is_south { 10_000_000.0 } else { 0.0 };
+    [0.0, f64::from(zone) * 6.0 - 183.0, 0.9996, 500_000.0 / metres_per_unit, north_m / metres_per_unit]
+}
+
+/// Returns the name of a unit of length.
+fn unit_name(metres_per_unit: f64) -> &'static str {
+    let is = |metres: f64| (metres_per_unit / metres - 1.0).abs() < 1e-12;
+    match () {
+        () if metres_per_unit == 1.0 => "metre",
+        () if is(0.3048) => "foot",
+        () if is(1200.0 / 3937.0) => "US survey foot",
+        () => "unit",
+    }
 }
 
 /// Returns the text of a geographic CRS. `ellipsoid` is its ellipsoid, if that is known from another source than the
@@ -212,5 +236,32 @@ mod tests {
         let feet = place(crs(0.3048), GeoKeys::default(), grid);
         assert_eq!((feet.epsg(), feet.wkt()), (None, None));
         assert_eq!(place(Crs::Local, GeoKeys::default(), grid).wkt(), None);
+    }
+
+    #[test]
+    fn a_zone_of_utm_without_a_code_is_transverse_mercator() {
+        let keys = |zone: u16| {
+            let keys = [(key::MODEL_TYPE, 1), (key::PROJECTED_CRS, USER_DEFINED), (key::GEOGRAPHIC_CRS, 4267)];
+            let keys = keys.into_iter().chain([(key::PROJECTION, zone), (key::LINEAR_UNITS, 9003)]);
+            let unknown = key::GeoKey::ascii(key::CITATION, "unknown");
+            GeoKeys::from_keys(keys.map(|(id, code)| key::GeoKey::short(id, code)).chain([unknown]).collect())
+        };
+        let grid = [0.0, 1.0, 0.0, 0.0, 0.0, -1.0];
+        let world = super::super::georeference::from_transform(grid, keys(16_110), "a.tif").unwrap();
+        let foot = 1200.0 / 3937.0;
+        let Crs::Projected { metres_per_unit, name } = &world.crs else { panic!("{:?}", world.crs) };
+        assert!((metres_per_unit - foot).abs() < 1e-12);
+        assert_eq!(name, "UTM zone 10S on NAD27");
+        let text = world.wkt().unwrap();
+        assert!(text.starts_with("PROJCS[\"UTM zone 10S on NAD27\",GEOGCS[\"NAD27\""), "{text}");
+        assert!(text.contains("UNIT[\"US survey foot\",0.3048006"), "{text}");
+        let read = wkt::keys(&text).unwrap();
+        let expected = [0.0, -123.0, 0.9996, 500_000.0 / foot, 10_000_000.0 / foot];
+        for ((_, id), expected) in METHODS[0].2.iter().zip(expected) {
+            let value = read.double(*id).unwrap();
+            assert!((value - expected).abs() < 1e-6 * expected.abs().max(1e-6), "{id}: {value}, {expected}");
+        }
+        // Another projection without parameters has no text.
+        assert_eq!(Georeference { geokeys: keys(10_101), ..world }.wkt(), None);
     }
 }

@@ -295,7 +295,7 @@ fn invalid_files_give_an_error_of_one_line() {
         (
             "empty.geojson",
             "{\"type\":\"FeatureCollection\",\"features\":[]}".to_owned(),
-            "empty.geojson: it has no polygons",
+            "empty.geojson: GeoJSON without polygons; --water needs polygons",
         ),
         ("broken.geojson", "{\"type\":".to_owned(), "broken.geojson: it is not GeoJSON"),
         (

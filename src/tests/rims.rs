@@ -336,6 +336,7 @@ fn rims_are_a_layer_of_lines() {
     let request = PictureRequest::still(world.pose(ABOVE), SIZE_PX, &style, NOON);
     let drawn = render_strokes(&world.gpu, &mut None, &mut world.surfaces, &request, None).unwrap();
     let group = drawn.marks.iter().find(|group| group.id == "rims").unwrap();
+    assert_eq!(group.kind, hachure::vector::GroupKind::Ink(hachure::vector::InkKind::Rim));
     let length = |pair: &[hachure::lines::strokes::polylines::PolylinePoint]| {
         f64::from((pair[1].px[0] - pair[0].px[0]).hypot(pair[1].px[1] - pair[0].px[1]))
     };

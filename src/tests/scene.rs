@@ -113,7 +113,7 @@ fn camera_errors_name_the_field() {
         }
     }
     let error = "1,2,3".parse::<Camera>().unwrap_err().to_string();
-    assert_eq!(error, "a camera is x,y,z,yaw,pitch,fov (6 numbers), but the number of fields is 3");
+    assert_eq!(error, "a camera is x,y,z,yaw,pitch,fov (6 numbers), but this has 3");
 }
 
 #[test]

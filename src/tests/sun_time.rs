@@ -111,7 +111,7 @@ fn a_scene_may_have_a_date() {
     assert!(is_near(scene.sun_time.unwrap().sun(None).unwrap(), 194.34024, 39.88838));
     assert_eq!(parse("azimuth_deg = 100").unwrap().sun_time, None);
     for (sun, message) in [
-        ("date = \"2003-10-17\"", "s.toml:4:8: sun.date: it must be a date and time with a time zone"),
+        ("date = \"2003-10-17\"", "s.toml:4:8: sun.date: it must be a date and time with a UTC offset"),
         ("date = \"2003-10-17T12:30Z\"\nplace = \"Bern\"", "s.toml:5:9: sun.place: it must be a latitude"),
         ("place = \"46,7\"", "s.toml:4:9: sun.place: it is only used with sun.date"),
         ("date = \"2003-10-17T12:30Z\"\nazimuth_deg = 3", "s.toml:4:8: sun.date: it cannot be combined with"),

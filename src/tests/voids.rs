@@ -249,6 +249,14 @@ fn spikes_go_and_summits_stay() {
     let is_hole = |x: i64, y: i64| (53..56).contains(&x) && (99..102).contains(&y) || x == 148 && y % 9 == 3 && y < 190;
     let holes = punched(&grid, |x, y| is_hole(x, y) && y > 0);
     assert_eq!(fill(&holes).1.spikes, 0, "the summit and the cliff must not count as spikes");
+    // A summit that is a hole is filled beyond all samples, and the statistics say so.
+    let no_summit = punched(&grid, |x, y| (48..53).contains(&x) && (98..103).contains(&y));
+    let found = hachure::source::statistics(&*reader(&no_summit), Path::new("a.tif"), &Silent).unwrap();
+    let highest_m = fill(&no_summit).0.into_iter().fold(f32::NAN, f32::max);
+    assert!(highest_m > found.max_m + 5.0, "{highest_m} m, {found:?}");
+    assert_eq!(found.filled_m, Some([found.min_m, highest_m]));
+    let whole = hachure::source::statistics(&*reader(&grid), Path::new("a.tif"), &Silent).unwrap();
+    assert_eq!(whole.filled_m, None);
     let mut spiked = holes.clone();
     let at = |x: usize, y: usize| y * 201 + x;
     // Spikes next to no-data: up, down, and by less than half the spacing; and one far from all no-data.

@@ -1,7 +1,7 @@
 //! The border of a vector drawing: all lines are clipped at it, and it is a line itself. For raster pictures
 //! `shaders/shared/paper.wgsl` draws it.
 
-use super::{Group, GroupKind};
+use super::{Group, GroupKind, InkKind};
 use crate::lines::strokes::polylines::{Polyline, PolylinePoint};
 use crate::style::Paper;
 
@@ -25,7 +25,7 @@ pub(crate) fn bordered(groups: &mut Vec<Group>, paper: &Paper, size_px: [u32; 2]
         let points = corners.map(|px| PolylinePoint { px, half_width_px: 0.5 * paper.border_px, ink: 1.0 }).to_vec();
         let line = Polyline { points, is_closed: true, ..Polyline::default() };
         let label = "Border of the picture".to_owned();
-        let kind = GroupKind::Marks;
+        let kind = GroupKind::Ink(InkKind::Mark);
         groups.push(Group { id: "border".to_owned(), label, ink: paper.border, kind, lines: vec![line] });
     }
 }
@@ -120,7 +120,7 @@ mod tests {
             id: "marks".into(),
             label: String::new(),
             ink: crate::style::Color::default(),
-            kind: GroupKind::Marks,
+            kind: GroupKind::Ink(InkKind::Mark),
             lines,
         };
         let paper = Paper { margin_px: 8.0, border_px: 4.0, ..plain() };

@@ -100,8 +100,36 @@ pub(crate) struct Group {
 pub(crate) enum GroupKind {
     /// Strokes along edges of this kind; each becomes one path.
     Strokes(EdgeKind),
-    /// Lines of any other ink (hatching marks, contour lines of height, shores): a path ends where the width changes.
-    Marks,
+    /// Lines of another ink: a path ends where the width changes.
+    Ink(InkKind),
+}
+
+/// The kind of the lines of an ink other than strokes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum InkKind {
+    /// Hatching marks, rows, cuts, lines from shading, lines of the sky, and lettering.
+    Mark,
+    /// Contour lines of height.
+    ContourLine,
+    /// Dashes along no-data.
+    Rim,
+    /// Shorelines.
+    Shoreline,
+    /// Water lines or ruled lines, with the shorelines of the same ink.
+    WaterLine,
+}
+
+impl InkKind {
+    /// Returns the name of the kind.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Mark => "mark",
+            Self::ContourLine => "contour line",
+            Self::Rim => "rim",
+            Self::Shoreline => "shoreline",
+            Self::WaterLine => "water line",
+        }
+    }
 }
 
 impl GroupKind {
@@ -114,7 +142,7 @@ impl GroupKind {
             Self::Strokes(EdgeKind::Suggestive) => "suggestive contour",
             Self::Strokes(EdgeKind::Ridge) => "ridge",
             Self::Strokes(EdgeKind::Valley) => "valley",
-            Self::Marks => "mark",
+            Self::Ink(kind) => kind.name(),
         }
     }
 }
@@ -154,8 +182,16 @@ pub(crate) struct DrawingReport {
     pub ridges: u64,
     /// Number of paths along valleys.
     pub valleys: u64,
-    /// Number of paths that are marks: hachures, hatching, and lines of water.
+    /// Number of paths that are marks: hachures, hatching, and other lines without a count of their own.
     pub marks: u64,
+    /// Number of paths that are contour lines of height.
+    pub contour_lines: u64,
+    /// Number of paths that are dashes along no-data.
+    pub rims: u64,
+    /// Number of paths that are shorelines.
+    pub shorelines: u64,
+    /// Number of paths that are water lines, and shorelines of the same ink.
+    pub water_lines: u64,
     /// Widths of the pens in the page's unit; empty without pens.
     pub pens: Vec<f64>,
     /// Number of curves and straight lines of all paths.
@@ -170,6 +206,28 @@ pub(crate) struct DrawingReport {
 }
 
 impl DrawingReport {
+    /// Returns the number of paths of each kind, with the name of the kind; kinds without paths are left out.
+    pub(crate) fn kinds(&self) -> impl Iterator<Item = (u64, &'static str)> {
+        let strokes = [
+            (self.contours, EdgeKind::Contour),
+            (self.borders, EdgeKind::Border),
+            (self.creases, EdgeKind::Crease),
+            (self.suggestive, EdgeKind::Suggestive),
+            (self.ridges, EdgeKind::Ridge),
+            (self.valleys, EdgeKind::Valley),
+        ];
+        let inks = [
+            (self.contour_lines, InkKind::ContourLine),
+            (self.marks, InkKind::Mark),
+            (self.rims, InkKind::Rim),
+            (self.shorelines, InkKind::Shoreline),
+            (self.water_lines, InkKind::WaterLine),
+        ];
+        let strokes = strokes.map(|(count, kind)| (count, GroupKind::Strokes(kind).name()));
+        let inks = inks.map(|(count, kind)| (count, kind.name()));
+        strokes.into_iter().chain(inks).filter(|(count, _)| *count > 0)
+    }
+
     /// Adds the statistics of another drawing.
     pub(crate) fn append(&mut self, other: &Self) {
         self.strokes += other.strokes;
@@ -180,6 +238,10 @@ impl DrawingReport {
         self.ridges += other.ridges;
         self.valleys += other.valleys;
         self.marks += other.marks;
+        self.contour_lines += other.contour_lines;
+        self.rims += other.rims;
+        self.shorelines += other.shorelines;
+        self.water_lines += other.water_lines;
         self.pens.clone_from(&other.pens);
         self.segments += other.segments;
         self.pen_down_px += other.pen_down_px;
@@ -244,7 +306,11 @@ fn layer(
         GroupKind::Strokes(EdgeKind::Suggestive) => &mut report.suggestive,
         GroupKind::Strokes(EdgeKind::Ridge) => &mut report.ridges,
         GroupKind::Strokes(EdgeKind::Valley) => &mut report.valleys,
-        GroupKind::Marks => &mut report.marks,
+        GroupKind::Ink(InkKind::Mark) => &mut report.marks,
+        GroupKind::Ink(InkKind::ContourLine) => &mut report.contour_lines,
+        GroupKind::Ink(InkKind::Rim) => &mut report.rims,
+        GroupKind::Ink(InkKind::Shoreline) => &mut report.shorelines,
+        GroupKind::Ink(InkKind::WaterLine) => &mut report.water_lines,
     } += count;
     let ink = (group.ink != settings.ink).then(|| group.ink.to_string());
     let (id, label, kind) = (id.to_owned(), label.to_owned(), group.kind.name());
@@ -270,7 +336,7 @@ fn segments(path: &BezPath) -> u64 {
 /// Returns the paths of a line in drawing order, and their lengths in pixels.
 fn paths(strokes: &[&Polyline], visit: &Visit, group: &Group, settings: &Settings) -> Vec<(Stroke, f64)> {
     let line = visit.drawn(strokes);
-    let pieces = if group.kind == GroupKind::Marks { pieces(&line) } else { vec![line] };
+    let pieces = if matches!(group.kind, GroupKind::Ink(_)) { pieces(&line) } else { vec![line] };
     pieces.iter().map(|piece| path(piece, group, settings)).collect()
 }
 
@@ -283,7 +349,7 @@ fn path(line: &Polyline, Group { ink, kind, .. }: &Group, settings: &Settings) -
     let width = 2.0 * means.half_width_px * settings.sheet.units_per_px;
     let (opacity, ink) = match kind {
         GroupKind::Strokes(_) => (opacity(ink, means.ink), None),
-        GroupKind::Marks => (1.0, faint(ink, means.ink)),
+        GroupKind::Ink(_) => (1.0, faint(ink, means.ink)),
     };
     (Stroke { path, width, opacity, ink }, means.length_px)
 }

@@ -227,7 +227,7 @@ fn open_file(path: &Path, options: &OpenOptions, progress: &dyn Progress) -> Res
     };
     match as_it_is {
         Some(store) if store.levels()[0].samples() > BAKED_SAMPLES => {
-            options.warn_unused(path, &[]);
+            options.warn_unused(path, "a GeoTIFF", &[]);
             Ok(store)
         }
         Some(store) => match pyramid::store::open_or_bake_store(path, options, progress) {

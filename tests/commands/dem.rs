@@ -131,7 +131,20 @@ fn info_describes_a_dem() {
     assert_eq!(info["kind"], "dem");
     check_heights(&info, 0.0);
     let text = place.text(&["info", "dem.tif"]);
-    assert!(text.starts_with("dem.tif: a DEM") && text.contains("301 × 261"), "{text}");
+    assert!(text.starts_with("dem.tif: a GeoTIFF, ") && text.contains("301 × 261"), "{text}");
+    // The first sample is on the central meridian of zone 32, at 9°.
+    let [west, south, east, north] = [0, 1, 2, 3].map(|at| number(&info["bounds_deg"][at]));
+    assert!((west - 9.0).abs() < 1e-3 && east - west > 0.03 && east - west < 0.05, "{info}");
+    assert!(north > 46.9 && north < 47.0 && north - south > 0.02 && north - south < 0.03, "{info}");
+    assert!((number(&info["origin_crs"][0]) - 501_500.0).abs() <= 10.0, "{info}");
+    assert!(text.contains("\nbounds    longitude 9.0001 to 9.03"), "{text}");
+    let warned = |no_data: &str| {
+        let output = place.hachure(&["info", "dem.tif", "--nodata", no_data]);
+        String::from_utf8(output.stderr).unwrap()
+    };
+    assert!(warned("-32000").contains("dem.tif: no sample is -32000, so --nodata -32000 changes nothing"));
+    let lowest = number(&info["min_m"]).to_string();
+    assert!(!warned(&lowest).contains("changes nothing"), "{}", warned(&lowest));
 }
 
 #[test]

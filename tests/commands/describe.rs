@@ -22,12 +22,15 @@ fn folders_are_described_as_one_world() {
     grid(&place, "dems/b.asc", 0, hills);
     grid(&place, "dems/c.asc", 500, hills);
     grid(&place, "dems/a.asc", 0, |x, y| 45.0 + 44.0 * (x / 11.0).cos() * (y / 2.0).sin() * (x / 1.7).sin());
+    image(&place.path("dems/photo.png"));
+    place.file("dems/notes.txt", "words");
     let info = place.json(&["info", "dems", "--json"]);
     assert_eq!((&info["kind"], &info["width"], &info["height"]), (&"folder".into(), &100.into(), &50.into()));
-    assert_eq!((info["members"].as_array().unwrap().len(), info["left_out"].as_array().unwrap().len()), (2, 1));
+    assert_eq!((info["members"].as_array().unwrap().len(), info["left_out"].as_array().unwrap().len()), (2, 2));
     assert!(info["min_m"].as_f64().unwrap() > 600.0, "{info}");
     let text = place.text(&["info", "dems"]);
     assert!(text.contains("a folder of 2 DEMs") && text.contains("left out  dems/a.asc"), "{text}");
+    assert!(text.contains("left out  dems/photo.png: is a picture without heights\n"), "{text}");
     // `bake` says the same, and takes the same files.
     let output = place.hachure(&["bake", "dems", "-o", "out.tif", "--json", "--max-error", "0"]);
     let said = String::from_utf8_lossy(&output.stderr);
@@ -50,7 +53,21 @@ fn other_inputs_are_described() {
     assert_eq!((&info["kind"], &info["polygons"]), (&"polygons".into(), &1.into()));
     assert_eq!(info["bounds"], serde_json::json!([8.0, 47.0, 9.0, 48.0]));
     place.file("bad.geojson", "{\"type\":\"FeatureCollection\",\"features\":[]}");
-    assert!(place.error(&["info", "bad.geojson"]).contains("bad.geojson: it has no polygons"));
+    assert_eq!(place.text(&["info", "bad.geojson"]), "bad.geojson: GeoJSON without features, longitude and latitude\n");
+    place.file("cut.geojson", "{\"type\":\"Feat");
+    let error = place.error(&["info", "cut.geojson"]);
+    assert!(error.contains("cut.geojson: it is not GeoJSON: the file ends within a string"), "{error}");
+    let line = |kind: &str| {
+        format!(
+            "{{\"type\":\"Feature\",\"properties\":{{\"kind\":{kind}}},\"geometry\":{{\"type\":\"LineString\",\"coordinates\":[[0,0],[1,1]]}}}}"
+        )
+    };
+    let crs = "\"crs\":{\"type\":\"name\",\"properties\":{\"name\":\"urn:ogc:def:crs:EPSG::32610\"}}";
+    let lines = ["\"mark\"", "\"contour line\"", "\"contour line\"", "7"].map(line).join(",");
+    place.file("lines.geojson", &format!("{{\"type\":\"FeatureCollection\",{crs},\"features\":[{lines}]}}"));
+    let text = "lines.geojson: GeoJSON of 4 lines (2 contour lines, 1 mark), EPSG:32610\n";
+    assert_eq!(place.text(&["info", "lines.geojson"]), text);
+    assert_eq!(place.json(&["info", "lines.geojson", "--json"])["kinds"]["contour line"], 2);
     place.file("places.csv", "x,y,yaw\n1,2,3\n4,5,6\n");
     assert_eq!(place.json(&["info", "places.csv", "--json"])["positions"], 2);
     place.file("roof.obj", "v 0 0 0\nv 4 0 0\nv 0 3 0\nf 1 2 3\n");

@@ -44,7 +44,7 @@ fn an_installed_program_lists_its_scenes_and_paths() {
     }
     // An unknown name gives the list of built-in scenes; a name that looks like a file does not.
     let output = installed(&place, &["render", "hutch", "-o", place.path("a.png").to_str().unwrap()]);
-    assert_eq!(output.status.code(), Some(1));
+    assert_eq!(output.status.code(), Some(2));
     let names = "hutch: there is no such file; the built-in scenes are continent, continent_small, forest, hut";
     assert_eq!(text(&output).trim_end(), format!("hachure: {names}; did you mean \"hut\"?"));
     let output = installed(&place, &["render", "hut.toml", "-o", place.path("a.png").to_str().unwrap()]);

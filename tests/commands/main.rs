@@ -156,11 +156,6 @@ fn failures_are_one_line_that_names_the_file() {
         (&["bake", "empty.tif", "notes.md", "-o", "out.tif"], "empty.tif", "empty"),
         (&["bake", "empty.tif", "-o", "out.tif", "--shard", "1/2"], "empty.tif", "empty"),
         (&["bench", "--path", "nowhere.csv", "-o", "out"], "nowhere.csv", "there is no such file"),
-        (
-            &["bench", "--path", "nopath", "-o", "out"],
-            "nopath",
-            "there is no such file; the built-in paths are ascent, ",
-        ),
         (&["bench", "--path", "path.csv", "-o", "out"], "path.csv:3", "here"),
         (&["bench", "--path", "good.csv", "-o", "notes.md"], "notes.md", "is a file, and bench writes"),
         (&["info", "twice.csv"], "twice.csv:3", "t is 0 again; a jump is two rows with equal t, and not the first two"),

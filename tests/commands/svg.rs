@@ -84,7 +84,7 @@ fn marks_are_written_as_paths() {
     let output = place.hachure(&render(&["-o", "a.svg", "--style", "crosshatch"]));
     let [said, warned] = [output.stdout, output.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
     assert!(said.contains(" marks)") && !said.contains("pens"), "{said}");
-    assert!(warned.contains("an .svg leaves out stroke textures"), "{warned}");
+    assert!(warned.contains(".svg: leaves out stroke textures"), "{warned}");
     let drawn = layers(&fs::read_to_string(place.path("a.svg")).unwrap());
     let names: Vec<&str> = drawn.iter().map(|(name, _)| name.as_str()).collect();
     assert!(names.starts_with(&["marks-1", "marks-2"]) && names.contains(&"contours"), "{names:?}");

@@ -294,5 +294,8 @@ fn heights_in_feet_are_converted_once() {
     assert_eq!(open(&path, &Silent).unwrap().heights_m[0], 30.48);
     let options = OpenOptions { height_unit: Some(HeightUnit::Ft), ..OpenOptions::default() };
     let text = open_reader_with(&path, &options).err().unwrap().to_string();
-    assert!(text.contains("declares its unit of heights itself"), "{text}");
+    assert!(
+        text.contains("declares heights in feet (0.3048 m), which are converted; leave out --height-unit"),
+        "{text}"
+    );
 }

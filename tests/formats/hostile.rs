@@ -39,6 +39,9 @@ fn sizes_are_held_against_the_file() {
     at("many.hdr", many.as_bytes());
     refused(&folder.path().join("many.img"), "too many bands");
     refused(&at("alone.hdr", b"NROWS 2\nNCOLS 2\n"), "its data file is missing");
+    for name in ["bare.bil", "bare.FLT"] {
+        refused(&at(name, &[0; 100]), "its header bare.hdr is missing");
+    }
 
     // The header of a picture without the data.
     let mut png = Vec::new();

@@ -33,12 +33,12 @@ fn a_side_file_says_what_raw_samples_mean() {
         assert!(ours.is_nan() && expected.is_nan() || *ours == expected * 0.5 - 7.0);
     }
     for (wrong, word) in [
-        ("width = 50\nheight = 41", "truncated"),
+        ("width = 50\nheight = 41", "50×41 samples need 4100 bytes, but the file has 4000; check width and height in"),
         ("widht = 50", "did you mean \"width\""),
         ("spacing_m = 0", "spacing must be a number above 0"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:1\"\norigin = [0, 0]", "unknown"),
         ("width = 50\nheight = 40\ncrs = \"EPSG:4326\"\norigin = [0, 0]", "spacing_degrees"),
-        ("width = 4000000000\nheight = 4000000000", "truncated"),
+        ("width = 4000000000\nheight = 4000000000", "check width and height in"),
     ] {
         std::fs::write(&side, wrong).unwrap();
         let error = open(&path, &Silent).unwrap_err().to_string();
@@ -58,6 +58,11 @@ fn options_say_it_without_a_side_file() {
     let reader = open_reader_with(&path, &options).unwrap();
     let grid = read_all(&*reader, &path, &Silent).unwrap();
     compare(&grid, &dem, [0.0, 2.5, 0.0, 0.0, 0.0, -2.5]).unwrap();
+    let error = open_reader_with(&path, &OpenOptions { size: Some([50, 41]), ..options }).err().unwrap().to_string();
+    assert!(
+        error.contains("heights.data: 50×41 samples need 4100 bytes") && error.ends_with("check --raw-size"),
+        "{error}"
+    );
     let other = open_reader_with(&path, &OpenOptions { spacing_m: Some(3.0), ..options }).unwrap();
     assert_ne!(reader.identity(), other.identity());
 }

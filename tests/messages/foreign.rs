@@ -20,7 +20,7 @@ fn foreign_texts_are_cut_and_escaped() {
     let output = place.hachure(&["info", "red\u{1b}[31m.r16"]);
     let printed = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
     assert!(output.status.success() && printed.contains("WARN"), "{printed}");
-    assert!(!printed.contains('\u{1b}') && printed.contains("red\\u{1b}[31m.r16: a DEM"), "{printed}");
+    assert!(!printed.contains('\u{1b}') && printed.contains("red\\u{1b}[31m.r16: a raw heightmap"), "{printed}");
 
     let long = "x".repeat(5000);
     for (arguments, status) in [

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use serde::Serialize;
 
+use crate::file::exr;
 use crate::file::imprint as stored;
 use crate::file::message::{named, printable, shown};
 use crate::file::toml_text;
@@ -27,6 +28,10 @@ pub(super) struct PictureInfo {
     style_description: String,
     /// Further settings, by their names in the imprint.
     settings: toml::Table,
+    /// Whether it is a film in one file.
+    is_film: bool,
+    /// Names of the channels of an EXR; empty for other formats.
+    channels: Vec<String>,
     /// The command that draws it again.
     command: String,
     /// The whole style, as a style file.
@@ -58,9 +63,21 @@ pub(super) fn read(file: &Path) -> anyhow::Result<Option<PictureInfo>> {
         style: imprint.style.name.clone(),
         style_description: imprint.style.description.clone(),
         settings,
+        is_film: [".gif", ".mp4"].iter().any(|film| ending.eq_ignore_ascii_case(film)),
+        channels: if ending.eq_ignore_ascii_case(".exr") { exr::channel_names(file)? } else { Vec::new() },
         command: format!("hachure render --like {}{trust} -o NEW{ending}", in_shell(&name)),
         style_text: imprint.style.text(),
     }))
+}
+
+/// Returns a camera as text with numbers rounded to hundredths.
+fn rounded(camera: &str) -> String {
+    let number = |field: &str| {
+        let (sign, bare) = field.strip_prefix('+').map_or(("", field), |bare| ("+", bare));
+        let rounded = bare.parse::<f64>().map(|number| (number * 100.0).round() / 100.0 + 0.0);
+        rounded.map_or_else(|_| field.to_owned(), |rounded| format!("{sign}{rounded}"))
+    };
+    camera.split(',').map(number).collect::<Vec<_>>().join(",")
 }
 
 /// Returns a name as a word of a shell.
@@ -79,19 +96,28 @@ impl PictureInfo {
             self.hachure.as_ref().map_or("hachure".to_owned(), |version| format!("hachure {}", shown(version)));
         let world = self.world.as_ref().map_or("the built-in world".to_owned(), named);
         let dpi = self.dpi.map_or(String::new(), |dpi| format!(", at {dpi} dots per inch"));
+        let what = if self.is_film { "film" } else { "picture" };
+        let channels = match self.channels.as_slice() {
+            [] => String::new(),
+            names => format!("channels  {}\n", names.iter().map(|name| shown(name)).collect::<Vec<_>>().join(", ")),
+        };
         let lines = self.settings.iter().map(|(key, value)| {
-            let value = value.as_str().map_or_else(|| value.to_string(), str::to_owned);
+            let value = match value.as_str() {
+                Some("whole") if key == "map" => "all of the land".to_owned(),
+                Some(text) => text.to_owned(),
+                None => value.to_string(),
+            };
             format!("{:<9} {}\n", shown(key), shown(&value))
         });
         // A map has the camera only as a substitute.
         let camera = match self.settings.contains_key("map") {
             true => String::new(),
-            false => format!("camera    {}\n", self.camera),
+            false => format!("camera    {}\n", rounded(&self.camera)),
         };
         format!(
-            "{file}: a picture that {program} drew\n\
+            "{file}: a {what} that {program} drew\n\
              world     {world}\n\
-             {camera}size      {width} × {height} px{dpi}\n\
+             {camera}size      {width} × {height} px{dpi}\n{channels}\
              sun       azimuth {}°, elevation {}°\n\
              style     {}: {}\n{}\
              again     {}\n",
@@ -108,6 +134,11 @@ impl PictureInfo {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn cameras_are_rounded() {
+        assert_eq!(rounded("-3.4999999999,0,+150.123456,40,-12.001,60"), "-3.5,0,+150.12,40,-12,60");
+    }
 
     #[test]
     fn names_are_words_of_a_shell() {

@@ -5,7 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use crate::commands::progress::Bar;
-use crate::file::geojson_polygons::Polygons;
+use crate::file::geojson::Summary;
+use crate::file::geojson_polygons::{NO_POLYGONS, Polygons, PolygonsError};
+use crate::file::message::{counted, printable};
 use crate::mesh::obj;
 use crate::scene::mesh_list;
 
@@ -31,16 +33,28 @@ pub(super) struct ModelInfo {
     materials: usize,
 }
 
-/// Reads the polygons of a GeoJSON file.
+/// A GeoJSON file, described by its polygons, or by its features if it has none.
+pub(super) enum GeoJsonInfo {
+    Polygons(PolygonInfo),
+    Features(Summary),
+}
+
+/// Reads a GeoJSON file.
 ///
 /// # Errors
-/// Fails if the file is not GeoJSON or has no polygons.
-pub(super) fn polygons(file: &Path) -> anyhow::Result<PolygonInfo> {
-    let found = Polygons::read(file)?;
+/// Fails if the file is not GeoJSON.
+pub(super) fn geojson(file: &Path) -> anyhow::Result<GeoJsonInfo> {
+    let found = match Polygons::read(file) {
+        Err(PolygonsError::Content { cause, .. }) if cause == NO_POLYGONS => {
+            return Ok(GeoJsonInfo::Features(Summary::read(file)?));
+        }
+        found => found?,
+    };
     let points = || found.vertices().iter();
     let none = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     let bounds = points().fold(none, |[x0, y0, x1, y1], [x, y]| [x0.min(*x), y0.min(*y), x1.max(*x), y1.max(*y)]);
-    Ok(PolygonInfo { polygons: found.count(), points: points().count(), epsg: found.epsg, bounds })
+    let info = PolygonInfo { polygons: found.count(), points: points().count(), epsg: found.epsg, bounds };
+    Ok(GeoJsonInfo::Polygons(info))
 }
 
 /// Reads a model.
@@ -75,8 +89,10 @@ impl PolygonInfo {
         let Self { polygons, points, epsg, bounds: [x0, y0, x1, y1] } = self;
         let place = epsg.map_or("longitude and latitude".to_owned(), |epsg| format!("EPSG:{epsg}"));
         format!(
-            "{file}: GeoJSON with {polygons} polygons of {points} points; --water draws them as water\n\
-             place     {place}, x {x0} to {x1}, y {y0} to {y1}\n"
+            "{file}: GeoJSON with {} of {}; --water draws them as water\n\
+             place     {place}, x {x0} to {x1}, y {y0} to {y1}\n",
+            counted(*polygons as u64, "polygon"),
+            counted(*points as u64, "point"),
         )
     }
 }
@@ -90,4 +106,17 @@ impl ModelInfo {
              size      {x:.3} × {y:.3} × {z:.3} m along x, y and z\n"
         )
     }
+}
+
+/// Returns the description of a GeoJSON file without polygons.
+pub(super) fn features_text(file: &str, found: &Summary) -> String {
+    let Summary { lines, points, others, kinds, epsg } = found;
+    let place = epsg.map_or("longitude and latitude".to_owned(), |epsg| format!("EPSG:{epsg}"));
+    let all = [(lines, "line"), (points, "point"), (others, "other feature")];
+    let of: Vec<String> =
+        all.into_iter().filter(|(count, _)| **count > 0).map(|(count, name)| counted(*count, name)).collect();
+    let kinds: Vec<String> = kinds.iter().map(|(kind, count)| counted(*count, &printable(kind, 40))).collect();
+    let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
+    let of = if of.is_empty() { "without features".to_owned() } else { format!("of {}", of.join(", ")) };
+    format!("{file}: GeoJSON {of}{kinds}, {place}\n")
 }

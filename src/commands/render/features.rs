@@ -44,7 +44,8 @@ impl Places<'_> {
 
     fn of(&self, px: kurbo::Point) -> DVec2 {
         let crs = self.mapping.crs_from_world(self.world_m(px));
-        self.to_wgs84.as_ref().map_or(crs, |to| to.degrees(crs))
+        let place = self.to_wgs84.as_ref().map_or(crs, |to| to.degrees(crs));
+        within_poles(place, self.turn)
     }
 
     /// Returns the parts of a line of the picture.
@@ -158,7 +159,7 @@ impl Job<'_> {
                 LayerMeaning::Other => (None, None),
             };
             Feature {
-                kind: if matches!(meaning, LayerMeaning::Heights { .. }) { "contour line" } else { layer.kind },
+                kind: layer.kind,
                 layer: layer.id.clone(),
                 width_m: stroke.width * pixel_m,
                 ink: stroke.ink.clone().unwrap_or_else(|| ink.clone()),
@@ -172,6 +173,11 @@ impl Job<'_> {
         };
         layer.strokes.iter().map(feature).collect()
     }
+}
+
+/// Returns a place whose latitude is not beyond a pole. The outer samples of a grid of the globe are half a sample beyond.
+fn within_poles(place: DVec2, turn: Option<f64>) -> DVec2 {
+    turn.map_or(place, |turn| DVec2::new(place.x, place.y.clamp(-0.25 * turn, 0.25 * turn)))
 }
 
 /// Adds turns to the longitudes of a line, so that none differs from the one before by more than half a turn.
@@ -242,6 +248,15 @@ mod tests {
         let on = vec![DVec2::new(179.0, 10.0), DVec2::new(181.0, 12.0), DVec2::new(179.5, 12.0)];
         assert_eq!(continuous(jumping.clone(), Some(360.0)), on);
         assert_eq!(continuous(jumping.clone(), None), jumping);
+    }
+
+    #[test]
+    fn latitudes_end_at_the_poles() {
+        let beyond = DVec2::new(12.0, -90.05);
+        assert_eq!(within_poles(beyond, Some(360.0)), DVec2::new(12.0, -90.0));
+        assert_eq!(within_poles(-beyond, Some(360.0)), DVec2::new(-12.0, 90.0));
+        assert_eq!(within_poles(beyond, None), beyond, "northings have no poles");
+        assert!(within_poles(DVec2::NAN, Some(360.0)).is_nan());
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::str::FromStr;
 
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
+use crate::file::gif;
 use crate::file::message::named;
 use crate::file::pattern::OutputKind;
 use crate::frame::Antialias;
@@ -65,16 +66,21 @@ impl FrameRange {
     }
 }
 
-/// Checks that `--frames` and `--warm-up` are given for a film.
+/// Checks that `--frames`, `--warm-up` and `--fps` are given for a film.
 ///
 /// # Errors
 /// Returns the misuse, in one line.
 pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> {
-    let given = [("--frames", args.frames.is_some()), ("--warm-up", args.warm_up.is_some())];
+    let given =
+        [("--frames", args.frames.is_some()), ("--warm-up", args.warm_up.is_some()), ("--fps", args.fps.is_some())];
     let is_film = matches!(kind, OutputKind::Frames(..) | OutputKind::Mp4 | OutputKind::Gif);
     match given.into_iter().find(|(_, is_given)| *is_given) {
-        Some((option, _)) if !is_film => {
-            Err(Misuse(format!("{option}: selects frames of a film, and {} is one picture", named(&args.output))))
+        Some((option, _)) if !is_film => Err(Misuse(format!(
+            "{option}: applies to the frames of a --path, and {} is one picture",
+            named(&args.output)
+        ))),
+        _ if matches!(kind, OutputKind::Gif) && args.fps().per_second() > gif::LARGEST_RATE => {
+            Err(Misuse(format!("--fps {}: a GIF shows at most {} frames per second", args.fps(), gif::LARGEST_RATE)))
         }
         _ if args.warm_up.is_some() && args.frames.is_none() => {
             Err(Misuse("--warm-up: requires --frames, which is not given".to_owned()))
@@ -120,12 +126,19 @@ impl WarmUp {
 }
 
 impl Job<'_> {
-    /// Returns the part of the film that is written, for messages.
+    /// Warns if the film ends before the part that `--frames` selects.
     pub(super) fn warn_of_short_part(&self, written: &Range<u64>) {
         if let Some(end) = self.args.frames.and_then(|frames| frames.end).filter(|end| *end > written.end) {
-            tracing::warn!("--frames: the film has {} frames, so frames up to {end} do not exist", written.end);
+            tracing::warn!("{}", short_part(written, end));
         }
     }
+}
+
+/// Returns the warning that the film ends with the frames `written`, and --frames before `end`.
+fn short_part(written: &Range<u64>, end: u64) -> String {
+    let (Range { start, end: count }, last) = (written, end - 1);
+    let missing = if *count == last { format!("frame {last} is") } else { format!("frames {count} to {last} are") };
+    format!("--frames {start}..{end}: the film ends with frame {}; {missing} not written", count - 1)
 }
 
 #[cfg(test)]
@@ -141,6 +154,9 @@ mod tests {
         for text in ["", "5", "5..5", "7..3", "-1..3", "a..b", "1..2..3", "1.5..3"] {
             assert!(text.parse::<FrameRange>().is_err(), "{text}");
         }
+        let warning = "--frames 899..1005: the film ends with frame 900; frames 901 to 1004 are not written";
+        assert_eq!(short_part(&(899..901), 1005), warning);
+        assert!(short_part(&(0..9), 10).ends_with("ends with frame 8; frame 9 is not written"));
         assert!("10..20".parse::<FrameRange>().is_ok_and(|range| range.of(10).is_err()));
     }
 }

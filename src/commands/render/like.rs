@@ -11,7 +11,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use clap::{Parser, ValueEnum};
 
 pub(super) use names::Names;
@@ -232,7 +232,9 @@ pub(super) fn resolved(args: &RenderArgs, kind: &OutputKind) -> anyhow::Result<(
         Err(error) => error.context(named(like)),
     })?;
     if let (None, Some(world)) = (args.world.name(), all.world.name()) {
-        super::arguments::check_world(Some(world)).with_context(|| format!("{}: its world", named(like)))?;
+        super::arguments::check_world(Some(world)).map_err(|error| {
+            anyhow!("{0}: its world {error}; name it: hachure render WORLD --like {0} …", named(like))
+        })?;
     }
     let water = all.world.water.water.as_ref().filter(|_| args.world.water.water.is_none());
     let world = all.world.name().map(PathBuf::from).filter(|_| args.world.name.is_none());

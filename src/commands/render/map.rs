@@ -12,7 +12,7 @@ use crate::file::FileError;
 use crate::file::atomic::AtomicFile;
 use crate::file::geotiff::GeoTiffWriter;
 use crate::file::imprint::escaped;
-use crate::file::message::named;
+use crate::file::message::{named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::unnamed::{self, SideFile};
 use crate::picture::{self, PictureReport};
@@ -74,6 +74,7 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
                 }
                 Ok(())
             }
+            Err(_) if world.crs == Crs::Local => bail!("cannot write {output}: {}", no_crs(args.world.name())),
             Err(cause) => bail!("cannot write {output} in WGS 84: {cause}"),
         };
     }
@@ -81,12 +82,27 @@ pub(super) fn check_place(args: &RenderArgs, kind: &OutputKind, world: &Georefer
         return Ok(());
     }
     match &world.crs {
-        Crs::Local => bail!("cannot write {output}: the world is not georeferenced"),
-        Crs::Projected { name, .. } | Crs::Geographic { name, .. } => bail!(
-            "cannot write {output}: a .geojson needs an EPSG code, and no code describes {} completely; write a .tif \
-             instead",
-            named(name.as_str())
-        ),
+        Crs::Local => bail!("cannot write {output}: {}", no_crs(args.world.name())),
+        Crs::Projected { .. } | Crs::Geographic { .. } => {
+            let wgs84 = if ToWgs84::new(world).is_ok() { "add --wgs84, or " } else { "" };
+            bail!("cannot write {output}: its reference system has no EPSG code; {wgs84}write a .tif")
+        }
+    }
+}
+
+/// Extensions of heights whose reference system a sidecar file may give.
+const DESCRIBED_ENDINGS: [&str; 5] = ["png", "webp", "exr", "r16", "raw"];
+
+/// Returns the cause that a world has no reference system, and what to do.
+fn no_crs(world: Option<&str>) -> String {
+    let Some(world) = world.map(Path::new) else {
+        return "the built-in world has no reference system".to_owned();
+    };
+    let ending = world.extension().map(|ending| ending.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    let world = named(world);
+    match DESCRIBED_ENDINGS.contains(&&*ending) {
+        true => format!("{world} has no reference system; set crs and origin in {world}.toml"),
+        false => format!("{world} has no reference system"),
     }
 }
 
@@ -135,7 +151,7 @@ impl PlacedMap {
 const SLACK_DEG: f64 = 1e-6;
 
 /// Returns whether every corner of a picture is on the earth: none is beyond a pole, and its longitudes are at most one
-/// turn. Pictures in other systems than degrees always are.
+/// turn. Only degrees are checked.
 fn is_on_earth(georeference: &Georeference, [width, height]: [u32; 2]) -> bool {
     let Crs::Geographic { radians_per_unit, .. } = georeference.crs else { return true };
     let [_, dx, _, y0, _, dy] = georeference.crs_from_grid.map(|number| (number * radians_per_unit).to_degrees());
@@ -186,7 +202,7 @@ pub(super) fn on_the_earth(
     Ok(None)
 }
 
-/// Returns the paths of the files beside a picture that are never inputs: those of [`side_files`].
+/// Returns the paths of the sidecar files that a map writes, for the check that no output replaces an input.
 pub(super) fn side_paths(args: &RenderArgs, kind: &OutputKind) -> Vec<PathBuf> {
     match (kind, args.map) {
         (OutputKind::Picture(PictureFormat::Png | PictureFormat::Jpg), Some(_)) => {
@@ -219,14 +235,26 @@ fn side_files(output: &Path, georeference: &Georeference) -> Vec<SideFile> {
     let path = aux_path(output);
     match georeference.wkt() {
         Some(wkt) => files.push(SideFile { path, text: aux_text(&wkt) }),
-        None if path.exists() => {
+        // One that hachure wrote is removed.
+        None if path.exists() && unnamed::own_beside(output, [path.clone()]).is_empty() => {
             tracing::warn!(
-                "{}: belongs to another map; this map's reference system has no WKT form, so none is written",
+                "{}: belongs to another map; the reference system of this map cannot be written as WKT",
                 named(&path)
             );
         }
-        None if georeference.crs == Crs::Local => {}
-        None => tracing::warn!("{}: not written; the reference system has no WKT form", named(&path)),
+        None if georeference.crs == Crs::Local => tracing::warn!(
+            "{}: not written, because the heights have no reference system; the world file counts metres",
+            named(&path)
+        ),
+        None => tracing::warn!(
+            "{}: not written, because the reference system {} cannot be written as WKT; the world file counts in \
+             its units",
+            named(&path),
+            shown(match &georeference.crs {
+                Crs::Projected { name, .. } | Crs::Geographic { name, .. } => name,
+                Crs::Local => "of the DEM",
+            })
+        ),
     }
     files
 }
@@ -253,14 +281,20 @@ impl<'a> Sidecars<'a> {
         Ok(Self { picture, files: files.iter().map(create).collect::<Result<_, _>>()?, overwrite })
     }
 
-    /// Renames the files to their final names, unless the user put files there meanwhile.
+    /// Renames the files to their final names, unless the user put files there meanwhile, and removes those of the
+    /// picture that is replaced.
     pub(super) fn commit(self) -> Result<(), FileError> {
         let (files, written): (Vec<_>, Vec<_>) = self.files.into_iter().unzip();
         unnamed::check_beside(self.picture, &files, self.overwrite)?;
         let name = |(file, written): (&SideFile, AtomicFile)| {
             written.commit().map_err(|error| FileError::write(&file.path, error))
         };
-        files.iter().zip(written).try_for_each(name)
+        // The picture that is replaced may have been a map. Its files would place the new picture on the earth.
+        let [world_file, aux] = [world_file_path(self.picture), aux_path(self.picture)];
+        let is_old = |path: &PathBuf| files.iter().all(|file| file.path != *path);
+        let old = unnamed::own_beside(self.picture, [world_file, aux].into_iter().filter(is_old));
+        files.iter().zip(written).try_for_each(name)?;
+        old.iter().try_for_each(|path| std::fs::remove_file(path).map_err(|error| FileError::write(path, error)))
     }
 }
 

@@ -36,8 +36,12 @@ struct MeshReport {
     error_m: f64,
     /// Distance of the points at which the error was measured.
     measured_every_m: f64,
-    /// Width (east), depth (north) and height of the mesh.
+    /// Width (east), depth (north) and height of the land.
     size_m: [f64; 3],
+    /// Lowest and highest land, as in the heights of the world.
+    heights_m: [f64; 2],
+    /// Thickness of a solid below the lowest land, where its z is 0.
+    base_m: Option<f64>,
 }
 
 /// Checks that a mesh gets no option of a picture, and a picture none of a mesh.
@@ -78,9 +82,12 @@ pub(super) fn check(args: &RenderArgs, kind: &OutputKind) -> Result<(), Misuse> 
     ];
     match given.into_iter().find(|(_, is_given)| *is_given) {
         Some((option, _)) => Err(Misuse(format!(
-            "{option}: does not apply to a mesh, and the output is {output}; --map sets its extent and --mesh-error its \
-             error"
+            "{option}: does not apply to a mesh, and the output is {output}; --map sets the extent of a mesh, \
+             --mesh-error its accuracy"
         ))),
+        None if args.size.is_some() && !matches!(args.map, Some(MapArea::Around { .. })) => {
+            Err(Misuse("--size: sets the shape of --map for a mesh; add --map=EAST,NORTH,WIDTH".to_owned()))
+        }
         None => Ok(()),
     }
 }
@@ -103,6 +110,8 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
     let lattice = Lattice::read(&store, &projection, &extent).with_context(cannot)?;
     let mesh = LandMesh::new(&lattice, max_error_m).with_context(cannot)?;
     let [low_m, high_m] = mesh.bounds_m();
+    let solid_base_m = BASE_PART * size_m.max_element();
+    let base_m = (format == MeshFormat::Stl).then_some(solid_base_m);
     let triangles = match format {
         MeshFormat::Glb => {
             let name = args.world.name().unwrap_or("hachure");
@@ -120,7 +129,7 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
         }
         MeshFormat::Stl => {
             // A print stands on its base: the lowest point of the solid is at 0.
-            let base_m = BASE_PART * size_m.max_element();
+            let base_m = solid_base_m;
             let (positions, triangles) = mesh.solid(low_m.z - base_m);
             let up = glam::DVec3::new(0.0, 0.0, base_m - low_m.z);
             let positions: Vec<_> = positions.into_iter().map(|at| at + up).collect();
@@ -136,12 +145,15 @@ pub(super) fn run(args: &RenderArgs, format: MeshFormat, scene: &Scene) -> anyho
             error_m: mesh.error_m,
             measured_every_m: mesh.measured_every_m,
             size_m: (high_m - low_m).to_array(),
+            heights_m: [low_m.z, high_m.z],
+            base_m,
         });
     }
     let [width_m, depth_m, height_m] = (high_m - low_m).to_array();
+    let base = base_m.map(|base_m| format!(", on a base of {base_m:.0} m")).unwrap_or_default();
     print(&format!(
-        "{triangles} triangles of {width_m:.0} x {depth_m:.0} m, {height_m:.0} m high; largest error {:.3} m, measured \
-         every {:.2} m",
+        "{triangles} triangles; land {width_m:.0} × {depth_m:.0} m, {height_m:.0} m from lowest to highest{base}; largest \
+         error {:.3} m (checked every {:.2} m)",
         mesh.error_m, mesh.measured_every_m
     ))
 }

@@ -1,6 +1,7 @@
 //! `render --sheets`: also cuts a large picture into sheets of paper for a small printer.
 
-use std::path::PathBuf;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde::Serialize;
@@ -123,6 +124,34 @@ pub(super) fn summary(args: &RenderArgs, sheets: &Sheets) -> String {
     )
 }
 
+/// Warns of sheets of an earlier poster of this name, which had more of them.
+pub(super) fn warn_of_older(args: &RenderArgs, sheets: &Sheets) {
+    let older = older(&args.output, &names(Some(sheets)));
+    let (first, belong) = match older.as_slice() {
+        [] => return,
+        [only] => (named(only), "belongs"),
+        [first, others @ ..] => (format!("{} and {} more", named(first), others.len()), "belong"),
+    };
+    tracing::warn!("{first} {belong} to an earlier poster of this name, not to this one");
+}
+
+/// Returns the sheets next to a poster that hachure drew and whose names are not among `names`.
+fn older(output: &Path, names: &[String]) -> Vec<PathBuf> {
+    let part = |part: Option<&OsStr>| part.map(|part| part.to_string_lossy().into_owned()).unwrap_or_default();
+    let (begin, end) = (part(output.file_stem()) + "-", format!(".{}", part(output.extension())));
+    let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let is_older = |entry: std::fs::DirEntry| {
+        let file = entry.file_name().to_string_lossy().into_owned();
+        let name = file.strip_prefix(&begin)?.strip_suffix(&end)?;
+        let path = output.with_file_name(&file);
+        (!names.iter().any(|own| own == name) && unnamed::is_sheet(&path, name)).then_some(path)
+    };
+    let mut older: Vec<PathBuf> =
+        std::fs::read_dir(folder).into_iter().flatten().flatten().filter_map(is_older).collect();
+    older.sort();
+    older
+}
+
 impl Job<'_> {
     /// Writes the sheets of a drawing.
     pub(super) fn svg_sheets(&self, drawing: &Drawing) -> anyhow::Result<()> {
@@ -160,5 +189,32 @@ fn marks(sheets: &Sheets, place: Place) -> Layer {
         kind: "mark",
         pen: None,
         strokes: sheets.marks(place).into_iter().map(stroke).collect(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::file::imprint::Notes;
+    use crate::file::png::{PngPixels, PngWriter};
+
+    #[test]
+    fn older_sheets_are_found() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        let sheet = |file: &str, name: &str| {
+            let imprint = unnamed::imprint_of_sheet("version = 1\n", name);
+            let notes = Notes { imprint: Some(&imprint), ..Notes::default() };
+            let mut writer = PngWriter::create_noted(&at(file), 1, 1, PngPixels::Rgb8, &notes).unwrap();
+            writer.write_rows(&[0; 3]).unwrap();
+            writer.finish().unwrap();
+        };
+        // A sheet of another name, one of another poster, and a file of the user.
+        for (file, name) in [("w-A1.png", "A1"), ("w-B1.png", "B1"), ("w-B2.png", "A1"), ("v-B2.png", "B2")] {
+            sheet(file, name);
+        }
+        crate::file::atomic::write(&at("w-C1.png"), b"mine").unwrap();
+        assert_eq!(older(&at("w.png"), &["A1".to_owned()]), [at("w-B1.png")]);
+        assert!(older(&at("w.png"), &["A1".to_owned(), "B1".to_owned()]).is_empty());
     }
 }

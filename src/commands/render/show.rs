@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use super::map::Sidecars;
 use super::{Job, RenderArgs};
 use crate::commands::misuse::Misuse;
 use crate::file::exr::write_exr_noted;
@@ -51,7 +52,7 @@ impl Job<'_> {
         } else {
             let mut writer = PngWriter::create_noted(path, width, height, PngPixels::Rgba8, &notes)?;
             writer.write_rows(&picture.rgba8())?;
-            writer.finish()?;
+            writer.finish_after(|| Sidecars::create(path, &[], false)?.commit())?;
         }
         Ok(report)
     }

@@ -10,7 +10,7 @@ use crate::picture::title::{Block, MapScale, Words, block, foot_px, grouped};
 use crate::scene::view::Pose;
 use crate::source::georeference::Crs;
 use crate::style::Style;
-use crate::vector::{Group, GroupKind};
+use crate::vector::{Group, GroupKind, InkKind};
 
 /// Largest number of characters that a warning lists.
 const MAX_NAMED: usize = 30;
@@ -63,7 +63,9 @@ impl Job<'_> {
                 let scale = MapScale { m_per_px: map.map.pixel_m, mm_per_px, true_north_rad };
                 // The code of the picture's reference system; a picture in the world's own projection has none.
                 let code = map.georeference.epsg().map(|code| format!("EPSG:{code} · ")).unwrap_or_default();
-                (format!("{code}{}{}", convergence(true_north_rad), style.name), Some(scale))
+                let width_px = f64::from(self.args.size()[0]) / self.args.px_per_style_px();
+                let convergence = convergence(true_north_rad, width_px < NARROW_PX);
+                (format!("{code}{convergence}{}", style.name), Some(scale))
             }
             None => (format!("{} · {}", self.seen_from(pose), style.name), None),
         };
@@ -91,7 +93,7 @@ impl Job<'_> {
                 id: "title".to_owned(),
                 label: "Title block".to_owned(),
                 ink: block.ink,
-                kind: GroupKind::Marks,
+                kind: GroupKind::Ink(InkKind::Mark),
                 lines: block.polylines(),
             });
         }
@@ -123,14 +125,22 @@ impl Job<'_> {
 /// Smallest convergence of the meridians that a title block states, in degrees.
 const STATED_CONVERGENCE_DEG: f64 = 0.5;
 
-/// Returns what a title block says of the angle between the top of the sheet and true north; empty if that is small.
-fn convergence(true_north_rad: Option<f64>) -> String {
+/// Width below which a title block is abbreviated, in pixels of the style.
+const NARROW_PX: f64 = 800.0;
+
+/// Returns what a title block says of the angle between the top of the sheet and true north, abbreviated if it `is_narrow`;
+/// empty if the angle is small.
+fn convergence(true_north_rad: Option<f64>, is_narrow: bool) -> String {
     match true_north_rad.map(f64::to_degrees) {
+        None if is_narrow => "grid N up · ".to_owned(),
         None => "grid north up · ".to_owned(),
         Some(deg) if deg.abs() <= STATED_CONVERGENCE_DEG => String::new(),
         // True north to the right of grid north means that grid north is west of it.
         Some(deg) => {
             let side = if deg > 0.0 { "W" } else { "E" };
+            if is_narrow {
+                return format!("grid N {:.1}° {side} · ", deg.abs());
+            }
             format!("grid north {:.1}° {side} of true north · ", deg.abs())
         }
     }
@@ -142,10 +152,12 @@ mod tests {
 
     #[test]
     fn convergence_is_stated_beyond_half_a_degree() {
-        let text = |deg: f64| convergence(Some(deg.to_radians()));
+        let text = |deg: f64| convergence(Some(deg.to_radians()), false);
         assert_eq!(text(30.9), "grid north 30.9° W of true north · ");
         assert_eq!(text(-2.04), "grid north 2.0° E of true north · ");
         assert_eq!([text(0.4), text(-0.5)], ["", ""]);
-        assert_eq!(convergence(None), "grid north up · ");
+        assert_eq!(convergence(None, false), "grid north up · ");
+        assert_eq!(convergence(Some(-0.0157), true), "grid N 0.9° E · ");
+        assert_eq!(convergence(Some(0.0), true), "");
     }
 }

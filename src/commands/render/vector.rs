@@ -7,7 +7,7 @@ use anyhow::Context;
 use super::super::misuse::Misuse;
 use super::paper::{MARGIN_MM, MM_PER_INCH};
 use super::{Job, RenderArgs};
-use crate::file::message::{named, shown};
+use crate::file::message::{counted, named, shown};
 use crate::file::pattern::{OutputKind, PictureFormat};
 use crate::file::pdf::write_pdf;
 use crate::file::svg::{self, Drawing, Layer, Unit};
@@ -112,29 +112,21 @@ impl SvgOptions {
         self.settings.ink.to_string()
     }
 
-    /// Returns the report as a line of text.
-    pub(super) fn summary(&self, drawn: &DrawingReport) -> String {
+    /// Returns the report as a line of text. Lines on the earth (`is_on_earth`) have no pen that moves between them.
+    pub(super) fn summary(&self, drawn: &DrawingReport, is_on_earth: bool) -> String {
         let sheet = &self.settings.sheet;
         let unit = sheet.unit.name();
         let length = |px: f64| px * sheet.units_per_px;
-        let others = [
-            ("suggestive contours", drawn.suggestive),
-            ("ridges", drawn.ridges),
-            ("valleys", drawn.valleys),
-            ("marks", drawn.marks),
-        ];
-        let others: String =
-            others.iter().filter(|(_, count)| *count > 0).map(|(name, count)| format!(", {count} {name}")).collect();
+        let kinds: Vec<String> = drawn.kinds().map(|(count, name)| counted(count, name)).collect();
+        let kinds = if kinds.is_empty() { String::new() } else { format!(" ({})", kinds.join(", ")) };
+        let strokes = format!("{}{kinds} of {}", counted(drawn.strokes, "stroke"), counted(drawn.segments, "segment"));
         let pens: Vec<String> = drawn.pens.iter().map(|width| format!("{width:.2}")).collect();
         let pens = if pens.is_empty() { String::new() } else { format!("; pens of {} {unit}", pens.join(", ")) };
+        if is_on_earth {
+            return strokes + &pens;
+        }
         format!(
-            "{} strokes ({} contours, {} borders, {} creases{others}) of {} segments; pen down {:.0} {unit}, pen up \
-             {:.0} {unit} ({:.0} {unit} before ordering){pens}",
-            drawn.strokes,
-            drawn.contours,
-            drawn.borders,
-            drawn.creases,
-            drawn.segments,
+            "{strokes}; pen down {:.0} {unit}, pen up {:.0} {unit} ({:.0} {unit} before ordering){pens}",
             length(drawn.pen_down_px),
             length(drawn.pen_up_px),
             length(drawn.pen_up_unordered_px)

@@ -81,6 +81,15 @@ pub(in crate::file) fn imprint(path: &Path) -> Result<Option<String>, FileError>
     }))
 }
 
+/// Reads the names of the channels of all parts from the header.
+///
+/// # Errors
+/// Fails if the file cannot be read or is no EXR.
+pub(crate) fn channel_names(path: &Path) -> Result<Vec<String>, FileError> {
+    let found = MetaData::read_from_file(path, false).map_err(|error| FileError::read(path, error))?;
+    Ok(found.headers.iter().flat_map(|header| &header.channels.list).map(|channel| utf8(&channel.name)).collect())
+}
+
 /// Returns UTF-8 bytes as a string; see [`text`].
 fn utf8(text: &Text) -> String {
     String::from_utf8_lossy(text.as_slice()).into_owned()

@@ -164,25 +164,46 @@ pub(in crate::source) fn warn_of_vertical_unit(keys: &GeoKeys, file: &str) {
     }
 }
 
-/// Returns metres per unit of height, if the keys give a known unit other than metres.
-pub(in crate::source) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
-    let unit = match keys.short(key::VERTICAL_UNITS) {
+/// Returns metres per unit of height, if the keys give a known unit.
+pub(in crate::source) fn vertical_unit_m(keys: &GeoKeys) -> Option<f64> {
+    match keys.short(key::VERTICAL_UNITS) {
         Some(unit) => catalogue::metres_per_linear_unit(unit),
         None => keys.short(key::VERTICAL_CRS).and_then(catalogue::metres_per_unit_of_vertical_crs),
-    };
-    unit.filter(|&unit| unit != 1.0)
+    }
+}
+
+/// Returns metres per unit of height, if the keys give a known unit other than metres.
+pub(in crate::source) fn vertical_metres_per_unit(keys: &GeoKeys) -> Option<f64> {
+    vertical_unit_m(keys).filter(|&unit| unit != 1.0)
 }
 
 /// Returns the display name of a CRS: its code, or else the first line of a citation.
 fn name(code: Option<u16>, keys: &GeoKeys) -> String {
     let citation = || [key::PROJECTED_CITATION, key::CITATION, key::GEOGRAPHIC_CITATION].into_iter();
-    match code {
-        Some(code) => format!("EPSG:{code}"),
-        None => citation()
+    let Some(code) = code else {
+        let own = citation()
             .filter_map(|id| keys.ascii(id))
             .map(|text| text.lines().next().unwrap_or("").trim())
-            .find(|text| !text.is_empty())
-            .unwrap_or("unnamed")
-            .to_owned(),
+            .find(|text| !text.is_empty() && !["unknown", "unnamed"].contains(&&*text.to_ascii_lowercase()));
+        return own.map(str::to_owned).or_else(|| utm_name(keys)).unwrap_or_else(|| "unnamed".to_owned());
+    };
+    format!("EPSG:{code}")
+}
+
+/// Returns the number of the zone of UTM that the keys name as a projection without a code, and whether it is south of
+/// the equator.
+pub(in crate::source) fn utm_zone(keys: &GeoKeys) -> Option<(u16, bool)> {
+    match keys.short(key::PROJECTION)? {
+        north @ 16_001..=16_060 => Some((north - 16_000, false)),
+        south @ 16_101..=16_160 => Some((south - 16_100, true)),
+        _ => None,
     }
+}
+
+/// Returns a name for a zone of UTM, such as `UTM zone 10N on NAD27`.
+fn utm_name(keys: &GeoKeys) -> Option<String> {
+    let (zone, is_south) = utm_zone(keys)?;
+    let base = keys.short(key::GEOGRAPHIC_CRS).and_then(catalogue::text).and_then(|text| text.split('"').nth(1));
+    let base = base.map_or_else(String::new, |base| format!(" on {base}"));
+    Some(format!("UTM zone {zone}{}{base}", if is_south { 'S' } else { 'N' }))
 }

@@ -67,6 +67,11 @@ impl LayerBehaviour for Water {
 }
 
 impl Water {
+    /// Returns whether the ink is only that of shorelines.
+    pub(crate) fn has_only_shores(&self) -> bool {
+        self.lines == 0 && !self.rules && self.mirror == 0.0
+    }
+
     /// Returns the largest distance of a line from the shore, in pixels. Distances to the shore are needed up to there.
     pub(crate) fn reach_px(&self) -> f32 {
         let lines = if self.rules { 0 } else { self.lines };

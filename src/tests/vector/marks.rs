@@ -11,7 +11,7 @@ use hachure::surface::rows::ribbons::ROW_INK;
 use hachure::tones::balance::MARKS;
 use hachure::vector::pens::Pens;
 use hachure::vector::sheet::Sheet;
-use hachure::vector::{Group, GroupKind, Settings, layers};
+use hachure::vector::{Group, GroupKind, InkKind, Settings, layers};
 
 use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west, still};
@@ -86,7 +86,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         style.lowest_cuts_mut().into_iter().for_each(|cuts| cuts.faintest = 1.0);
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
-        assert!(groups.iter().all(|group| group.kind == GroupKind::Marks && !group.lines.is_empty()));
+        assert!(groups.iter().all(|group| group.kind == GroupKind::Ink(InkKind::Mark) && !group.lines.is_empty()));
         let again = windows(&drawn_again(&groups, None, 1.0), &ink);
         let by_pen = Pens::chosen(2, groups.iter().flat_map(|group| &group.lines));
         let by_pens = windows(&drawn_again(&groups, Some(&by_pen), 1.0), &ink);
