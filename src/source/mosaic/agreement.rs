@@ -17,16 +17,24 @@ const WINDOWS: u32 = 5;
 const WINDOW_SAMPLES: u32 = 40;
 /// Largest side of the window of the finer file that is read for one of the coarser, in samples.
 const MAX_FINER_SAMPLES: f64 = 1024.0;
-/// Number of samples with a height in both files that suffices.
-const ENOUGH_PAIRS: usize = 4000;
+/// Number of samples with a height in both files that suffices: half of the windows. Those of fewer may correlate by
+/// chance.
+const ENOUGH_PAIRS: usize = 20_000;
 /// Number of samples below which nothing is decided.
 const MIN_PAIRS: usize = 32;
 
 /// Largest median difference of two DEMs of the same land, in metres. Heights above an ellipsoid and above the sea
 /// differ by up to 110 m.
 const MAX_OFFSET_M: f64 = 150.0;
-/// Correlation from which on two rasters rise and fall together.
-const MIN_CORRELATION: f64 = 0.8;
+/// Correlation from which on two rasters rise and fall together: on different lattices, on one lattice, and if the name
+/// of one of them says that it was derived.
+const MIN_CORRELATION: [f64; 3] = [0.8, 0.9, 0.98];
+/// Largest ratio between the reliefs of two surveys of the same land.
+const MAX_RELIEF_RATIO: f64 = 3.0;
+/// Relief in metres from which on a raster without relief is no survey of the same land; below, noise is as large.
+const MIN_RELIEF_M: f64 = 4.0;
+/// Number of different values up to which a raster holds classes, not heights.
+const MAX_CLASSES: usize = 3;
 /// Correlation from which on a factor between two rasters is a unit.
 const MIN_UNIT_CORRELATION: f64 = 0.99;
 
@@ -128,6 +136,8 @@ pub(super) struct Roughness {
     count: f64,
     sum: f64,
     sum_of_squares: f64,
+    /// The first different values.
+    values: [Option<f64>; MAX_CLASSES + 1],
 }
 
 impl Roughness {
@@ -135,6 +145,7 @@ impl Roughness {
         let width = window.width as usize;
         for (i, &value) in values.iter().enumerate().filter(|(_, value)| !value.is_nan()) {
             let value = f64::from(value);
+            self.see(value);
             self.count += 1.0;
             self.sum += value;
             self.sum_of_squares += value * value;
@@ -146,8 +157,16 @@ impl Roughness {
         }
     }
 
+    /// Notes a value, unless enough different ones are known.
+    fn see(&mut self, value: f64) {
+        if let Some(place) = self.values.iter_mut().find(|known| known.is_none_or(|known| known == value)) {
+            *place = Some(value);
+        }
+    }
+
     /// Adds what was found elsewhere in the same file.
     pub(super) fn join(&mut self, other: Self) {
+        other.values.into_iter().flatten().for_each(|value| self.see(value));
         self.steps += other.steps;
         self.squared_steps += other.squared_steps;
         self.count += other.count;
@@ -155,13 +174,14 @@ impl Roughness {
         self.sum_of_squares += other.sum_of_squares;
     }
 
-    /// Returns the mean squared step relative to that of unordered values: 0 is smooth, 1 is noise. A raster with a
-    /// single value counts as noise (1).
+    /// Returns the mean squared step relative to that of unordered values: 0 is smooth, 1 is noise. A raster of a few
+    /// classes counts as noise (1): however large their areas are, they are no heights.
     pub(super) fn share(self) -> f64 {
         let mean = self.sum / self.count;
         let variance = self.sum_of_squares / self.count - mean * mean;
         let share = self.squared_steps / self.steps / (2.0 * variance);
-        if share.is_finite() && variance > 1e-9 * mean * mean { share } else { 1.0 }
+        let has_classes = self.values.iter().any(Option::is_none);
+        if share.is_finite() && variance > 1e-9 * mean * mean && !has_classes { share } else { 1.0 }
     }
 }
 
@@ -343,22 +363,27 @@ fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<
         let values = sorted(&|pair| pair[axis]);
         quantile(&values, 0.95) - quantile(&values, 0.05)
     };
-    let relief_m = relief(0).max(relief(1));
+    let (relief_m, smaller_m) = (relief(0).max(relief(1)), relief(0).min(relief(1)));
 
     let mean = [0, 1].map(|axis| pairs.iter().map(|pair| pair[axis]).sum::<f64>() / count);
     let product = |i: usize, j: usize| pairs.iter().map(|pair| (pair[i] - mean[i]) * (pair[j] - mean[j])).sum::<f64>();
     let (aa, ab, bb) = (product(0, 0), product(0, 1), product(1, 1));
     let correlation = if aa > 0.0 && bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 };
     let factor = (aa / bb).sqrt();
-    if correlation > MIN_UNIT_CORRELATION && relief_m > 20.0 && !(0.7..1.4).contains(&factor) {
+    if correlation > MIN_UNIT_CORRELATION && relief_m > MIN_RELIEF_M && !(0.7..1.4).contains(&factor) {
         return Some(Difference::Factor(factor));
     }
+    // What was derived from a plain differs from it by little, but has another relief.
+    let is_of_one_relief = relief_m <= MAX_RELIEF_RATIO * smaller_m || relief_m < MIN_RELIEF_M;
     let tolerance_m = match (is_aligned, is_derived) {
-        (true, true) => 0.1 * relief_m,
-        (true, false) => (0.15 * relief_m).max(2.0),
+        (true, true) => 0.1 * smaller_m,
+        (true, false) if is_of_one_relief => (0.15 * relief_m).max(2.0),
+        (true, false) => 0.15 * smaller_m,
         (false, _) => (0.5 * relief_m).max(30.0),
     };
-    let agrees = offset_m.abs() <= MAX_OFFSET_M && (correlation >= MIN_CORRELATION || spread_m <= tolerance_m);
+    let correlates = correlation >= MIN_CORRELATION[usize::from(is_aligned) + usize::from(is_aligned && is_derived)];
+    let agrees =
+        offset_m.abs() <= MAX_OFFSET_M && (correlates && (is_of_one_relief || !is_aligned) || spread_m <= tolerance_m);
     (!agrees).then(|| {
         let far = sorted(&|[a, b]| (b - a).abs());
         Difference::Other { median_m: quantile(&far, 0.5) }
@@ -399,6 +424,20 @@ mod tests {
         // Land at the level of the sea, whose heights are as large as slopes.
         let low = |x: f64, y: f64| height_m(x, y) / 15.0 - 55.0;
         assert!(difference(&pairs(low, slope_deg), true, false).is_some());
+        // A plain: slopes, classes and feet are as large as its heights, or as its noise.
+        let plain = |x: f64, y: f64| 9.0 + (height_m(x, y) - 900.0) / 45.0;
+        let plain_slope = |x: f64, y: f64| slope_deg(x, y) / 45.0;
+        let class = |x: f64, _: f64| if x < 20.0 { 0.0 } else { 1.0 };
+        for derived in [&plain_slope as &dyn Fn(f64, f64) -> f64, &class, &|_, _| 0.25] {
+            let found = difference(&pairs(plain, derived), true, false);
+            assert!(matches!(found, Some(Difference::Other { .. })), "{found:?}");
+        }
+        let feet = difference(&pairs(|x, y| plain(x, y) / 0.3048, plain), true, false);
+        assert!(matches!(feet, Some(Difference::Factor(_))), "{feet:?}");
+        // A name decides where values alone would not.
+        let damped = |x: f64, y: f64| 9.0 + 0.6 * (plain(x, y) - 9.0) + 1.2 * noise(x, y);
+        assert_eq!(difference(&pairs(plain, damped), true, false), None);
+        assert!(difference(&pairs(plain, damped), true, true).is_some());
         let feet = difference(&pairs(|x, y| height_m(x, y) / 0.3048, height_m), true, false);
         assert!(matches!(feet, Some(Difference::Factor(factor)) if (factor - 3.2808).abs() < 0.01), "{feet:?}");
     }
