@@ -33,6 +33,9 @@ const MIN_CORRELATION: [f64; 3] = [0.8, 0.9, 0.98];
 const MAX_RELIEF_RATIO: f64 = 3.0;
 /// Relief in metres from which on a raster without relief is no survey of the same land; below, noise is as large.
 const MIN_RELIEF_M: f64 = 4.0;
+/// Roughness ([`Roughness::share`]) above which a raster is noise, and below which it is land.
+const NOISE: f64 = 0.8;
+const LAND: f64 = 0.3;
 /// Number of different values up to which a raster holds classes, not heights.
 const MAX_CLASSES: usize = 3;
 /// Correlation from which on a factor between two rasters is a unit.
@@ -230,7 +233,10 @@ pub(super) fn compare([a, b]: [&PlacedReader<'_>; 2]) -> Result<Option<Compared>
         return Ok(None);
     }
     let is_derived = [a, b].iter().any(|it| it.claim == Claim::Derived);
-    Ok(Some((difference(&found.pairs, is_aligned, is_derived), found.roughness)))
+    let shares = found.roughness.map(Roughness::share);
+    let is_noise = shares[0].max(shares[1]) > NOISE && shares[0].min(shares[1]) < LAND;
+    let kinship = Kinship { is_aligned, is_derived, is_noise };
+    Ok(Some((difference(&found.pairs, kinship), found.roughness)))
 }
 
 /// Reads windows of the coarser file that are spread over the overlap, and the finer file at the same places.
@@ -345,9 +351,20 @@ fn covering(places: &[[f64; 2]], size: [u32; 2], ratio: f64) -> Option<Window> {
     (f64::from(window.width) <= most && f64::from(window.height) <= most).then_some(window)
 }
 
-/// Returns how the values of two files differ, or `None` if they agree. `is_aligned`: their samples coincide, as those
-/// of a derived raster and its DEM do. `is_derived`: the name of one of them says that it holds no heights.
-fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<Difference> {
+/// What is known of two files besides their values.
+#[derive(Clone, Copy, Debug, Default)]
+struct Kinship {
+    /// Their samples coincide, as those of a derived raster and its DEM do.
+    is_aligned: bool,
+    /// The name of one of them says that it holds no heights.
+    is_derived: bool,
+    /// One of them is noise, and the other is not.
+    is_noise: bool,
+}
+
+/// Returns how the values of two files differ, or `None` if they agree.
+fn difference(pairs: &[[f64; 2]], kinship: Kinship) -> Option<Difference> {
+    let Kinship { is_aligned, is_derived, is_noise } = kinship;
     let count = pairs.len() as f64;
     let sorted = |value: &dyn Fn(&[f64; 2]) -> f64| {
         let mut values: Vec<f64> = pairs.iter().map(value).collect();
@@ -377,7 +394,7 @@ fn difference(pairs: &[[f64; 2]], is_aligned: bool, is_derived: bool) -> Option<
     let is_of_one_relief = relief_m <= MAX_RELIEF_RATIO * smaller_m || relief_m < MIN_RELIEF_M;
     let tolerance_m = match (is_aligned, is_derived) {
         (true, true) => 0.1 * smaller_m,
-        (true, false) if is_of_one_relief => (0.15 * relief_m).max(2.0),
+        (true, false) if is_of_one_relief && !is_noise => (0.15 * relief_m).max(2.0),
         (true, false) => 0.15 * smaller_m,
         (false, _) => (0.5 * relief_m).max(30.0),
     };
@@ -395,6 +412,8 @@ mod tests {
     use super::*;
     use crate::source::georeference::{Crs, Georeference};
     use crate::source::{GeoKeys, GridReader, HeightGrid};
+
+    const ALIGNED: Kinship = Kinship { is_aligned: true, is_derived: false, is_noise: false };
 
     fn height_m(x: f64, y: f64) -> f64 {
         900.0 + 150.0 * (x / 17.0).sin() * (y / 13.0).cos() + 20.0 * (x / 3.1).sin() + 2.0 * y
@@ -414,31 +433,35 @@ mod tests {
     fn surveys_agree_and_derived_rasters_do_not() {
         let noise = |x: f64, y: f64| ((x * 12.9898 + y * 78.233).sin() * 43_758.545).fract();
         let other_survey = |x: f64, y: f64| height_m(x, y) + 48.0 + 9.0 * noise(x, y);
-        assert_eq!(difference(&pairs(height_m, other_survey), true, false), None);
+        assert_eq!(difference(&pairs(height_m, other_survey), ALIGNED), None);
         // Flat land under two noisy surveys.
         let flat = |x: f64, y: f64| 12.0 + 0.3 * noise(x, y);
-        assert_eq!(difference(&pairs(flat, |x, y| 12.4 + 0.3 * noise(y, x)), true, false), None);
+        assert_eq!(difference(&pairs(flat, |x, y| 12.4 + 0.3 * noise(y, x)), ALIGNED), None);
         for derived in [slope_deg, |x: f64, y: f64| (x + y) * 7.0 % 360.0] {
-            assert!(matches!(difference(&pairs(height_m, derived), true, false), Some(Difference::Other { .. })));
+            assert!(matches!(difference(&pairs(height_m, derived), ALIGNED), Some(Difference::Other { .. })));
         }
         // Land at the level of the sea, whose heights are as large as slopes.
         let low = |x: f64, y: f64| height_m(x, y) / 15.0 - 55.0;
-        assert!(difference(&pairs(low, slope_deg), true, false).is_some());
+        assert!(difference(&pairs(low, slope_deg), ALIGNED).is_some());
         // A plain: slopes, classes and feet are as large as its heights, or as its noise.
         let plain = |x: f64, y: f64| 9.0 + (height_m(x, y) - 900.0) / 45.0;
         let plain_slope = |x: f64, y: f64| slope_deg(x, y) / 45.0;
         let class = |x: f64, _: f64| if x < 20.0 { 0.0 } else { 1.0 };
         for derived in [&plain_slope as &dyn Fn(f64, f64) -> f64, &class, &|_, _| 0.25] {
-            let found = difference(&pairs(plain, derived), true, false);
+            let found = difference(&pairs(plain, derived), ALIGNED);
             assert!(matches!(found, Some(Difference::Other { .. })), "{found:?}");
         }
-        let feet = difference(&pairs(|x, y| plain(x, y) / 0.3048, plain), true, false);
+        let feet = difference(&pairs(|x, y| plain(x, y) / 0.3048, plain), ALIGNED);
         assert!(matches!(feet, Some(Difference::Factor(_))), "{feet:?}");
+        // An estimate of errors.
+        let error = |x: f64, y: f64| 1.5 + 3.0 * noise(x, y).abs();
+        let is_noise = Kinship { is_noise: true, ..ALIGNED };
+        assert!(difference(&pairs(plain, error), is_noise).is_some());
         // A name decides where values alone would not.
         let damped = |x: f64, y: f64| 9.0 + 0.6 * (plain(x, y) - 9.0) + 1.2 * noise(x, y);
-        assert_eq!(difference(&pairs(plain, damped), true, false), None);
-        assert!(difference(&pairs(plain, damped), true, true).is_some());
-        let feet = difference(&pairs(|x, y| height_m(x, y) / 0.3048, height_m), true, false);
+        assert_eq!(difference(&pairs(plain, damped), ALIGNED), None);
+        assert!(difference(&pairs(plain, damped), Kinship { is_derived: true, ..ALIGNED }).is_some());
+        let feet = difference(&pairs(|x, y| height_m(x, y) / 0.3048, height_m), ALIGNED);
         assert!(matches!(feet, Some(Difference::Factor(factor)) if (factor - 3.2808).abs() < 0.01), "{feet:?}");
     }
 
