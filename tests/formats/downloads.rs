@@ -184,6 +184,14 @@ fn netcdf_grids_are_placed_only_where_their_mapping_says() {
         small_netcdf(&path, [LAT, LON], ("z", &[]), &named(name));
         assert!(error().contains(&format!("its grid mapping is \"{name}\"")), "{}", error());
     }
+    // Well-Known Text of a rotated pole describes the globe before it was rotated.
+    let wkt = "GEOGCS[\"a\",UNIT[\"degree\",0.0174532925199433],AUTHORITY[\"EPSG\",\"4326\"]]";
+    let mut with_wkt = vec![("crs_wkt", wkt), ("grid_mapping_name", "lambert_conformal_conic")];
+    small_netcdf(&path, [LAT, LON], ("z", &[]), &with_wkt);
+    assert_eq!(open(&path, &Silent).unwrap().georeference.geokeys.epsg, Some(4326));
+    with_wkt[1].1 = "rotated_latitude_longitude";
+    small_netcdf(&path, [LAT, LON], ("z", &[]), &with_wkt);
+    assert!(error().contains("rotated_latitude_longitude"), "{}", error());
     let rotated = [("units", "degrees"), ("standard_name", "grid_longitude")];
     small_netcdf(&path, [LAT, ("rlon", &rotated)], ("z", &[]), &[]);
     assert!(error().contains("rotated_latitude_longitude"), "{}", error());
