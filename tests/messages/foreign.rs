@@ -31,7 +31,7 @@ fn foreign_texts_are_cut_and_escaped() {
         (&["render", "-o", &long], 2),
         (&["render", "-o", "o.png", &format!("--{long}")], 2),
         (&["styles", &long], 2),
-        (&["render", &long, "-o", "o.png"], 2),
+        (&["render", &long, "-o", "o.png"], 1),
         (&["info", &long], 1),
     ] {
         place.refused_within(arguments, status, &["x…x"], 260);
