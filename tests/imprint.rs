@@ -209,7 +209,7 @@ fn what_says_nothing_is_refused_in_a_line() {
         ("other.png", "camera"),
         ("key.png", "unknown key \"glow\""),
         ("style.png", "light.wrap"),
-        ("gone.png", "its world: gone.asc: there is no such file"),
+        ("gone.png", "its world gone.asc: there is no such file; name it: hachure render WORLD --like gone.png"),
         ("net.png", "--trust-scene allows it"),
         ("words.png", "it is not a PNG, JPEG, EXR, SVG, PDF, GeoTIFF, GIF or MP4"),
         ("none.png", ""),

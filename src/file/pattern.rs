@@ -100,8 +100,8 @@ impl OutputKind {
             Some("tif" | "tiff") => PictureFormat::GeoTiff,
             Some("geojson") => PictureFormat::GeoJson,
             _ => {
-                let cause = "an output must end in .png, .jpg, .jpeg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (with \
-                             --map .tif, .tiff, .geojson), or a pattern like dir/%05d.png";
+                let cause = "it must end in .png, .jpg, .jpeg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl (.tif, \
+                             .tiff, .geojson with --map), or be like dir/%05d.png";
                 return Err(FileError::name(path, cause));
             }
         };

@@ -189,7 +189,16 @@ fn names_say_what_an_output_is() {
     assert_eq!(of("a.JPG").unwrap(), OutputKind::Picture(PictureFormat::Jpg));
     assert_eq!(of("a.pdf").unwrap(), OutputKind::Picture(PictureFormat::Pdf));
     assert_eq!((of("a.gif").unwrap(), of("a.stl").unwrap()), (OutputKind::Gif, OutputKind::Mesh(MeshFormat::Stl)));
-    assert!(of("a.webp").unwrap_err().to_string().contains(".png, .jpg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl"));
+    assert!(
+        of("a.webp").unwrap_err().to_string().contains(".png, .jpg, .jpeg, .exr, .svg, .pdf, .mp4, .gif, .glb or .stl")
+    );
+    assert!(
+        of("dir/%03d.gif")
+            .unwrap_err()
+            .to_string()
+            .ends_with("a GIF holds the whole film; leave out the pattern of frames")
+    );
+    assert_eq!(of("50%.gif").unwrap(), OutputKind::Gif, "this is no pattern");
     assert!(of("a").is_err());
 }
 

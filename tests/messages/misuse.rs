@@ -96,7 +96,7 @@ fn misuse_gives_an_error_of_one_line() {
         (&["render", "-o", "o%03d.gif"], &["--path", "tour"], &["o%03d.gif: a GIF holds the whole film; leave out"]),
         // Output names.
         (&["render", "x.tif"], &["-o", "o.gif"], &["o.gif", ".png"]),
-        (&["render", "x.tif"], &["-o", "o"], &["o: an output must end in"]),
+        (&["render", "x.tif"], &["-o", "o"], &["o: it must end in .png"]),
         (&["render", "x.tif"], &["-o", "%x.png", "--path", "p.csv"], &["%x.png", "%05d"]),
         (&["bake", "x.tif"], &["-o", "o.png"], &["o.png", ".tif"]),
         // A single picture or several.
