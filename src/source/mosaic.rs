@@ -11,12 +11,12 @@ mod choice;
 mod members;
 mod place;
 mod turns;
-mod way;
+mod sample_transform;
 
 pub(crate) use choice::Choice;
 pub(crate) use members::member_options;
 pub(crate) use place::{Misfit, MosaicGrid, Placed};
-pub(crate) use way::Way;
+pub(crate) use sample_transform::SampleTransform;
 
 use std::path::Path;
 

@@ -20,7 +20,7 @@ use glam::DVec2;
 use super::earth_projection::{EarthProjection, turn_in_crs};
 use super::georeference::{Crs, Georeference, GeoreferenceError};
 pub(crate) use ground_scale::ScaleRange;
-use plane::{Frame, Plane};
+use plane::{GridOnEarth, Plane};
 
 /// The mapping between a height grid's (column, row), its CRS, and world metres.
 ///
@@ -109,7 +109,7 @@ impl WorldMapping {
             check_latitudes(corners.map(|corner| corner.y * radians_per_unit), slack * radians_per_unit)?;
         }
         if let Some(earth) = &mapping.earth {
-            let frame = Frame { earth, last, centre_crs, steps_crs: [step_column_crs, step_row_crs] };
+            let frame = GridOnEarth { earth, last, centre_crs, steps_crs: [step_column_crs, step_row_crs] };
             (mapping.plane, mapping.ground_scale) = frame.choose(metres_per_unit)?;
         }
         Ok(mapping)

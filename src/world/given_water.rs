@@ -19,7 +19,7 @@ use crate::scene::{CoverFiles, WaterFiles};
 use crate::source::WorldMapping;
 use crate::source::earth_projection::turn_in_crs;
 use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
-use crate::source::mosaic::Way;
+use crate::source::mosaic::SampleTransform;
 
 /// Largest number of cells of the finest level.
 const MAX_CELLS: u64 = 1 << 24;
@@ -187,7 +187,7 @@ impl OnGrid {
         let turn = match (&own.crs, turn_in_crs(place)) {
             // Longitudes keep their turns: the edge from -179° to 179° goes around the earth.
             (Crs::Geographic { radians_per_unit, .. }, Some(turn)) => {
-                let way = Way::between(&own, place, None).map_err(no_way)?;
+                let way = SampleTransform::between(&own, place, None).map_err(no_way)?;
                 let [x0, a, b, _, c, d] = place.crs_from_grid;
                 let step = DVec2::new(d, -c) * (turn / (a * d - b * c));
                 let x = |[column, row]: [f64; 2]| x0 + a * column + b * row;
@@ -200,7 +200,7 @@ impl OnGrid {
                 Some(step)
             }
             _ => {
-                let way = Way::to_grid(&own, place, samples).map_err(no_way)?;
+                let way = SampleTransform::to_grid(&own, place, samples).map_err(no_way)?;
                 polygons.places_mut().par_iter_mut().for_each(|at| *at = way.map(at[0], at[1]));
                 None
             }

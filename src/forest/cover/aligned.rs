@@ -8,7 +8,7 @@ use super::CoverError;
 use super::resample::Grid;
 use crate::file::message::printable;
 use crate::source::georeference::{Crs, Georeference, GeoreferenceError};
-use crate::source::mosaic::Way;
+use crate::source::mosaic::SampleTransform;
 use crate::source::{HeightReader, WorldMapping};
 
 /// Number of intervals along each border of a rectangle, for computing an extent.
@@ -49,7 +49,7 @@ pub(super) struct AlignedRaster<'a> {
 
 /// The mapping from samples of the DEM to those of the raster.
 enum Alignment {
-    ByPlace(Way),
+    ByPlace(SampleTransform),
     /// Factor and offset of each axis.
     Stretched(DVec2, DVec2),
 }
@@ -71,8 +71,8 @@ impl<'a> AlignedRaster<'a> {
             return Err(CoverError::WorldNowhere { path: path.to_owned() });
         }
         let no_way = |cause: String| CoverError::NoWay { path: path.to_owned(), cause: printable(&cause, 120) };
-        let way = Way::to_grid(ground.place, reader.georeference(), reader.size()).map_err(no_way)?;
-        let back = Way::to_grid(reader.georeference(), ground.place, ground.samples).map_err(no_way)?;
+        let way = SampleTransform::to_grid(ground.place, reader.georeference(), reader.size()).map_err(no_way)?;
+        let back = SampleTransform::to_grid(reader.georeference(), ground.place, ground.samples).map_err(no_way)?;
         let last = reader.size().map(|count| f64::from(count) - 0.5);
         let places: Vec<(DVec2, DVec2)> = border([-0.5; 2], last)
             .map(|[column, row]| {

@@ -6,7 +6,7 @@
 //! It is also rougher than its DEM: a derivative amplifies what is small. So of two rasters that disagree, the one
 //! whose neighbouring samples differ less, relative to all of its values, is the DEM.
 
-use super::way::{Way, middle_x};
+use super::sample_transform::{SampleTransform, middle_x};
 use crate::source::SourceError;
 use crate::source::reader::{HeightReader, Window};
 
@@ -216,7 +216,7 @@ pub(super) fn compare([a, b]: [&PlacedReader<'_>; 2]) -> Result<Option<Compared>
     let (coarse, fine) = if is_swapped { (b, a) } else { (a, b) };
     let mut found = Common::default();
     let Ok(way) = way_between(coarse.reader, fine.reader) else { return Ok(None) };
-    let is_aligned = matches!(way, Way::Whole(_));
+    let is_aligned = matches!(way, SampleTransform::Shift(_));
     let ratio = (spacing(coarse) / spacing(fine)).max(1.0);
     sample(coarse.reader, fine.reader, &way, ratio, &mut found)?;
     if is_swapped {
@@ -243,7 +243,7 @@ pub(super) fn compare([a, b]: [&PlacedReader<'_>; 2]) -> Result<Option<Compared>
 fn sample(
     coarse: &dyn HeightReader,
     fine: &dyn HeightReader,
-    way: &Way,
+    way: &SampleTransform,
     ratio: f64,
     found: &mut Common,
 ) -> Result<(), SourceError> {
@@ -309,12 +309,12 @@ fn overlap_of(file: &dyn HeightReader, other: &dyn HeightReader) -> Option<[u32;
 }
 
 /// Returns the transformation from the samples of one file to those of another.
-pub(super) fn way_between(from: &dyn HeightReader, to: &dyn HeightReader) -> Result<Way, String> {
-    Way::between(from.georeference(), to.georeference(), Some(middle_x(to.georeference(), to.size())))
+pub(super) fn way_between(from: &dyn HeightReader, to: &dyn HeightReader) -> Result<SampleTransform, String> {
+    SampleTransform::between(from.georeference(), to.georeference(), Some(middle_x(to.georeference(), to.size())))
 }
 
 /// Returns the bounds of a grid on another lattice: lowest column and row, highest column and row.
-pub(super) fn bounds(way: &Way, size: [u32; 2]) -> Option<[f64; 4]> {
+pub(super) fn bounds(way: &SampleTransform, size: [u32; 2]) -> Option<[f64; 4]> {
     let steps = 8;
     let mut bounds = [f64::INFINITY, f64::INFINITY, f64::NEG_INFINITY, f64::NEG_INFINITY];
     for i in 0..=steps {

@@ -3,8 +3,8 @@
 
 use super::super::georeference::{Crs, Georeference};
 use super::super::{Window, WorldMapping};
+use super::sample_transform::{ALIGNED_SAMPLES, GridCrs, NO_CRS, SampleTransform, has_unknown_datum, middle_x, same};
 use super::turns::turned;
-use super::way::{ALIGNED_SAMPLES, NO_CRS, Side, Way, has_unknown_datum, middle_x, same};
 
 /// Spacing of the exact nodes of a reprojection in samples; between them it is interpolated bilinearly.
 const NODES_APART: u32 = 16;
@@ -45,7 +45,7 @@ pub(crate) struct Placed {
     pub size: [u32; 2],
     /// Sample spacing as a multiple of the mosaic's, 1 or more.
     pub ratio: f64,
-    way: Way,
+    way: SampleTransform,
 }
 
 impl MosaicGrid {
@@ -72,8 +72,8 @@ impl MosaicGrid {
             members.iter().enumerate().find(|(_, (place, _))| !same(place, members[first].0))
         {
             // The lattice takes part in each transformation, so its own reference system is set up first.
-            Side::new(members[first].0).map_err(of(first))?;
-            Side::new(place).map_err(of(other))?;
+            GridCrs::new(members[first].0).map_err(of(first))?;
+            GridCrs::new(place).map_err(of(other))?;
         }
         let lattice = members[first].0;
         let is_unrelated =
@@ -85,7 +85,7 @@ impl MosaicGrid {
         let (lattice, lattice_size) = members[first];
         let mut bounds = [0.0, 0.0, f64::from(lattice_size[0] - 1), f64::from(lattice_size[1] - 1)];
         for (member, ((place, size), turned)) in members.iter().zip(&turned).enumerate() {
-            let back = Way::between(place, lattice, Some(turned.middle)).map_err(of(member))?;
+            let back = SampleTransform::between(place, lattice, Some(turned.middle)).map_err(of(member))?;
             let steps = 16;
             for i in 0..=steps {
                 let at = |count: u32| f64::from(count - 1) * f64::from(i) / f64::from(steps);
@@ -106,7 +106,8 @@ impl MosaicGrid {
         let georeference = Georeference { crs_from_grid, ..lattice.clone() };
         let size = [0, 1].map(|axis| (last[axis] - first[axis]) as u32 + 1);
         let placed = members.iter().zip(spacings_m).enumerate().map(|(member, ((place, size), spacing_m))| {
-            let way = Way::between(&georeference, place, Some(middle_x(place, *size))).map_err(of(member))?;
+            let way =
+                SampleTransform::between(&georeference, place, Some(middle_x(place, *size))).map_err(of(member))?;
             Ok(Placed { size: *size, ratio: (spacing_m / finest_m).max(1.0), way })
         });
         let members = placed.collect::<Result<_, Misfit>>()?;
@@ -146,7 +147,7 @@ impl Placed {
     /// Returns the position of the member's sample (0, 0) in the grid, if its samples coincide with the grid's.
     pub(crate) fn shift(&self) -> Option<[i64; 2]> {
         match self.way {
-            Way::Whole(shift) => Some(shift),
+            SampleTransform::Shift(shift) => Some(shift),
             _ => None,
         }
     }
@@ -157,7 +158,7 @@ impl Placed {
         let at = |column: u32, row: u32| {
             self.way.map(first[0] + step[0] * f64::from(column), first[1] + step[1] * f64::from(row))
         };
-        if !matches!(self.way, Way::Projected { .. }) {
+        if !matches!(self.way, SampleTransform::Projected { .. }) {
             return (0..columns * rows).map(|i| at(i % columns, i / columns)).collect();
         }
         let nodes = columns / NODES_APART + 2;

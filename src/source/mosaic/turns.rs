@@ -3,10 +3,10 @@
 use super::super::earth_projection;
 use super::super::georeference::Georeference;
 use super::place::{Misfit, TOO_FAR};
-use super::way::{Way, middle_x, same};
+use super::sample_transform::{SampleTransform, middle_x, same};
 
 /// A member whose longitudes, or eastings of a cylindrical projection, are shifted by whole turns.
-pub(super) struct Turned {
+pub(super) struct ShiftedMember {
     pub place: Georeference,
     /// The middle of its extent, as coordinate x of the lattice's CRS.
     pub middle: f64,
@@ -16,11 +16,13 @@ pub(super) struct Turned {
 /// neighbours at 180° are neighbours. The member `first`, whose lattice is that of the world, is not shifted.
 ///
 /// # Errors
-/// The same as [`Way::between`].
-pub(super) fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<Turned>, Misfit> {
+/// The same as [`SampleTransform::between`].
+pub(super) fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Result<Vec<ShiftedMember>, Misfit> {
     let lattice = members[first].0;
-    let unmoved =
-        |(place, size): &(&Georeference, [u32; 2])| Turned { place: (*place).clone(), middle: middle_x(place, *size) };
+    let unmoved = |(place, size): &(&Georeference, [u32; 2])| ShiftedMember {
+        place: (*place).clone(),
+        middle: middle_x(place, *size),
+    };
     let Some(turn) = earth_projection::turn_in_crs(lattice).filter(|_| members.len() > 1) else {
         return Ok(members.iter().map(unmoved).collect());
     };
@@ -35,7 +37,7 @@ pub(super) fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Res
         if same(&place, lattice) {
             place.crs_from_grid[0] += shift;
         }
-        Turned { place, middle: 0.5 * (low + high) + shift }
+        ShiftedMember { place, middle: 0.5 * (low + high) + shift }
     });
     Ok(turned.collect())
 }
@@ -44,9 +46,9 @@ pub(super) fn turned(members: &[(&Georeference, [u32; 2])], first: usize) -> Res
 fn range_x(place: &Georeference, size: [u32; 2], lattice: &Georeference, turn: f64) -> Result<[f64; 2], String> {
     let unit = Georeference { crs_from_grid: [0.0, 1.0, 0.0, 0.0, 0.0, 1.0], ..lattice.clone() };
     let middle = size.map(|count| f64::from(count - 1) / 2.0);
-    let centre = Way::between(place, &unit, None)?.map(middle[0], middle[1])[0];
+    let centre = SampleTransform::between(place, &unit, None)?.map(middle[0], middle[1])[0];
     // Every part of a member is within half a turn of its middle.
-    let way = Way::between(place, &unit, Some(centre))?;
+    let way = SampleTransform::between(place, &unit, Some(centre))?;
     let steps = [0.0, 0.25, 0.5, 0.75, 1.0];
     let places = steps.into_iter().flat_map(|i| steps.map(|k| way.map(2.0 * i * middle[0], 2.0 * k * middle[1])[0]));
     let range = places.fold([centre, centre], |[low, high], x| [low.min(x), high.max(x)]);

@@ -71,7 +71,7 @@ impl Plane {
 }
 
 /// A grid on the earth for which a plane is chosen.
-pub(super) struct Frame<'a> {
+pub(super) struct GridOnEarth<'a> {
     pub earth: &'a Earth,
     /// The last (column, row).
     pub last: DVec2,
@@ -80,7 +80,7 @@ pub(super) struct Frame<'a> {
     pub steps_crs: [DVec2; 2],
 }
 
-impl Frame<'_> {
+impl GridOnEarth<'_> {
     /// Chooses the plane: the first that is good enough, or else the one whose scale departs least
     /// from 1; among planes that are nearly alike the conformal one, which is tried first.
     /// `metres_per_unit` is the unit of a projected CRS.

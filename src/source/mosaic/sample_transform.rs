@@ -16,27 +16,27 @@ pub(super) const NO_CRS: &str = "has no coordinate reference system, but other f
 
 /// The transformation from the samples of one grid to those of another.
 #[derive(Debug)]
-pub(crate) enum Way {
+pub(crate) enum SampleTransform {
     /// Sample (0, 0) of the target coincides with this sample of the grid.
-    Whole([i64; 2]),
+    Shift([i64; 2]),
     /// Affine coefficients `[x0, dx/dcolumn, dx/drow, y0, dy/dcolumn, dy/drow]`: target coordinates from grid
     /// coordinates.
     Affine([f64; 6]),
     /// A transformation through both reference systems. Coordinates x of the target repeat themselves after `turn`; they
     /// are taken as close as possible to the second number.
-    Projected { from: Box<Side>, to: Box<Side>, turn: Option<[f64; 2]> },
+    Projected { from: Box<GridCrs>, to: Box<GridCrs>, turn: Option<[f64; 2]> },
 }
 
 /// A grid with its reference system.
 #[derive(Debug)]
-pub(crate) struct Side {
+pub(crate) struct GridCrs {
     crs_from_grid: [f64; 6],
     proj: Proj,
     /// Factor from a unit of the CRS to the unit of `proj`, radians or metres.
     per_unit: f64,
 }
 
-impl Way {
+impl SampleTransform {
     /// Returns the transformation from the grid at `from` to that at `to`. If the reference systems differ and longitudes
     /// or eastings of `to` repeat themselves, they are taken as close as possible to `middle`, in units of its CRS.
     ///
@@ -60,7 +60,7 @@ impl Way {
             [ways[1], ways[2], ways[4], ways[5]].iter().zip(unit).all(|(way, unit)| (way - unit).abs() < 1e-8);
         let shift = [-ways[0], -ways[3]];
         if is_unit && shift.iter().all(|c| (c - c.round()).abs() < ALIGNED_SAMPLES) {
-            return Ok(Self::Whole(shift.map(|c| c.round() as i64)));
+            return Ok(Self::Shift(shift.map(|c| c.round() as i64)));
         }
         Ok(Self::Affine(ways))
     }
@@ -85,14 +85,14 @@ impl Way {
 
     fn projected(from: &Georeference, to: &Georeference, turn: Option<[f64; 2]>) -> Result<Self, String> {
         let back = inverse(to.crs_from_grid);
-        let (from, to) = (Side::new(from)?, Side::new(to)?);
-        Ok(Self::Projected { from: Box::new(from), to: Box::new(Side { crs_from_grid: back, ..to }), turn })
+        let (from, to) = (GridCrs::new(from)?, GridCrs::new(to)?);
+        Ok(Self::Projected { from: Box::new(from), to: Box::new(GridCrs { crs_from_grid: back, ..to }), turn })
     }
 
     /// Returns the target's (column, row) of a position; NaN where a projection cannot represent it.
     pub(crate) fn map(&self, column: f64, row: f64) -> [f64; 2] {
         match self {
-            Self::Whole([x, y]) => [column - *x as f64, row - *y as f64],
+            Self::Shift([x, y]) => [column - *x as f64, row - *y as f64],
             Self::Affine(by) => apply(*by, column, row),
             Self::Projected { from, to, turn } => {
                 let [x, y] = apply(from.crs_from_grid, column, row).map(|c| c * from.per_unit);
@@ -110,7 +110,7 @@ impl Way {
     }
 }
 
-impl Side {
+impl GridCrs {
     pub(super) fn new(place: &Georeference) -> Result<Self, String> {
         let (text, per_unit) = match earth_projection::text(place) {
             Err(_) if place.crs == Crs::Local => return Err(NO_CRS.into()),
