@@ -218,6 +218,14 @@ fn look_at(file: &Path, options: &OpenOptions, reach: Reach) -> anyhow::Result<I
     if has_ending("obj") {
         return things::model(file).map(Info::Model);
     }
+    // Points of a complete grid are a DEM, as for `render`; a list of positions hardly ever is one.
+    let is_grid = || source::format_name(file, options).is_ok_and(|format| format == "XYZ points");
+    if has_ending("csv")
+        && is_grid()
+        && let Ok(info) = dem(file, options, None)
+    {
+        return Ok(info);
+    }
     if has_ending("csv")
         && let Some(positions) = things::positions(file, &text)?
     {

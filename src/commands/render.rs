@@ -237,7 +237,9 @@ pub(crate) fn parse_size(text: &str) -> Result<[u32; 2], String> {
         return Err(wrong());
     }
     let parse = |side: &str| ranges::SIDE_PX.parse_whole(side).map_err(|rule| rule.replacen("it", "each side", 1));
-    Ok([parse(width)?, parse(height)?])
+    let size = [parse(width)?, parse(height)?];
+    ranges::check_pixels(size)?;
+    Ok(size)
 }
 
 /// Runs the command.

@@ -295,6 +295,7 @@ impl Imprint {
         if found.size.into_iter().any(|side| !ranges::SIDE_PX.holds(side.into())) {
             return Err(wrong("size", format!(": {}", ranges::SIDE_PX.rule())));
         }
+        ranges::check_pixels(found.size).map_err(|rule| wrong("size", format!(": {rule}")))?;
         if found.dpi.is_some_and(|dpi| !ranges::DPI.holds(dpi)) {
             return Err(wrong("dpi", format!(": {}", ranges::DPI.rule())));
         }

@@ -61,8 +61,22 @@ impl NumberRange {
     }
 }
 
+/// Checks the number of pixels of a picture whose sides are valid.
+///
+/// # Errors
+/// Returns the rule, as [`NumberRange::rule`] does.
+pub(crate) fn check_pixels([width, height]: [u32; 2]) -> Result<(), String> {
+    let pixels = u64::from(width) * u64::from(height);
+    match pixels > MAX_PIXELS {
+        true => Err(format!("it must have at most {MAX_PIXELS} pixels, and {width}x{height} are {pixels}")),
+        false => Ok(()),
+    }
+}
+
 /// Side of a picture, in pixels.
 pub(crate) const SIDE_PX: NumberRange = NumberRange::Whole(1, 1 << 20);
+/// Largest number of pixels of a picture: that of ten metres by ten at 300 dots per inch, which takes hours.
+const MAX_PIXELS: u64 = 1 << 34;
 /// Resolution on paper, in dots per inch.
 pub(crate) const DPI: NumberRange = NumberRange::Within(1.0, 10_000.0);
 /// Time at which wind is drawn, in seconds: at most a year from 0, as on a camera path.

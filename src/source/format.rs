@@ -193,7 +193,7 @@ pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Format, SourceErr
     if usgs_dem::is_header(&head) {
         return Ok(Format::UsgsDem);
     }
-    let text = String::from_utf8_lossy(&head).to_ascii_lowercase();
+    let text = String::from_utf8_lossy(&head).trim_start_matches('\u{feff}').to_ascii_lowercase();
     let words = text.lines().filter(|line| !line.trim_start().starts_with('#')).flat_map(str::split_whitespace);
     let first_word = words.into_iter().next().unwrap_or("");
     if GRID_WORDS.contains(&first_word) {

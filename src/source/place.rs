@@ -6,7 +6,7 @@ use std::time::UNIX_EPOCH;
 
 use super::georeference::{self, Georeference};
 use super::reader::Window;
-use super::{GeoKeys, SourceError, WorldMapping, geokeys as key, memory};
+use super::{GeoKeys, SourceError, WorldMapping, crs_catalogue, geokeys as key, memory};
 use crate::file::input;
 use crate::file::message::printable;
 use key::GeoKey;
@@ -15,6 +15,21 @@ use key::GeoKey;
 pub(super) fn epsg(code: u16, is_geographic: bool) -> GeoKeys {
     let (model, id) = if is_geographic { (2, key::GEOGRAPHIC_CRS) } else { (1, key::PROJECTED_CRS) };
     GeoKeys::from_keys(vec![GeoKey::short(key::MODEL_TYPE, model), GeoKey::short(id, code)])
+}
+
+/// Returns the EPSG code of a text such as `EPSG:32632`.
+pub(super) fn code_of(crs: &str) -> Option<u16> {
+    crs.trim().to_ascii_uppercase().strip_prefix("EPSG:")?.parse().ok()
+}
+
+/// Returns the keys of a CRS that is given by its code; `None` if the catalogue does not contain it.
+pub(super) fn keys_of_code(crs: &str) -> Option<GeoKeys> {
+    let code = code_of(crs)?;
+    match crs_catalogue::look_up(code)?.kind {
+        crs_catalogue::Kind::Projected => Some(epsg(code, false)),
+        crs_catalogue::Kind::Geographic => Some(epsg(code, true)),
+        crs_catalogue::Kind::Geocentric => None,
+    }
 }
 
 /// Returns the keys of longitudes and latitudes in degrees on WGS 84.
@@ -115,8 +130,8 @@ pub(super) fn cannot_open(path: &Path) -> impl Fn(std::io::Error) -> SourceError
     |source| SourceError::Open { path: path.into(), source: input::plain(source) }
 }
 
-/// Returns the existing file that has the name of `path` with another extension, in lower or upper case: `dem.bil` and
-/// `dem.HDR`.
+/// Returns the existing file that has the name of `path` with another extension, in lower or upper case or with a
+/// capital: `dem.bil` and `dem.HDR`.
 pub(super) fn sibling(path: &Path, ending: &str) -> Option<PathBuf> {
     let appended = |ending: &str| {
         let mut name = path.as_os_str().to_owned();
@@ -125,8 +140,13 @@ pub(super) fn sibling(path: &Path, ending: &str) -> Option<PathBuf> {
         PathBuf::from(name)
     };
     let upper = ending.to_ascii_uppercase();
-    [path.with_extension(ending), path.with_extension(&upper), appended(ending), appended(&upper)]
+    let mut chars = ending.chars();
+    let capital: String = chars.next().map(|first| first.to_ascii_uppercase()).into_iter().chain(chars).collect();
+    let spellings = [ending, &upper, &capital];
+    spellings
+        .map(|ending| path.with_extension(ending))
         .into_iter()
+        .chain(spellings.map(appended))
         .find(|sibling| sibling != path && sibling.is_file())
 }
 

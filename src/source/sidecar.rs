@@ -324,8 +324,7 @@ impl RasterInfo {
 
 /// Returns the keys of a CRS of a sidecar file, and metres per unit; `None` for degrees.
 fn crs_keys(path: &Path, crs: &str) -> Result<(GeoKeys, Option<f64>), SourceError> {
-    let code = crs.to_ascii_uppercase().strip_prefix("EPSG:").and_then(|code| code.parse().ok());
-    let definition = code.and_then(|code| Some((code, catalogue::look_up(code)?)));
+    let definition = place::code_of(crs).and_then(|code| Some((code, catalogue::look_up(code)?)));
     let (code, definition) =
         definition.ok_or_else(|| unclear(path, format!("the crs {} in its sidecar file is unknown", quoted(crs))))?;
     match definition.kind {

@@ -23,7 +23,11 @@ impl Words {
     /// Opens a file at its beginning.
     pub(super) fn open(path: &Path) -> Result<Self, SourceError> {
         let file = File::open(path).map_err(cannot_open(path))?;
-        let reader = BufReader::with_capacity(1 << 18, file);
+        let mut reader = BufReader::with_capacity(1 << 18, file);
+        // Windows programs begin UTF-8 with a byte order mark.
+        if reader.fill_buf().map_err(cannot_open(path))?.starts_with(b"\xef\xbb\xbf") {
+            reader.consume(3);
+        }
         Ok(Self { path: path.into(), reader, word: Vec::new(), is_put_back: false })
     }
 

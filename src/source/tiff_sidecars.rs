@@ -6,9 +6,12 @@
 use std::path::{Path, PathBuf};
 
 use super::georeference::GeoTags;
-use super::place::{ending, sibling, small_text};
+use super::place::{self, ending, sibling, small_text};
 use super::samples::{BandMetadata, Meaning, parse_no_data};
 use super::{GeoKeys, masked, wkt};
+
+/// Largest coordinate and step of a world file; no unit of any planet gives larger ones.
+const MAX_COORDINATE: f64 = 1e12;
 
 /// Returns the extensions of the world files of a raster, as GDAL has them: the first and the last letter of the
 /// raster's own extension with a `w`, the whole extension with a `w`, and `wld`.
@@ -128,7 +131,7 @@ impl TiffSidecars {
         if let Some(&[x, a, b, y, c, d]) = element(text, "GeoTransform").and_then(numbers).as_deref() {
             self.crs_from_grid = Some([x + 0.5 * (a + b), a, b, y + 0.5 * (c + d), c, d]);
         }
-        self.geokeys = element(text, "SRS").and_then(|text| wkt::keys(&text));
+        self.geokeys = element(text, "SRS").and_then(|text| wkt::keys(&text).or_else(|| place::keys_of_code(&text)));
         let first_band = text
             .split("<PAMRasterBand ")
             .skip(1)
@@ -166,9 +169,11 @@ fn element(xml: &str, name: &str) -> Option<String> {
 /// Parses a world file of six numbers: the steps of x and y per column, the same per row, and the centre of the first
 /// sample.
 fn parse_world_file(text: &str) -> Option<[f64; 6]> {
-    let numbers: Option<Vec<f64>> = text.split_whitespace().map(|word| word.replace(',', ".").parse().ok()).collect();
+    let words = text.trim_start_matches('\u{feff}').split_whitespace();
+    let numbers: Option<Vec<f64>> = words.map(|word| word.replace(',', ".").parse().ok()).collect();
     let &[a, c, b, d, x, y] = numbers?.as_slice() else { return None };
-    Some([x, a, b, y, c, d])
+    let is_place = [a, b, c, d, x, y].iter().all(|number| number.abs() < MAX_COORDINATE) && a * d - b * c != 0.0;
+    is_place.then_some([x, a, b, y, c, d])
 }
 
 #[cfg(test)]
@@ -186,6 +191,9 @@ mod tests {
         assert_eq!(found.crs_from_grid, Some([11.0, 2.0, 0.0, 18.0, 0.0, -4.0]));
         assert_eq!((found.no_data, found.band.metres_per_unit()), (Some(-9999.0), Some(0.3048)));
         assert_eq!(found.geokeys.and_then(|keys| keys.epsg), Some(2056));
+        let mut by_code = TiffSidecars::default();
+        assert!(by_code.read_aux("<PAMDataset><SRS>EPSG:32632</SRS></PAMDataset>"));
+        assert_eq!(by_code.geokeys.and_then(|keys| keys.epsg), Some(32632));
         let mut statistics = TiffSidecars::default();
         assert!(!statistics.read_aux("<PAMDataset><PAMRasterBand band=\"1\"><Metadata/></PAMRasterBand></PAMDataset>"));
         assert!(!statistics.read_aux("<GeoTransform> 1, 2</GeoTransform><SRS/><PAMRasterBand band=\"1\">"));
@@ -194,5 +202,17 @@ mod tests {
             Some([594_015.0, 30.0, 0.0, 5_194_985.0, 0.0, -30.0])
         );
         assert_eq!(parse_world_file("some words"), None);
+    }
+
+    #[test]
+    fn world_files_hold_a_place() {
+        assert_eq!(
+            parse_world_file("\u{feff}30\n0\n0\n-30\n500015\n5199985\n"),
+            Some([500_015.0, 30.0, 0.0, 5_199_985.0, 0.0, -30.0])
+        );
+        assert_eq!(parse_world_file("30,5 0 0 -30,5 1 2"), Some([1.0, 30.5, 0.0, 2.0, 0.0, -30.5]));
+        for invalid in ["30 0 0 -30 1", "0 0 0 0 1 2", "1e300 0 0 -30 1 2", "nan 0 0 -30 1 2", "30 30 30 30 1 2"] {
+            assert_eq!(parse_world_file(invalid), None, "{invalid}");
+        }
     }
 }

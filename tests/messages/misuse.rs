@@ -81,6 +81,7 @@ fn misuse_gives_an_error_of_one_line() {
         (&render, &["--date", "2026-06-21"], &["\"2026-06-21\": it must be", "2026-06-21T07:30Z"]),
         (&render, &["--place", "46,8"], &["--place: requires --date, which is not given"]),
         (&render, &["--size", "99999999x10"], &["each side must be", "1048576"]),
+        (&render, &["--size", "1048576x1048576"], &["it must have at most 17179869184 pixels"]),
         (&render, &["--fps", "25"], &["--fps: applies to the frames of a --path, and o.png is one picture"]),
         (&render, &["--map", "x.tif"], &["--map took \"x.tif\" as its value; put the DEM before --map"]),
         (&render, &["--map", "0,0,9", "--camera", "0,0,9,0,0,50"], &["--map and --camera cannot be used together"]),

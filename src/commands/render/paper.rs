@@ -4,6 +4,7 @@ use super::RenderArgs;
 use crate::commands::misuse::Misuse;
 use crate::file::message::named;
 use crate::file::pattern::OutputKind;
+use crate::scene::ranges;
 use crate::vector::sheet;
 
 /// Resolution of a raster picture on `--paper` without `--dpi`.
@@ -59,7 +60,9 @@ pub(super) fn measured(args: &RenderArgs, kind: &OutputKind) -> Result<RenderArg
             "--paper: at {dpi} dots per inch it has {width}x{height} pixels; each side must be 1 to {LONGEST_PX}"
         )));
     }
-    args.size = Some(size_px.map(|side| side as u32));
+    let size_px = size_px.map(|side| side as u32);
+    ranges::check_pixels(size_px).map_err(|rule| Misuse(format!("--paper: at {dpi} dots per inch {rule}")))?;
+    args.size = Some(size_px);
     Ok(args)
 }
 

@@ -86,7 +86,7 @@ fn paths_of_marks_have_the_ink_of_the_picture() {
         style.lowest_cuts_mut().into_iter().for_each(|cuts| cuts.faintest = 1.0);
         let ink = ink_of(&mut world, &style);
         let groups = groups_of(&mut world, &style);
-        assert!(groups.iter().all(|group| group.kind == GroupKind::Ink(InkKind::Mark) && !group.lines.is_empty()));
+        assert!(groups.iter().all(|group| matches!(group.kind, GroupKind::Ink(_)) && !group.lines.is_empty()));
         let again = windows(&drawn_again(&groups, None, 1.0), &ink);
         let by_pen = Pens::chosen(2, groups.iter().flat_map(|group| &group.lines));
         let by_pens = windows(&drawn_again(&groups, Some(&by_pen), 1.0), &ink);
