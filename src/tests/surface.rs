@@ -8,6 +8,7 @@ use common::field::Field;
 use common::hill::Hill;
 use common::shot::{Shot, shoot};
 use common::{World, grid_of, quantile, rough_height_m};
+use glam::DVec2;
 use rayon::prelude::*;
 
 const SIZE_PX: [u32; 2] = [320, 180];
@@ -27,7 +28,11 @@ const VIEWS: [(f64, f64, &str); 10] = [
 ];
 
 fn views(world: &World) -> Vec<String> {
-    let half_m = world.surfaces.terrain.extent_m().map(|extent| 0.5 * extent);
+    let (right, bottom) = (f64::from(world.grid.width - 1), f64::from(world.grid.height - 1));
+    let corners_m = [(0.0, 0.0), (right, 0.0), (0.0, bottom), (right, bottom)]
+        .map(|(column, row)| world.mapping.world_from_grid(column, row));
+    let low_m = corners_m.into_iter().reduce(DVec2::min).unwrap();
+    let half_m = 0.5 * (corners_m.into_iter().reduce(DVec2::max).unwrap() - low_m);
     VIEWS.iter().map(|(x, y, rest)| format!("{},{},{rest}", x * half_m[0], y * half_m[1])).collect()
 }
 

@@ -11,7 +11,7 @@ use hachure::surface::rows::ribbons::ROW_INK;
 use hachure::tones::balance::MARKS;
 use hachure::vector::pens::Pens;
 use hachure::vector::sheet::Sheet;
-use hachure::vector::{Group, GroupKind, InkKind, Settings, layers};
+use hachure::vector::{Group, GroupKind, Settings, layers};
 
 use crate::tests::common::World;
 use crate::tests::common::draw::{draw, north_west, still};
