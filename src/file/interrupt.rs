@@ -8,7 +8,7 @@ use std::sync::{Mutex, MutexGuard, Once, PoisonError};
 /// The temporary files and folders that are being written.
 static UNFINISHED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
-/// What the running command does at the first request to end. The second one ends the program.
+/// The action of the running command at the first request to end. The second one ends the program.
 static STOP: Mutex<Option<Box<dyn Fn() + Send>>> = Mutex::new(None);
 
 /// Keeps a temporary file in the list of what is removed if the program is ended. Dropping it takes the file off the

@@ -17,7 +17,7 @@ const LOOK: Duration = Duration::from_millis(5);
 /// Largest output of a program that is read, in bytes.
 const LARGEST_OUTPUT_BYTES: u64 = 8 << 20;
 
-/// What the watchdog does: its arguments are the process group, and a file and its folder that are removed with it.
+/// The script of the watchdog: its arguments are the process group, and a file and its folder that are removed with it.
 const WATCHDOG: &str = "read -r word; [ \"$word\" = done ] && exit; kill -s KILL -- \"-$1\"; \
     [ -z \"$2\" ] || { rm -f -- \"$2\"; rmdir -- \"$3\"; }";
 

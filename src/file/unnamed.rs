@@ -5,7 +5,7 @@
 //!
 //! - A picture has an imprint ([`super::imprint`]), and an older PNG at least the text `Software`. The imprint of a
 //!   sheet ends with the name of the sheet.
-//! - Small files beside a picture ([`SideFile`]) have formats without room for a mark. The last line of the picture's
+//! - Sidecar files of a picture ([`SideFile`]) have formats without room for a mark. The last line of the picture's
 //!   imprint records the checksum and length of each, as a comment, which readers of imprints skip.
 //! - Files of hachure's own formats begin with their magic bytes.
 //!
@@ -17,11 +17,11 @@ use std::path::{Path, PathBuf};
 use super::input::open_regular;
 use super::{FileError, imprint, png};
 
-/// Begins the last line of the imprint of a picture with files beside it.
+/// Begins the last line of the imprint of a picture with sidecar files.
 const RECORD: &str = "# files beside this picture (CRC-32 and bytes):";
 /// Begins the last line of the imprint of a sheet.
 const SHEET: &str = "# sheet ";
-/// Largest file beside a picture that is compared, in bytes; they have about a thousand.
+/// Largest sidecar file that is compared, in bytes; they have about a thousand.
 const LARGEST_SIDE_FILE_BYTES: usize = 1 << 20;
 
 /// Checks that a file that the user did not name may be written: it does not exist, `is_own` recognises it, or the user
@@ -68,7 +68,7 @@ fn last_line(picture: &Path) -> Option<String> {
     Some(imprint::read(picture).ok()?.lines().next_back()?.to_owned())
 }
 
-/// A small file beside a picture, such as a world file: its path and its content.
+/// A sidecar file of a picture, such as a world file: its path and its content.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct SideFile {
     pub(crate) path: PathBuf,
@@ -79,7 +79,7 @@ fn digest(bytes: &[u8]) -> String {
     format!("{:08x}-{}", crc32fast::hash(bytes), bytes.len())
 }
 
-/// Returns the imprint of a picture with a record of the files beside it.
+/// Returns the imprint of a picture with a record of its sidecar files.
 pub(crate) fn imprint_with(imprint: &str, files: &[SideFile]) -> String {
     let digests: Vec<String> = files.iter().map(|file| digest(file.text.as_bytes())).collect();
     match digests.is_empty() {
@@ -88,13 +88,13 @@ pub(crate) fn imprint_with(imprint: &str, files: &[SideFile]) -> String {
     }
 }
 
-/// Returns the digests of the files beside a picture that its imprint records.
+/// Returns the digests of the sidecar files of a picture that its imprint records.
 fn recorded(picture: &Path) -> Vec<String> {
     let line = last_line(picture).unwrap_or_default();
     line.strip_prefix(RECORD).unwrap_or_default().split_whitespace().map(str::to_owned).collect()
 }
 
-/// Checks that the files beside `picture` may be written: each does not exist, has this content already, or is recorded
+/// Checks that the sidecar files of `picture` may be written: each does not exist, has this content already, or is recorded
 /// in the imprint of the picture that is there now.
 ///
 /// # Errors

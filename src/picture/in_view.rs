@@ -10,7 +10,7 @@ use crate::surface::SURFACE_ID;
 /// Range of lightness, 0 to 1 in sRGB, up to which a picture is nearly blank: more than the grain of paper.
 const PALE: f32 = 0.1;
 
-/// What was found in the parts of a picture so far.
+/// The contents of the parts of a picture that were looked at so far.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Seen {
     /// Whether any pixel shows a surface.

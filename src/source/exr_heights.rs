@@ -1,5 +1,5 @@
 //! OpenEXR pictures of heights, as terrain generators write them: one channel of numbers, or three equal ones. The
-//! height of a unit, the sample spacing and the position come from a sidecar file, from files beside it, or options.
+//! height of a unit, the sample spacing and the position come from a sidecar file, from other sidecar files, or from options.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use crate::file::exr::{Channel, ExrPicture, Samples, read_exr};
 
 /// Names of channels that hold heights.
 const NAMES: [&str; 4] = ["height", "elevation", "heightmap", "displacement"];
-/// Names of channels that hold heights in a file without colours; beside colours, `Z` is the distance from the camera
+/// Names of channels that hold heights in a file without colours; with colours, `Z` is the distance from the camera
 /// and `Y` the luminance.
 const NAMES_WITHOUT_COLOURS: [&str; 2] = ["z", "y"];
 /// Names of channels of colours.

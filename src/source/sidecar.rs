@@ -121,8 +121,8 @@ pub(super) struct RasterInfo {
     /// Path of the sidecar file, if it exists.
     pub sidecar_path: Option<PathBuf>,
     pub sidecar: Sidecar,
-    /// The world file and `.aux.xml` beside the file.
-    beside: TiffSidecars,
+    /// The world file and the `.aux.xml`.
+    found: TiffSidecars,
     options: OpenOptions,
 }
 
@@ -147,8 +147,8 @@ impl RasterInfo {
             }
             None => Sidecar::default(),
         };
-        let beside = if path.is_dir() { TiffSidecars::default() } else { TiffSidecars::of(path) };
-        let info = Self { sidecar_path, sidecar, beside, options: *options };
+        let found = if path.is_dir() { TiffSidecars::default() } else { TiffSidecars::of(path) };
+        let info = Self { sidecar_path, sidecar, found, options: *options };
         info.check(path)?;
         Ok(info)
     }
@@ -204,7 +204,7 @@ impl RasterInfo {
         self.options.tile_rows.or(self.sidecar.tile_rows)
     }
 
-    /// Adds what a description beside tiles declares, unless the caller or the sidecar file says otherwise.
+    /// Adds what a description of tiles declares, unless the caller or the sidecar file says otherwise.
     pub(super) fn declare(&mut self, described: &TileJson) {
         if self.encoding().is_none() {
             self.sidecar.encoding = described.encoding;
@@ -236,11 +236,11 @@ impl RasterInfo {
     /// Returns the meaning of samples that are steps of a height, with a warning if their size is not given.
     pub(super) fn meaning(&self, path: &Path, sample_type: SampleType) -> Meaning {
         let mut meaning = Meaning::metres(sample_type, None);
-        self.beside.overrule(&mut meaning);
-        self.beside.warn_of_unit(path);
+        self.found.overrule(&mut meaning);
+        self.found.warn_of_unit(path);
         if let Some(scale_m) = self.height_scale_m() {
             (meaning.scale, meaning.metres_per_unit, meaning.has_unit) = (scale_m, 1.0, false);
-        } else if !self.beside.knows_steps() {
+        } else if !self.found.knows_steps() {
             let name = path.display();
             tracing::warn!("{name}: has no height scale; 1 m per step is assumed (set height_scale_m in {name}.toml)");
         }
@@ -251,7 +251,7 @@ impl RasterInfo {
         meaning
     }
 
-    /// Returns the distance between samples on the ground in metres, if anything beside the file gives it.
+    /// Returns the distance between samples on the ground in metres, if a sidecar file gives it.
     pub(super) fn spacing_beside_m(&self) -> Option<f64> {
         let of_place = |[x, a, _, _, c, _]: [f64; 6]| {
             let step = a.hypot(c);
@@ -260,13 +260,13 @@ impl RasterInfo {
             if is_degrees { step * METRES_PER_DEGREE } else { step }
         };
         let degrees = self.sidecar.spacing_degrees.map(|degrees| degrees * METRES_PER_DEGREE);
-        self.spacing_m().or(degrees).or_else(|| self.beside.own_place().map(of_place))
+        self.spacing_m().or(degrees).or_else(|| self.found.own_place().map(of_place))
     }
 
     /// Returns the georeference of the grid: that of the `.toml` or the options, or of a world file or `.aux.xml`.
     pub(super) fn georeference(&self, path: &Path, size: [u32; 2]) -> Result<Georeference, SourceError> {
         if self.sidecar.origin.is_none()
-            && let Some(place) = self.beside.own_place()
+            && let Some(place) = self.found.own_place()
         {
             return self.georeference_beside(path, place, size);
         }
@@ -293,7 +293,7 @@ impl RasterInfo {
 
     /// Returns the georeference of a world file or `.aux.xml`; a spacing that is given replaces theirs.
     fn georeference_beside(&self, path: &Path, place: [f64; 6], size: [u32; 2]) -> Result<Georeference, SourceError> {
-        let keys = match (&self.sidecar.crs, self.beside.geokeys()) {
+        let keys = match (&self.sidecar.crs, self.found.geokeys()) {
             (Some(crs), _) => crs_keys(path, crs)?.0,
             (None, Some(keys)) => keys.clone(),
             (None, None) => prj::keys(path, place, size)?.0,
@@ -313,11 +313,11 @@ impl RasterInfo {
         place::locate(path, [x, a * columns, b * rows, y, c * columns, d * rows], georeference.geokeys, size)
     }
 
-    /// Returns what the heights depend on: the file, the files beside it and the options.
+    /// Returns what the heights depend on: the file, its sidecar files and the options.
     pub(super) fn identity(&self, path: &Path) -> String {
-        let prj = self.beside.own_place().and_then(|_| place::sibling(path, "prj"));
-        let beside = self.sidecar_path.iter().chain(&self.beside.files).chain(&prj).map(PathBuf::as_path);
-        let files: Vec<&Path> = std::iter::once(path).chain(beside).collect();
+        let prj = self.found.own_place().and_then(|_| place::sibling(path, "prj"));
+        let sidecars = self.sidecar_path.iter().chain(&self.found.files).chain(&prj).map(PathBuf::as_path);
+        let files: Vec<&Path> = std::iter::once(path).chain(sidecars).collect();
         place::identity(&files, &format!("{:?}", OpenOptions { voids: VoidMode::default(), ..self.options }))
     }
 }

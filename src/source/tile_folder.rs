@@ -1,6 +1,6 @@
 //! Reads a folder of terrain-RGB tiles, `z/x/y.png` or `z/x/y.webp`. Only the deepest zoom level is read.
 //!
-//! What the files beside the tiles declare is used: `tilemapresource.xml` of a Tile Map Service, and TileJSON.
+//! Descriptions in the folder are used: `tilemapresource.xml` of a Tile Map Service, and TileJSON.
 
 use std::collections::HashMap;
 use std::fs::DirEntry;

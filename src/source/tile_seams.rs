@@ -18,7 +18,7 @@ const LEVEL_M: f64 = 0.5;
 /// Smallest number of places along an edge that are compared.
 const PLACES: u64 = 16;
 
-/// Mean steps in metres: across edges, and within the tiles beside them.
+/// Mean steps in metres: across edges, and within the tiles on both sides.
 #[derive(Clone, Copy, Debug, Default)]
 struct Step {
     across_m: f64,
@@ -56,7 +56,7 @@ impl Step {
 /// The steps across the edges of tiles.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Seams {
-    /// Between columns.
+    /// The edges between columns.
     columns: Step,
     /// Between rows, if they are counted from the north, and from the south.
     from_north: Step,
@@ -104,7 +104,7 @@ impl Seams {
     }
 
     /// Returns the direction of the rows: the given one; else the only one in which edges meet; else the one that a file
-    /// beside the tiles declares, or from the north. Warns if that is a guess, and if edges do not meet.
+    /// with the tiles declares, or from the north. Warns if that is a guess, and if edges do not meet.
     pub(super) fn decide(&self, path: &Path, given: Option<TileRows>, declared: Option<TileRows>) -> TileRows {
         let name = path.display();
         let of = |rows| if rows == TileRows::Tms { &self.from_south } else { &self.from_north };

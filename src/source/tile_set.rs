@@ -45,7 +45,7 @@ pub(super) struct TileLevel {
     /// Column and row of the tiles of that level, as the store counts them.
     pub tiles: Vec<[u32; 2]>,
     pub store: Box<dyn TileStoreReader>,
-    /// The direction of the rows, if the store or a file beside it gives it.
+    /// The direction of the rows, if the store or its description gives it.
     pub rows: Option<TileRows>,
     /// Text that changes whenever the heights change (see `HeightReader::identity`).
     pub identity: String,
@@ -117,7 +117,7 @@ impl TileSetReader {
         let centre = |tile: u32| (f64::from(tile) * f64::from(tile_px) + 0.5) * pixel_m - HALF_MAP_M;
         let crs_from_grid = place::north_up([centre(x), -centre(y)], [pixel_m; 2]);
         let georeference = place::locate(path, crs_from_grid, place::epsg(3857, false), size)?;
-        // The files beside the tiles may say something else the next time.
+        // The descriptions of the tiles may say something else the next time.
         let identity = format!("{}\n{identity}, rows {}, {packing:?}", info.identity(path), rows.name());
         Ok(Self {
             path: path.into(),

@@ -466,7 +466,7 @@ fn neighbours_at_the_antimeridian_are_neighbours() {
             assert!((width_m / expected_m - 1.0).abs() < 0.01, "{crs:?}: {width_m} m wide, not {expected_m}");
         }
     }
-    // A member in another reference system: UTM zone 1, which begins at 180°, beside longitudes to the west.
+    // A member in another reference system: UTM zone 1, which begins at 180°, and longitudes to the west.
     let utm = Crs::Projected { metres_per_unit: 1.0, name: "EPSG:32701".into() };
     let (left, right) = (placed(&degrees(), 179.5, -16.0, 0.01, 50), placed(&utm, 180_000.0, 8_225_000.0, 1000.0, 48));
     let [width, height] = reader(&[&left, &right]).size();

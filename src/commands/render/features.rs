@@ -59,13 +59,13 @@ impl Places<'_> {
     }
 }
 
-/// What a layer says about the land, besides its lines.
+/// The meaning of a layer for the land.
 enum LayerMeaning {
     /// Contour lines of height, with their interval in metres.
     Heights { interval_m: f64 },
     /// Hatching marks, rows or cuts, which follow the land.
     Marks,
-    /// Anything else.
+    /// A layer that says nothing of heights or slopes.
     Other,
 }
 

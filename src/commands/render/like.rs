@@ -211,7 +211,7 @@ pub(super) fn text_at(imprint: &Imprint, camera: &Camera, clock: Clock) -> Strin
     imprint.text()
 }
 
-/// What comes from the picture of `--like`.
+/// The style and the file names that come from the picture of `--like`.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Liked {
     /// The style, unless `--style` is given.

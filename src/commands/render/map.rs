@@ -113,7 +113,7 @@ pub(super) struct PlacedMap {
     pub(super) pose: Pose,
     /// Georeference of the picture's pixels.
     pub(super) georeference: Georeference,
-    /// The files beside the picture that place it on the earth.
+    /// The sidecar files that place the picture on the earth.
     pub(super) side_files: Vec<SideFile>,
     /// Whether all of the picture is on the earth, so that its georeference may be written.
     pub(super) has_place: bool,
@@ -123,7 +123,7 @@ impl PlacedMap {
     /// Returns `None` if no map is to be drawn.
     ///
     /// # Errors
-    /// Fails if a file beside the picture would replace one that hachure did not write.
+    /// Fails if a sidecar file would replace one that hachure did not write.
     pub(super) fn new(
         args: &RenderArgs,
         kind: &OutputKind,
@@ -259,7 +259,7 @@ fn side_files(output: &Path, georeference: &Georeference) -> Vec<SideFile> {
     files
 }
 
-/// Files beside a picture, complete but not yet renamed to their final names.
+/// Sidecar files of a picture, complete but not yet renamed to their final names.
 pub(super) struct Sidecars<'a> {
     picture: &'a Path,
     files: Vec<(SideFile, AtomicFile)>,

@@ -17,7 +17,7 @@ use crate::vector::sheets::Sheets;
 const LOOKED_AT: u64 = 1000;
 
 /// Checks that no output file is an input, and that sheets and frames replace only those that hachure drew. The files
-/// beside a map are checked when their content is known ([`map::PlacedMap::new`]).
+/// of a map are checked when their content is known ([`map::PlacedMap::new`]).
 ///
 /// # Errors
 /// Names the output that would replace another file.

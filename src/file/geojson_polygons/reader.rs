@@ -9,7 +9,7 @@ use super::Polygons;
 /// Largest nesting depth of collections.
 const DEEPEST: usize = 8;
 
-/// What has been read.
+/// The rings that have been read so far.
 pub(super) struct Found {
     pub(super) polygons: Polygons,
     pub(super) most_places: usize,
@@ -51,7 +51,7 @@ impl Found {
 /// Depth of an empty list, which may have any.
 const EMPTY: u8 = 0;
 
-/// What the coordinates of a geometry are.
+/// The nesting of the coordinates of a geometry.
 #[derive(Clone, Copy, Debug, Default)]
 struct Shape {
     /// Depth of their lists: 1 for a position, 2 for a list of them, 3 for one of rings, 4 for one of polygons.

@@ -14,7 +14,7 @@ use crate::file::message::printable;
 use crate::source::SourceError;
 use crate::source::place::{self, cannot_open, foreign_message, inconsistent, unclear};
 
-/// What is read of a container at most.
+/// The limits within which a container is read.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Limits {
     /// Size of unpacked files in bytes, and of a compressed tar archive as a whole.
@@ -162,7 +162,7 @@ fn too_many_entries(path: &Path, limits: &Limits) -> SourceError {
     unclear(path, format!("has more than {} entries; unpack it, and name the DEM or the folder", limits.entries))
 }
 
-/// What is done with the name and the content of a file, and whether others follow.
+/// The use of the name and the content of a file; it says whether others follow.
 type Work<'a> = dyn FnMut(&str, &mut dyn Read) -> Result<ControlFlow<()>, SourceError> + 'a;
 
 /// Calls `work` for each file in a container.

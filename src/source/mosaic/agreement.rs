@@ -87,7 +87,7 @@ const DERIVED_WORDS: [&str; 40] = [
 /// Words in the names of files that hold heights.
 const HEIGHT_WORDS: [&str; 9] = ["dem", "dtm", "dsm", "dhm", "height", "heights", "elevation", "elev", "terrain"];
 
-/// What the name of a file says about its content.
+/// The content of a file as its name says it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Claim {
     Heights,
@@ -351,7 +351,7 @@ fn covering(places: &[[f64; 2]], size: [u32; 2], ratio: f64) -> Option<Window> {
     (f64::from(window.width) <= most && f64::from(window.height) <= most).then_some(window)
 }
 
-/// What is known of two files besides their values.
+/// The relation of two files, besides their values.
 #[derive(Clone, Copy, Debug, Default)]
 struct Kinship {
     /// Their samples coincide, as those of a derived raster and its DEM do.

@@ -126,7 +126,7 @@ impl Choice {
     }
 }
 
-/// What a file of 8-bit samples holds, in messages: the same words as for PNG.
+/// The content of a file of 8-bit samples in messages: the same words as for PNG.
 const COARSE: &str = "a grey picture of 8 bits or less";
 
 struct Candidate {

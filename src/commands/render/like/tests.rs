@@ -10,7 +10,7 @@ use crate::commands::arguments;
 use crate::commands::render::paper;
 use crate::commands::world_args::WorldArgs;
 
-/// What `--like` does with an option.
+/// The effect of `--like` on an option.
 enum Fate {
     /// The imprint contains it: the arguments of a picture with it.
     Kept(&'static str),
