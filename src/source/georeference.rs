@@ -15,6 +15,9 @@ const EPSG_WGS84: u16 = 4326;
 /// The semi-major axis in metres and the inverse flattening of WGS 84.
 const WGS84: [f64; 2] = [6_378_137.0, 298.257_223_563];
 
+/// Smallest distance between samples, in units of the CRS: 10⁻¹² degrees are a ten-thousandth of a millimetre.
+const MIN_STEP: f64 = 1e-12;
+
 /// The position of a height grid. Grid coordinates are (column, row) of sample *centres*: sample (0, 0) is the first of
 /// the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -205,7 +208,8 @@ pub(super) fn from_transform(
     let [_, a, b, _, c, d] = crs_from_grid;
     let (determinant, scale) = (a * d - b * c, a.hypot(c) * b.hypot(d));
     let is_finite = crs_from_grid.iter().all(|value| value.is_finite());
-    if !is_finite || determinant == 0.0 || determinant.abs() < 1e-9 * scale {
+    let smallest = a.hypot(c).min(b.hypot(d));
+    if !is_finite || smallest < MIN_STEP || determinant.abs() < 1e-9 * scale {
         return Err(GeoreferenceError::PixelSize);
     }
     let crs = crs_from_keys(&geokeys, file)?;
@@ -306,7 +310,9 @@ mod tests {
     fn pixel_sizes_must_be_sizes() {
         assert_eq!(place([2.0, 4.0, 0.0]).unwrap().crs_from_grid, [6.0, 2.0, 0.0, 5.0, 0.0, -4.0]);
         assert_eq!(place([2.0, -4.0, 0.0]), place([2.0, 4.0, 0.0]), "rows run south");
-        for scale in [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [f64::NAN, 1.0, 0.0], [1.0, f64::INFINITY, 0.0]] {
+        for scale in
+            [[0.0, 0.0, 0.0], [2.0, 0.0, 0.0], [f64::NAN, 1.0, 0.0], [1.0, f64::INFINITY, 0.0], [1e-231, 400.0, 0.0]]
+        {
             assert_eq!(place(scale), Err(GeoreferenceError::PixelSize), "{scale:?}");
         }
     }

@@ -129,11 +129,15 @@ impl Mistake {
     }
 }
 
+/// Longest name, in bytes, with which the known names are listed.
+const LONGEST_NAME: usize = 40;
+
 /// Suggests the nearest name, or lists the known names if they are few.
 fn meant(name: &str, known: &[&'static str]) -> String {
     let meant = did_you_mean(name, known.iter().copied());
     let all = known.join(", ");
-    match meant.is_empty() && !known.is_empty() && all.len() <= LISTED {
+    // Nobody means a known name by a very long one, and the message would be longer than a line.
+    match meant.is_empty() && !known.is_empty() && all.len() <= LISTED && name.len() <= LONGEST_NAME {
         true => format!("; available: {all}"),
         false => meant,
     }
