@@ -96,7 +96,7 @@ pub(crate) fn camera_path(path: &Path) -> anyhow::Result<String> {
     })
 }
 
-/// Checks that a world is no style, which a TOML file may also be.
+/// Checks that a TOML file that is given as a world is not a style.
 ///
 /// # Errors
 /// Returns [`Misuse`] for a style.

@@ -62,7 +62,7 @@ pub enum PathError {
 }
 
 impl PathError {
-    /// Returns whether the path is a bare name, as built-in paths have, and there is no such path.
+    /// Returns whether the path was given as a bare name, like a built-in path, but no such path exists.
     pub(crate) fn is_unknown_name(&self) -> bool {
         match self {
             Self::Open { path, cause } => {

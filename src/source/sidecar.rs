@@ -138,7 +138,7 @@ impl RasterInfo {
     ///
     /// # Errors
     /// Fails if the sidecar file is invalid, or if a spacing, in metres or degrees, a scale, an offset, a no-data value
-    /// or an origin is no number that can be used.
+    /// or an origin is not a usable number.
     pub(super) fn of(path: &Path, options: &OpenOptions) -> Result<Self, SourceError> {
         let sidecar_path = sidecar_path(path);
         let sidecar = match &sidecar_path {

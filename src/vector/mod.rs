@@ -113,7 +113,7 @@ pub(crate) enum InkKind {
     ContourLine,
     /// Dashes along no-data.
     Rim,
-    /// Shorelines.
+    /// Lines along the shores of water.
     Shoreline,
     /// Water lines or ruled lines, with the shorelines of the same ink.
     WaterLine,

@@ -31,7 +31,7 @@ const MAX_OFFSET_M: f64 = 150.0;
 const MIN_CORRELATION: [f64; 3] = [0.8, 0.9, 0.98];
 /// Largest ratio between the reliefs of two surveys of the same land.
 const MAX_RELIEF_RATIO: f64 = 3.0;
-/// Relief in metres from which on a raster without relief is no survey of the same land; below, noise is as large.
+/// Relief in metres above which two surveys of one land have similar reliefs; below it, noise is as large as the relief.
 const MIN_RELIEF_M: f64 = 4.0;
 /// Roughness ([`Roughness::share`]) above which a raster is noise, and below which it is land.
 const NOISE: f64 = 0.8;
