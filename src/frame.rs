@@ -114,11 +114,22 @@ pub struct Renderer {
     rows: RowMemory,
     /// The traces of the last frame's passes, if frames are traced.
     trace: Option<Vec<PassTrace>>,
-    /// CPU time in milliseconds to record and submit the last frame.
-    record_ms: f64,
+    /// CPU time of the last frame.
+    cpu: FrameCpu,
     /// Whether the last frame was submitted.
     drew: bool,
     switch: switch::Switch,
+}
+
+/// CPU time that a frame takes of the thread that draws it, without the time for tiles and patches
+/// ([`Prepared::prepare_ms`]) and without waiting for the GPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct FrameCpu {
+    /// Time to record the passes and to encode them for the driver, in milliseconds.
+    pub record_ms: f64,
+    /// Time to upload uniforms and to submit, in milliseconds. It is meaningless if each pass of a software driver was
+    /// submitted and waited for separately.
+    pub submit_ms: f64,
 }
 
 /// The inputs that the passes of all eyes share.
@@ -165,7 +176,7 @@ impl Renderer {
             may_sway: false,
             rows: RowMemory::default(),
             trace: None,
-            record_ms: 0.0,
+            cpu: FrameCpu::default(),
             drew: false,
             switch: switch::Switch::new(gpu),
         })
@@ -378,8 +389,10 @@ impl Renderer {
         };
         self.may_sway = passes::render_eyes(&mut recorder, &inputs, &mut self.eyes);
         let is_complete = recorder.is_complete();
-        self.trace = recorder.submit();
-        self.record_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        let submitted = recorder.submit();
+        self.trace = submitted.trace;
+        let submit_ms = submitted.submit_ms;
+        self.cpu = FrameCpu { record_ms: begun.elapsed().as_secs_f64() * 1000.0 - submit_ms, submit_ms };
         self.drew = is_complete;
         if !is_complete {
             self.rows.forget_planned();

@@ -1,7 +1,7 @@
 //! The results of the last frame, for windows, files and measurements.
 
 use super::mark_sets::SET_INKS;
-use super::{EyeMemory, Renderer, inks};
+use super::{EyeMemory, FrameCpu, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::target::{Target, TargetKind};
@@ -88,7 +88,13 @@ impl Renderer {
     /// Returns the CPU time to record and submit the last frame, in milliseconds, without the time for its tiles and
     /// patches. It is meaningless if each pass was submitted and waited for separately.
     pub fn record_ms(&self) -> f64 {
-        self.record_ms
+        self.cpu.record_ms + self.cpu.submit_ms
+    }
+
+    /// Returns the CPU time of the last frame in parts.
+    #[allow(dead_code, reason = "the reports of `bench` will have them")]
+    pub(crate) fn cpu(&self) -> FrameCpu {
+        self.cpu
     }
 
     /// Takes the pass times of the oldest finished frame whose times have not been taken.

@@ -15,7 +15,7 @@ use glam::{DQuat, DVec3};
 use super::antialias::Antialias;
 use super::eye::EyeMemory;
 use super::passes::render_eyes;
-use super::{FrameInputs, Renderer, drawn_lines, prepare};
+use super::{FrameCpu, FrameInputs, Renderer, drawn_lines, prepare};
 use crate::composite::temporal_aa::Plan;
 use crate::gpu::pipelines::Builds;
 use crate::gpu::pools::KEEP_FRAMES;
@@ -137,7 +137,7 @@ impl Renderer {
             self.switch.prewarm = None;
         }
         let prewarm_ms = begun.elapsed().as_secs_f64() * 1000.0;
-        self.record_ms = prewarm_ms;
+        self.cpu = FrameCpu { record_ms: prewarm_ms, submit_ms: 0.0 };
         self.drew = false;
         let Some(shown) = self.switch.shown.take() else {
             // There is no style to draw yet, but tiles can already be loaded.
@@ -146,7 +146,7 @@ impl Renderer {
         let prepared = prepare(gpu, world, rig, &shown, light);
         let drawn = self.record(gpu, world, &prepared, rig, &shown, light);
         self.switch.shown = Some(shown);
-        self.record_ms += prewarm_ms;
+        self.cpu.record_ms += prewarm_ms;
         if !drawn? {
             // The frame is undone: the next one rebuilds its strokes and computes its maps.
             self.forget();

@@ -7,6 +7,7 @@ pub(crate) mod buffer;
 mod build;
 pub(crate) mod cache;
 pub mod device;
+pub(crate) mod drawer;
 pub(crate) mod full_screen;
 pub(crate) mod async_readback;
 pub(crate) mod pipelines;

@@ -3,24 +3,28 @@
 //! A pass is a function of a [`Recorder`] and its inputs, and owns nothing, so the same pass can be recorded for many
 //! eyes and styles in one submit.
 //!
-//! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). To measure pass times on a
-//! software driver, each pass is a submit of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is
-//! submitted before the whole frame is recorded; a frame that lacks a pipeline is not submitted at all.
+//! A frame is one submit, or several if a pass requests it ([`Recorder::submit_so_far`]). Dispatches that follow each
+//! other are recorded into one compute pass of wgpu, so that wgpu places only the barriers that they need. To measure
+//! pass times, each of them is a compute pass of its own with timestamps around it, and on a software driver a submit
+//! of its own ([`Submits::Timed`], [`timer`](super::timer)). Nothing is submitted before the whole frame is recorded; a
+//! frame that lacks a pipeline is not submitted at all.
 //!
 //! A prewarming run ([`Recorder::prewarm`]) records nothing. It only requests the pipelines and cached values that a
 //! frame would need.
 
 use std::convert::Infallible;
 use std::sync::Arc;
+use std::time::Instant;
 
 use super::Gpu;
 use super::bind::{Bound, Named, Resource};
 use super::buffer::{Buffer, BufferKind};
+use super::drawer::Drawer;
 use super::pipelines::{Builds, Compute, Draw, Key, Raw, Ready};
 use super::pools::Pools;
 use super::target::Target;
 use super::timer::Timer;
-use super::trace::{PassTrace, Traced, uses};
+use super::trace::{PassTrace, Traced, Work, uses};
 
 /// Side of a workgroup of a picture pass, in pixels. The shaders have `@workgroup_size(8, 8)`.
 pub(crate) const WORKGROUP_PX: u32 = 8;
@@ -32,11 +36,11 @@ const BLANK_BYTES: u64 = 1 << 12;
 /// How the passes of a frame are submitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Submits {
-    /// One submit for all passes, on every driver. A GPU still measures each pass; a software driver measures none.
+    /// One submit for all passes, and no times.
     #[default]
     Whole,
-    /// One submit for all passes on a GPU. On a software driver each pass is submitted alone so that it can be timed,
-    /// at the cost of two more submits and two waits per pass.
+    /// Each pass is timed. On a GPU all passes are one submit, with timestamps around each; on a software driver each
+    /// pass is submitted alone, at the cost of two more submits and two waits per pass.
     Timed,
 }
 
@@ -46,14 +50,28 @@ pub struct Recorder<'a> {
     pools: &'a mut Pools,
     timer: &'a mut Timer,
     encoder: wgpu::CommandEncoder,
+    /// The compute pass to which further dispatches are added. It is closed before anything else is recorded.
+    open: Option<wgpu::ComputePass<'static>>,
     submits: Submits,
     trace: Option<Vec<PassTrace>>,
+    /// Names of the buffers that were copied to or cleared since the last traced pass.
+    copied: Vec<&'static str>,
     /// The earlier submits of the frame, each with the name under which it is timed, if any.
     recorded: Vec<(Option<&'static str>, wgpu::CommandEncoder)>,
     /// The buffer that a prewarming run returns for every request. `None` in a frame that is drawn.
     blank: Option<wgpu::Buffer>,
     /// Whether everything that the passes requested so far was available.
     is_complete: bool,
+}
+
+/// What [`Recorder::submit`] leaves.
+#[derive(Debug)]
+pub struct Submitted {
+    /// The passes, if they were traced; an empty list if nothing was submitted.
+    pub trace: Option<Vec<PassTrace>>,
+    /// CPU time to upload uniforms and to hand the recorded commands to the driver, in milliseconds. If each pass is
+    /// submitted alone, it includes the work of the passes.
+    pub submit_ms: f64,
 }
 
 /// A render pipeline with its bindings. It is empty while the pipeline is being compiled; then nothing is drawn with
@@ -67,7 +85,7 @@ pub struct Drawing {
 
 impl Drawing {
     /// Sets the pipeline and its bind group in a render pass.
-    pub fn set(&self, pass: &mut wgpu::RenderPass<'_>) {
+    pub fn set(&self, pass: &mut Drawer<'_>) {
         if let Some((pipeline, bound)) = &self.ready {
             pass.set_pipeline(pipeline);
             pass.set_bind_group(0, &bound.group, &bound.offsets);
@@ -104,8 +122,10 @@ impl<'a> Recorder<'a> {
             pools,
             timer,
             encoder: encoder(gpu),
+            open: None,
             submits,
             trace: traces.then(Vec::new),
+            copied: Vec::new(),
             recorded: Vec::new(),
             blank: None,
             is_complete: true,
@@ -184,12 +204,14 @@ impl<'a> Recorder<'a> {
         }
         let from = self.pools.arena.push(self.gpu, buffer.name, content);
         let bytes = size_of_val(content) as u64;
+        self.begin_copy(buffer);
         self.encoder.copy_buffer_to_buffer(&from.raw, from.offset, &buffer.raw, buffer.offset, bytes);
     }
 
     /// Clears a buffer to 0, between the passes recorded so far and those that follow.
     pub fn clear(&mut self, buffer: &Buffer) {
         if !self.prewarms() {
+            self.begin_copy(buffer);
             self.encoder.clear_buffer(&buffer.raw, buffer.offset, buffer.size.map(std::num::NonZeroU64::get));
         }
     }
@@ -201,7 +223,16 @@ impl<'a> Recorder<'a> {
             return;
         }
         let at = |(buffer, offset): (&Buffer, u64)| buffer.offset + offset;
+        self.begin_copy(to.0);
         self.encoder.copy_buffer_to_buffer(&from.0.raw, at(from), &to.0.raw, at(to), bytes);
+    }
+
+    /// Closes the open compute pass, because what follows is recorded outside of passes and writes to `buffer`.
+    fn begin_copy(&mut self, buffer: &Buffer) {
+        self.open = None;
+        if self.trace.is_some() {
+            self.copied.push(buffer.name);
+        }
     }
 
     /// Returns the cached value that `find` accepts; without one, creates it with `make` and caches it. A value that
@@ -242,17 +273,25 @@ impl<'a> Recorder<'a> {
 
     /// Runs a shader with the given numbers of workgroups in x and y.
     pub fn groups(&mut self, shader: impl Into<Compute>, groups: [u32; 2], resources: &[Named]) {
-        self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups(groups[0], groups[1], 1));
+        let run = |pass: &mut wgpu::ComputePass<'_>| pass.dispatch_workgroups(groups[0], groups[1], 1);
+        self.dispatch(shader.into(), resources, Work::Dispatch, run);
     }
 
     /// Runs a shader with as many workgroups in x, y and z as the three numbers at byte `offset` of `arguments` say.
     /// `arguments` must not be among the resources.
     pub fn indirect(&mut self, shader: impl Into<Compute>, arguments: &Buffer, offset: u64, resources: &[Named]) {
         let offset = arguments.offset + offset;
-        self.dispatch(shader.into(), resources, |pass| pass.dispatch_workgroups_indirect(&arguments.raw, offset));
+        let run = |pass: &mut wgpu::ComputePass<'_>| pass.dispatch_workgroups_indirect(&arguments.raw, offset);
+        self.dispatch(shader.into(), resources, Work::Indirect(arguments.name), run);
     }
 
-    fn dispatch(&mut self, key: Compute, resources: &[Named], run: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+    fn dispatch(
+        &mut self,
+        key: Compute,
+        resources: &[Named],
+        work: Work,
+        run: impl FnOnce(&mut wgpu::ComputePass<'_>),
+    ) {
         let name = key.name;
         let Pools { compiles, groups, .. } = &mut *self.pools;
         let (key, pipelines) = (Key::Compute(key), self.gpu.pipelines());
@@ -266,20 +305,37 @@ impl<'a> Recorder<'a> {
             self.is_complete = false;
             return;
         };
-        if let Some(trace) = &mut self.trace {
+        if self.trace.is_some() {
             let (reads, writes) = uses(&made.variables, resources);
-            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
+            self.push_trace(name, work, reads, writes);
+        }
+        let record = |pass: &mut wgpu::ComputePass<'_>| {
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+            run(pass);
+        };
+        if self.submits == Submits::Whole {
+            let encoder = &mut self.encoder;
+            record(self.open.get_or_insert_with(|| {
+                let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: None };
+                encoder.begin_compute_pass(&descriptor).forget_lifetime()
+            }));
+            return;
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
             let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
             let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
-            let mut pass = self.encoder.begin_compute_pass(&descriptor);
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bound.group, &bound.offsets);
-            run(&mut pass);
+            record(&mut self.encoder.begin_compute_pass(&descriptor));
         }
         self.end(name, query);
+    }
+
+    fn push_trace(&mut self, name: &'static str, work: Work, reads: Vec<Traced>, writes: Vec<Traced>) {
+        let (submit, copied) = (self.recorded.len() as u32, std::mem::take(&mut self.copied));
+        if let Some(trace) = &mut self.trace {
+            trace.push(PassTrace { name, submit, work, copied, reads, writes });
+        }
     }
 
     /// Prepares a render pipeline with its bindings for [`Recorder::render`].
@@ -306,12 +362,13 @@ impl<'a> Recorder<'a> {
         name: &'static str,
         drawings: &[&Drawing],
         on: Attachments<'_>,
-        record: impl FnOnce(&mut wgpu::RenderPass<'_>),
+        record: impl FnOnce(&mut Drawer<'_>),
     ) {
         if drawings.iter().any(|drawing| drawing.ready.is_none()) {
             return;
         }
-        if let Some(trace) = &mut self.trace {
+        self.open = None;
+        if self.trace.is_some() {
             let mut reads = Vec::new();
             let mut writes: Vec<_> = on.colors.iter().copied().chain(on.depth).map(Traced::of).collect();
             for (read, written) in drawings.iter().filter_map(|drawing| drawing.uses.as_ref()) {
@@ -319,10 +376,11 @@ impl<'a> Recorder<'a> {
                 writes.extend(written.iter().cloned());
             }
             reads.dedup();
-            trace.push(PassTrace { name, submit: self.recorded.len() as u32, reads, writes });
+            self.push_trace(name, Work::Draws(0), reads, writes);
         }
-        let query = self.timer.begin(name, &mut self.encoder);
-        {
+        let is_timed = self.submits == Submits::Timed;
+        let query = if is_timed { self.timer.begin(name, &mut self.encoder) } else { None };
+        let draws = {
             let store = wgpu::StoreOp::Store;
             let load = if on.clears != Clears::Nothing {
                 wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT)
@@ -339,7 +397,7 @@ impl<'a> Recorder<'a> {
                     ops,
                 }));
             }
-            let mut pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            let pass = self.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some(name),
                 color_attachments: &colors,
                 depth_stencil_attachment: on.depth.map(|depth| wgpu::RenderPassDepthStencilAttachment {
@@ -353,7 +411,12 @@ impl<'a> Recorder<'a> {
                 timestamp_writes: query.as_ref().and_then(|query| query.render_pass_timestamp_writes()),
                 ..Default::default()
             });
-            record(&mut pass);
+            let mut drawer = Drawer::new(pass);
+            record(&mut drawer);
+            drawer.draws()
+        };
+        if let Some(pass) = self.trace.as_mut().and_then(|trace| trace.last_mut()) {
+            pass.work = Work::Draws(draws);
         }
         self.end(name, query);
     }
@@ -366,31 +429,44 @@ impl<'a> Recorder<'a> {
         }
     }
 
-    /// Submits the frame if it is complete. Returns its passes if they were traced; the list is empty if nothing was
-    /// submitted.
-    pub fn submit(mut self) -> Option<Vec<PassTrace>> {
+    /// Submits the frame if it is complete.
+    pub fn submit(mut self) -> Submitted {
         if self.prewarms() {
-            return None;
+            return Submitted { trace: None, submit_ms: 0.0 };
         }
+        self.open = None;
+        let is_timed = self.submits == Submits::Timed;
         if !self.is_complete {
-            self.timer.forget(self.gpu);
+            if is_timed {
+                self.timer.forget(self.gpu);
+            }
             self.pools.end_frame();
             self.gpu.cache().end_frame();
-            return self.trace.map(|_| Vec::new());
+            return Submitted { trace: self.trace.map(|_| Vec::new()), submit_ms: 0.0 };
         }
-        self.timer.resolve(&mut self.encoder);
+        if is_timed {
+            self.timer.resolve(&mut self.encoder);
+        }
+        // wgpu encodes the commands for the driver when an encoder is finished, so that is part of recording.
+        let last = self.encoder.finish();
+        let finish = |(name, recorded): (Option<&'static str>, wgpu::CommandEncoder)| (name, recorded.finish());
+        let recorded: Vec<_> = self.recorded.drain(..).map(finish).collect();
+        let begun = Instant::now();
         self.pools.arena.flush(self.gpu);
-        for (name, recorded) in self.recorded.drain(..) {
+        for (name, recorded) in recorded {
             match name {
                 Some(name) => self.timer.time(self.gpu, name, recorded),
-                None => _ = self.gpu.queue.submit([recorded.finish()]),
+                None => _ = self.gpu.queue.submit([recorded]),
             }
         }
-        self.gpu.queue.submit([self.encoder.finish()]);
-        self.timer.end_frame();
+        self.gpu.queue.submit([last]);
+        let submit_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        if is_timed {
+            self.timer.end_frame();
+        }
         self.pools.end_frame();
         self.gpu.cache().end_frame();
-        self.trace
+        Submitted { trace: self.trace, submit_ms }
     }
 
     fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
@@ -403,6 +479,7 @@ impl<'a> Recorder<'a> {
 
     /// Ends a submit, which is timed under `name`, if any.
     fn cut(&mut self, name: Option<&'static str>) {
+        self.open = None;
         let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
         self.recorded.push((name, recorded));
     }

@@ -1,5 +1,7 @@
 //! Measures the GPU time of each pass.
 //!
+//! Nothing is measured unless it is requested ([`Submits::Timed`]), because timestamps keep dispatches apart.
+//!
 //! On a GPU, wgpu-profiler writes timestamps around each pass, and they are read a few frames later without waiting. On
 //! a software driver timestamps do not time compute passes (Mesa's writes both when the next picture is rasterised).
 //! But the driver works on the CPU, so there each pass is submitted alone and timed by the CPU's clock until it is
@@ -85,12 +87,12 @@ impl Timer {
     }
 
     /// Submits a pass alone, waits for it, and adds its time.
-    pub(super) fn time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandEncoder) {
+    pub(super) fn time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandBuffer) {
         // Finishes pending uploads first, so that they do not count as time of the pass.
         gpu.queue.submit([]);
         gpu.wait();
         let start = Instant::now();
-        gpu.queue.submit([recorded.finish()]);
+        gpu.queue.submit([recorded]);
         gpu.wait();
         add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
     }

@@ -1,6 +1,8 @@
 //! A trace of what the passes of a frame read and write. The list of passes in `src/frame_passes.md`, the memory
 //! traffic by pass, and the pictures that `--show` can draw come from it.
 
+use rustc_hash::FxHashMap;
+
 use super::bind::{Named, Resource};
 use super::reflection::Variable;
 use super::target::Target;
@@ -12,10 +14,25 @@ pub struct PassTrace {
     pub name: &'static str,
     /// Index of its submit in the frame, from 0.
     pub submit: u32,
+    /// What it makes the GPU do.
+    pub work: Work,
+    /// Names of the buffers that were copied to or cleared between the pass before it and this one.
+    pub copied: Vec<&'static str>,
     /// Resources that it reads, in the order of its bindings.
     pub reads: Vec<Traced>,
     /// Resources that it writes.
     pub writes: Vec<Traced>,
+}
+
+/// What a pass makes the GPU do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Work {
+    /// A dispatch of compute workgroups.
+    Dispatch,
+    /// A dispatch whose number of workgroups is in the buffer of this name.
+    Indirect(&'static str),
+    /// A render pass with this many draws.
+    Draws(u32),
 }
 
 /// A picture, buffer or uniform that a pass reads or writes.
@@ -52,6 +69,81 @@ impl PassBytes {
             known.iter().map(|used| used.bytes).sum()
         };
         Self { read: bytes(|pass| &pass.reads), written: bytes(|pass| &pass.writes) }
+    }
+}
+
+/// What a frame gives the GPU to do, when its passes are not timed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(crate) struct FrameCounts {
+    /// Compute and render passes of wgpu. Dispatches that follow each other share one.
+    pub passes: u32,
+    /// Compute dispatches, with a number of workgroups from the CPU or from the GPU.
+    pub dispatches: u32,
+    /// Draws in render passes.
+    pub draws: u32,
+    /// Copies between buffers, and clears of buffers.
+    pub copies: u32,
+    /// How often a dispatch, a render pass or a copy has to wait for earlier ones, because it reads or writes what they
+    /// wrote, or writes what they read. What a shader may write counts as written.
+    pub barriers: u32,
+}
+
+#[allow(dead_code, reason = "the reports of `bench` will have them")]
+impl FrameCounts {
+    /// Counts the passes of a frame, however they were submitted.
+    pub(crate) fn of(trace: &[PassTrace]) -> Self {
+        let mut counts = Self::default();
+        let mut states = States::default();
+        let mut is_open = false;
+        for pass in trace {
+            for &buffer in &pass.copied {
+                counts.copies += 1;
+                counts.barriers += u32::from(states.write((buffer, None)));
+                is_open = false;
+            }
+            let mut waits = false;
+            match pass.work {
+                Work::Draws(draws) => {
+                    counts.draws += draws;
+                    counts.passes += 1;
+                    is_open = false;
+                }
+                Work::Dispatch | Work::Indirect(_) => {
+                    counts.dispatches += 1;
+                    counts.passes += u32::from(!is_open);
+                    is_open = true;
+                }
+            }
+            if let Work::Indirect(arguments) = pass.work {
+                waits |= states.read((arguments, None));
+            }
+            for used in pass.reads.iter().filter(|used| !pass.writes.contains(used)) {
+                waits |= states.read((used.name, used.texture.as_ref()));
+            }
+            for used in &pass.writes {
+                waits |= states.write((used.name, used.texture.as_ref()));
+            }
+            counts.barriers += u32::from(waits);
+        }
+        counts
+    }
+}
+
+/// How each resource was last used in a frame. A buffer is known by its name.
+#[derive(Default)]
+struct States<'a> {
+    is_written: FxHashMap<(&'static str, Option<&'a wgpu::Texture>), bool>,
+}
+
+impl<'a> States<'a> {
+    /// Notes that a resource is read, and returns whether the reader has to wait.
+    fn read(&mut self, used: (&'static str, Option<&'a wgpu::Texture>)) -> bool {
+        self.is_written.insert(used, false) == Some(true)
+    }
+
+    /// Notes that a resource is written, and returns whether the writer has to wait.
+    fn write(&mut self, used: (&'static str, Option<&'a wgpu::Texture>)) -> bool {
+        self.is_written.insert(used, true).is_some()
     }
 }
 
@@ -94,4 +186,36 @@ pub(super) fn uses(variables: &[Variable], resources: &[Named]) -> (Vec<Traced>,
         }
     }
     (reads, writes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pass(work: Work, reads: &[&'static str], writes: &[&'static str]) -> PassTrace {
+        let traced = |names: &[&'static str]| {
+            names.iter().map(|name| Traced { name, texture: None, bytes: 4 }).collect::<Vec<_>>()
+        };
+        let (copied, reads, writes) = (Vec::new(), traced(reads), traced(writes));
+        PassTrace { name: "pass", submit: 0, work, copied, reads, writes }
+    }
+
+    #[test]
+    fn dispatches_share_a_pass_until_something_comes_between() {
+        let mut trace = vec![
+            pass(Work::Dispatch, &["uniform"], &["a"]),
+            pass(Work::Dispatch, &["uniform"], &["b"]),
+            pass(Work::Indirect("a"), &["b"], &["c"]),
+            pass(Work::Draws(3), &["c"], &["picture"]),
+            pass(Work::Dispatch, &["uniform"], &["d"]),
+        ];
+        let expected = FrameCounts { passes: 3, dispatches: 4, draws: 3, copies: 0, barriers: 2 };
+        assert_eq!(FrameCounts::of(&trace), expected);
+        // Planted: a copy between two dispatches closes their pass, and waits for the one that wrote its buffer.
+        trace[1].copied.push("a");
+        assert_eq!(FrameCounts::of(&trace), FrameCounts { passes: 4, copies: 1, barriers: 3, ..expected });
+        // Planted: a write to what was read before.
+        trace[4].writes[0].name = "c";
+        assert_eq!(FrameCounts::of(&trace).barriers, 4);
+    }
 }

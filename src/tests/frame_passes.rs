@@ -16,7 +16,7 @@ use glam::DVec3;
 use hachure::frame::{self, Antialias, Renderer};
 use hachure::gpu::shader::SHADERS;
 use hachure::gpu::target::{Target, TargetKind};
-use hachure::gpu::trace::{PassTrace, Traced};
+use hachure::gpu::trace::{PassTrace, Traced, Work};
 use hachure::picture::show::{self, ShowError};
 use hachure::scene::Wind;
 use hachure::scene::forest::Form;
@@ -226,7 +226,14 @@ fn the_table_is_that_of_the_frames() {
     assert!(outside_frames.iter().all(|name| LIST.contains(name)));
     // Planted errors: a pass that reads another resource, and a pass that is not listed.
     let more = Traced { name: "nothing", texture: None, bytes: 0 };
-    let planted = |name| PassTrace { name, submit: 0, reads: vec![more.clone()], writes: Vec::new() };
+    let planted = |name| PassTrace {
+        name,
+        submit: 0,
+        work: Work::Dispatch,
+        copied: Vec::new(),
+        reads: vec![more.clone()],
+        writes: Vec::new(),
+    };
     for name in ["surface/land/resolve", "surface/none"] {
         traces.add("ink", &[planted(name)]);
         assert!(traces.table() != table, "a change of {name} does not change the table");
@@ -272,7 +279,14 @@ fn every_picture_of_a_frame_can_be_shown() {
     let kind = TargetKind::storage("new", wgpu::TextureFormat::Rgba8Uint);
     let texture = Some(Target::new(&world.gpu, &kind, [4, 4]).texture);
     let new = Traced { name: "new", texture, bytes: 64 };
-    trace.push(PassTrace { name: "surface/none", submit: 0, reads: vec![new], writes: Vec::new() });
+    trace.push(PassTrace {
+        name: "surface/none",
+        submit: 0,
+        work: Work::Dispatch,
+        copied: Vec::new(),
+        reads: vec![new],
+        writes: Vec::new(),
+    });
     assert!(matches!(look_at_all(&world, &trace), Err(ShowError::Format { name: "new", .. })));
     let error = show::read(&world.gpu, &trace, "nwe", SIZE_PX).unwrap_err().to_string();
     assert!(error.contains("--show nwe") && error.contains("new") && error.contains("surface id"), "{error}");

@@ -37,7 +37,7 @@ impl TracedPasses {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::gpu::trace::Traced;
+    use crate::gpu::trace::{Traced, Work};
 
     fn used(name: &'static str, bytes: u64) -> Traced {
         Traced { name, texture: None, bytes }
@@ -48,6 +48,8 @@ mod tests {
         let pass = |name, reads: &[Traced]| PassTrace {
             name,
             submit: 0,
+            work: Work::Dispatch,
+            copied: Vec::new(),
             reads: reads.to_vec(),
             writes: vec![used("depth", 100)],
         };

@@ -26,6 +26,7 @@ use self::shared::{Look, Shared};
 use crate::forest::model::TreeModel;
 use crate::forest::species::Grown;
 use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::drawer::Drawer;
 use crate::gpu::recorder::Recorder;
 #[cfg(test)]
 pub(crate) use crate::gpu::wgsl::shared::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
@@ -90,7 +91,7 @@ impl DrawnTrees {
     }
 
     /// Draws the trees of a list with the pipeline that is set.
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, list: u32) {
+    fn draw(&self, pass: &mut Drawer<'_>, list: u32) {
         pass.draw_indirect(&self.draws.raw, self.draws.offset + u64::from(list * DRAW_WORDS * 4));
     }
 }

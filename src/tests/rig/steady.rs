@@ -1,7 +1,10 @@
 //! Tests that a steady frame creates no GPU objects, and measures how long recording takes.
 
+use std::collections::BTreeSet;
+
 use hachure::frame::Renderer;
-use hachure::scene::view::Rig;
+use hachure::gpu::trace::{FrameCounts, Work};
+use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
 
 use crate::tests::common::full;
@@ -36,23 +39,48 @@ fn a_steady_frame_makes_no_gpu_object() {
     }
 }
 
-/// Run with `cargo test --release --lib tests::rig -- --ignored --nocapture`.
+/// Prints what each preset's frames consist of, and the CPU time to record and submit them, at a size at which drawing
+/// itself takes little.
+///
+/// Run with `cargo test --release --lib tests::rig::steady -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
 fn recording_takes_milliseconds() {
     let Some(mut world) = hill_apart() else { return };
     let pose = world.pose(START);
+    println!("| preset | names | passes | dispatches | indirect | draws | copies | barriers | record ms | submit ms |");
     for name in crate::tests::common::presets() {
-        let style = Style::load(name).unwrap();
+        let mut style = Style::load(name).unwrap();
+        style.strokes_mut().into_iter().for_each(|strokes| strokes.update_every = 1);
         let mut renderer = Renderer::new(&world.gpu).unwrap();
-        let rig = Rig::mono(view(pose, pose));
-        let mut times_ms = Vec::new();
+        let rig = Rig::mono(View::whole(pose, pose, [64, 36]));
+        renderer.set_traces(true);
+        (0..3).for_each(|_| draw_rig(&mut world, &mut renderer, &style, &rig));
+        let counts = FrameCounts::of(renderer.trace());
+        let names: BTreeSet<&str> = renderer.trace().iter().map(|pass| pass.name).collect();
+        let indirect = renderer.trace().iter().filter(|pass| matches!(pass.work, Work::Indirect(_))).count();
+        if std::env::var_os("HACHURE_LIST").is_some() {
+            let of = |name: &str| renderer.trace().iter().filter(|pass| pass.name == name).count();
+            names.iter().for_each(|name| println!("  {:3} {name}", of(name)));
+        }
+        renderer.set_traces(false);
+        let [mut record_ms, mut submit_ms] = [Vec::new(), Vec::new()];
         for _ in 0..60 {
             draw_rig(&mut world, &mut renderer, &style, &rig);
             world.gpu.wait();
-            times_ms.push(renderer.record_ms());
+            record_ms.push(renderer.cpu().record_ms);
+            submit_ms.push(renderer.cpu().submit_ms);
         }
-        times_ms.sort_by(f64::total_cmp);
-        println!("{name}: {:.3} ms median, {:.3} ms at most", times_ms[30], times_ms[59]);
+        let median = |times_ms: &mut Vec<f64>| {
+            times_ms.sort_by(f64::total_cmp);
+            times_ms[30]
+        };
+        let [record_ms, submit_ms] = [median(&mut record_ms), median(&mut submit_ms)];
+        let FrameCounts { passes, dispatches, draws, copies, barriers } = counts;
+        println!(
+            "| `{name}` | {} | {passes} | {dispatches} | {indirect} | {draws} | {copies} | {barriers} | {record_ms:.3} | \
+             {submit_ms:.3} |",
+            names.len()
+        );
     }
 }
