@@ -16,6 +16,7 @@ mod mark_sets;
 mod passes;
 mod rows;
 mod shade;
+mod surface;
 mod switch;
 mod trees;
 mod water;
@@ -41,7 +42,6 @@ use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::{self, Lines, Style};
-pub use crate::surface::POSITION;
 use crate::surface::hidden::HiddenArea;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
@@ -345,6 +345,7 @@ impl Renderer {
         let mut resized = false;
         for (memory, view) in self.eyes.iter_mut().zip(&rig.eyes) {
             resized |= memory.begin_frame(gpu, view, style)?;
+            memory.view = Some(view.uniform(rig.origin_m));
         }
         if resized {
             // Bind groups refer to the pictures of the old size.

@@ -1,6 +1,7 @@
 // Combines paper, sky, tones, haze, focus and inks into the picture.
 #import hachure::focus::{Focus, in_focus, half_of_focus, focus_width}
 #import hachure::view::{View, above_horizon, distance_from_eye, ray_of_pixel}
+#import hachure::seen::place_seen
 #import hachure::paper::{bordered, paper_grain}
 
 // Ink of one colour, over the tones and over the inks before it.
@@ -59,7 +60,7 @@ struct Composite {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> composite: Composite;
-@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
 @group(0) @binding(3) var tone: texture_2d<f32>;
 @group(0) @binding(4) var<storage, read> focus: Focus;
 #ifdef SKY
@@ -120,7 +121,7 @@ fn nearest_surface(pixel: vec2<i32>) -> vec4<f32> {
     var nearest = vec4<f32>(vec3<f32>(0.0), 1e30);
     for (var y = -1; y <= 1; y++) {
         for (var x = -1; x <= 1; x++) {
-            let at = textureLoad(position, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last), 0);
+            let at = place_seen(view, distance_m, clamp(pixel + vec2<i32>(x, y), vec2<i32>(0), last));
             if at.w > 0.0 {
                 let distance_m = distance_from_eye(view, at.xyz);
                 nearest = select(nearest, vec4<f32>(at.xyz, distance_m), distance_m < nearest.w);
@@ -183,7 +184,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let shaded = textureLoad(tone, pixel, 0);
     let sheet = vec2<f32>(pixel + view.origin_px);
     var place = Place(pixel, sheet + 0.5, at.w <= 0.0, 0.0, 1.0, 1.0);

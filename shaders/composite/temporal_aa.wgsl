@@ -15,6 +15,7 @@
 // strokes (STROKES): their borders are antialiased and they follow the world by themselves, and repeated interpolation
 // would only degrade them. Half of their ink is from the history, which removes flicker.
 #import hachure::view::{View, motion_of, ray_of_pixel}
+#import hachure::seen::place_seen
 #import hachure::color::hash
 #import hachure::paper::{bordered, paper_grain}
 
@@ -45,7 +46,7 @@ struct TemporalAa {
 @group(0) @binding(1) var<uniform> temporal_aa: TemporalAa;
 // This frame: linear colour, and in the fourth channel the ink of lines.
 @group(0) @binding(2) var sample_picture: texture_2d<f32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 // Motion from the previous frame to this one, in pixels.
 @group(0) @binding(4) var motion: texture_2d<f32>;
 #ifdef STROKES
@@ -151,7 +152,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let drawn = textureLoad(sample_picture, around, 0);
         least = min(least, drawn);
         most = max(most, drawn);
-        let depth_m = textureLoad(position, around, 0).w;
+        let depth_m = textureLoad(distance_m, around, 0).r;
         if depth_m > 0.0 && log_of(depth_m) < distance {
             distance = log_of(depth_m);
             nearest = around;
@@ -170,7 +171,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let moved_px = textureLoad(motion, nearest, 0).xy;
         let place = vec2<f32>(pixel) + 0.5 - moved_px;
         if all(place >= vec2<f32>(0.0)) && all(place < vec2<f32>(view.size_px)) {
-            let at = textureLoad(position, nearest, 0);
+            let at = place_seen(view, distance_m, nearest);
             let was_m = (view.previous_clip_from_camera * vec4<f32>(at.xyz, 1.0)).w;
             let before = drawn_before(place, select(SKY, log_of(was_m), at.w > 0.0));
             let is_same = before.age >= 0.0;

@@ -12,6 +12,7 @@
 // grow as well. The density of lines follows a coarser form than the lines themselves: they do not end in each small
 // fold.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
 #import hachure::form::{form_of_level, level_seen, steps_on_plane}
@@ -39,7 +40,7 @@ struct CutRules {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: CutRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_2d<f32>;
 // Ink of each family in its own channel, 0 to 1.
 @group(0) @binding(5) var ink: texture_storage_2d<rgba16float, write>;
@@ -89,7 +90,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let dark = clamp(1.0 - textureLoad(tone, pixel, 0).a, 0.0, rules.darkest);
     if at.w <= 0.0 || dark <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(ink, pixel, vec4<f32>(0.0, 0.0, 0.0, 1.0));

@@ -8,6 +8,7 @@
 // Every `index`-th line, usually every fifth, is heavier. Lines that are too close to be distinguished fade out, and
 // the heavier ones after them.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::{bend_normal, unbend}
 #import hachure::form::{form_of_level, level_seen, steps_on_plane}
@@ -30,7 +31,7 @@ struct HeightLineRules {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: HeightLineRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 // Positive on water, which is level, so that a line of its height would wander along its shores. A single texel without
 // water.
 @group(0) @binding(4) var water: texture_2d<f32>;
@@ -57,7 +58,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let on_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
     if at.w <= 0.0 || on_water || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(ink, pixel, vec4<f32>(0.0));

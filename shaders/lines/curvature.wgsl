@@ -19,6 +19,7 @@
 // direction grows by the bend times the distance from the picture's corner, and the texture swirls (the thesis reports
 // "some warping"). Here u runs along the nearest of SECTORS directions, and is blended into the next one.
 #import hachure::view::{View, place_of_pixel, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 #import hachure::surface_id::{has_trait, SMOOTH}
 #ifdef TEXTURED
@@ -44,8 +45,8 @@ struct CurvatureLines {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> curvature_lines: CurvatureLines;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 @group(0) @binding(5) var radial: texture_2d<f32>;
 // Ink of the lines of trees, from another detector; 0 where there are none.
 @group(0) @binding(6) var tree_line: texture_2d<f32>;
@@ -153,9 +154,9 @@ fn from_contour_by_sides(pixel: vec2<i32>, at: vec4<f32>, n: vec3<f32>, facing: 
     for (var i = 0; i < 4; i++) {
         let side = select(-1, 1, (i & 1) == 1);
         let neighbour = clamp(pixel + select(vec2<i32>(0, side), vec2<i32>(side, 0), i < 2), vec2<i32>(0), last);
-        let there = textureLoad(position, neighbour, 0);
+        let there = place_seen(view, distance_m, neighbour);
         if there.w > 0.0 && abs(dot(n, there.xyz - at.xyz)) < allowed_m {
-            most = max(most, abs(facing_of(there, textureLoad(normal, neighbour, 0).xyz) - facing));
+            most = max(most, abs(facing_of(there, normal_seen(normal, neighbour)) - facing));
         }
     }
     return 0.5 * abs(facing) / max(most, 1e-4);
@@ -204,10 +205,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     var ink = textureLoad(tree_line, min(pixel, vec2<i32>(textureDimensions(tree_line)) - 1), 0).r;
     if at.w > 0.0 && has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
-        let n = textureLoad(normal, pixel, 0).xyz;
+        let n = normal_seen(normal, pixel);
         let seen = between(pixel, at, n);
         if seen.is_there {
             ink = max(ink, max(contour_ink(pixel, at, n, seen.own.x), suggestive_ink(pixel, seen)));

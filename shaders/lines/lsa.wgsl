@@ -20,6 +20,7 @@
 //   once and last, the density filter means the same with and without Eq. 8, and Eq. 8 adds no lines.
 // - Sky is an error of 1 in each of the terms of Eq. 8: a hole of one pixel in the land is halved, too.
 #import hachure::view::{View, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen}
 
 struct Lsa {
     // epsilon = epsilon_paper_m + epsilon_footprint * (pixel's size in the world).
@@ -33,8 +34,8 @@ struct Lsa {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> lsa: Lsa;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<u32>;
 // Errors of the axes (1,0), (0,1), (1,1), (1,-1); the greatest is E(p) of Eq. 1.
 @group(0) @binding(4) var errors: texture_storage_2d<rgba16float, write>;
 #ifdef EIGHT
@@ -107,7 +108,7 @@ fn deviation(p: Sample, q: Sample, surface: Fit) -> f32 {
 }
 
 fn load(pixel: vec2<i32>) -> Sample {
-    return Sample(textureLoad(position, pixel, 0).xyz, textureLoad(normal, pixel, 0).xyz);
+    return Sample(place_seen(view, distance_m, pixel).xyz, normal_seen(normal, pixel));
 }
 
 fn is_sky(s: Sample) -> bool {

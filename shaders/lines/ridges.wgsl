@@ -40,8 +40,8 @@ struct RidgeRules {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> ridge_rules: RidgeRules;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<u32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 #ifdef APPARENT
@@ -177,5 +177,5 @@ fn main(
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
     let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.orientation > 0.0);
-    put_curves(view, position, normal, cell, curves_in_cell(cell.block), kind, 2u);
+    put_curves(view, distance_m, normal, cell, curves_in_cell(cell.block), kind, 2u);
 }

@@ -5,13 +5,14 @@
 // hole too, and the line of the ridge must stay: there the nearest surface around the line is off the plane of the land
 // next to the hole.
 #import hachure::view::{View, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var line: texture_2d<f32>;
 // Ink of the rims; its second channel is 1 on land next to a hole.
 @group(0) @binding(2) var rim: texture_2d<f32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 @group(0) @binding(5) var rimless: texture_storage_2d<r32float, write>;
 
 const REACH_PX: i32 = 2;
@@ -22,7 +23,7 @@ const OTHER_LAND_PX: f32 = 3.0;
 fn nearest_around(p: vec2<i32>, last: vec2<i32>) -> vec4<f32> {
     var nearest = vec4<f32>(0.0);
     for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
-        let at = textureLoad(position, neighbor(p, i, last), 0);
+        let at = place_seen(view, distance_m, neighbor(p, i, last));
         if at.w > 0.0 && (nearest.w <= 0.0 || at.w < nearest.w) {
             nearest = at;
         }
@@ -41,7 +42,7 @@ fn is_along_rim(p: vec2<i32>, last: vec2<i32>) -> bool {
     for (var i = 0; i < (2 * REACH_PX + 1) * (2 * REACH_PX + 1); i++) {
         let q = neighbor(p, i, last);
         if textureLoad(rim, q, 0).g > 0.0 {
-            let away_m = dot(textureLoad(normal, q, 0).xyz, nearest.xyz - textureLoad(position, q, 0).xyz);
+            let away_m = dot(normal_seen(normal, q), nearest.xyz - place_seen(view, distance_m, q).xyz);
             if abs(away_m) < off_m {
                 return true;
             }

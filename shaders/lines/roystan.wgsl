@@ -10,10 +10,11 @@
 // in the original with that of the corner alone, which misses edges from one side. And the orientation of the surface
 // is that of the pixel, not of the corner.
 #import hachure::view::{View, ray_of_pixel}
+#import hachure::seen::normal_seen
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var position: texture_2d<f32>;
-@group(0) @binding(2) var normal: texture_2d<f32>;
+@group(0) @binding(1) var distance_m: texture_2d<f32>;
+@group(0) @binding(2) var normal: texture_2d<u32>;
 @group(0) @binding(3) var errors: texture_storage_2d<rgba16float, write>;
 
 fn inside(pixel: vec2<i32>) -> vec2<i32> {
@@ -21,12 +22,12 @@ fn inside(pixel: vec2<i32>) -> vec2<i32> {
 }
 
 fn inverse_depth(pixel: vec2<i32>) -> f32 {
-    let d = textureLoad(position, inside(pixel), 0).w;
+    let d = textureLoad(distance_m, inside(pixel), 0).r;
     return select(1.0 / d, 0.0, d <= 0.0);
 }
 
 fn packed_normal(pixel: vec2<i32>) -> vec3<f32> {
-    return textureLoad(normal, inside(pixel), 0).xyz * 0.5 + 0.5;
+    return normal_seen(normal, inside(pixel)) * 0.5 + 0.5;
 }
 
 @compute @workgroup_size(8, 8)
@@ -41,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let d = p + vec2<i32>(-1, 1);
     let depth_here = inverse_depth(p);
     let across = vec2<f32>(inverse_depth(b) - inverse_depth(a), inverse_depth(d) - inverse_depth(c));
-    let n = textureLoad(normal, p, 0).xyz;
+    let n = normal_seen(normal, p);
     let facing = dot(n, -normalize(ray_of_pixel(view, p)));
     let k = 1.0 + 7.0 * clamp((1.0 - facing - 0.5) / 0.5, 0.0, 1.0);
     // The device depth is 1 / distance times a constant, which cancels.

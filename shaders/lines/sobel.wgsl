@@ -5,12 +5,12 @@
 #import hachure::view::View
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(1) var distance_m: texture_2d<f32>;
 @group(0) @binding(2) var errors: texture_storage_2d<rgba16float, write>;
 
 fn depth_m(pixel: vec2<i32>) -> f32 {
     let inside = clamp(pixel, vec2<i32>(0), vec2<i32>(view.size_px) - 1);
-    let d = textureLoad(position, inside, 0).w;
+    let d = textureLoad(distance_m, inside, 0).r;
     // The sky is far, but finite.
     return select(d, 1e7, d <= 0.0);
 }

@@ -38,8 +38,8 @@ struct SuggestiveRules {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> suggestive_rules: SuggestiveRules;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<u32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 @group(0) @binding(6) var shape_change: texture_2d<f32>;
@@ -98,5 +98,5 @@ fn main(
         return;
     }
     let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
-    put_curves(view, position, normal, cell, look(cell.block), KIND_SUGGESTIVE, 0u);
+    put_curves(view, distance_m, normal, cell, look(cell.block), KIND_SUGGESTIVE, 0u);
 }

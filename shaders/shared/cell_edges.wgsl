@@ -15,7 +15,7 @@ struct Cell {
 
 // Appends the curves of a cell. All threads of a workgroup call it, at stages 0 and 1. `first_key` separates the keys
 // of one pass from those of another.
-fn put_curves(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, cell: Cell, found: Curves, kind: u32, first_key: u32) {
+fn put_curves(view: View, distance_m: texture_2d<f32>, normal: texture_2d<u32>, cell: Cell, found: Curves, kind: u32, first_key: u32) {
     var curves = found;
     clear_marks(cell.thread);
     workgroupBarrier();
@@ -29,7 +29,7 @@ fn put_curves(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, ce
     let first = place_in_list(cell.group, 2u * cell.thread);
     for (var i = 0u; i < curves.count; i++) {
         let line = curves.lines[i];
-        put_edge(first + i, Edge(on_surface(view, position, normal, line.xy), key_of_cell(view, cell.block) + i + first_key,
-            on_surface(view, position, normal, line.zw), kind));
+        put_edge(first + i, Edge(on_surface(view, distance_m, normal, line.xy), key_of_cell(view, cell.block) + i + first_key,
+            on_surface(view, distance_m, normal, line.zw), kind));
     }
 }

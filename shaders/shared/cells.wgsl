@@ -5,6 +5,7 @@
 // all conditions on the curve hold.
 #define_import_path hachure::cells
 #import hachure::view::{View, place_at, ray_at, place_of_pixel, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen}
 #import hachure::mark_normal::{BLOCK_PX, first_block, pixel_of_block}
 
 // Two corners are on one surface if each is this near the other's tangent plane, in widths of a cell on the ground.
@@ -103,10 +104,10 @@ fn curves_of(view: View, nw: Corner, ne: Corner, se: Corner, sw: Corner) -> Curv
 
 // Returns the point of the visible surface at a position on the picture: where its ray meets the tangent plane of the
 // pixel there.
-fn on_surface(view: View, position: texture_2d<f32>, normal: texture_2d<f32>, px: vec2<f32>) -> vec3<f32> {
+fn on_surface(view: View, distance_m: texture_2d<f32>, normal: texture_2d<u32>, px: vec2<f32>) -> vec3<f32> {
     let pixel = clamp(vec2<i32>(floor(px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
-    let at = textureLoad(position, pixel, 0);
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let at = place_seen(view, distance_m, pixel);
+    let n = normal_seen(normal, pixel);
     let ray = ray_at(view, px);
     let facing = dot(n, ray);
     let depth_m = dot(n, at.xyz - view.eye_m) / select(facing, -1e-6, abs(facing) < 1e-6);

@@ -4,6 +4,7 @@
 // With HORIZON_MAPS the land casts shadows, with TREE_SHADOWS trees do.
 #define_import_path hachure::lit_surface
 #import hachure::view::View
+#import hachure::seen::surface_seen
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::Light
 #import hachure::lit_normal::lit_normal
@@ -14,8 +15,8 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var<storage, read> focus: Focus;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 // The normal of the land's form: see surface/form.wgsl. A single empty texel if the land itself is lit.
 @group(0) @binding(5) var form_normal: texture_2d<f32>;
 #ifdef TREE_SHADOWS
@@ -35,7 +36,7 @@ struct LitSurface {
 fn lit_surface(pixel: vec2<i32>, at: vec4<f32>) -> LitSurface {
     let clear = in_focus(focus, view, at.xyz, vec2<f32>(pixel + view.origin_px) + 0.5);
     // Away from the focus there is less detail.
-    let n = lit_normal(view, form_normal, pixel, at, textureLoad(normal, pixel, 0), light.detail * clear);
+    let n = lit_normal(view, form_normal, pixel, at, surface_seen(normal, pixel), light.detail * clear);
 #ifdef HORIZON_MAPS
     var seen = visibility_at(at.xyz, light.to_sun);
 #else

@@ -10,6 +10,7 @@
 // / W + (H(a, b) H(p, c) + H(b, c) H(p, a) + H(c, a) H(p, b)) / W^3 (Rusinkiewicz 2004 estimates both from triangles).
 // The curvature of the earth is neglected, as it is a hundred times less than that of any hill.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world, GridPoint, first_sample, last_sample}
 #import hachure::earth::{Unbent, unbend, unbend_direction, bend_normal}
 #import hachure::form::{form_of_level, level_seen, MAX_BEYOND}
@@ -25,7 +26,7 @@ struct CurvatureRules {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> curvature_rules: CurvatureRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 // Positive on water, which is flat whatever the land's form there; a single texel in scenes without water.
 @group(0) @binding(7) var water: texture_2d<f32>;
 // xyz: the form's unit normal; w: distance along the view axis. All 0 where there is no land.
@@ -86,7 +87,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = pixel_of_block(view, block);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let is_water = textureLoad(water, min(pixel, vec2<i32>(textureDimensions(water)) - 1), 0).r > 0.0;
     if at.w <= 0.0 || is_water || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(shape_normal, block, vec4<f32>(0.0));

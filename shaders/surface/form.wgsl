@@ -10,6 +10,7 @@
 // up to `turn_rad`, as cartographers and Brassel (1974, "A Model for Automatic Hill-Shading") turn it. What is rotated
 // is the normal, the other way around the plumb line: so slopes, and the light on other things, stay as they are.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
 #import hachure::form::{form_of_level, form_seen, MAX_BEYOND}
@@ -32,7 +33,7 @@ const RIDGE: f32 = 0.01;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> form_rules: FormRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 // xyz: unit normal in the world; w: distance along the view axis. All 0 where there is no land.
 @group(0) @binding(4) var form_normal: texture_storage_2d<rgba32float, write>;
 
@@ -58,7 +59,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = pixel_of_block(view, block);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(form_normal, block, vec4<f32>(0.0));
         return;

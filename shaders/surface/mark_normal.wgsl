@@ -6,6 +6,7 @@
 // normal is a function of position and distance alone, so it is smooth across tiles and levels of detail, and does not
 // change when the camera turns. Marks treat a tree as flat and facing the eye.
 #import hachure::view::View
+#import hachure::seen::{place_seen, surface_seen}
 #import hachure::terrain::grid_from_world
 #import hachure::earth::unbend
 #import hachure::form::{form_seen, normal_of_level}
@@ -24,8 +25,8 @@ const CALM_LEVELS: f32 = 2.0;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> mark_rules: MarkRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 // xyz: unit normal in the world; w: distance along the view axis. All 0 is the sky.
 @group(0) @binding(5) var mark_normal: texture_storage_2d<rgba32float, write>;
 
@@ -36,13 +37,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = pixel_of_block(view, block);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(mark_normal, block, vec4<f32>(0.0));
         return;
     }
     if !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
-        textureStore(mark_normal, block, vec4<f32>(own_mark_normal(view, pixel, textureLoad(normal, pixel, 0)), at.w));
+        textureStore(mark_normal, block, vec4<f32>(own_mark_normal(view, pixel, surface_seen(normal, pixel)), at.w));
         return;
     }
     let flat_place = unbend(at.xyz);

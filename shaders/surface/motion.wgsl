@@ -4,12 +4,13 @@
 // impostor as it leans. Three effects are neglected: the curvature of the earth rotates that displacement by less than
 // 0.01, half floats round it by 0.05 %, and the visible part of the flutter is taken from this frame's distance.
 #import hachure::view::{View, motion_of, ray_of_pixel}
+#import hachure::seen::place_seen
 #ifdef WIND
 #import hachure::surface_id::{has_trait, MOVING}
 #endif
 
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var position: texture_2d<f32>;
+@group(0) @binding(1) var distance_m: texture_2d<f32>;
 @group(0) @binding(2) var motion: texture_storage_2d<rg32float, write>;
 #ifdef WIND
 @group(0) @binding(3) var surface_id: texture_2d<u32>;
@@ -23,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     // The sky is a direction.
     var point = select(vec4<f32>(ray_of_pixel(view, pixel), 0.0), vec4<f32>(at.xyz, 1.0), at.w > 0.0);
 #ifdef WIND

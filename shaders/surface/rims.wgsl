@@ -10,6 +10,7 @@
 // dashes are even, and they stay on the land when the eye moves. A rim that crosses no lattice line is a small ring,
 // whose dashes begin at its northernmost point.
 #import hachure::view::View
+#import hachure::seen::{normal_seen, place_seen}
 #import hachure::terrain::{levels, grid_from_world, place_on_level, surface_level}
 #import hachure::surface::{cell_at, void_share, RIM_SHARE}
 #import hachure::earth::unbend
@@ -27,8 +28,8 @@ struct RimRules {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rim_rules: RimRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 // Ink, 0 to 1; and 1 on land next to a hole.
 @group(0) @binding(5) var rim: texture_storage_2d<rg32float, write>;
 
@@ -173,7 +174,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(rim, pixel, vec4<f32>(0.0));
         return;
@@ -183,7 +184,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     level = cell_at(surface_level(point.g, length(flat_m)).place, point.g).level;
     let info = levels[level];
     let place = point.g * info.scale + info.fraction;
-    let steps = steps_on_plane(view, pixel, at.w, textureLoad(normal, pixel, 0).xyz);
+    let steps = steps_on_plane(view, pixel, at.w, normal_seen(normal, pixel));
     let right = (point.dg_dx * steps[0].x + point.dg_dy * steps[0].y) * info.scale;
     let down = (point.dg_dx * steps[1].x + point.dg_dy * steps[1].y) * info.scale;
     let aside = mat2x2<f32>(right / max(1.0, length(right) / MAX_SAMPLES), down / max(1.0, length(down) / MAX_SAMPLES));

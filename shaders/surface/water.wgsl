@@ -1,5 +1,6 @@
 // Computes the distance to the shore of still water, on the visible land, from the maps of its tiles.
 #import hachure::view::{View, distance_from_eye}
+#import hachure::seen::place_seen
 #import hachure::terrain::{terrain, grid_from_world}
 #import hachure::earth::unbend
 #import hachure::surface_id::{has_trait, ON_GRID}
@@ -16,7 +17,7 @@ struct WaterRules {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> water_rules: WaterRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 // Metres to the shore on water, up to `reach_px`; negative on land near the shore; 0 elsewhere.
 @group(0) @binding(4) var water: texture_storage_2d<r32float, write>;
 
@@ -26,7 +27,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         textureStore(water, pixel, vec4<f32>(0.0));
         return;

@@ -6,6 +6,7 @@
 // the normal turns there; a sharp ridge gains little more than a blunt one. Land that a style leaves white for its
 // slope gains nothing.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::light::Light
 #import hachure::mark_normal::values_between_blocks
 
@@ -20,7 +21,7 @@ const HALF_AT: f32 = 0.15;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var<uniform> crest_rules: CrestRules;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 @group(0) @binding(4) var shape_normal: texture_2d<f32>;
 @group(0) @binding(5) var shape_bend: texture_2d<f32>;
 // Light to add, -1 to 1.
@@ -32,7 +33,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(crest_light, pixel, vec4<f32>(0.0));
         return;

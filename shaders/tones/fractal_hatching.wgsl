@@ -21,12 +21,13 @@
 // As long as neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all
 // widths grow such that the inked part remains the requested darkness, up to black.
 #import hachure::hatch::{HatchLayer, Footprint, change_along, divide, charts_at}
-#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, position}
+#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, distance_m}
 #ifdef DOTS
 #import hachure::dots::{DotAxis, distance_px, dot_at, ink_of_dot}
 #import hachure::hatch::{footprint, DOTS}
 #import hachure::view::ray_of_pixel
 #endif
+#import hachure::seen::place_seen
 #import hachure::cover::{Cover, united, texel_of, growth_of_share}
 
 // Range over which a mark grows, relative: it is whole at a density this much above its rank, and begins as much below.
@@ -283,7 +284,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(cover, pixel, vec4<f32>(0.0));
         return;

@@ -14,8 +14,9 @@
 //   shares of darkness assume independent marks.
 // - With SWELLING there may be marks that swell; without it their code is omitted.
 // - Phases come from the CPU in f64, one for each axis and scale.
+#import hachure::seen::place_seen
 #import hachure::hatch::{HatchLayer, Footprint, change_along, divide, charts_at, ENDLESS, SWELLS}
-#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, position}
+#import hachure::hatched_surface::{hatched_surface, view, hatch, axes, distance_m}
 #import hachure::cover::{Cover, united, turned, texel_of, growth_of_share}
 
 // Part of the interval between two scales in which both are drawn: across, and along.
@@ -202,7 +203,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(cover, pixel, vec4<f32>(0.0));
         return;

@@ -1,5 +1,6 @@
 // Blinn-Phong over an elevation tint: the baseline of every comparison.
 #import hachure::view::{View, from_eye}
+#import hachure::seen::{place_seen, surface_seen}
 #import hachure::earth::unbend
 #ifdef LOCAL_COLOR
 #import hachure::local_color::{hue_of, glaze}
@@ -23,8 +24,8 @@ struct Plain {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> plain: Plain;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<u32>;
 @group(0) @binding(4) var tone: texture_storage_2d<rgba16float, write>;
 #ifdef LOCAL_COLOR
 @group(0) @binding(5) var surface_id: texture_2d<u32>;
@@ -54,12 +55,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
     }
-    let surface = textureLoad(normal, pixel, 0);
+    let surface = surface_seen(normal, pixel);
     let n = surface.xyz;
     let to_eye = -normalize(from_eye(view, at.xyz));
     let diffuse = max(dot(n, plain.to_sun), 0.0);

@@ -3,10 +3,11 @@
 // Colours come from a two-dimensional table of the tone and of the place's height, slope or distance (X-toon: Barla,
 // Thollot and Markosian 2006). Elevation tints are such a table.
 #import hachure::view::distance_from_eye
+#import hachure::seen::{place_seen, surface_seen}
 #import hachure::earth::unbend
 #import hachure::focus::half_of_focus
 #import hachure::light::{light_tone, haze_clear}
-#import hachure::lit_surface::{lit_surface, view, light, position}
+#import hachure::lit_surface::{lit_surface, view, light, distance_m}
 #import hachure::mark_normal::FLAT
 
 #ifdef LOCAL_COLOR
@@ -57,7 +58,7 @@ struct Toon {
 // See tones/crests.wgsl; a single empty texel if `crests` is 0.
 @group(0) @binding(21) var crest_light: texture_2d<f32>;
 #ifdef MARKED_TREES
-@group(0) @binding(17) var mark_surface: texture_2d<f32>;
+@group(0) @binding(17) var mark_surface: texture_2d<u32>;
 #endif
 #ifdef LOCAL_COLOR
 @group(0) @binding(18) var surface_id: texture_2d<u32>;
@@ -103,7 +104,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(tone, pixel, vec4<f32>(1.0));
         return;
@@ -122,7 +123,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var marked = value;
 #ifdef MARKED_TREES
     // Marks do not shade each leaf, and lines darken the crown in addition.
-    let round = textureLoad(mark_surface, pixel, 0);
+    let round = surface_seen(mark_surface, pixel);
     if round.w == FLAT {
         let at_marks = vec4<f32>(round.xyz, sqrt(n.w));
         marked = mix(toon.darkest, toon.lightest, stepped(light_tone(light, at_marks, surface.seen)));

@@ -11,6 +11,7 @@
 // if nothing does, it is the sky. Engravers draw dark reflections in horizontal strokes that swell and break, and so
 // does this.
 #import hachure::view::{View, distance_from_eye, from_eye}
+#import hachure::seen::place_seen
 #import hachure::line_ink::line_ink
 #ifdef MIRROR
 #import hachure::earth::unbend
@@ -54,7 +55,7 @@ const OPEN: f32 = 0.5;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> water_look: WaterLook;
-@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
 // See surface/water.wgsl.
 @group(0) @binding(3) var water: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_2d<f32>;
@@ -109,7 +110,7 @@ fn tone_about(px: vec2<f32>, sky: Mirrored) -> Mirrored {
     var count = 0.0;
     for (var i = 0; i < 9; i++) {
         let at = clamp(middle + SOFT_PX * (vec2<i32>(i % 3, i / 3) - 1), vec2<i32>(0), last);
-        let is_land = textureLoad(position, at, 0).w > 0.0 && textureLoad(water, at, 0).r <= 0.0;
+        let is_land = textureLoad(distance_m, at, 0).r > 0.0 && textureLoad(water, at, 0).r <= 0.0;
         sum += select(vec4<f32>(0.0), textureLoad(tone, at, 0), is_land);
         count += f32(is_land);
     }
@@ -142,7 +143,7 @@ fn mirrored(px: vec2<f32>, at_m: vec3<f32>, is_water: bool) -> vec4<f32> {
         if any(at < vec2<i32>(0)) || any(at >= vec2<i32>(view.size_px)) {
             break;
         }
-        let there_m = textureLoad(position, at, 0).w;
+        let there_m = textureLoad(distance_m, at, 0).r;
         if there_m > BEFORE * depth_m && there_m * (1.0 - part) < depth_m {
             found = part;
             break;
@@ -153,7 +154,7 @@ fn mirrored(px: vec2<f32>, at_m: vec3<f32>, is_water: bool) -> vec4<f32> {
     if found >= 0.0 {
         for (var i = 0; i < HALVINGS; i++) {
             let middle = 0.5 * (before + found);
-            let there_m = textureLoad(position, vec2<i32>(floor(px + middle * way)), 0).w;
+            let there_m = textureLoad(distance_m, vec2<i32>(floor(px + middle * way)), 0).r;
             let is_behind = there_m > BEFORE * depth_m && there_m * (1.0 - middle) < depth_m;
             found = select(found, middle, is_behind);
             before = select(middle, before, is_behind);
@@ -186,7 +187,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         textureStore(water_ink, pixel, vec4<f32>(0.0));
         return;
     }
-    let pixel_m = distance_from_eye(view, textureLoad(position, pixel, 0).xyz) / view.focal_px;
+    let pixel_m = distance_from_eye(view, place_seen(view, distance_m, pixel).xyz) / view.focal_px;
     // Pixels at the place per pixel of the picture: 1 seen from above, more at flat angles.
     let steep = length(vec2<f32>(change(pixel, vec2<i32>(1, 0), away_m), change(pixel, vec2<i32>(0, 1), away_m))) / pixel_m;
     let narrow = max(steep, 0.7);
@@ -223,7 +224,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let seen_px = vec2<f32>(pixel) + 0.5 + vec2<f32>(2.0 * ASIDE_PX * (wander - 0.5), up_px);
     let seen = clamp(vec2<i32>(floor(seen_px)), vec2<i32>(0), vec2<i32>(view.size_px) - 1);
     let is_there = textureLoad(water, seen, 0).r > 0.0;
-    let at = textureLoad(position, select(pixel, seen, is_there), 0).xyz;
+    let at = place_seen(view, distance_m, select(pixel, seen, is_there)).xyz;
     let mirror = mirrored(vec2<f32>(select(pixel, seen, is_there)) + 0.5, at, cover > 0.0);
     if water_look.strokes == 1u {
         let dark = clamp((mirror.x - PALEST) / (1.0 - PALEST), 0.0, 1.0) * mirror.w;

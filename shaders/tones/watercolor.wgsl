@@ -5,6 +5,7 @@
 // coordinates; here the positions at which the wash is sampled are warped, by noise that is fixed in the world, so
 // washes keep their shape while the camera moves. Granulation is a property of the paper and is fixed to the sheet.
 #import hachure::view::{View, distance_from_eye}
+#import hachure::seen::place_seen
 #import hachure::color::{luminance, noise}
 #import hachure::wobble::{Anchor, wobble}
 
@@ -22,7 +23,7 @@ struct Watercolor {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> watercolor: Watercolor;
 @group(0) @binding(2) var<uniform> anchor: Anchor;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 @group(0) @binding(4) var tone: texture_2d<f32>;
 // As `tone`.
 @group(0) @binding(5) var washed: texture_storage_2d<rgba16float, write>;
@@ -31,7 +32,7 @@ struct Watercolor {
 // no land it returns `own`: paint ends at bare paper, and does not run into it.
 fn wash_at(px: vec2<f32>, own: vec4<f32>) -> vec4<f32> {
     let last = vec2<i32>(view.size_px) - 1;
-    if textureLoad(position, clamp(vec2<i32>(round(px)), vec2<i32>(0), last), 0).w <= 0.0 {
+    if textureLoad(distance_m, clamp(vec2<i32>(round(px)), vec2<i32>(0), last), 0).r <= 0.0 {
         return own;
     }
     let whole = floor(px);
@@ -50,7 +51,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let own = textureLoad(tone, pixel, 0);
     if at.w <= 0.0 {
         textureStore(washed, pixel, own);

@@ -41,7 +41,7 @@ pub(crate) struct Inputs<'a> {
     /// The light of the scene, for haze and focus.
     pub light: &'a Light,
     /// Position of the surface, for haze and focus.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Colour of the tones, and requested tone.
     pub tone: &'a Target,
     /// [`sky::SKY`], of a style whose sky is more than a gradient.
@@ -119,7 +119,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("composite", recorder.uniform("composite", &uniform)),
         ("focus", FocusUniform::on_gpu(recorder, light.focus.as_ref())),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("tone", inputs.tone.into()),
         ("picture", inputs.picture.into()),
     ];

@@ -52,7 +52,7 @@ pub(crate) struct Inputs<'a> {
     /// The style, for the grain and the ink of strokes.
     pub style: &'a Style,
     pub sample: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Motion from the previous frame.
     pub motion: &'a Target,
     /// Ink of strokes, if the style has any.
@@ -106,7 +106,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("temporal_aa", recorder.uniform("temporal aa", &uniform)),
         ("sample_picture", inputs.sample.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("motion", inputs.motion.into()),
         ("history_before", history_before.into()),
         ("seen_before", seen_before.into()),

@@ -27,7 +27,7 @@ pub(super) struct EyeInputs<'a> {
     /// Bindings of the terrain: height atlas and page table.
     pub(super) heights: &'a [Named],
     pub(super) surface_id: &'a Target,
-    pub(super) position: &'a Target,
+    pub(super) distance: &'a Target,
     pub(super) normal: &'a Target,
     /// [`WATER`](crate::surface::water::WATER), in a style with water. Water has no curvature.
     pub(super) water: Option<&'a Target>,
@@ -42,15 +42,15 @@ pub(super) fn shapes(
     targets: &mut Targets,
 ) -> Shapes {
     let gpu = recorder.gpu();
-    let &EyeInputs { view, meshes, heights: terrain, surface_id, position, normal, water } = eye;
+    let &EyeInputs { view, meshes, heights: terrain, surface_id, distance, normal, water } = eye;
     let shapes = Shapes::of(gpu, targets);
     let nothing = &targets.sized(gpu, &NOTHING, [1, 1]);
     let water = water.unwrap_or(nothing);
-    let land = curvature::Inputs { view, terrain, feature_px, surface_id, position, water, shapes: &shapes };
+    let land = curvature::Inputs { view, terrain, feature_px, surface_id, distance, water, shapes: &shapes };
     curvature::run(recorder, &land);
     if let Some(meshes) = meshes {
         let shapes = &shapes;
-        let inputs = mesh_curvature::Inputs { view, meshes, feature_px, surface_id, position, normal, shapes };
+        let inputs = mesh_curvature::Inputs { view, meshes, feature_px, surface_id, distance, normal, shapes };
         mesh_curvature::run(recorder, &inputs);
     }
     shapes
@@ -74,8 +74,8 @@ pub(super) fn find(
     let crest_light = style.needs_crests().then(|| {
         let shapes = &shapes(recorder, style.light.crests_px, eye, targets);
         let crest_light = targets.whole(gpu, &CREST_LIGHT);
-        let (view, position, light) = (eye.view, eye.position, inputs.light);
-        crests::run(recorder, &crests::Inputs { view, style, light, position, shapes, crest_light: &crest_light });
+        let (view, distance, light) = (eye.view, eye.distance, inputs.light);
+        crests::run(recorder, &crests::Inputs { view, style, light, distance, shapes, crest_light: &crest_light });
         crest_light
     });
     Bends { axis, crest_light }

@@ -2,6 +2,7 @@
 
 use crate::gpu::pools::KEEP_FRAMES;
 use crate::gpu::target::{Target, Targets};
+use crate::gpu::wgsl::shared::view::View as ViewUniform;
 use crate::gpu::{Gpu, GpuError};
 use crate::lines::strokes::StrokeMemory;
 use crate::scene::view::View;
@@ -12,6 +13,8 @@ use crate::style::{Strokes, Style};
 pub(crate) struct EyeMemory {
     /// The pictures of the eye.
     pub targets: Targets,
+    /// The view of the last frame, as its shaders read it.
+    pub(super) view: Option<ViewUniform>,
     /// The strokes; `None` if no recent style has any.
     pub strokes: Option<StrokeMemory>,
     /// The picture of each layer's ink in the last frame, by the index of the layer in the style.

@@ -16,7 +16,7 @@ use crate::style::{Layer, Lines, Style, StyleInk};
 pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
     pub(super) surface_id: &'a Target,
-    pub(super) position: &'a Target,
+    pub(super) distance: &'a Target,
     pub(super) normal: &'a Target,
     /// Colour and requested tone, water included.
     pub(super) tone: &'a Target,
@@ -40,7 +40,7 @@ pub(super) fn draw(
         ("view", at_eye.view.clone()),
         ("rules", recorder.uniform_bytes("ink rules", &pass.rules)),
         ("surface_id", at_eye.surface_id.into()),
-        ("position", at_eye.position.into()),
+        ("distance_m", at_eye.distance.into()),
         ("normal", at_eye.normal.into()),
         ("tone", at_eye.tone.into()),
         ("water", at_eye.water.into()),

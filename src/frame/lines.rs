@@ -22,7 +22,7 @@ pub(super) struct OnSurface<'a> {
     pub(super) heights: &'a [Named],
     pub(super) surface_id: &'a Target,
     pub(super) depth: &'a Target,
-    pub(super) position: &'a Target,
+    pub(super) distance: &'a Target,
     pub(super) normal: &'a Target,
     /// [`WATER`](crate::surface::water::WATER), in a style with water.
     pub(super) water: Option<&'a Target>,
@@ -35,8 +35,8 @@ pub(super) struct OnSurface<'a> {
 impl<'a> OnSurface<'a> {
     /// Returns the inputs of the passes that compute the curvature.
     pub(super) fn bend_inputs(&self) -> bend::EyeInputs<'a> {
-        let &Self { view, meshes, heights, surface_id, position, normal, water, .. } = self;
-        bend::EyeInputs { view, meshes, heights, surface_id, position, normal, water }
+        let &Self { view, meshes, heights, surface_id, distance, normal, water, .. } = self;
+        bend::EyeInputs { view, meshes, heights, surface_id, distance, normal, water }
     }
 }
 
@@ -55,8 +55,8 @@ pub(super) fn find(
     };
     let Some(rim) = on.rim else { return line };
     let rimless = targets.whole(recorder.gpu(), &rims::RIMLESS);
-    let &OnSurface { view, position, normal, .. } = on;
-    rims::run(recorder, &rims::Inputs { view, line: &line, rim, position, normal, rimless: &rimless });
+    let &OnSurface { view, distance, normal, .. } = on;
+    rims::run(recorder, &rims::Inputs { view, line: &line, rim, distance, normal, rimless: &rimless });
     rimless
 }
 
@@ -70,12 +70,12 @@ fn detect(
     targets: &mut Targets,
 ) -> Target {
     let gpu = recorder.gpu();
-    let &OnSurface { view, surface_id, depth, position, normal, .. } = on;
+    let &OnSurface { view, surface_id, depth, distance, normal, .. } = on;
     let errors = &targets.whole(gpu, &detector::ERRORS);
     let line = targets.whole(gpu, &threshold::LINE);
     let directions = lines.has_eight_directions().then(|| targets.whole(gpu, &lsa::DIRECTIONS));
     let directions = directions.as_ref();
-    detector::run(recorder, lines, &detector::Inputs { view, position, normal, errors, directions });
+    detector::run(recorder, lines, &detector::Inputs { view, distance, normal, errors, directions });
     let errors = &inputs.world.forest().map_or(errors.clone(), |forest| {
         let tree_normal = &targets.whole(gpu, &trees::raster::TREE_NORMAL);
         let tree_errors = &targets.whole(gpu, &lines::trees::TREE_ERRORS);
@@ -107,7 +107,7 @@ fn by_curvature(
     targets: &mut Targets,
 ) -> Target {
     let gpu = recorder.gpu();
-    let &OnSurface { view, surface_id, position, normal, .. } = on;
+    let &OnSurface { view, surface_id, distance, normal, .. } = on;
     let settings = &inputs.style.curvature;
     let tree_line = if inputs.world.forest().is_some() {
         detect(recorder, inputs, &Lines { detector: Detector::Lsa, ..lines.clone() }, true, on, targets)
@@ -117,7 +117,7 @@ fn by_curvature(
     let (_, radial) = curvatures(recorder, settings.feature_px, on, targets);
     let line = targets.whole(gpu, &curvature::CURVATURE_LINE);
     let (radial, tree_line) = (&radial, &tree_line);
-    let drawn = curvature::Inputs { view, settings, surface_id, position, normal, radial, tree_line, line: &line };
+    let drawn = curvature::Inputs { view, settings, surface_id, distance, normal, radial, tree_line, line: &line };
     curvature::run(recorder, &drawn);
     line
 }
@@ -144,11 +144,11 @@ pub(super) fn add_edges(
     on: &OnSurface<'_>,
     targets: &mut Targets,
 ) {
-    let &OnSurface { view, position, normal, other_eye_m, .. } = on;
+    let &OnSurface { view, distance, normal, other_eye_m, .. } = on;
     if let Some(feature_px) = strokes.suggestive_px {
         let (shapes, radial) = curvatures(recorder, feature_px, on, targets);
         let (shapes, radial) = (&shapes, &radial);
-        let inputs = suggestive::Inputs { view, settings: strokes, position, normal, shapes, radial, other_eye_m };
+        let inputs = suggestive::Inputs { view, settings: strokes, distance, normal, shapes, radial, other_eye_m };
         suggestive::run(recorder, edges, &inputs);
     }
     if let Some(feature_px) = strokes.ridge_px {
@@ -162,7 +162,7 @@ pub(super) fn add_edges(
         let sides = [(false, strokes.ridge_width), (true, strokes.valley_width)];
         for (valleys, _) in sides.into_iter().filter(|(_, width)| *width > 0.0) {
             let apparent = apparent.as_ref();
-            let inputs = ridges::Inputs { view, min_bend, valleys, position, normal, shapes, apparent };
+            let inputs = ridges::Inputs { view, min_bend, valleys, distance, normal, shapes, apparent };
             ridges::run(recorder, edges, &inputs);
         }
     }

@@ -34,7 +34,7 @@ pub(super) struct Seen {
     /// The view without jitter, for strokes: they compute exactly how much of each pixel they cover.
     pub(super) still_view: Resource,
     pub(super) surface_id: Target,
-    pub(super) position: Target,
+    pub(super) distance: Target,
     pub(super) normal: Target,
     /// Own colours of trees and models, in a style that needs them.
     pub(super) local_color: Option<Target>,
@@ -156,38 +156,40 @@ fn see(
     let local_color = local_color.as_ref();
     let at_eye = frame_trees::EyeInputs { view: &view, view_of_eye, depth, surface_id, local_color };
     let trees = frame_trees::see(recorder, inputs, &at_eye, edges, targets);
-    let (position, normal) = (targets.whole(gpu, &surface::POSITION), targets.whole(gpu, &surface::NORMAL));
-    let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, position: &position, normal: &normal };
+    // Bare land is equally light everywhere.
+    let normal = if world.has_local_colors() { &surface::NORMAL_AND_LIGHTNESS } else { &surface::NORMAL };
+    let (distance, normal) = (targets.whole(gpu, &surface::DISTANCE), targets.whole(gpu, normal));
+    let resolved = land::resolve::Inputs { view: &view, terrain: heights, depth, distance: &distance, normal: &normal };
     land::resolve::run(recorder, &resolved);
     if let Some(meshes) = &meshes {
-        let (position, normal) = (&position, &normal);
-        let over = meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, position, normal, local_color };
+        let (distance, normal) = (&distance, &normal);
+        let over = meshes::resolve::Inputs { view: &view, meshes, surface_id, depth, distance, normal, local_color };
         meshes::resolve::run(recorder, &over);
     }
     let tree_shadow = trees.as_ref().and_then(|trees| {
-        let (position, normal) = (&position, &normal);
+        let (distance, normal) = (&distance, &normal);
         let tree_normal = &trees.normal;
-        let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, position, normal };
+        let resolved = trees::resolve::Inputs { view: &view, surface_id, depth, tree_normal, distance, normal };
         trees::resolve::run(recorder, &resolved);
-        frame_trees::shadow(recorder, inputs, &at_eye, trees, position, targets)
+        frame_trees::shadow(recorder, inputs, &at_eye, trees, distance, targets)
     });
     if inputs.wants_motion || inputs.temporal_aa.is_some() {
         let motion = &targets.whole(gpu, &motion::MOTION);
         let tree_step = trees.as_ref().and_then(SeenTrees::step);
-        motion::run(recorder, &motion::Inputs { view: &view, position: &position, surface_id, tree_step, motion });
+        motion::run(recorder, &motion::Inputs { view: &view, distance: &distance, surface_id, tree_step, motion });
     }
     if is_first {
         land_maps::make(recorder, inputs);
     }
 
-    let water = frame_water::find(recorder, inputs, &view, [surface_id, &position], targets);
+    let water = frame_water::find(recorder, inputs, &view, [surface_id, &distance], targets);
     // The rims of holes, along which detected lines are removed. Most land has none.
     let rims = style.rims().filter(|_| mesh.has_holes() || recorder.prewarms());
     let rim = rims.map(|rims| {
         let rim = targets.whole(gpu, &surface::rims::RIM);
         let (terrain, style) = (heights, rims);
-        let (position, normal) = (&position, &normal);
-        let drawn = surface::rims::Inputs { view: &view, terrain, style, surface_id, position, normal, rim: &rim };
+        let (distance, normal) = (&distance, &normal);
+        let drawn = surface::rims::Inputs { view: &view, terrain, style, surface_id, distance, normal, rim: &rim };
         surface::rims::run(recorder, &drawn);
         rim
     });
@@ -198,7 +200,7 @@ fn see(
         heights,
         surface_id,
         depth,
-        position: &position,
+        distance: &distance,
         normal: &normal,
         water: water.as_ref(),
         rim: rim.as_ref(),
@@ -226,7 +228,12 @@ fn see(
                 apart_m: rig.apart_m() as f32,
             },
         );
-        let surface = SeenSurface { depth: depth.clone(), position: position.clone(), normal: normal.clone() };
+        let surface = SeenSurface {
+            view: view.clone(),
+            depth: depth.clone(),
+            distance: distance.clone(),
+            normal: normal.clone(),
+        };
         let drawn = if rig.is_pair() { frame.partner(recorder, &still_view, surface, targets) } else { None };
         SeenStrokes { frame, ink, drawn }
     });
@@ -237,7 +244,7 @@ fn see(
         view,
         still_view,
         surface_id,
-        position,
+        distance,
         normal,
         local_color,
         tree_shadow,
@@ -265,7 +272,7 @@ fn finish_lines(
     let stereo = if inputs.rig.is_pair() { lines.stereo } else { Stereo::Alone };
     // Eyes that are drawn independently thin out lines as a single eye does.
     let apart_m = if stereo == Stereo::Alone { 0.0 } else { inputs.rig.apart_m() as f32 };
-    for (Seen { view, position, normal, line, .. }, memory) in seen.iter_mut().zip(eyes.iter_mut()) {
+    for (Seen { view, distance, normal, line, .. }, memory) in seen.iter_mut().zip(eyes.iter_mut()) {
         let Some(line) = line else { continue };
         if stereo == Stereo::Full {
             let faded = memory.targets.whole(gpu, &fade_out::FADED);
@@ -273,7 +280,7 @@ fn finish_lines(
                 recorder,
                 lines,
                 inputs.rig,
-                &fade_out::Inputs { view, position, normal, line, faded: &faded },
+                &fade_out::Inputs { view, distance, normal, line, faded: &faded },
             );
             *line = faded;
         }
@@ -283,14 +290,14 @@ fn finish_lines(
             *line = smoothed;
         }
         if let Some(cap) = Cap::of(lines.crowd, lines.crowd_px) {
-            *line = crowd::run(recorder, &crowd::Inputs { view, position, line, cap, apart_m }, &mut memory.targets);
+            *line = crowd::run(recorder, &crowd::Inputs { view, distance, line, cap, apart_m }, &mut memory.targets);
         }
     }
     if stereo == Stereo::Alone {
         return;
     }
-    let eye_of = |Seen { view, position, line, .. }: &Seen| {
-        Some(agree::Eye { view: view.clone(), position: position.clone(), line: line.clone()? })
+    let eye_of = |Seen { view, distance, line, .. }: &Seen| {
+        Some(agree::Eye { view: view.clone(), distance: distance.clone(), line: line.clone()? })
     };
     let before: Vec<agree::Eye> = seen.iter().filter_map(eye_of).collect();
     for (eye, own) in before.iter().enumerate() {
@@ -311,13 +318,13 @@ fn finish(
 ) {
     let &FrameInputs { rig, style, light, .. } = inputs;
     let gpu = recorder.gpu();
-    let Seen { view, position, rim, line, strokes, .. } = &seen[eye];
+    let Seen { view, distance, rim, line, strokes, .. } = &seen[eye];
     let EyeMemory { targets, layer_inks, .. } = memory;
     let marks = shaded[eye].balance.as_ref().map(|balance| {
         // The correction of the ink is the mean of both eyes of a stereo pair.
         let partner = if rig.is_pair() { seen.get(1 - eye).zip(shaded.get(1 - eye)) } else { None };
         let partner = partner.and_then(|(seen, shaded)| {
-            Some(balance::Partner { view: &seen.view, position, more: &shaded.balance.as_ref()?.more })
+            Some(balance::Partner { view: &seen.view, distance, more: &shaded.balance.as_ref()?.more })
         });
         balance::draw(recorder, balance, partner.as_ref());
         &balance.marks
@@ -342,7 +349,7 @@ fn finish(
     *layer_inks = style.layers.iter().enumerate().map(picture_of).collect();
     let nothing = &targets.sized(gpu, &composite::NOTHING, [1, 1]);
     let inks = &inks::drawn(style, inputs.lines, &Pictures { of_layers: layer_inks, line: line.as_ref(), nothing });
-    let drawn = composite::Inputs { view, style, light, position, tone, sky, inks, is_sample, picture };
+    let drawn = composite::Inputs { view, style, light, distance, tone, sky, inks, is_sample, picture };
     let Some(plan) = inputs.temporal_aa else {
         composite::run(recorder, &drawn);
         return;
@@ -357,6 +364,6 @@ fn finish(
     };
     composite::run(recorder, &composite::Inputs { inks, is_sample: true, picture: sample, ..drawn });
     let (histories, motion) = (&temporal_aa::Histories::of(gpu, targets, plan), &targets.whole(gpu, &motion::MOTION));
-    let mean = temporal_aa::Inputs { view, plan, style, sample, position, motion, ink: over, histories, picture };
+    let mean = temporal_aa::Inputs { view, plan, style, sample, distance, motion, ink: over, histories, picture };
     temporal_aa::run(recorder, &mean);
 }

@@ -16,18 +16,18 @@ pub(super) fn drawn_hatching<'a>(inputs: &FrameInputs<'a>) -> Option<&'a Hatchin
 
 /// Returns the positions at which hatching is drawn if the land has rows or cut lines: those of models and trees,
 /// without the land.
-pub(super) fn off_land_place(
+pub(super) fn off_land_distance(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
-    [surface_id, position]: [&Target; 2],
+    [surface_id, distance]: [&Target; 2],
     targets: &mut Targets,
 ) -> Option<Target> {
     if !inputs.style.has_land_lines() {
         return None;
     }
-    let place = targets.whole(recorder.gpu(), &off_land::PLACE_OFF_LAND);
-    off_land::run(recorder, view, surface_id, position, &place);
+    let place = targets.whole(recorder.gpu(), &off_land::DISTANCE_OFF_LAND);
+    off_land::run(recorder, view, surface_id, distance, &place);
     Some(place)
 }
 
@@ -36,17 +36,17 @@ pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
-    [surface_id, position, tone]: [&Target; 3],
+    [surface_id, distance, tone]: [&Target; 3],
     targets: &mut Targets,
 ) -> Option<Target> {
     let plan = inputs.rows?;
     let heights = &inputs.world.terrain.resources();
-    let proposals = &proposals::run(recorder, &proposals::Inputs { view, terrain: heights, plan, position });
+    let proposals = &proposals::run(recorder, &proposals::Inputs { view, terrain: heights, plan, distance });
     let places = choice::run(recorder, view, plan, proposals, tone.size_px());
     let inks = rooms::run(recorder, plan, &places, tone);
-    let gains = &balance::run(recorder, view, plan, &inks, [position, tone]);
+    let gains = &balance::run(recorder, view, plan, &inks, [distance, tone]);
     let marks = &marks::run(recorder, &marks::Inputs { view, plan, proposals, gains, tone });
     let ink = targets.whole(recorder.gpu(), &ribbons::ROW_INK);
-    ribbons::run(recorder, &ribbons::Inputs { view, plan, marks, position, surface_id, ink: &ink });
+    ribbons::run(recorder, &ribbons::Inputs { view, plan, marks, distance, surface_id, ink: &ink });
     Some(ink)
 }

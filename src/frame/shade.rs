@@ -33,7 +33,7 @@ pub(super) fn shade(
 ) -> Shaded {
     let &FrameInputs { world, rig, style, light, .. } = inputs;
     let (terrain, origin_m, gpu) = (&world.terrain, rig.origin_m, recorder.gpu());
-    let Seen { view, surface_id, position, normal, local_color, tree_shadow, tree_form, water, bends, .. } = seen;
+    let Seen { view, surface_id, distance, normal, local_color, tree_shadow, tree_form, water, bends, .. } = seen;
     let water = water.as_ref();
     let targets = &mut memory.targets;
 
@@ -41,18 +41,19 @@ pub(super) fn shade(
     let hatching = rows::drawn_hatching(inputs);
     let of_trees = tree_form.as_ref().filter(|_| hatching.is_some());
     let of_trees =
-        of_trees.map(|form| frame_trees::marks(recorder, [surface_id, position, normal, form], view, targets));
-    let (mark_place, mark_surface) = of_trees.as_ref().map_or((position, normal), |[place, surface]| (place, surface));
+        of_trees.map(|form| frame_trees::marks(recorder, [surface_id, distance, normal, form], view, targets));
+    let (mark_distance, mark_surface) =
+        of_trees.as_ref().map_or((distance, normal), |[place, surface]| (place, surface));
     let off_land =
-        hatching.and_then(|_| rows::off_land_place(recorder, inputs, view, [surface_id, mark_place], targets));
-    let mark_place = off_land.as_ref().unwrap_or(mark_place);
+        hatching.and_then(|_| rows::off_land_distance(recorder, inputs, view, [surface_id, mark_distance], targets));
+    let mark_distance = off_land.as_ref().unwrap_or(mark_distance);
     let mark_normal = hatching.map(|hatching| {
         let size = mark_normal::mark_normal_size(targets.size_px());
         let mark_normal = &targets.sized(gpu, &mark_normal::MARK_NORMAL, size);
         let heights = &terrain.resources();
-        let (position, normal) = (mark_place, mark_surface);
+        let (distance, normal) = (mark_distance, mark_surface);
         let ground =
-            mark_normal::Inputs { view, hatching, terrain: heights, surface_id, position, normal, mark_normal };
+            mark_normal::Inputs { view, hatching, terrain: heights, surface_id, distance, normal, mark_normal };
         mark_normal::run(recorder, &ground);
         mark_normal.clone()
     });
@@ -60,7 +61,7 @@ pub(super) fn shade(
         let form_normal = targets.sized(gpu, &form::FORM_NORMAL, mark_normal::mark_normal_size(targets.size_px()));
         let heights = &terrain.resources();
         let shading =
-            form::Inputs { view, terrain: heights, style, light, surface_id, position, form_normal: &form_normal };
+            form::Inputs { view, terrain: heights, style, light, surface_id, distance, form_normal: &form_normal };
         form::run(recorder, &shading);
         form_normal
     });
@@ -78,7 +79,7 @@ pub(super) fn shade(
             horizon_maps: horizon_maps.and_then(|_| Some((terrain.uniform(), terrain.horizon_map_resources()?))),
             tree_shadow: tree_shadow.as_ref(),
             surface_id,
-            position,
+            distance,
             normal,
             form_normal: form_normal.as_ref().unwrap_or(nothing),
         };
@@ -92,7 +93,7 @@ pub(super) fn shade(
         light,
         camera_z_m: origin_m.z as f32,
         range_m: terrain.range_m(),
-        position,
+        distance,
         normal,
         form_normal: form_normal.as_ref().unwrap_or(nothing),
         relief_light: relief_light.as_ref(),
@@ -114,32 +115,32 @@ pub(super) fn shade(
             light: recorder.uniform("light", &uniform),
             to_sun: light.to_sun,
             pose: &rig.eyes[0].pose,
-            position,
+            distance,
             normal,
             form_normal: form_normal.as_ref(),
             nothing,
             tone_image,
         };
         tone_image::run(recorder, &shading);
-        tone::trace(recorder, &tone::Inputs { view, style: lines, position, tone_image }, targets)
+        tone::trace(recorder, &tone::Inputs { view, style: lines, distance, tone_image }, targets)
     });
     // Water sets the requested tone to 1, so no marks are drawn on it.
-    let of_water = frame_water::EyeInputs { view, position, water, tone: &tone };
+    let of_water = frame_water::EyeInputs { view, distance, water, tone: &tone };
     let watered = frame_water::draw(recorder, inputs, &of_water, targets);
     let (tone, water_ink) = watered.map_or((tone, None), |watered| (watered.tone, Some(watered.ink)));
     let colors = style.watercolor.as_ref().map_or(tone.clone(), |watercolor| {
         let washed = targets.whole(gpu, &watercolor::WASHED);
-        let wet = watercolor::Inputs { view, watercolor, origin_m, position, tone: &tone, washed: &washed };
+        let wet = watercolor::Inputs { view, watercolor, origin_m, distance, tone: &tone, washed: &washed };
         watercolor::run(recorder, &wet);
         washed
     });
     let balance = hatching.zip(mark_normal.as_ref()).map(|(hatching, mark_normal)| {
         let balance = balance::Inputs::new(recorder, targets, view, hatching);
-        let (tone, cover, position, normal) = (&tone, &balance.cover, mark_place, mark_surface);
+        let (tone, cover, distance, normal) = (&tone, &balance.cover, mark_distance, mark_surface);
         let set = None;
         let bend_axis = bends.axis.as_ref().unwrap_or(nothing);
         let marks =
-            hatching::Inputs { view, hatching, origin_m, position, normal, mark_normal, bend_axis, tone, set, cover };
+            hatching::Inputs { view, hatching, origin_m, distance, normal, mark_normal, bend_axis, tone, set, cover };
         mark_sets::hatch(recorder, &marks);
         balance::count(recorder, &balance);
         if inputs.wants_mark_sets {
@@ -147,8 +148,8 @@ pub(super) fn shade(
         }
         balance
     });
-    let rows = rows::draw(recorder, inputs, view, [surface_id, position, &tone], targets);
-    let at_eye = inks::EyeInputs { view, surface_id, position, normal, tone: &tone, water: water.unwrap_or(nothing) };
+    let rows = rows::draw(recorder, inputs, view, [surface_id, distance, &tone], targets);
+    let at_eye = inks::EyeInputs { view, surface_id, distance, normal, tone: &tone, water: water.unwrap_or(nothing) };
     let inks = style.layers.iter().enumerate().map(|(index, layer)| match layer {
         Layer::ToneLines(_) => tone_ink.clone(),
         Layer::Rows(_) => rows.clone(),

@@ -100,13 +100,13 @@ pub(super) fn see(
     Some(SeenTrees { trees, placed, normal, form, swaying })
 }
 
-/// Computes the share of sunlight that trees block, in a style with shadows. `position` must be that of all surfaces.
+/// Computes the share of sunlight that trees block, in a style with shadows. `distance` must be that of all surfaces.
 pub(super) fn shadow(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     at: &EyeInputs<'_>,
     seen: &SeenTrees,
-    position: &Target,
+    distance: &Target,
     targets: &mut Targets,
 ) -> Option<Target> {
     if !inputs.style.needs_tree_shadows() {
@@ -122,31 +122,32 @@ pub(super) fn shadow(
         swaying: seen.swaying.as_ref(),
         depth,
         surface_id,
-        position,
+        distance,
         tree_shadow: &tree_shadow,
     };
     shadow::run(recorder, &thrown);
     Some(tree_shadow)
 }
 
-/// Computes the positions and normals that hatching marks use: [`marks::MARK_PLACE`] and [`marks::MARK_SURFACE`].
+/// Computes the distances and normals that hatching marks use: [`marks::MARK_DISTANCE`] and [`marks::MARK_SURFACE`].
 pub(super) fn marks(
     recorder: &mut Recorder<'_>,
-    [surface_id, position, normal, tree_form]: [&Target; 4],
+    [surface_id, distance, normal, tree_form]: [&Target; 4],
     view: &Resource,
     targets: &mut Targets,
 ) -> [Target; 2] {
     let gpu = recorder.gpu();
-    let [mark_place, mark_surface] = [marks::MARK_PLACE, marks::MARK_SURFACE].map(|kind| targets.whole(gpu, &kind));
+    let [mark_distance, mark_surface] =
+        [marks::MARK_DISTANCE, marks::MARK_SURFACE].map(|kind| targets.whole(gpu, &kind));
     let inputs = marks::Inputs {
         view,
         surface_id,
-        position,
+        distance,
         normal,
         tree_form,
-        mark_place: &mark_place,
+        mark_distance: &mark_distance,
         mark_surface: &mark_surface,
     };
     marks::run(recorder, &inputs);
-    [mark_place, mark_surface]
+    [mark_distance, mark_surface]
 }

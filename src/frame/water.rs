@@ -10,7 +10,7 @@ use crate::tones::water::{self as look, WATER_INK, WATERED};
 /// The pictures of an eye that water is drawn from.
 pub(super) struct EyeInputs<'a> {
     pub(super) view: &'a Resource,
-    pub(super) position: &'a Target,
+    pub(super) distance: &'a Target,
     /// [`WATER`], in a style with water.
     pub(super) water: Option<&'a Target>,
     /// Colour and tone of the land.
@@ -30,13 +30,13 @@ pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
     view: &Resource,
-    [surface_id, position]: [&Target; 2],
+    [surface_id, distance]: [&Target; 2],
     targets: &mut Targets,
 ) -> Option<Target> {
     let style = inputs.style.water()?;
     let terrain = &inputs.world.terrain.water_map_resources()?;
     let water = targets.whole(recorder.gpu(), &WATER);
-    water::run(recorder, &water::Inputs { view, terrain, style, surface_id, position, water: &water });
+    water::run(recorder, &water::Inputs { view, terrain, style, surface_id, distance, water: &water });
     Some(water)
 }
 
@@ -48,7 +48,7 @@ pub(super) fn draw(
     targets: &mut Targets,
 ) -> Option<Watered> {
     let style = inputs.style.water()?;
-    let &EyeInputs { view, position, water, tone } = eye;
+    let &EyeInputs { view, distance, water, tone } = eye;
     let water = water?;
     let [watered, ink] = [&WATERED, &WATER_INK].map(|kind| targets.whole(recorder.gpu(), kind));
     let drawn = look::Inputs {
@@ -56,7 +56,7 @@ pub(super) fn draw(
         style,
         sky: &inputs.style.sky,
         terrain: &inputs.world.terrain.uniform(),
-        position,
+        distance,
         water,
         tone,
         watered: &watered,

@@ -21,7 +21,7 @@ pub(crate) struct Inputs<'a> {
     pub settings: &'a Curvature,
     /// Surface ids, to leave out trees, which have no curvature.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// The curvature toward the eye and its derivative ([`super::radial::RADIAL`]).
     pub radial: &'a Target,
@@ -48,7 +48,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("curvature_lines", recorder.uniform("curvature lines", &lines)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("radial", inputs.radial.into()),
         ("tree_line", inputs.tree_line.into()),

@@ -13,7 +13,7 @@ pub(crate) const ERRORS: TargetKind = TargetKind::storage("errors", wgpu::Textur
 /// Inputs and outputs of the detectors.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     pub errors: &'a Target,
     /// Written if the style has LSA contours whose density filter has eight directions: [`lsa::DIRECTIONS`].
@@ -25,7 +25,7 @@ impl Inputs<'_> {
     pub(super) fn resources(&self) -> [Named; 4] {
         [
             ("view", self.view.clone()),
-            ("position", self.position.into()),
+            ("distance_m", self.distance.into()),
             ("normal", self.normal.into()),
             ("errors", self.errors.into()),
         ]

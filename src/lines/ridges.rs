@@ -18,7 +18,7 @@ pub(crate) struct Inputs<'a> {
     pub min_bend: f32,
     /// Whether valleys are traced instead of ridges.
     pub valleys: bool,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
@@ -32,7 +32,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("ridge_rules", recorder.uniform("ridge rules", &rules)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         edges.edges(),
         edges.draw(),

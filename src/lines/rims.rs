@@ -16,7 +16,7 @@ pub(crate) struct Inputs<'a> {
     pub line: &'a Target,
     /// The rims: [`RIM`](crate::surface::rims::RIM).
     pub rim: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     pub rimless: &'a Target,
 }
@@ -27,7 +27,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("line", inputs.line.into()),
         ("rim", inputs.rim.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("rimless", inputs.rimless.into()),
     ];

@@ -16,7 +16,7 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The strokes of the style, with the settings of suggestive contours.
     pub settings: &'a Strokes,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
@@ -43,7 +43,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("suggestive_rules", recorder.uniform("suggestive rules", &rules)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("radial", inputs.radial.into()),
         edges.edges(),

@@ -7,8 +7,8 @@ use crate::frame::Renderer;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::pyramid::tile::TILE_SAMPLES;
 use crate::scene::view::View;
+use crate::surface::SURFACE_ID;
 use crate::surface::id::Kind;
-use crate::surface::{POSITION, SURFACE_ID};
 use crate::tiles::Terrain;
 
 /// Largest number of pixels that are tested, spread over the picture.
@@ -28,11 +28,9 @@ pub fn largest_px(
     terrain: &Terrain,
     turn: u32,
 ) -> Result<Option<f64>, GpuError> {
-    let (Some(position), Some(surface_id)) = (renderer.target(&POSITION), renderer.target(&SURFACE_ID)) else {
-        return Ok(None);
-    };
-    let [width, height] = position.size_px();
-    let texels: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], [width, height])?;
+    let Some(surface_id) = renderer.target(&SURFACE_ID) else { return Ok(None) };
+    let [width, height] = surface_id.size_px();
+    let Some(texels) = renderer.places(gpu, 0, [0, 0], [width, height])? else { return Ok(None) };
     let ids: Vec<u32> = readback::read_as(gpu, surface_id, [0, 0], [width, height])?;
     let pixels = f64::from(width) * f64::from(height);
     let stride = (pixels / f64::from(SAMPLES)).sqrt().ceil().max(1.0) as u32;

@@ -18,9 +18,8 @@ use crate::lines::strokes::stroke::STROKE_IDS;
 use crate::lines::threshold::LINE;
 use crate::style::layers::Channels;
 use crate::style::{Detector, Style};
-use crate::surface::SURFACE_ID;
 use crate::surface::motion::MOTION;
-use crate::surface::{NORMAL, POSITION};
+use crate::surface::{DISTANCE, SURFACE_ID};
 use crate::tones::TONE;
 
 /// Naming scheme of channels.
@@ -226,17 +225,27 @@ fn read_floats(
     values: &mut [f32],
 ) -> Result<(), GpuError> {
     match source {
-        PlaneSource::Depth => scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| {
-            values[i] = if at[3] > 0.0 { at[3] } else { f32::INFINITY };
+        PlaneSource::Depth => scatter(gpu, renderer, window, &DISTANCE, |i, along_m: f32| {
+            values[i] = if along_m > 0.0 { along_m } else { f32::INFINITY };
         }),
         PlaneSource::Position(axis) => {
-            scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| values[i] = at[axis])
+            let places = renderer.places(gpu, window.eye, window.inset, window.size_px)?;
+            window.place(&places.unwrap_or_default(), |i, at| values[i] = at[axis]);
+            Ok(())
         }
-        PlaneSource::WorldPosition(axis) => scatter(gpu, renderer, window, &POSITION, |i, at: [f32; 4]| {
-            // The sum is rounded once. Sky has no position.
-            values[i] = if at[3] > 0.0 { (window.origin_m[axis] + f64::from(at[axis])) as f32 } else { 0.0 };
-        }),
-        PlaneSource::Normal(axis) => scatter(gpu, renderer, window, &NORMAL, |i, n: [f32; 4]| values[i] = n[axis]),
+        PlaneSource::WorldPosition(axis) => {
+            let places = renderer.places(gpu, window.eye, window.inset, window.size_px)?;
+            window.place(&places.unwrap_or_default(), |i, at| {
+                // The sum is rounded once. Sky has no position.
+                values[i] = if at[3] > 0.0 { (window.origin_m[axis] + f64::from(at[axis])) as f32 } else { 0.0 };
+            });
+            Ok(())
+        }
+        PlaneSource::Normal(axis) => {
+            let normals = renderer.normals(gpu, window.eye, window.inset, window.size_px)?;
+            window.place(&normals.unwrap_or_default(), |i, n| values[i] = n[axis]);
+            Ok(())
+        }
         PlaneSource::Motion(axis) => scatter(gpu, renderer, window, &MOTION, |i, v: [f32; 2]| values[i] = v[axis]),
         PlaneSource::LsaError => scatter(gpu, renderer, window, &ERRORS, |i, errors: [u16; 4]| {
             values[i] = errors.map(f32_from_f16).into_iter().fold(0.0, f32::max);

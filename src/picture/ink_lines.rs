@@ -19,10 +19,10 @@ use crate::scene::focus::Focus;
 use crate::scene::view::{View, ViewUniform};
 use crate::style::layers::{Channels, Fading, Trace};
 use crate::style::{Layer, Style, StyleInk};
+use crate::surface::SURFACE_ID;
 use crate::surface::id::Kind;
 use crate::surface::rows::marks::RowSample;
 use crate::surface::rows::ribbons::allowed_m;
-use crate::surface::{POSITION, SURFACE_ID};
 use crate::vector::trace::{InkPicture, dots, lines};
 use crate::vector::{Group, GroupKind, InkKind};
 
@@ -94,9 +94,8 @@ pub(super) fn read(
 ) -> Result<InkLines, GpuError> {
     let mut ink_lines = InkLines::default();
     // Every frame has positions; without a frame there is nothing to read.
-    let Some(position) = renderer.target(&POSITION) else { return Ok(ink_lines) };
     let size_px = view.part.size_px;
-    let position: Vec<[f32; 4]> = read_as(gpu, position, [0, 0], size_px)?;
+    let Some(position) = renderer.places(gpu, 0, [0, 0], size_px)? else { return Ok(ink_lines) };
     let (haze_m, focus) = (light.haze_m as f32, light.focus);
     let view_uniform = view.still_uniform(view.pose.position_m);
     let size = size_px.map(|side| side as usize);

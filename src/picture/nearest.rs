@@ -3,10 +3,9 @@
 use glam::DVec3;
 
 use crate::frame::{Light, Renderer};
-use crate::gpu::{Gpu, GpuError, readback};
+use crate::gpu::{Gpu, GpuError};
 use crate::scene::view::{Pose, View};
 use crate::style::Style;
-use crate::surface::POSITION;
 use crate::world::Surfaces;
 
 /// Size of the picture that is searched. A thumbnail suffices, because distance varies little between neighbouring
@@ -27,9 +26,8 @@ pub(crate) fn nearest_m(
 ) -> Result<Option<f64>, GpuError> {
     let light = Light { to_sun: DVec3::Z, haze_m: 1e6, haze_srgb: None, focus: None };
     renderer.render(gpu, world, &View::whole(pose, pose, SIZE_PX), style, &light)?;
-    let Some(position) = renderer.target(&POSITION) else { return Ok(None) };
-    let position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], SIZE_PX)?;
-    let surface = position.iter().filter(|at| at[3] > 0.0);
+    let Some(places) = renderer.places(gpu, 0, [0, 0], SIZE_PX)? else { return Ok(None) };
+    let surface = places.iter().filter(|at| at[3] > 0.0);
     let distances_m = surface.map(|at| DVec3::new(at[0].into(), at[1].into(), at[2].into()).length());
     Ok(distances_m.min_by(f64::total_cmp))
 }

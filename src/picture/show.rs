@@ -9,6 +9,7 @@ use crate::file::message::{did_you_mean, shown};
 use crate::gpu::trace::PassTrace;
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::style::color::srgb_from_linear;
+use crate::surface::seen;
 
 /// An intermediate image of a frame.
 #[derive(Clone, Debug)]
@@ -97,7 +98,8 @@ pub(crate) fn read(gpu: &Gpu, trace: &[PassTrace], name: &str, max_px: [u32; 2])
         }
     }
     let format = texture.format();
-    let texels = texels(format, &bytes).ok_or(ShowError::Format { name, format })?;
+    let texels = if seen::holds_normals(name) { Some(normals(format, &bytes)) } else { texels(format, &bytes) };
+    let texels = texels.ok_or(ShowError::Format { name, format })?;
     Ok(ShownPicture { size_px, texels })
 }
 
@@ -112,6 +114,16 @@ fn from_float(bytes: &[u8]) -> f32 {
 
 fn from_part(bytes: &[u8]) -> f32 {
     f32::from(bytes[0]) / 255.0
+}
+
+/// Converts words of normals, and words of their lightness if the format has two, to four channels.
+fn normals(format: Format, bytes: &[u8]) -> Texels {
+    let words: Vec<u32> = bytes.as_chunks().0.iter().map(|word| u32::from_le_bytes(*word)).collect();
+    let per_texel = if format == Format::Rg32Uint { 2 } else { 1 };
+    let texels = words.chunks_exact(per_texel);
+    let texels = texels.map(|texel| seen::surface_of([texel[0], texel.get(1).copied().unwrap_or_default()]));
+    let texels: Vec<[f32; 4]> = texels.collect();
+    Texels::Numbers((0..4).map(|channel| texels.iter().map(|texel| texel[channel]).collect()).collect())
 }
 
 /// Converts the bytes of one channel to a number.

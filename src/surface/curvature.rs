@@ -53,7 +53,7 @@ pub(crate) struct Inputs<'a> {
     pub feature_px: f32,
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// [`WATER`](super::water::WATER), or a 1 × 1 picture that holds zero.
     pub water: &'a Target,
     pub shapes: &'a Shapes,
@@ -66,7 +66,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("curvature_rules", recorder.uniform("curvature rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("water", inputs.water.into()),
     ];
     resources.extend(inputs.shapes.resources());

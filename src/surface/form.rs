@@ -24,7 +24,7 @@ pub(crate) struct Inputs<'a> {
     pub light: &'a Light,
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub form_normal: &'a Target,
 }
 
@@ -40,7 +40,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("form_rules", recorder.uniform("form rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("form_normal", inputs.form_normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());

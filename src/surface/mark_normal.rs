@@ -31,7 +31,7 @@ pub(crate) struct Inputs<'a> {
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
     /// Position of the marks.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Normal of the surface; the mark normal of a mesh is its own normal.
     pub normal: &'a Target,
     pub mark_normal: &'a Target,
@@ -45,7 +45,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("mark_rules", recorder.uniform("mark rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("mark_normal", inputs.mark_normal.into()),
     ];

@@ -1,9 +1,11 @@
-//! From a world and a view to pictures of its surface: depth and surface id, then position and normal, then motion.
+//! From a world and a view to pictures of its surface: depth and surface id, then distance and normal
+//! ([`seen`]), then motion.
 //!
 //! A surface has a kind ([`id`]). Each kind rasterises itself, resolves its pixels and adds its edges to one list
 //! ([`edges`]); lines and tones read the pictures and that list, and do not depend on the kind.
 
 pub(crate) mod id;
+pub(crate) mod seen;
 pub(crate) mod edges;
 pub(crate) mod hidden;
 pub(crate) mod local_color;
@@ -20,6 +22,7 @@ pub(crate) mod rims;
 pub(crate) mod rows;
 pub(crate) mod motion;
 
+pub(crate) use self::seen::{DISTANCE, NORMAL, NORMAL_AND_LIGHTNESS};
 use crate::gpu::target::TargetKind;
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.
@@ -30,7 +33,3 @@ pub(crate) const ID_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Uint;
 pub(crate) const DEPTH: TargetKind = TargetKind::attachment("depth", DEPTH_FORMAT);
 /// The [`id`] of the surface that is seen at each pixel.
 pub(crate) const SURFACE_ID: TargetKind = TargetKind::attachment("surface id", ID_FORMAT);
-/// xyz: metres from the rig's origin; w: distance along the view axis. All 0 in the sky.
-pub const POSITION: TargetKind = TargetKind::storage("position", wgpu::TextureFormat::Rgba32Float);
-/// xyz: unit normal in world space; 0 in the sky.
-pub(crate) const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::Rgba32Float);

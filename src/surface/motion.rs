@@ -11,7 +11,7 @@ pub(crate) const MOTION: TargetKind = TargetKind::storage("motion", wgpu::Textur
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Surface ids: the pixels of trees use `tree_step`.
     pub surface_id: &'a Target,
     /// [`TREE_STEP`](super::trees::sway::TREE_STEP), if wind moves trees.
@@ -22,7 +22,7 @@ pub(crate) struct Inputs<'a> {
 /// Computes the motion of every pixel, including the sky.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources: Vec<Named> =
-        vec![("view", inputs.view.clone()), ("position", inputs.position.into()), ("motion", inputs.motion.into())];
+        vec![("view", inputs.view.clone()), ("distance_m", inputs.distance.into()), ("motion", inputs.motion.into())];
     let of_trees = |step: &Target| [("surface_id", inputs.surface_id.into()), ("tree_step", step.into())];
     resources.extend(inputs.tree_step.into_iter().flat_map(of_trees));
     let definitions: &[&str] = if inputs.tree_step.is_some() { &["WIND"] } else { &[] };

@@ -20,7 +20,7 @@ pub(crate) struct Inputs<'a> {
     pub style: &'a Rims,
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// [`RIM`].
     pub rim: &'a Target,
@@ -35,7 +35,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("rim_rules", recorder.uniform("rim rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("rim", inputs.rim.into()),
     ];

@@ -21,7 +21,7 @@ pub(crate) struct Inputs<'a> {
     pub style: &'a Water,
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub water: &'a Target,
 }
 
@@ -32,7 +32,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("water_rules", recorder.uniform("water rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("water", inputs.water.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());

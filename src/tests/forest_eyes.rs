@@ -5,7 +5,7 @@ use crate::tests::common;
 
 use crate::tests::helpers::forest::of;
 use common::World;
-use common::draw::{draw, floats, halves, north_west, still};
+use common::draw::{draw, floats, halves, north_west, places, still};
 use common::hill::Hill;
 use glam::DVec3;
 use hachure::composite::PICTURE;
@@ -16,7 +16,7 @@ use hachure::scene::forest::{Form, Species};
 use hachure::scene::stereo::Pair;
 use hachure::scene::view::{Rig, View};
 use hachure::style::Style;
-use hachure::surface::{POSITION, SURFACE_ID, id};
+use hachure::surface::{SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const CAMERA: &str = "-300,-900,+40,15,-4,50";
@@ -51,7 +51,7 @@ fn both_eyes_see_the_same_trees_and_draw_the_same_of_them() {
         let target = |kind| renderer.eye_target(eye, kind).unwrap();
         let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], SIZE_PX).unwrap();
         let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-        let positions = floats::<4>(&world.gpu, target(&POSITION));
+        let positions = places(&world.gpu, &renderer, eye);
         let lines: Vec<f32> = floats::<1>(&world.gpu, target(&AGREED)).into_iter().map(|[line]| line).collect();
         (ids, positions, lines)
     };

@@ -7,7 +7,7 @@ use crate::tests::common;
 use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use crate::tests::helpers::stroke_lines::strokes_left;
 use common::World;
-use common::draw::{NOON, draw, floats, still};
+use common::draw::{NOON, draw, places, still};
 use common::grid_of;
 use glam::{DVec2, DVec3, Vec3};
 use hachure::forest::edges::{MeshEdge, edges};
@@ -20,7 +20,7 @@ use hachure::scene::view::View;
 use hachure::style::Style;
 use hachure::surface::edges::{EDGE_DRAW, EDGES, Edge};
 use hachure::surface::trees::NEAR;
-use hachure::surface::{POSITION, SURFACE_ID, id};
+use hachure::surface::{SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [480, 270];
 const CAMERA: &str = "40,-300,9,10,3,60";
@@ -210,10 +210,8 @@ fn outline(bench: &Bench) -> [Vec<bool>; 2] {
     let Bench { world, renderer, .. } = bench;
     let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
     let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-    let along_m: Vec<f64> = floats::<4>(&world.gpu, renderer.target(&POSITION).unwrap())
-        .iter()
-        .map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) })
-        .collect();
+    let along_m: Vec<f64> =
+        places(&world.gpu, &renderer, 0).iter().map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) }).collect();
     let near: Vec<u32> = bench.near_trees().iter().map(|tree| tree.instance.id).collect();
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let is_tree = |i: usize| {

@@ -16,7 +16,7 @@ use hachure::scene::forest::Form;
 use hachure::scene::view::Pose;
 use hachure::style::Style;
 use hachure::surface::trees::CANOPY;
-use hachure::surface::trees::marks::MARK_PLACE;
+use hachure::surface::trees::marks::MARK_DISTANCE;
 use hachure::surface::trees::shadow::TREE_SHADOW;
 use hachure::surface::{SURFACE_ID, id};
 
@@ -210,9 +210,13 @@ fn trees_are_flat_to_marks() {
     let pose = world.pose("0,0,25,0,-8,50");
     draw_in(&mut world, &mut renderer, pose, "crosshatch", &sun(30.0, 250.0));
     let ids = ids(&world, &renderer);
-    let marks_m: Vec<DVec3> = floats::<4>(&world.gpu, renderer.target(&MARK_PLACE).unwrap())
+    let marks_m: Vec<DVec3> = floats::<1>(&world.gpu, renderer.target(&MARK_DISTANCE).unwrap())
         .into_iter()
-        .map(|[x, y, z, _]| DVec3::new(x.into(), y.into(), z.into()) + pose.position_m)
+        .enumerate()
+        .map(|(i, [along_m])| {
+            let [x, y] = [i % SIZE_PX[0] as usize, i / SIZE_PX[0] as usize].map(|at| at as f64 + 0.5);
+            still(pose, SIZE_PX).ray(DVec2::new(x, y)) * f64::from(along_m) + pose.position_m
+        })
         .collect();
     let seen_m = places_m(&world.gpu, &renderer, pose.position_m);
     // The largest distance of points from the plane through the tree's centre that faces the eye, relative to the

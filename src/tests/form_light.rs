@@ -4,14 +4,13 @@
 
 use crate::tests::common;
 
-use common::draw::{draw, floats, halves, places_m, still};
+use common::draw::{draw, halves, normals, places_m, still};
 use common::{World, grid_of, random, rough_height_m};
 use glam::DVec3;
 use hachure::composite::PICTURE;
 use hachure::frame::{Light, Renderer};
 use hachure::scene::Sun;
 use hachure::style::Style;
-use hachure::surface::NORMAL;
 use hachure::tones::TONE;
 
 const SIZE_PX: [u32; 2] = [480, 270];
@@ -213,7 +212,7 @@ fn a_turn_does_not_move_the_form() {
         let tones: Vec<f64> =
             halves(&world.gpu, renderer.target(&TONE).unwrap()).into_iter().map(|[.., tone]| tone).collect();
         let places = places_m(&world.gpu, &renderer, pose.position_m);
-        let normals = floats::<4>(&world.gpu, renderer.target(&NORMAL).unwrap());
+        let normals = normals(&world.gpu, &renderer);
         (pose, tones, places, normals)
     };
     let mut moved = |keys: &str, planted: usize| {

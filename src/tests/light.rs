@@ -6,7 +6,7 @@ use crate::tests::common;
 
 use std::sync::Arc;
 
-use common::draw::{draw, floats, halves, places_m, still};
+use common::draw::{draw, halves, normals, places_m, still};
 use common::hill::Hill;
 use common::{World, grid_of, rough_height_m};
 use glam::{DVec2, DVec3};
@@ -16,7 +16,6 @@ use hachure::gpu::trace::PassTrace;
 use hachure::scene::Sun;
 use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
-use hachure::surface::NORMAL;
 use hachure::tiles::Terrain;
 use hachure::tiles::horizon_maps::HORIZON_MAP_BYTES;
 use hachure::tiles::slot_maps::MAPS_AT_ONCE;
@@ -66,7 +65,7 @@ fn drawing(world: &mut World, renderer: &mut Renderer, style: &Style, light: &Li
     let prepared = draw(gpu, &mut world.surfaces, renderer, &view, style, light);
     let tone = halves(gpu, renderer.target(&TONE).unwrap()).into_iter().map(|texel| texel[3]).collect();
     let direction = |[x, y, z, _]: [f32; 4]| DVec3::new(x.into(), y.into(), z.into());
-    let normal = floats(gpu, renderer.target(&NORMAL).unwrap()).into_iter().map(direction).collect();
+    let normal = normals(gpu, renderer).into_iter().map(direction).collect();
     let place_m = places_m(gpu, renderer, pose.position_m);
     let times = renderer.take_times().unwrap_or_default();
     let toon_ms = times.iter().filter(|time| time.name == "tones/toon").map(|time| time.gpu_ms).sum();

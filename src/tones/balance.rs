@@ -81,7 +81,7 @@ pub(crate) struct Partner<'a> {
     /// The other eye's `View`.
     pub view: &'a Resource,
     /// Position of the surface, as this eye sees it.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// The correction of the other eye.
     pub more: &'a Target,
 }

@@ -21,7 +21,7 @@ pub(crate) struct Inputs<'a> {
     pub style: &'a Style,
     /// The light of the scene.
     pub light: &'a Light,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// The curvature of the surface.
     pub shapes: &'a Shapes,
     pub crest_light: &'a Target,
@@ -35,7 +35,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("light", recorder.uniform("light", &LightUniform::new(inputs.style, inputs.light))),
         ("crest_rules", recorder.uniform("crest rules", &rules)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("shape_normal", normal.into()),
         ("shape_bend", bend.into()),
         ("crest_light", inputs.crest_light.into()),

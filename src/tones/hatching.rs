@@ -29,7 +29,7 @@ pub(crate) struct Inputs<'a> {
     pub hatching: &'a Hatching,
     /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// The normal at the scale of marks.
     pub mark_normal: &'a Target,
@@ -53,7 +53,7 @@ impl Inputs<'_> {
     pub(super) fn resources(&self) -> [Named; 7] {
         [
             ("view", self.view.clone()),
-            ("position", self.position.into()),
+            ("distance_m", self.distance.into()),
             ("normal", self.normal.into()),
             ("mark_normal", self.mark_normal.into()),
             ("bend_axis", self.bend_axis.into()),

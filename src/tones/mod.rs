@@ -56,7 +56,7 @@ pub(crate) struct Inputs<'a> {
     pub camera_z_m: f32,
     /// The lowest and highest height of the land, in metres.
     pub range_m: [f32; 2],
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL) for a style whose light falls on the form of the land;
     /// otherwise an empty target.

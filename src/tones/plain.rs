@@ -24,7 +24,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         inputs.terrain.clone(),
         ("plain", recorder.uniform("plain", &uniform)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("tone", inputs.tone.into()),
     ];

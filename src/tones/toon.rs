@@ -48,7 +48,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, toon: &Toon, inputs: &Inputs<'_>)
         ("toon", recorder.uniform("toon", &uniform)),
         ("ramp", Resource::Texture("ramp", ramp.view.clone())),
         inputs.terrain.clone(),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.into()),
         ("crest_light", inputs.crest_light.unwrap_or(inputs.nothing).into()),

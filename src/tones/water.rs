@@ -24,7 +24,7 @@ pub(crate) struct Inputs<'a> {
     pub sky: &'a Sky,
     /// The `Terrain` uniform, for the earth's curvature.
     pub terrain: &'a Named,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub water: &'a Target,
     /// Colour and tone of the land.
     pub tone: &'a Target,
@@ -55,7 +55,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("water_look", recorder.uniform("water look", &look)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("water", inputs.water.into()),
         ("tone", inputs.tone.into()),
         ("watered", inputs.watered.into()),

@@ -31,7 +31,7 @@ pub(crate) struct Inputs<'a> {
     pub watercolor: &'a Watercolor,
     /// The rig's origin in the world, to which positions are relative.
     pub origin_m: DVec3,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Colour and tone before the washes run.
     pub tone: &'a Target,
     pub washed: &'a Target,
@@ -46,7 +46,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("watercolor", recorder.uniform("watercolor", &uniform)),
         ("anchor", recorder.uniform("anchor", &Anchor::new(inputs.origin_m))),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("tone", inputs.tone.into()),
         ("washed", inputs.washed.into()),
     ];

@@ -11,7 +11,7 @@
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
-@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
 @group(0) @binding(3) var line: texture_2d<f32>;
 @group(0) @binding(4) var rank: texture_storage_2d<rg32float, write>;
 
@@ -32,7 +32,7 @@ fn nearness_at(pixel: vec2<i32>) -> vec2<f32> {
     var nearness = vec2<f32>(1e30, 0.0);
     for (var y = -AROUND_PX; y <= AROUND_PX; y++) {
         for (var x = -AROUND_PX; x <= AROUND_PX; x++) {
-            let depth_m = textureLoad(position, inside(pixel + vec2<i32>(x, y)), 0).w;
+            let depth_m = textureLoad(distance_m, inside(pixel + vec2<i32>(x, y)), 0).r;
             let near = select(0.0, 1.0 / max(depth_m, 1e-6), depth_m > 0.0);
             nearness = vec2<f32>(min(nearness.x, near), max(nearness.y, near));
         }

@@ -12,11 +12,12 @@
 // - Outside of the other eye's picture a partner may exist, so the line stays.
 // - J uses all eight neighbours.
 #import hachure::view::{View, ray_of_pixel}
+#import hachure::seen::place_seen
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> other_view: View;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var other_position: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var other_distance_m: texture_2d<f32>;
 @group(0) @binding(4) var line: texture_2d<f32>;
 @group(0) @binding(5) var other_line: texture_2d<f32>;
 @group(0) @binding(6) var agreed: texture_storage_2d<r32float, write>;
@@ -47,7 +48,7 @@ fn rising(range: vec2<f32>, value: f32) -> f32 {
 fn mask(pixel: vec2<i32>, there: vec2<f32>) -> f32 {
     let centre = vec2<f32>(pixel) + 0.5;
     let rounded = vec2<i32>(floor(there));
-    let back = reproject(view, shown(other_view, rounded, textureLoad(other_position, rounded, 0)));
+    let back = reproject(view, shown(other_view, rounded, place_seen(other_view, other_distance_m, rounded)));
     let round_trip = rising(ROUND_TRIP_PX, distance(back, centre));
     var jump_px = 0.0;
     for (var y = -1; y <= 1; y++) {
@@ -56,7 +57,7 @@ fn mask(pixel: vec2<i32>, there: vec2<f32>) -> f32 {
             if any(neighbour < vec2<i32>(0)) || any(neighbour >= vec2<i32>(view.size_px)) {
                 continue;
             }
-            let at = reproject(other_view, shown(view, neighbour, textureLoad(position, neighbour, 0)));
+            let at = reproject(other_view, shown(view, neighbour, place_seen(view, distance_m, neighbour)));
             jump_px = max(jump_px, length(at - there - vec2<f32>(vec2<i32>(x, y))));
         }
     }
@@ -70,7 +71,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = vec2<i32>(id.xy);
     var own = textureLoad(line, pixel, 0).r;
-    let there = reproject(other_view, shown(view, pixel, textureLoad(position, pixel, 0)));
+    let there = reproject(other_view, shown(view, pixel, place_seen(view, distance_m, pixel)));
     let size = vec2<i32>(other_view.size_px);
     if own > 0.0 && all(there >= vec2<f32>(0.0)) && all(there < vec2<f32>(size)) {
         var partner = 0.0;

@@ -19,6 +19,7 @@
 // - Land whose back is visible through a hole has no contour either. Surfaces turned away slightly are next to a
 //   contour.
 #import hachure::view::View
+#import hachure::seen::{normal_seen, place_seen}
 
 struct FadeOut {
     // Midpoint between the eyes, in their rig.
@@ -38,8 +39,8 @@ struct FadeOut {
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> fade_out: FadeOut;
-@group(0) @binding(2) var position: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_2d<u32>;
 @group(0) @binding(4) var line: texture_2d<f32>;
 @group(0) @binding(5) var faded: texture_storage_2d<r32float, write>;
 
@@ -54,19 +55,19 @@ fn turn_per_px(pixel: vec2<i32>, n: vec3<f32>) -> f32 {
     var most = 0.0;
     for (var axis = 0; axis < 2; axis++) {
         let step = select(vec2<i32>(0, 1), vec2<i32>(1, 0), axis == 0);
-        let before = textureLoad(normal, clamp(pixel - step, vec2<i32>(0), last), 0).xyz;
-        let after = textureLoad(normal, clamp(pixel + step, vec2<i32>(0), last), 0).xyz;
+        let before = normal_seen(normal, clamp(pixel - step, vec2<i32>(0), last));
+        let after = normal_seen(normal, clamp(pixel + step, vec2<i32>(0), last));
         most = max(most, min(distance(before, n), distance(after, n)));
     }
     return most;
 }
 
 fn fade(pixel: vec2<i32>) -> f32 {
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         return 0.0;
     }
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let n = normal_seen(normal, pixel);
     if dot(n, normalize(view.eye_m - at.xyz)) < BACK {
         return 0.0;
     }

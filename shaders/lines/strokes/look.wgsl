@@ -9,10 +9,11 @@
 // its epipolar line (He, Wang and Bao 2019, section 4.2). Each surface point on this path is a contour for some
 // viewpoint between the eyes, t of Eq. 3. A contour is epipolar-slidable if t increases from one eye to the other; the
 // search ends at an extreme point, where t turns back, and where the surface ends. Changes: t is computed from the
-// images of position and normal, since there is one surface per pixel, and not from lists of extreme points; and both
+// images of distance and normal, since there is one surface per pixel, and not from lists of extreme points; and both
 // directions are searched, since one of them soon leaves the surface. The pass also finds whether the other eye sees
 // the sample.
 #import hachure::view::{View, place_at, ray_at}
+#import hachure::seen::{normal_seen, place_seen}
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, Match, nearest_on, is_seam, WHOLLY_PX, LAST, FIRST, KIND_SHIFT}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -23,13 +24,15 @@
 @group(0) @binding(4) var ids: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read_write> matches: array<Match>;
 #ifdef PAIR
-// The other eye's view, without jitter like the strokes; the next three images are jittered.
+// The other eye's view, without jitter like the strokes.
 @group(0) @binding(6) var<uniform> other_view: View;
 // Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(7) var depth: texture_depth_2d;
-// Position and normal of the surface, as the other eye sees it.
-@group(0) @binding(8) var position: texture_2d<f32>;
-@group(0) @binding(9) var normal: texture_2d<f32>;
+// Distance and normal of the surface, as the other eye sees it.
+@group(0) @binding(8) var distance_m: texture_2d<f32>;
+@group(0) @binding(9) var normal: texture_2d<u32>;
+// The other eye's view, jittered like these three images.
+@group(0) @binding(10) var<uniform> seen_view: View;
 #endif
 
 const REACH_PX: i32 = 3;
@@ -148,17 +151,17 @@ fn is_seen(place: vec3<f32>) -> bool {
 // Returns the viewpoint between the eyes, 0 for this one and 1 for the other, that sees a point as a contour (Eq. 3).
 fn viewpoint(px: vec2<f32>) -> f32 {
     let pixel = pixel_at(px);
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let n = normal_seen(normal, pixel);
     let across = dot(other_view.eye_m - view.eye_m, n);
-    return dot(textureLoad(position, pixel, 0).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);
+    return dot(place_seen(seen_view, distance_m, pixel).xyz - view.eye_m, n) / select(across, 1e-9, abs(across) < 1e-9);
 }
 
 // Returns whether the surface continues from a point of the previous pixel (with its distance along the view axis) to a
 // pixel: the pixel is at the same distance or, at a grazing angle, in the same plane.
 fn goes_on(before: vec4<f32>, pixel: vec2<i32>) -> bool {
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(seen_view, distance_m, pixel);
     let way_m = at.xyz - before.xyz;
-    let is_level = abs(dot(way_m, textureLoad(normal, pixel, 0).xyz)) <= LEVEL * length(way_m);
+    let is_level = abs(dot(way_m, normal_seen(normal, pixel))) <= LEVEL * length(way_m);
     return max(at.w / before.w, before.w / max(at.w, 1e-30)) <= select(JUMP_RATIO, GRAZING_RATIO, is_level);
 }
 
@@ -182,7 +185,7 @@ fn slide(own: Sample, place: vec3<f32>, way: vec2<f32>, nothing: Match) -> Match
             if !goes_on(before, pixel_at(at)) {
                 break;
             }
-            before = textureLoad(position, pixel_at(at), 0);
+            before = place_seen(seen_view, distance_m, pixel_at(at));
             let now = viewpoint(at);
             if now < last - EXTREME {
                 break;

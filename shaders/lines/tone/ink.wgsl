@@ -27,7 +27,7 @@ const MIN_RANGE: f32 = 0.25;
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> ink: Ink;
 // Only the last channel is used: 0 is the sky.
-@group(0) @binding(2) var position: texture_2d<f32>;
+@group(0) @binding(2) var distance_m: texture_2d<f32>;
 // Only b is used: the width of lines.
 @group(0) @binding(3) var blurred: texture_2d<f32>;
 @group(0) @binding(4) var tone_lines: texture_2d<f32>;
@@ -77,7 +77,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let away_px = vec2<f32>(dot(dark, aways_px), dot(light, aways_px)) / weights;
         let opacity = vec2<f32>(dot(dark, opacities), dot(light, opacities)) / weights;
         let width_px = textureLoad(blurred, clamp(first, vec2<i32>(0), last), 0).b;
-        let is_surface = f32(textureLoad(position, pixel, 0).w > 0.0);
+        let is_surface = f32(textureLoad(distance_m, pixel, 0).r > 0.0);
         let covered = saturate(0.5 * width_px - away_px + 0.5);
         let faded = 1.0 - ink.softness * smoothstep(vec2<f32>(1.0 - ink.softness), vec2<f32>(1.0), 2.0 * away_px / width_px);
         // Distance beyond the border, estimated from the gradient of the curvature, in pixels.

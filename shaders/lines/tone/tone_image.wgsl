@@ -15,6 +15,7 @@
 // - Haze determines what is near and far, as for the widths of strokes (lines/strokes/samples.wgsl).
 // - A cell of the grid (shared/tone_grid.wgsl) is shaded once, by the mean of its pixels' normals.
 #import hachure::view::{View, from_eye}
+#import hachure::seen::{place_seen, surface_seen}
 #import hachure::light::{Light, light_tone}
 #import hachure::lit_normal::lit_normal
 #import hachure::tone_grid::grid_of
@@ -41,8 +42,8 @@ struct ToneRules {
 // The style's light; `tone_rules` replaces its direction.
 @group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var<uniform> tone_rules: ToneRules;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 // One empty texel if nothing is abstracted.
 @group(0) @binding(5) var form_normal: texture_2d<f32>;
 // r: diffuse tone, 0 black to 1 white; g: specular; b: width of lines in pixels, all multiplied by a: the part of the
@@ -72,8 +73,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var normals = vec4<f32>(0.0);
     for (var i = 0; i < grid.side_px * grid.side_px; i++) {
         let here_px = grid.first_px + grid.side_px * cell + vec2<i32>(i % grid.side_px, i / grid.side_px);
-        let here_at = textureLoad(position, here_px, 0);
-        let here = textureLoad(normal, here_px, 0);
+        let here_at = place_seen(view, distance_m, here_px);
+        let here = surface_seen(normal, here_px);
         let is_surface = here_at.w > 0.0;
         if is_surface && surfaces == 0.0 {
             pixel = here_px;

@@ -1,18 +1,24 @@
-// Computes position and normal of the surface itself from the depth of the mesh.
+// Computes distance and normal of the surface itself from the depth of the mesh.
 //
 // The mesh is within the level-of-detail error of the surface. The bicubic surface at the scale of the pixel's
 // footprint, expanded to second order at the hit on the mesh, is intersected with the pixel's ray; the normal there is
 // the analytic derivative. Position and normal then belong to one smooth surface, and LSA contours do not show the
 // mesh. Near silhouettes, where the ray misses the smooth surface, the mesh's own position is used.
 #import hachure::view::{View, place_of_pixel, ray_of_pixel}
+#import hachure::seen::word_of_normal
 #import hachure::terrain::{grid_from_world, surface_level}
 #import hachure::surface::{surface_near, surface_at, Surface}
 #import hachure::earth::{unbend, unbend_direction, bend_normal, Unbent}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depth: texture_depth_2d;
-@group(0) @binding(2) var position: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(3) var normal: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(2) var distance_m: texture_storage_2d<r32float, write>;
+#ifdef LIGHTNESS
+// The scene has surfaces that are darker than land.
+@group(0) @binding(3) var normal: texture_storage_2d<rg32uint, write>;
+#else
+@group(0) @binding(3) var normal: texture_storage_2d<r32uint, write>;
+#endif
 
 // Depth of the area that is never visible (hidden.wgsl), the nearest possible.
 const HIDDEN: f32 = 1.0;
@@ -52,9 +58,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let z = textureLoad(depth, pixel, 0);
     if z <= 0.0 || z >= HIDDEN {
-        // Sky: the normal and the position are 0.
-        textureStore(position, pixel, vec4<f32>(0.0));
-        textureStore(normal, pixel, vec4<f32>(0.0));
+        // Sky: the normal and the distance are 0.
+        textureStore(distance_m, pixel, vec4<f32>(0.0));
+        textureStore(normal, pixel, vec4<u32>(0u));
         return;
     }
     let ray = ray_of_pixel(view, pixel);
@@ -105,6 +111,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let by_world = vec2<f32>(dot(gradient, dg_dx), dot(gradient, dg_dy));
     let at_m = place_of_pixel(view, pixel, along_m);
-    textureStore(position, pixel, vec4<f32>(at_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(bend_normal(unbend(at_m), by_world), 1.0));
+    textureStore(distance_m, pixel, vec4<f32>(along_m, 0.0, 0.0, 0.0));
+    textureStore(normal, pixel, vec4<u32>(word_of_normal(bend_normal(unbend(at_m), by_world)), 0u, 0u, 0u));
 }

@@ -4,6 +4,7 @@
 // This runs after surface/curvature, and overwrites its output. The forms of corners are transformed to the tangent
 // frame of the pixel's normal. A mesh has no smoothed forms as the land has, so its curvature is used as it is.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen}
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, MeshInstance}
 #import hachure::mark_normal::pixel_of_block
 #import hachure::curvature::{frame_of, form2, form3}
@@ -27,8 +28,8 @@ struct VertexShape {
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> curvature_rules: CurvatureRules;
 @group(0) @binding(2) var surface_id: texture_2d<u32>;
-@group(0) @binding(3) var position: texture_2d<f32>;
-@group(0) @binding(4) var normal: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
+@group(0) @binding(4) var normal: texture_2d<u32>;
 @group(0) @binding(5) var<storage, read> mesh_shapes: array<VertexShape>;
 @group(0) @binding(6) var shape_normal: texture_storage_2d<rgba32float, write>;
 @group(0) @binding(7) var shape_bend: texture_storage_2d<rgba32float, write>;
@@ -70,8 +71,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let standing = mesh_instances[instance_of(number, BY_NUMBER)];
     let triangle = mesh_triangles[standing.first_triangle + number - standing.first_number];
     let corners = corners_of(standing.first_place, triangle);
-    let at = textureLoad(position, pixel, 0);
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let at = place_seen(view, distance_m, pixel);
+    let n = normal_seen(normal, pixel);
     let u = corners.b_m - corners.a_m;
     let v = corners.c_m - corners.a_m;
     let face = cross(u, v);

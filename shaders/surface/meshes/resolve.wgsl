@@ -1,4 +1,4 @@
-// Computes position and normal where a mesh is visible, with the lightness of its material: the pixel's ray is
+// Computes distance and normal where a mesh is visible, with the lightness of its material: the pixel's ray is
 // intersected with the plane of the triangle that the rasteriser found there, and the normals of its corners are
 // interpolated.
 //
@@ -6,6 +6,7 @@
 // bit-identical to those without meshes. Where the ray is almost parallel to the triangle, its plane is inaccurate, and
 // the rasteriser's depth is used.
 #import hachure::view::{View, from_eye, place_of_pixel, ray_of_pixel}
+#import hachure::seen::words_of_surface
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NUMBER, corners_of, normal_from}
 #import hachure::surface_id::{kind_of, FIRST_MESH, MESH}
 #import hachure::earth::unbend
@@ -13,8 +14,8 @@
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var surface_id: texture_2d<u32>;
 @group(0) @binding(2) var depth: texture_depth_2d;
-@group(0) @binding(3) var position: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(4) var normal: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(3) var distance_m: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var normal: texture_storage_2d<rg32uint, write>;
 #ifdef LOCAL_COLOR
 // Colour of each triangle of the meshes themselves: see hachure::local_color.
 @group(0) @binding(5) var<storage, read> mesh_colors: array<u32>;
@@ -68,8 +69,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         n = front * inverseSqrt(max(dot(front, front), 1e-30));
     }
     n = select(n, -n, dot(n, front) < 0.0);
-    textureStore(position, pixel, vec4<f32>(at_m, along_m));
-    textureStore(normal, pixel, vec4<f32>(n, triangle.lightness));
+    textureStore(distance_m, pixel, vec4<f32>(along_m, 0.0, 0.0, 0.0));
+    textureStore(normal, pixel, words_of_surface(vec4<f32>(n, triangle.lightness)));
 #ifdef LOCAL_COLOR
     textureStore(local_color, pixel, vec4<u32>(mesh_colors[own], 0u, 0u, 0u));
 #endif

@@ -11,7 +11,7 @@
 @group(0) @binding(1) var<uniform> rules: RowRules;
 @group(0) @binding(2) var<storage, read> inks: array<u32>;
 @group(0) @binding(3) var<storage, read_write> gains: array<f32>;
-@group(0) @binding(4) var position: texture_2d<f32>;
+@group(0) @binding(4) var distance_m: texture_2d<f32>;
 @group(0) @binding(5) var tone: texture_2d<f32>;
 
 // Distance between the pixels that are sampled.
@@ -28,7 +28,7 @@ fn asked_in(square: vec2<i32>) -> f32 {
     for (var y = low.y; y < to.y; y += STRIDE) {
         for (var x = low.x; x < to.x; x += STRIDE) {
             let dark = clamp(1.0 - textureLoad(tone, vec2<i32>(x, y), 0).a, 0.0, rules.darkest);
-            sum += select(0.0, dark, textureLoad(position, vec2<i32>(x, y), 0).w > 0.0);
+            sum += select(0.0, dark, textureLoad(distance_m, vec2<i32>(x, y), 0).r > 0.0);
         }
     }
     return sum * f32(STRIDE * STRIDE);

@@ -11,6 +11,7 @@
 // Candidates outside of any row, which fill the land that rows leave bare, are proposed as they are: `choice` decides
 // which of all proposals are drawn on the picture, and `rooms` how much room they have.
 #import hachure::view::{View, distance_from_eye}
+#import hachure::seen::place_seen
 #import hachure::terrain::terrain
 #import hachure::surface::vertex_height_m
 #import hachure::earth::bend
@@ -53,7 +54,7 @@ const BORDER: f32 = 6.0;
 @group(0) @binding(5) var<storage, read_write> proposed: array<atomic<u32>, 4>;
 // See PROPOSAL.
 @group(0) @binding(6) var<storage, read_write> proposals: array<vec4<f32>>;
-@group(0) @binding(7) var position: texture_2d<f32>;
+@group(0) @binding(7) var distance_m: texture_2d<f32>;
 
 struct Candidate {
     // Offset of its first word, and of that of the first candidate of its piece.
@@ -298,7 +299,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         rooms[j + HALF] = shares[j + HALF] * mix(room_ahead.x, room_ahead.y, part);
         let seen = project(flat_m[j + HALF] + vec3<f32>(0.0, 0.0, lifts[j + HALF]));
         let is_inside = all(seen.xy >= vec2<f32>(0.0)) && all(seen.xy < vec2<f32>(view.size_px));
-        let land = textureLoad(position, clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1), 0);
+        let land = place_seen(view, distance_m, clamp(vec2<i32>(floor(seen.xy)), vec2<i32>(0), vec2<i32>(view.size_px) - 1));
         // Hidden parts take no space on the picture. Visibility off-screen is not known, and far off-screen it affects
         // no visible mark.
         let is_near = all(seen.xy >= vec2<f32>(-border_px)) && all(seen.xy < vec2<f32>(view.size_px) + border_px);

@@ -4,13 +4,14 @@
 // border's coverage. Marks narrower than a pixel are paler instead. Where marks of two levels overlap, the darker one
 // stays. A pixel is inked where it shows the land that the mark is on.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::rows::{RowRules, SAMPLES}
 #import hachure::surface_id::{has_trait, ON_GRID}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> rules: RowRules;
 @group(0) @binding(2) var<storage, read> marks: array<vec4<f32>>;
-@group(0) @binding(3) var position: texture_2d<f32>;
+@group(0) @binding(3) var distance_m: texture_2d<f32>;
 @group(0) @binding(4) var surface_id: texture_2d<u32>;
 
 const FRINGE_PX: f32 = 0.75;
@@ -58,7 +59,7 @@ fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let half_width = max(in.half_width_px, 0.5);
     let covered = clamp(half_width - abs(in.across_px) + 0.5, 0.0, 1.0) * in.half_width_px / half_width;
     let pixel = vec2<i32>(in.clip.xy);
-    let land = textureLoad(position, pixel, 0);
+    let land = place_seen(view, distance_m, pixel);
     let allowed_m = land.w * (1.0 + BEHIND_PART) + BEHIND * rules.spacing_px * land.w / view.focal_px;
     let is_hidden = land.w <= 0.0 || in.depth_m > allowed_m || !has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID);
     // Written so that NaN, from a strip without area, is discarded too.

@@ -1,5 +1,6 @@
-// Computes position and normal where a tree is visible, over those of the land.
-#import hachure::view::{View, place_of_pixel}
+// Computes distance and normal where a tree is visible, over those of the land.
+#import hachure::view::View
+#import hachure::seen::words_of_surface
 #import hachure::surface_id::{kind_of, TREE}
 #import hachure::trees::lightness_of
 
@@ -8,8 +9,8 @@
 @group(0) @binding(2) var depth: texture_depth_2d;
 // Normals as rasterised; undefined elsewhere than on trees.
 @group(0) @binding(3) var tree_normal: texture_2d<f32>;
-@group(0) @binding(4) var position: texture_storage_2d<rgba32float, write>;
-@group(0) @binding(5) var normal: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(4) var distance_m: texture_storage_2d<r32float, write>;
+@group(0) @binding(5) var normal: texture_storage_2d<rg32uint, write>;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -22,6 +23,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let along_m = view.near_m / textureLoad(depth, pixel, 0);
     let n = textureLoad(tree_normal, pixel, 0);
-    textureStore(position, pixel, vec4<f32>(place_of_pixel(view, pixel, along_m), along_m));
-    textureStore(normal, pixel, vec4<f32>(normalize(n.xyz), lightness_of(n.w)));
+    textureStore(distance_m, pixel, vec4<f32>(along_m, 0.0, 0.0, 0.0));
+    textureStore(normal, pixel, words_of_surface(vec4<f32>(normalize(n.xyz), lightness_of(n.w))));
 }

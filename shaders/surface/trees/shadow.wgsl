@@ -9,6 +9,7 @@
 // A tree does not shadow itself: its normals shade it. In wind (WIND) its shadow leans with it, by the straight part of
 // the lean.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::earth::bend
 #import hachure::forest::{Forest, Species}
 #ifdef WIND
@@ -25,7 +26,7 @@
 @group(0) @binding(4) var tree_pictures: texture_2d<f32>;
 @group(0) @binding(5) var<uniform> forest: Forest;
 @group(0) @binding(6) var surface_id: texture_2d<u32>;
-@group(0) @binding(7) var position: texture_2d<f32>;
+@group(0) @binding(7) var distance_m: texture_2d<f32>;
 #ifdef WIND
 @group(0) @binding(8) var<storage, read> tree_sways: array<Sway>;
 #endif
@@ -124,7 +125,7 @@ fn hidden(frame: vec2<f32>, p: vec2<f32>, depth: f32) -> f32 {
 @fragment
 fn fragment(in: Vertex) -> @location(0) vec4<f32> {
     let pixel = vec2<i32>(in.clip.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let tree = tree_instances[in.number];
     let foot_m = bend(tree.flat_m);
     let from_foot_m = at.xyz - foot_m;

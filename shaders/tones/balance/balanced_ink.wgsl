@@ -3,6 +3,7 @@
 // PAIR: two eyes count the same marks in cells of their own pictures, which are at different positions on the surface.
 // Each adds the mean of what both would add at a point of the surface, so that its marks are equally dark for both.
 #import hachure::view::View
+#import hachure::seen::place_seen
 #import hachure::cover::{Balance, first_cell, ink_of}
 
 @group(0) @binding(0) var<uniform> view: View;
@@ -13,7 +14,7 @@
 @group(0) @binding(4) var marks: texture_storage_2d<r32float, write>;
 #ifdef PAIR
 @group(0) @binding(5) var<uniform> other_view: View;
-@group(0) @binding(6) var position: texture_2d<f32>;
+@group(0) @binding(6) var distance_m: texture_2d<f32>;
 @group(0) @binding(7) var other_more: texture_2d<f32>;
 #endif
 
@@ -41,7 +42,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     var balanced = balanced_at(view, more, vec2<f32>(pixel) + 0.5);
 #ifdef PAIR
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     let clip = other_view.clip_from_camera * vec4<f32>(at.xyz, 1.0);
     let ndc = clip.xy / max(clip.w, 1e-6);
     let there = vec2<f32>(ndc.x * 0.5 + 0.5, 0.5 - ndc.y * 0.5) * vec2<f32>(other_view.size_px);

@@ -10,6 +10,7 @@
 // scales double where the paper's grow by the square root of two. Surfaces other than land have no forms, and the
 // unchanged light.
 #import hachure::view::{View, from_eye}
+#import hachure::seen::{place_seen, surface_seen}
 #import hachure::terrain::grid_from_world
 #import hachure::earth::{Unbent, unbend}
 #import hachure::form::{level_seen, normal_of_level}
@@ -30,8 +31,8 @@ struct ExaggerateRules {
 @group(0) @binding(1) var<uniform> light: Light;
 @group(0) @binding(2) var<storage, read> exaggerate_rules: ExaggerateRules;
 @group(0) @binding(3) var surface_id: texture_2d<u32>;
-@group(0) @binding(4) var position: texture_2d<f32>;
-@group(0) @binding(5) var normal: texture_2d<f32>;
+@group(0) @binding(4) var distance_m: texture_2d<f32>;
+@group(0) @binding(5) var normal: texture_2d<u32>;
 // rgb: white; a: the requested tone.
 @group(0) @binding(6) var relief_light: texture_storage_2d<rgba16float, write>;
 
@@ -41,12 +42,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(relief_light, pixel, vec4<f32>(1.0));
         return;
     }
-    let own = textureLoad(normal, pixel, 0);
+    let own = surface_seen(normal, pixel);
     var lit = 0.5 + 0.5 * dot(own.xyz, light.to_sun);
     if has_trait(textureLoad(surface_id, pixel, 0).r, ON_GRID) {
         let flat_place = unbend(at.xyz);

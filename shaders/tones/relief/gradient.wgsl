@@ -13,6 +13,7 @@
 // - The extent of the blur (the importance function of section 4.3) grows with distance, away from the focus of the
 //   picture and on level land, as the style requests.
 #import hachure::view::{View, from_eye, distance_from_eye}
+#import hachure::seen::{normal_seen, place_seen, surface_seen}
 #import hachure::focus::{Focus, in_focus}
 #import hachure::light::{Light, haze_clear}
 #import hachure::lit_normal::lit_normal
@@ -24,8 +25,8 @@
 @group(0) @binding(2) var<storage, read> relief_rules: ReliefRules;
 @group(0) @binding(3) var<storage, read> focus: Focus;
 @group(0) @binding(4) var surface_id: texture_2d<u32>;
-@group(0) @binding(5) var position: texture_2d<f32>;
-@group(0) @binding(6) var normal: texture_2d<f32>;
+@group(0) @binding(5) var distance_m: texture_2d<f32>;
+@group(0) @binding(6) var normal: texture_2d<u32>;
 @group(0) @binding(7) var form_normal: texture_2d<f32>;
 // As `packed`; all 0 where there is no relief.
 @group(0) @binding(8) var depth_gradient: texture_storage_2d<rgba32float, write>;
@@ -36,8 +37,8 @@ const MIN_FACING: f32 = 0.04;
 const STEEP: f32 = 0.5;
 
 fn seen(pixel: vec2<i32>) -> vec4<f32> {
-    let at = textureLoad(position, pixel, 0);
-    let n = textureLoad(normal, pixel, 0).xyz;
+    let at = place_seen(view, distance_m, pixel);
+    let n = normal_seen(normal, pixel);
     let p = from_eye(view, at.xyz);
     let through = min(dot(n, p), -MIN_FACING * length(p));
     let across = vec2<f32>(dot(n, normalize(view.ray_dx)), dot(n, normalize(view.ray_dy)));
@@ -50,14 +51,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     // Each leaf of a tree has its own normal.
     if at.w <= 0.0 || !has_trait(textureLoad(surface_id, pixel, 0).r, SMOOTH) {
         textureStore(depth_gradient, pixel, vec4<f32>(0.0));
         return;
     }
     let own = seen(pixel);
-    let raw = textureLoad(normal, pixel, 0);
+    let raw = surface_seen(normal, pixel);
     var conductance = 1.0;
     var min_cosine = 1.0;
     for (var i = 0; i < 4; i++) {
@@ -67,7 +68,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             continue;
         }
         conductance = min(conductance, on_plane(view, own, seen(neighbour), vec2<f32>(offset)));
-        min_cosine = min(min_cosine, dot(raw.xyz, textureLoad(normal, neighbour, 0).xyz));
+        min_cosine = min(min_cosine, dot(raw.xyz, normal_seen(normal, neighbour)));
     }
     let crease_rad = acos(clamp(min_cosine, -1.0, 1.0));
     conductance *= 1.0 - smoothstep(0.5 * relief_rules.crease_rad, relief_rules.crease_rad, crease_rad);

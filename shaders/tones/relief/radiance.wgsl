@@ -17,8 +17,9 @@
 //
 // Without WARPED, light is unchanged.
 #import hachure::view::from_eye
+#import hachure::seen::place_seen
 #import hachure::light::tone_of_lit
-#import hachure::lit_surface::{lit_surface, view, light, position}
+#import hachure::lit_surface::{lit_surface, view, light, distance_m}
 #import hachure::color::luminance
 #import hachure::light_warp::{WarpedLight, inverse_warp_of, warp_light}
 #ifdef WARPED
@@ -83,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(relief_light, pixel, vec4<f32>(1.0));
         return;

@@ -6,8 +6,9 @@
 // light below alpha the opposite, and kappa = 0 leaves it unchanged. Kappa is the mean curvature, here limited to -1 to
 // 1 by an arctangent as in the warp.
 #import hachure::view::from_eye
+#import hachure::seen::place_seen
 #import hachure::light::light_tone
-#import hachure::lit_surface::{lit_surface, view, light, position}
+#import hachure::lit_surface::{lit_surface, view, light, distance_m}
 #import hachure::relief::{ReliefRules, bend_at}
 
 struct ScalingRules {
@@ -38,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = vec2<i32>(id.xy);
-    let at = textureLoad(position, pixel, 0);
+    let at = place_seen(view, distance_m, pixel);
     if at.w <= 0.0 {
         textureStore(relief_light, pixel, vec4<f32>(1.0));
         return;

@@ -73,7 +73,7 @@ impl Cells {
 /// Inputs of the density control.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Line strength: 0 no line, 1 full.
     pub line: &'a Target,
     pub cap: Cap,
@@ -85,10 +85,10 @@ pub(crate) struct Inputs<'a> {
 /// picture; of the lines that remain in both, [`agree`](super::stereo::agree) then leaves each eye the fainter one.
 /// Surfaces so near that their contours differ between the eyes are not thinned.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
-    let &Inputs { view, position, line, cap, apart_m } = inputs;
+    let &Inputs { view, distance, line, cap, apart_m } = inputs;
     let cells = Cells::new(recorder, targets, cap, apart_m);
     let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(recorder.gpu(), kind));
-    rank::run(recorder, &rank::Inputs { view, cells: &cells, position, line, rank: &rank });
+    rank::run(recorder, &rank::Inputs { view, cells: &cells, distance, line, rank: &rank });
     count::run(recorder, view, line, &rank, &cells);
     bar::run(recorder, view, &cells);
     thin::run(recorder, &thin::Inputs { view, line, rank: &rank, cells: &cells, thinned: &thinned });

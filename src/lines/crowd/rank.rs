@@ -14,7 +14,7 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// The cells, for the size of the window.
     pub cells: &'a Cells,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Line strength: 0 no line, 1 full.
     pub line: &'a Target,
     pub rank: &'a Target,
@@ -25,7 +25,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("crowd", inputs.cells.crowd.clone()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("line", inputs.line.into()),
         ("rank", inputs.rank.into()),
     ];

@@ -10,7 +10,7 @@ pub(crate) const AGREED: TargetKind = TargetKind::storage("agreed line", wgpu::T
 /// The pictures of an eye that the comparison reads.
 pub(crate) struct Eye {
     pub view: Resource,
-    pub position: Target,
+    pub distance: Target,
     /// Line strength, before the comparison.
     pub line: Target,
 }
@@ -30,8 +30,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", own.view.clone()),
         ("other_view", other.view.clone()),
-        ("position", (&own.position).into()),
-        ("other_position", (&other.position).into()),
+        ("distance_m", (&own.distance).into()),
+        ("other_distance_m", (&other.distance).into()),
         ("line", (&own.line).into()),
         ("other_line", (&other.line).into()),
         ("agreed", (*agreed).into()),

@@ -13,7 +13,7 @@ pub(crate) const FADED: TargetKind = TargetKind::storage("faded line", wgpu::Tex
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// Lines of this eye alone.
     pub line: &'a Target,
@@ -35,7 +35,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lines: &Lines, rig: &Rig, inputs:
     let resources = [
         ("view", inputs.view.clone()),
         ("fade_out", recorder.uniform("fade out", &uniform)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("line", inputs.line.into()),
         ("faded", inputs.faded.into()),

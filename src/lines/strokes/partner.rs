@@ -36,11 +36,13 @@ pub(crate) struct Partner {
 /// The surface as an eye sees it.
 #[derive(Clone)]
 pub(crate) struct SeenSurface {
+    /// The `View`, with jitter, with which the surface was drawn.
+    pub view: Resource,
     /// Reversed depth: near / distance.
     pub depth: Target,
-    /// Metres from the rig's origin.
-    pub position: Target,
-    /// Unit normal in world space.
+    /// Metres along the view axis.
+    pub distance: Target,
+    /// Unit normals in world space, as words.
     pub normal: Target,
 }
 
@@ -61,9 +63,10 @@ pub(crate) fn agree(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleW
         work.sample_counts(),
         work.samples(),
         ("old_samples", partner.samples.samples.binding()),
+        ("seen_view", partner.surface.view.clone()),
         ("ids", (&partner.centres).into()),
         ("depth", (&partner.surface.depth).into()),
-        ("position", (&partner.surface.position).into()),
+        ("distance_m", (&partner.surface.distance).into()),
         ("normal", (&partner.surface.normal).into()),
         work.matches(),
     ];

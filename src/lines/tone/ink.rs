@@ -16,7 +16,7 @@ pub(crate) struct Inputs<'a> {
     /// Side of a cell of the grid, in pixels.
     pub cell_px: u32,
     /// Position; its last channel is 0 where there is no surface.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// [`BLURRED`](super::blur::BLURRED), for the width of the lines.
     pub blurred: &'a Target,
     /// [`TONE_LINES`](super::search::TONE_LINES), or [`LONG_LINES`](super::along::LONG_LINES).
@@ -30,7 +30,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("ink", recorder.uniform("tone lines ink", &ink)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("blurred", inputs.blurred.into()),
         ("tone_lines", inputs.tone_lines.into()),
         ("tone_ink", inputs.tone_ink.into()),

@@ -22,7 +22,7 @@ pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     pub style: &'a ToneLines,
     /// Position; its last channel is 0 where there is no surface.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// [`TONE_IMAGE`](tone_image::TONE_IMAGE), whose size is given by [`cells`].
     pub tone_image: &'a Target,
 }
@@ -45,7 +45,7 @@ pub(crate) fn cells(style: &ToneLines, size_px: [u32; 2]) -> [u32; 2] {
 
 /// Finds the lines of a tone image; returns the ink of dark lines and of highlight lines.
 pub(crate) fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mut Targets) -> Target {
-    let &Inputs { view, style, position, tone_image } = inputs;
+    let &Inputs { view, style, distance, tone_image } = inputs;
     let cell_px = cell_px(style);
     let mut of_cells = |kind| targets.sized(recorder.gpu(), kind, tone_image.size_px());
     let [across, blurred, found] = [&blur::ACROSS, &blur::BLURRED, &search::TONE_LINES].map(&mut of_cells);
@@ -60,7 +60,7 @@ pub(crate) fn trace(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &
     };
     let tone_ink = targets.whole(recorder.gpu(), &ink::TONE_INK);
     let drawn =
-        ink::Inputs { view, style, cell_px, position, blurred: &blurred, tone_lines: &tone_lines, tone_ink: &tone_ink };
+        ink::Inputs { view, style, cell_px, distance, blurred: &blurred, tone_lines: &tone_lines, tone_ink: &tone_ink };
     ink::run(recorder, &drawn);
     tone_ink
 }

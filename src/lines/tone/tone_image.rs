@@ -23,7 +23,7 @@ pub(crate) struct Inputs<'a> {
     pub to_sun: DVec3,
     /// The pose whose axes define the direction of a side light; both eyes of a stereo pair use the same one.
     pub pose: &'a Pose,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL), if there is one.
     pub form_normal: Option<&'a Target>,
@@ -62,7 +62,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("light", inputs.light.clone()),
         ("tone_rules", recorder.uniform("tone rules", &rules)),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.unwrap_or(inputs.nothing).into()),
         ("tone_image", inputs.tone_image.into()),

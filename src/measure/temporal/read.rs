@@ -16,7 +16,6 @@ use crate::lines::strokes::stroke::{INK, STROKE_IDS};
 use crate::scene::view::{Rig, View};
 use crate::style::Style;
 use crate::style::color::srgb_from_linear;
-use crate::surface::POSITION;
 use crate::surface::rows::ribbons::ROW_INK;
 use crate::tones::balance::MARKS;
 
@@ -31,10 +30,8 @@ pub fn read_drawn(
     eye: usize,
     style: &Style,
 ) -> Result<DrawnFrame, GpuError> {
-    let (Some(picture), Some(position)) = (renderer.eye_target(eye, &PICTURE), renderer.eye_target(eye, &POSITION))
-    else {
-        return Err(GpuError::Readback("no frame was drawn".to_owned()));
-    };
+    let no_frame = || GpuError::Readback("no frame was drawn".to_owned());
+    let picture = renderer.eye_target(eye, &PICTURE).ok_or_else(no_frame)?;
     let size_px = picture.size_px();
     // The displayed lines and strokes may be the mean of several frames.
     let mean = renderer.history_targets(eye);
@@ -54,7 +51,7 @@ pub fn read_drawn(
         .into_iter()
         .map(|[red, green, blue, _]| srgb_from_linear(0.2126 * red + 0.7152 * green + 0.0722 * blue));
     let view = View { jitter_px: DVec2::ZERO, ..rig.eyes[eye] };
-    let mut position: Vec<[f32; 4]> = readback::read_as(gpu, position, [0, 0], size_px)?;
+    let mut position = renderer.places(gpu, eye, [0, 0], size_px)?.ok_or_else(no_frame)?;
     if view != rig.eyes[eye] {
         unmove(&mut position, &view, rig.origin_m);
     }

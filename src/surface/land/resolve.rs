@@ -1,10 +1,12 @@
-//! Depth of the mesh → position and normal of the surface. See `shaders/surface/land/resolve.wgsl`.
+//! Depth of the mesh → distance and normal of the surface. See `shaders/surface/land/resolve.wgsl`.
 //!
 //! Why: `docs/decisions/resolve-pass.md`.
 
 use crate::gpu::bind::{Named, Resource};
+use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::Target;
+use crate::surface::seen;
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -13,18 +15,20 @@ pub(crate) struct Inputs<'a> {
     pub terrain: &'a [Named],
     /// Depth of the mesh as rasterised.
     pub depth: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
+    /// A picture of [`NORMAL`](seen::NORMAL) or [`NORMAL_AND_LIGHTNESS`](seen::NORMAL_AND_LIGHTNESS).
     pub normal: &'a Target,
 }
 
-/// Computes position and normal of every pixel.
+/// Computes distance and normal of every pixel.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("depth", inputs.depth.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.terrain.iter().cloned());
-    recorder.pixels("surface/land/resolve", inputs.position.size_px(), &resources);
+    let pass = Compute { name: "surface/land/resolve", definitions: seen::definitions(inputs.normal) };
+    recorder.pixels(pass, inputs.distance.size_px(), &resources);
 }

@@ -25,7 +25,7 @@ pub(crate) struct Inputs<'a> {
     pub feature_px: f32,
     /// Surface ids, which identify the triangles.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// Written at the pixels of meshes.
     pub shapes: &'a Shapes,
@@ -67,7 +67,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("curvature_rules", recorder.uniform("curvature rules", &rules)),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("mesh_shapes", made.shapes.binding()),
     ];

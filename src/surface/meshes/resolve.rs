@@ -1,4 +1,4 @@
-//! Computes the attributes of each pixel of a mesh from its surface id: position and normal, written over those of the
+//! Computes the attributes of each pixel of a mesh from its surface id: distance and normal, written over those of the
 //! land, and in some styles the local colour. See `shaders/surface/meshes/resolve.wgsl`.
 
 use std::convert::Infallible;
@@ -26,7 +26,8 @@ pub(crate) struct Inputs<'a> {
     pub surface_id: &'a Target,
     /// Depth as rasterised.
     pub depth: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
+    /// [`NORMAL_AND_LIGHTNESS`](crate::surface::NORMAL_AND_LIGHTNESS).
     pub normal: &'a Target,
     /// Target for local colours, [`LOCAL_COLOR`](local_color::LOCAL_COLOR), if the style needs them.
     pub local_color: Option<&'a Target>,
@@ -54,13 +55,13 @@ fn local_color_of(material: &Material) -> u32 {
     if material.color == Material::PLAIN_COLOR { local_color::NONE } else { local_color::packed(material.color) }
 }
 
-/// Writes `position` and `normal` where a mesh is seen, and `local_color` if there is one.
+/// Writes `distance` and `normal` where a mesh is seen, and `local_color` if there is one.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let mut resources = vec![
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
         ("depth", inputs.depth.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
     ];
     resources.extend(inputs.meshes.resources());
@@ -79,5 +80,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         definitions = &["LOCAL_COLOR"];
     }
     let pass = Compute { name: "surface/meshes/resolve", definitions };
-    recorder.pixels(pass, inputs.position.size_px(), &resources);
+    recorder.pixels(pass, inputs.distance.size_px(), &resources);
 }

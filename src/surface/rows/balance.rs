@@ -15,7 +15,7 @@ pub(crate) fn run(
     view: &Resource,
     plan: &RowPlan,
     inks: &Buffer,
-    [position, tone]: [&Target; 2],
+    [distance, tone]: [&Target; 2],
 ) -> Buffer {
     let squares = rooms::squares(plan, tone.size_px());
     let gains = recorder.buffer(&GAINS, 4 * u64::from(squares));
@@ -24,7 +24,7 @@ pub(crate) fn run(
         ("rules", recorder.uniform("row rules", &plan.rules)),
         ("inks", inks.binding()),
         ("gains", gains.binding()),
-        ("position", position.into()),
+        ("distance_m", distance.into()),
         ("tone", tone.into()),
     ];
     recorder.groups("surface/rows/balance", [squares.div_ceil(64), 1], &resources);

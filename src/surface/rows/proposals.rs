@@ -27,7 +27,7 @@ pub(crate) struct Inputs<'a> {
     /// The blocks, and the rules of the marks.
     pub plan: &'a RowPlan,
     /// Position of the visible surface.
-    pub position: &'a Target,
+    pub distance: &'a Target,
 }
 
 /// The marks that may be drawn.
@@ -54,7 +54,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals
             ("candidates", pool.candidates.binding()),
             ("proposed", count.binding()),
             ("proposals", all.binding()),
-            ("position", inputs.position.into()),
+            ("distance_m", inputs.distance.into()),
         ];
         resources.extend(inputs.terrain.iter().cloned());
         recorder.groups("surface/rows/proposals", [MAX_CANDIDATES / 64, pool.seen.len() as u32], &resources);

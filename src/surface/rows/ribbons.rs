@@ -27,7 +27,7 @@ pub(crate) struct Inputs<'a> {
     /// The marks to draw.
     pub marks: &'a Marks,
     /// Position of the visible surface.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     /// Surface ids, which separate the land from the objects on it.
     pub surface_id: &'a Target,
     pub ink: &'a Target,
@@ -39,7 +39,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("view", inputs.view.clone()),
         ("rules", recorder.uniform("row rules", &inputs.plan.rules)),
         ("marks", inputs.marks.samples.binding()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("surface_id", inputs.surface_id.into()),
     ];
     let drawing = recorder.drawing(&KIND, &resources);

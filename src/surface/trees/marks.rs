@@ -1,37 +1,37 @@
-//! The position and normal that hatching marks use where a tree is seen. See `shaders/surface/trees/marks.wgsl`.
+//! The distance and normal that hatching marks use where a tree is seen. See `shaders/surface/trees/marks.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// [`POSITION`](crate::surface::POSITION) for hatching marks: those of a tree are placed on a plane that faces the eye.
-pub(crate) const MARK_PLACE: TargetKind = TargetKind::storage("mark place", wgpu::TextureFormat::Rgba32Float);
-/// [`NORMAL`](crate::surface::NORMAL) for hatching marks: a tree has the normal of its rounded body, and a lightness of
+/// [`DISTANCE`](crate::surface::DISTANCE) for hatching marks: those of a tree are placed on a plane that faces the eye.
+pub(crate) const MARK_DISTANCE: TargetKind = TargetKind::storage("mark distance", wgpu::TextureFormat::R32Float);
+/// [`NORMAL_AND_LIGHTNESS`](crate::surface::NORMAL_AND_LIGHTNESS) for hatching marks: a tree has the normal of its rounded body, and a lightness of
 /// −1.
-pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rgba32Float);
+pub(crate) const MARK_SURFACE: TargetKind = TargetKind::storage("mark surface", wgpu::TextureFormat::Rg32Uint);
 
 /// Inputs and outputs of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
     /// Surface ids, which identify the pixels of trees.
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     pub tree_form: &'a Target,
-    pub mark_place: &'a Target,
+    pub mark_distance: &'a Target,
     pub mark_surface: &'a Target,
 }
 
-/// Writes `mark_place` and `mark_surface`.
+/// Writes `mark_distance` and `mark_surface`.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("tree_form", inputs.tree_form.into()),
-        ("mark_place", inputs.mark_place.into()),
+        ("mark_distance_m", inputs.mark_distance.into()),
         ("mark_surface", inputs.mark_surface.into()),
     ];
-    recorder.pixels("surface/trees/marks", inputs.mark_place.size_px(), &resources);
+    recorder.pixels("surface/trees/marks", inputs.mark_distance.size_px(), &resources);
 }

@@ -1,4 +1,4 @@
-//! Position and normal of trees, written over those of the land. See `shaders/surface/trees/resolve.wgsl`.
+//! Distance and normal of trees, written over those of the land. See `shaders/surface/trees/resolve.wgsl`.
 
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
@@ -12,19 +12,20 @@ pub(crate) struct Inputs<'a> {
     /// Depth as rasterised.
     pub depth: &'a Target,
     pub tree_normal: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
+    /// [`NORMAL_AND_LIGHTNESS`](crate::surface::NORMAL_AND_LIGHTNESS).
     pub normal: &'a Target,
 }
 
-/// Writes `position` and `normal` where a tree is seen.
+/// Writes `distance` and `normal` where a tree is seen.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
         ("surface_id", inputs.surface_id.into()),
         ("depth", inputs.depth.into()),
         ("tree_normal", inputs.tree_normal.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
     ];
-    recorder.pixels("surface/trees/resolve", inputs.position.size_px(), &resources);
+    recorder.pixels("surface/trees/resolve", inputs.distance.size_px(), &resources);
 }

@@ -40,13 +40,13 @@ pub(crate) struct Inputs<'a> {
     /// Surface ids of everything that is seen.
     pub surface_id: &'a Target,
     /// Position of everything that is seen.
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub tree_shadow: &'a Target,
 }
 
 /// Draws the shadows.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, position, tree_shadow } = inputs;
+    let &Inputs { view, ref terrain, trees, placed, swaying, depth, surface_id, distance, tree_shadow } = inputs;
     let draw = if swaying.is_some() { &SWAYING } else { &STANDING };
     let mut drawings: Vec<Drawing> = Vec::new();
     for (species, model) in trees.shared.species.iter().enumerate() {
@@ -59,7 +59,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
             ("tree_pictures", Resource::Texture("tree pictures", model.alone.view.clone())),
             ("forest", placed.forest.clone()),
             ("surface_id", surface_id.into()),
-            ("position", position.into()),
+            ("distance_m", distance.into()),
         ];
         resources.extend(swaying.into_iter().flat_map(Swaying::resources));
         drawings.push(recorder.drawing(draw, &resources));

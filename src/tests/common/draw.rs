@@ -1,13 +1,14 @@
 //! Draws a frame of a world and reads it back, for all tests of pictures.
 
 use glam::DVec3;
+use hachure::frame::Prepared;
 use hachure::frame::{Light, Renderer};
-use hachure::frame::{POSITION, Prepared};
 use hachure::gpu::Gpu;
 use hachure::gpu::Target;
 use hachure::internals::read;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
+use hachure::surface::DISTANCE;
 use hachure::world::Surfaces;
 
 /// The sun overhead, for lines, which do not depend on it.
@@ -55,5 +56,17 @@ pub(crate) fn floats<const N: usize>(gpu: &Gpu, target: &Target) -> Vec<[f32; N]
 /// Returns the position in the world of the surface in each pixel, in metres; `None` for the sky.
 pub(crate) fn places_m(gpu: &Gpu, renderer: &Renderer, eye_m: DVec3) -> Vec<Option<DVec3>> {
     let place_m = |[x, y, z, w]: [f32; 4]| (w > 0.0).then(|| DVec3::new(x.into(), y.into(), z.into()) + eye_m);
-    floats(gpu, renderer.target(&POSITION).unwrap()).into_iter().map(place_m).collect()
+    places(gpu, renderer, 0).into_iter().map(place_m).collect()
+}
+
+/// Reads the position that each pixel of an eye sees, relative to the rig's origin, and its distance along the axis.
+pub(crate) fn places(gpu: &Gpu, renderer: &Renderer, eye: usize) -> Vec<[f32; 4]> {
+    let size_px = renderer.eye_target(eye, &DISTANCE).unwrap().size_px();
+    renderer.places(gpu, eye, [0, 0], size_px).unwrap().unwrap()
+}
+
+/// Reads the normal and the lightness of each pixel of the first eye.
+pub(crate) fn normals(gpu: &Gpu, renderer: &Renderer) -> Vec<[f32; 4]> {
+    let size_px = renderer.target(&DISTANCE).unwrap().size_px();
+    renderer.normals(gpu, 0, [0, 0], size_px).unwrap().unwrap()
 }

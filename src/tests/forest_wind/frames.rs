@@ -21,7 +21,7 @@ fn both_eyes_see_trees_lean_alike() {
             let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], SIZE_PX).unwrap();
             let ids: Vec<u32> =
                 ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
-            (ids, floats::<4>(&world.gpu, target(&POSITION)))
+            (ids, places(&world.gpu, &renderer, eye))
         });
         let (mut same, mut all) = (0.0, 0.0);
         for (id, [x, y, z, depth_m]) in left.0.iter().zip(&left.1) {

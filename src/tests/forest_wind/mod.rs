@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::tests::helpers::forest::{DrawnTree, listed, of};
 use common::World;
-use common::draw::{draw, floats, halves, north_west};
+use common::draw::{draw, floats, halves, north_west, places};
 use common::{grid_of, quantile};
 use glam::{DVec2, DVec3};
 use hachure::composite::PICTURE;
@@ -23,7 +23,7 @@ use hachure::style::Style;
 use hachure::surface::motion::MOTION;
 use hachure::surface::trees::place::IMPOSTOR_PX;
 use hachure::surface::trees::{CANOPY, IMPOSTOR, MIDDLE, NEAR};
-use hachure::surface::{POSITION, SURFACE_ID, id};
+use hachure::surface::{SURFACE_ID, id};
 
 const SIZE_PX: [u32; 2] = [320, 180];
 const WIND: Wind = Wind { speed_m_s: 10.0, from_deg: 250.0 };
@@ -75,7 +75,7 @@ fn shown(world: &mut World, renderer: &mut Renderer, view: View) -> Shown {
     let ids = read(&world.gpu, target(&SURFACE_ID), [0, 0], target(&SURFACE_ID).size_px()).unwrap();
     Shown {
         ids: ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect(),
-        position: floats::<4>(&world.gpu, target(&POSITION)),
+        position: places(&world.gpu, renderer, 0),
         motion: floats::<2>(&world.gpu, target(&MOTION)),
         trees: listed(world, renderer, view.pose.position_m),
         view,

@@ -9,7 +9,7 @@ use hachure::lines::tone::ink::TONE_INK;
 use hachure::style::color::linear_from_srgb;
 use hachure::style::layers::{Channels, Fading};
 use hachure::style::{Color, Style};
-use hachure::surface::POSITION;
+use hachure::surface::DISTANCE;
 use hachure::tones::TONE;
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
@@ -152,7 +152,8 @@ fn the_composite_is_its_twin() {
     let mut style = Style::load("ink").unwrap();
     style.paper.grain = 0.0;
     let layers = layers();
-    let position = bench.picture(&POSITION, SIZE_PX, &layers.position);
+    let distances_m: Vec<f32> = layers.position.iter().map(|at| at[3]).collect();
+    let distance = bench.picture(&DISTANCE, SIZE_PX, &distances_m);
     let tone = bench.picture(&TONE, SIZE_PX, &bits(&layers.tone));
     let drawn: Vec<DrawnInk> = layers
         .inks
@@ -175,11 +176,11 @@ fn the_composite_is_its_twin() {
         let picture = bench.out(&PICTURE);
         bench.run(|recorder| {
             let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
-            let (style, light, position, tone) = (&style, &light, &position, &tone);
+            let (style, light, distance, tone) = (&style, &light, &distance, &tone);
             let (sky, inks, is_sample, picture) = (None, drawn.as_slice(), false, &picture);
             composite::run(
                 recorder,
-                &composite::Inputs { view, style, light, position, tone, sky, inks, is_sample, picture },
+                &composite::Inputs { view, style, light, distance, tone, sky, inks, is_sample, picture },
             );
         });
         let found: Vec<f64> =

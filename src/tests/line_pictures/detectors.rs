@@ -5,7 +5,7 @@ use hachure::lines::detector::{self, ERRORS};
 use hachure::lines::lsa::DIRECTIONS;
 use hachure::lines::threshold::{self, LINE};
 use hachure::style::{Detector, Lines, Style};
-use hachure::surface::{NORMAL, POSITION};
+use hachure::surface::{DISTANCE, NORMAL, seen};
 
 use crate::tests::line_pictures::{Bench, SIZE_PX, bits, chance, inside, off, places, view};
 
@@ -30,21 +30,24 @@ fn land() -> (Vec<[f32; 4]>, Vec<[f32; 4]>) {
             let at = ray * depth_m;
             let [px, py, pz] = at.as_vec3().to_array();
             let [nx, ny, nz] = normal.as_vec3().to_array();
-            ([px, py, pz, depth_m as f32], [nx, ny, nz, 1.0])
+            // The normal that the picture can hold.
+            ([px, py, pz, depth_m as f32], seen::surface_of(seen::words_of([nx, ny, nz, 1.0])))
         })
         .unzip()
 }
 
 fn errors_of(bench: &mut Bench, detector: Detector) -> Vec<f64> {
     let (positions, normals) = land();
-    let position = bench.picture(&POSITION, SIZE_PX, &positions);
-    let normal = bench.picture(&NORMAL, SIZE_PX, &normals);
+    let distances_m: Vec<f32> = positions.iter().map(|at| at[3]).collect();
+    let distance = bench.picture(&DISTANCE, SIZE_PX, &distances_m);
+    let words: Vec<u32> = normals.iter().map(|normal| seen::words_of(*normal)[0]).collect();
+    let normal = bench.picture(&NORMAL, SIZE_PX, &words);
     let errors = bench.out(&ERRORS);
     let lines = Lines { detector, ..Style::load("ink").unwrap().lines().cloned().unwrap() };
     bench.run(|recorder| {
         let view = &recorder.uniform("view", &view().uniform(DVec3::ZERO));
-        let (position, normal, errors) = (&position, &normal, &errors);
-        let inputs = detector::Inputs { view, position, normal, errors, directions: None };
+        let (distance, normal, errors) = (&distance, &normal, &errors);
+        let inputs = detector::Inputs { view, distance, normal, errors, directions: None };
         detector::run(recorder, &lines, &inputs);
     });
     let found = bench.halves(&errors);

@@ -5,13 +5,13 @@
 //! the share of its line pixels with a jump, however small, within 2 px.
 
 use glam::DVec2;
-use hachure::frame::{POSITION, Renderer};
+use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::scene::view::{Pose, View};
 use hachure::source::{Silent, procedural};
 use hachure::style::Style;
 
-use crate::tests::common::draw::{NOON, draw, floats};
+use crate::tests::common::draw::{NOON, draw, places};
 use crate::tests::common::shot::ink;
 use crate::tests::common::{World, full};
 
@@ -102,7 +102,7 @@ fn quality(line: &[f64], size_px: [u32; 2], truth: &Truth) -> [f64; 2] {
 /// Returns the distance along the view axis in each pixel, in metres, without drawing anything but the surface.
 fn depths_m(world: &mut World, renderer: &mut Renderer, view: &View) -> Vec<f64> {
     draw(&world.gpu, &mut world.surfaces, renderer, view, &Style::load("plain").unwrap(), &NOON);
-    let positions = floats::<4>(&world.gpu, renderer.target(&POSITION).unwrap());
+    let positions = places(&world.gpu, renderer, 0);
     positions.into_iter().map(|[.., depth_m]| if depth_m > 0.0 { depth_m.into() } else { f64::INFINITY }).collect()
 }
 

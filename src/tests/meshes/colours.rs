@@ -9,10 +9,10 @@ use hachure::mesh::paint::Paint;
 use hachure::mesh::placed::Placed;
 use hachure::mesh::{Material, Mesh};
 use hachure::style::Style;
-use hachure::surface::{NORMAL, SURFACE_ID};
+use hachure::surface::SURFACE_ID;
 use hachure::tones::TONE;
 
-use crate::tests::common::draw::{draw, floats, halves, north_west, still};
+use crate::tests::common::draw::{draw, halves, normals, north_west, still};
 use crate::tests::meshes::shapes;
 
 const SIZE_PX: [u32; 2] = [320, 180];
@@ -56,7 +56,7 @@ fn a_model_is_as_light_as_its_material_in_every_tone() {
             placed.add(mesh, &shapes::stance(at_m, 0.0, 20.0)).unwrap();
             world.surfaces.set_meshes(placed);
             draw(&world.gpu, &mut world.surfaces, &mut renderer, &still(pose, SIZE_PX), &style, &north_west());
-            let normals: Vec<[f32; 4]> = floats(&world.gpu, renderer.target(&NORMAL).unwrap());
+            let normals = normals(&world.gpu, &renderer);
             let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
             let is_mesh: Vec<bool> = ids.chunks_exact(4).map(|id| id[3] >> 6 == 2).collect();
             let wanted = mesh.materials.last().unwrap().lightness();

@@ -5,7 +5,6 @@ use hachure::frame::Renderer;
 use hachure::gpu::readback::read_as;
 use hachure::scene::view::{Lens, Rig, View};
 use hachure::style::Style;
-use hachure::surface::POSITION;
 use hachure::surface::motion::MOTION;
 
 use crate::tests::rig::{SIZE_PX, START, World, draw_rig, hill};
@@ -16,9 +15,8 @@ fn places(world: &mut World, view: View) -> (Vec<[f32; 4]>, Vec<[f32; 2]>) {
     let mut renderer = Renderer::new(&world.gpu).unwrap();
     renderer.set_wants_motion(true);
     draw_rig(world, &mut renderer, &style, &Rig::mono(view));
-    let read = |kind| renderer.target(kind).unwrap();
-    let places = read_as(&world.gpu, read(&POSITION), [0, 0], SIZE_PX).unwrap();
-    (places, read_as(&world.gpu, read(&MOTION), [0, 0], SIZE_PX).unwrap())
+    let places = renderer.places(&world.gpu, 0, [0, 0], SIZE_PX).unwrap().unwrap();
+    (places, read_as(&world.gpu, renderer.target(&MOTION).unwrap(), [0, 0], SIZE_PX).unwrap())
 }
 
 /// Returns the part of pixels whose points differ by more than a hundredth of a pixel's width. The second picture is

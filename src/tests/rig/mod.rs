@@ -16,7 +16,7 @@ use hachure::gpu::target::TargetKind;
 use hachure::scene::view::{Pose, Rig, View};
 use hachure::style::Style;
 use hachure::surface::SURFACE_ID;
-use hachure::surface::{NORMAL, POSITION};
+use hachure::surface::{DISTANCE, NORMAL};
 
 use crate::tests::common::World;
 use crate::tests::common::draw::halves;
@@ -61,7 +61,7 @@ fn bytes(world: &World, renderer: &Renderer, eye: usize, kind: &TargetKind) -> V
 
 /// Returns the bits of an eye's targets: the surface and the picture.
 fn seen(world: &World, renderer: &Renderer, eye: usize) -> [Vec<u8>; 4] {
-    [&POSITION, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, renderer, eye, kind))
+    [&DISTANCE, &NORMAL, &SURFACE_ID, &PICTURE].map(|kind| bytes(world, renderer, eye, kind))
 }
 
 /// Counts bytes that differ.

@@ -64,8 +64,9 @@ impl Bench {
         let texels: Vec<[f64; 4]> = places()
             .map(|at| tone(at).map_or([0.0; 4], |[tone, specular]| [tone, specular, style.width_px.into(), 1.0]))
             .collect();
-        // The last channel marks surface, as in a picture of positions.
-        let position = self.picture(SIZE_PX, &texels);
+        // The first channel marks surface, as in a picture of distances.
+        let seen: Vec<[f64; 4]> = texels.iter().map(|texel| [texel[3]; 4]).collect();
+        let distance = self.picture(SIZE_PX, &seen);
         // The tone of a cell is the mean of its pixels.
         let (side_px, cells) = (tone::cell_px(style), tone::cells(style, SIZE_PX));
         let mean = |column: u32, row: u32| {
@@ -86,7 +87,7 @@ impl Bench {
         let view = &recorder.uniform("view", &View::whole(pose, pose, SIZE_PX).uniform(DVec3::ZERO));
         let ink = trace(
             &mut recorder,
-            &tone::Inputs { view, style, position: &position, tone_image: &tone_image },
+            &tone::Inputs { view, style, distance: &distance, tone_image: &tone_image },
             &mut self.targets,
         );
         assert!(recorder.is_complete());

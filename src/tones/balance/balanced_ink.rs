@@ -13,10 +13,10 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs, partner: Option<
         ("more", (&inputs.more).into()),
         ("marks", (&inputs.marks).into()),
     ];
-    if let Some(Partner { view, position, more }) = partner {
+    if let Some(Partner { view, distance, more }) = partner {
         resources.extend([
             ("other_view", (*view).clone()),
-            ("position", (*position).into()),
+            ("distance_m", (*distance).into()),
             ("other_more", (*more).into()),
         ]);
     }

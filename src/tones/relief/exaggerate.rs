@@ -22,7 +22,7 @@ pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Sha
         ("light", shared.light.clone()),
         ("exaggerate_rules", recorder.upload(&RULES, &[rules]).binding()),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("relief_light", relief_light.into()),
     ];

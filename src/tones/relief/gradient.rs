@@ -20,7 +20,7 @@ pub(super) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, shared: &Sha
         ("relief_rules", shared.rules.clone()),
         ("focus", shared.focus.clone()),
         ("surface_id", inputs.surface_id.into()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.into()),
         ("depth_gradient", depth_gradient.into()),

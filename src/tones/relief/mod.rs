@@ -51,7 +51,7 @@ pub(crate) struct Inputs<'a> {
     /// The share of sunlight that trees block, if there are trees and the style has their shadows.
     pub tree_shadow: Option<&'a Target>,
     pub surface_id: &'a Target,
-    pub position: &'a Target,
+    pub distance: &'a Target,
     pub normal: &'a Target,
     /// [`FORM_NORMAL`](crate::surface::form::FORM_NORMAL), or one empty texel.
     pub form_normal: &'a Target,
@@ -91,7 +91,7 @@ fn lit_surface(inputs: &Inputs<'_>, shared: &Shared) -> Vec<Named> {
         ("view", inputs.view.clone()),
         ("light", shared.light.clone()),
         ("focus", shared.focus.clone()),
-        ("position", inputs.position.into()),
+        ("distance_m", inputs.distance.into()),
         ("normal", inputs.normal.into()),
         ("form_normal", inputs.form_normal.into()),
     ];

@@ -1,0 +1,48 @@
+//! Reading back the surface that an eye saw in the last frame, in place of the words that its pictures hold.
+
+use super::Renderer;
+use crate::gpu::{Gpu, GpuError, readback};
+use crate::surface::{DISTANCE, NORMAL, NORMAL_AND_LIGHTNESS, seen};
+
+impl Renderer {
+    /// Reads the position that each pixel of a window of an eye's picture sees, in metres from the rig's origin, and
+    /// its distance along the view axis; all 0 in the sky. Returns `None` if the last frame has no picture of the eye.
+    ///
+    /// # Errors
+    /// [`GpuError::Readback`] if the device is lost or out of memory.
+    pub(crate) fn places(
+        &self,
+        gpu: &Gpu,
+        eye: usize,
+        origin_px: [u32; 2],
+        size_px: [u32; 2],
+    ) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        let view = self.eyes.get(eye).and_then(|memory| memory.view);
+        let Some((distance, view)) = self.eye_target(eye, &DISTANCE).zip(view) else { return Ok(None) };
+        let distances_m: Vec<f32> = readback::read_as(gpu, distance, origin_px, size_px)?;
+        let pixels = (0..size_px[1]).flat_map(|y| (0..size_px[0]).map(move |x| [x + origin_px[0], y + origin_px[1]]));
+        let place = |(pixel, along_m)| seen::place_at(&view, pixel, along_m);
+        Ok(Some(pixels.zip(distances_m).map(place).collect()))
+    }
+
+    /// Reads the unit normal and the lightness of each pixel of a window of an eye's picture; all 0 in the sky. Returns
+    /// `None` if the last frame has no picture of the eye.
+    ///
+    /// # Errors
+    /// Those of [`places`](Self::places).
+    pub(crate) fn normals(
+        &self,
+        gpu: &Gpu,
+        eye: usize,
+        origin_px: [u32; 2],
+        size_px: [u32; 2],
+    ) -> Result<Option<Vec<[f32; 4]>>, GpuError> {
+        if let Some(normal) = self.eye_target(eye, &NORMAL) {
+            let words: Vec<u32> = readback::read_as(gpu, normal, origin_px, size_px)?;
+            return Ok(Some(words.into_iter().map(|word| seen::surface_of([word, 0])).collect()));
+        }
+        let Some(normal) = self.eye_target(eye, &NORMAL_AND_LIGHTNESS) else { return Ok(None) };
+        let words: Vec<[u32; 2]> = readback::read_as(gpu, normal, origin_px, size_px)?;
+        Ok(Some(words.into_iter().map(seen::surface_of).collect()))
+    }
+}
