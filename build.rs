@@ -103,7 +103,7 @@ fn tables(files: &[PathBuf], sources: &[String]) -> io::Result<String> {
     let mut out = String::new();
     let tables: [(&str, &str, Vec<&PathBuf>); 2] = [
         (
-            "pub(super) const MODULES",
+            "pub(crate) const MODULES",
             "The modules that shaders import. Each is listed after the modules that it imports itself.",
             modules,
         ),

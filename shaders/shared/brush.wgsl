@@ -2,6 +2,7 @@
 // its derivation.
 #define_import_path hachure::brush
 
+#import hachure::power::power
 #import hachure::pcg::pcg
 
 struct Brush {
@@ -35,7 +36,7 @@ fn brush_offset(id: u32) -> vec2<f32> {
 // Returns the texture coordinates of a point of the stroke `id`. `along_px` is its arc length, `across_px` its signed
 // distance from the centre line.
 fn brush_uv(brush: Brush, along_px: f32, across_px: f32, half_width_px: f32, id: u32) -> vec2<f32> {
-    let widening = pow(brush.nominal_half_width_px / half_width_px, brush.spread);
+    let widening = power(brush.nominal_half_width_px / half_width_px, brush.spread);
     return vec2<f32>(along_px, across_px * widening) / brush.tile_px + brush_offset(id);
 }
 
@@ -45,7 +46,7 @@ fn brush_ink(brush: Brush, texel: vec2<f32>, pressure: f32, from_middle_px: f32,
     let border_px = max(min(brush.border_px, brush.border_part * half_width_px), 1e-3);
     let inside = clamp((half_width_px + 0.5 - from_middle_px) / border_px, 0.0, 1.0);
     let rounded = inside * (2.0 - inside);
-    let pressed = select(0.0, pow(min(pressure, 1.0), brush.response), pressure > 0.0);
+    let pressed = select(0.0, power(min(pressure, 1.0), brush.response), pressure > 0.0);
     let felt = pressed * brush.fill * mix(brush.border_pressure, 1.0, rounded);
     // A pressure of 0 takes ink nowhere, and a pressure of 1 everywhere.
     let threshold = mix(brush.softness, 1.0 - brush.softness, texel.y);

@@ -1,5 +1,6 @@
 // The light on a surface: the requested tone, before steps, marks and haze.
 #define_import_path hachure::light
+#import hachure::power::power
 
 // The light of a frame, in the layout that shaders read.
 struct Light {
@@ -33,7 +34,7 @@ struct Light {
 fn light_tone(light: Light, surface: vec4<f32>, seen: vec2<f32>) -> f32 {
     let n = surface.xyz;
     let cosine = (dot(n, light.to_sun) + light.wrap) / (1.0 + light.wrap);
-    let diffuse = pow(max(cosine, 0.0), 1.0 + light.wrap);
+    let diffuse = power(cosine, 1.0 + light.wrap);
     let sun = diffuse * mix(1.0, seen.x, light.shadow);
     let sky = mix(1.0, seen.y, light.occlusion);
     return tone_of_lit(light, surface, sky * mix(sun, 1.0, light.ambient));
@@ -48,7 +49,7 @@ fn tone_of_lit(light: Light, surface: vec4<f32>, lit: f32) -> f32 {
     let by_slope = 1.0 - clamp(steep * (1.0 + 0.3476 * (1.0 - steep)), 0.0, 1.0);
     // The sides of a tree or of a model do not count as slopes.
     let lightness = mix(lit, by_slope, select(0.0, light.slope, surface.w == 1.0));
-    let tone = pow(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
+    let tone = power(surface.w * clamp(lightness * light.exposure, 0.0, 1.0), light.contrast);
     if surface.w != 1.0 || light.level_end <= 0.0 {
         return tone;
     }

@@ -1,5 +1,6 @@
 // Data that the passes of light warping share: the gradient of inverse depth, and the scale at which it is blurred.
 #define_import_path hachure::relief
+#import hachure::power::power
 #import hachure::view::View
 
 struct ReliefRules {
@@ -76,6 +77,6 @@ fn bend_at(view: View, rules: ReliefRules, depth_gradient: texture_2d<f32>, pixe
     }
     // Inverse depth falls where depth rises.
     let bend = -depth_m * vec3<f32>(by_x.x, 0.5 * (by_x.y + by_y.x), by_y.y);
-    let seen_along = pow(facing, 2.0 * (1.0 - rules.foreshortening));
+    let seen_along = power(facing, 2.0 * (1.0 - rules.foreshortening));
     return rules.alpha_px * whole * seen_along * bend;
 }

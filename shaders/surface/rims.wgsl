@@ -9,6 +9,7 @@
 // fixed to the samples, and a whole number of dashes fits between two such points: all pixels of a rim agree on them,
 // dashes are even, and they stay on the land when the eye moves. A rim that crosses no lattice line is a small ring,
 // whose dashes begin at its northernmost point.
+#import hachure::power::power
 #import hachure::view::View
 #import hachure::seen::{normal_seen, place_seen}
 #import hachure::terrain::{levels, grid_from_world, place_on_level, surface_level}
@@ -60,7 +61,7 @@ fn share_at(place: vec2<f32>) -> vec3<f32> {
 
 // Returns a value that is 1 at the rim and rises by 1 per sample next to straight rims.
 fn nearness(share: f32) -> f32 {
-    return pow(max(share / RIM_SHARE, 0.0), 1.0 / 3.0);
+    return power(share / RIM_SHARE, 1.0 / 3.0);
 }
 
 // Returns the step from a position to the rim.

@@ -20,6 +20,7 @@
 // The offset of a row's marks is a digital net of the rows' numbers, so that neighbouring rows have different offsets.
 // As long as neighbours do not touch, the inked part is exactly width times density. Once the gaps are filled in, all
 // widths grow such that the inked part remains the requested darkness, up to black.
+#import hachure::power::power
 #import hachure::hatch::{HatchLayer, Footprint, change_along, divide, charts_at}
 #import hachure::hatched_surface::{hatched_surface, view, hatch, axes, distance_m}
 #ifdef DOTS
@@ -146,12 +147,12 @@ fn chart_cover(layer: HatchLayer, seed: u32, across: i32, along: i32, darkness: 
     // have few dots each, or they would be visible as rows; and where it is dark, dots overlap.
     let by_rows = select(select(min(size_px.x / (size_px.x + size_px.y), 0.75), 0.25 * (1.0 - darkness), is_dot), 1.0, is_endless);
     let lost = select(1.0, 1.0 + LOST * darkness * inverseSqrt(1.0 - darkness), is_dot);
-    let row = asked(across, foot, size_px.y, lost * pow(darkness, by_rows), is_dot);
+    let row = asked(across, foot, size_px.y, lost * power(darkness, by_rows), is_dot);
     let base_u = cells[across * hatch.level_count + row.level];
     let u = base_u.rest + dot(axes[across].direction, at) / row.place_m;
     let nearest_u = round(u);
 #ifdef ENDED
-    let dash = asked(along, foot, max(size_px.x, 1.0), lost * pow(darkness, 1.0 - by_rows), is_dot);
+    let dash = asked(along, foot, max(size_px.x, 1.0), lost * power(darkness, 1.0 - by_rows), is_dot);
     let base_v = cells[along * hatch.level_count + dash.level];
     let v = base_v.rest + dot(axes[along].direction, at) / dash.place_m;
     // Round ends reduce ink; in dark tones ends are square.
@@ -268,7 +269,7 @@ fn layer_cover(index: i32, darkness: f32, at: vec3<f32>, n: vec3<f32>, line: vec
     loop {
         // Two charts share the density, so that their marks together make the darkness.
         let share = select(1.0 - charts.second, charts.second, k == 1);
-        let asked_here = 1.0 - pow(1.0 - darkness, share);
+        let asked_here = 1.0 - power(1.0 - darkness, share);
         cover = united(cover, chart_cover(layer, u32(index * 7919) + select(u32(charts.along[k] * 131), 0u, is_endless), charts.across[k], charts.along[k], asked_here, at, foot));
         k += 1;
         continuing {

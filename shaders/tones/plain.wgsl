@@ -1,4 +1,5 @@
 // Blinn-Phong over an elevation tint: the baseline of every comparison.
+#import hachure::power::power
 #import hachure::view::{View, from_eye}
 #import hachure::seen::{place_seen, surface_seen}
 #import hachure::earth::unbend
@@ -65,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let to_eye = -normalize(from_eye(view, at.xyz));
     let diffuse = max(dot(n, plain.to_sun), 0.0);
     let half_way = normalize(to_eye + plain.to_sun);
-    let gloss = plain.specular * pow(max(dot(n, half_way), 0.0), plain.shininess) * f32(diffuse > 0.0);
+    let gloss = plain.specular * power(dot(n, half_way), plain.shininess) * f32(diffuse > 0.0);
     let sky_light = 0.22 + 0.10 * n.z;
     // The earth's surface curves away; heights above the sea are measured from it.
     let height_m = unbend(at.xyz).flat_m.z + plain.camera_z_m;
@@ -73,7 +74,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var body = surface.w * tint(height_m, n.z);
     if has_trait(textureLoad(surface_id, pixel, 0).r, LOCALLY_COLORED) {
         let hue = hue_of(textureLoad(local_color, pixel, 0).r);
-        body = mix(body, glaze(hue.rgb, LIGHTEST * pow(surface.w, BY_LIGHTNESS)), plain.local * hue.a);
+        body = mix(body, glaze(hue.rgb, LIGHTEST * power(surface.w, BY_LIGHTNESS)), plain.local * hue.a);
     }
     let color = body * (sky_light + 0.95 * diffuse) + surface.w * gloss;
 #else

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 
 use super::cache::Cache;
 use super::pipelines::Pipelines;
@@ -97,13 +97,21 @@ impl std::str::FromStr for AdapterWish {
     }
 }
 
+/// The instance of all devices that are opened without a window. It is never dropped: with the last instance of a
+/// process the Vulkan loader unloads the driver, while other threads may be opening a device or ending.
+static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+
+/// Held while adapters are listed and a device is opened: one thread at a time. Two devices that two threads opened at
+/// once ended a process on a machine with an NVIDIA GPU (`docs/decisions/gpu-drivers.md`).
+static OPENING: Mutex<()> = Mutex::new(());
+
 impl Gpu {
     /// Opens a device without a window.
     ///
     /// # Errors
     /// [`GpuError::NoAdapter`], [`GpuError::NoDevice`].
     pub fn open(wish: &AdapterWish) -> Result<Self, GpuError> {
-        Self::open_with(wgpu::Instance::new(instance_descriptor()), wish, None)
+        Self::open_with(INSTANCE.get_or_init(|| wgpu::Instance::new(instance_descriptor())).clone(), wish, None)
     }
 
     /// Opens a device with exactly `limits`, without features and in strict compliance with WebGPU. With
@@ -129,6 +137,7 @@ impl Gpu {
         wish: &AdapterWish,
         surface: Option<&wgpu::Surface>,
     ) -> Result<Self, GpuError> {
+        let _opening = OPENING.lock().unwrap_or_else(PoisonError::into_inner);
         let adapter = choose_adapter(&instance, wish, surface)?;
         let wanted = wgpu_profiler::GpuProfiler::ALL_WGPU_TIMER_FEATURES | wgpu::Features::PIPELINE_CACHE;
         let features = adapter.features() & wanted;

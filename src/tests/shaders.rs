@@ -6,10 +6,14 @@
 use std::io::Write;
 use std::process::{Command, Stdio};
 
-use hachure::gpu::shader::{SHADERS, ShaderError, VARIANTS, compose, compose_variant};
+use hachure::gpu::readback::read_buffer;
+use hachure::gpu::shader::{MODULES, SHADERS, ShaderError, VARIANTS, compose, compose_variant};
 use naga::back::spv;
 use naga::proc::{BoundsCheckPolicies, BoundsCheckPolicy};
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+
+use crate::tests::common;
+use crate::tests::helpers::probe;
 
 #[test]
 fn every_shader_validates() {
@@ -134,4 +138,70 @@ fn spirv_val(words: &[u32]) -> Option<String> {
     let output = child.wait_with_output().unwrap();
     let message = [output.stdout, output.stderr].concat();
     (!output.status.success()).then(|| String::from_utf8_lossy(&message).into_owned())
+}
+
+/// Evaluates the text of `hachure::power` with a `pow` as GPUs compute it: exp2(y log2(x)), where log2(0) is minus
+/// infinity, log2 of a negative number is not a number, and infinity times 0 is not a number.
+const POWER_PROBE: &str = r"
+struct Question { base: f32, exponent: f32, minus_infinity: f32, not_a_number: f32 }
+@group(0) @binding(0) var<storage, read> questions: array<Question>;
+@group(0) @binding(1) var<storage, read_write> answers: array<vec2<f32>>;
+var<private> question: Question;
+fn strict_pow(base: f32, exponent: f32) -> f32 {
+    if base < 0.0 || (base == 0.0 && exponent == 0.0) {
+        return question.not_a_number;
+    }
+    return select(exp2(exponent * log2(base)), 0.0, base == 0.0);
+}
+TEXT
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    question = questions[id.x];
+    answers[id.x] = vec2<f32>(power(question.base, question.exponent), strict_pow(question.base, question.exponent));
+}
+";
+
+#[test]
+fn powers_of_zero_and_below_are_numbers() {
+    let Some(gpu) = common::gpu() else { return };
+    let (_, text) = MODULES.iter().find(|(name, _)| *name == "shared/power").unwrap();
+    let text: String = text.lines().filter(|line| !line.starts_with("#define_import_path")).collect::<Vec<_>>().join("\n");
+    assert_eq!(text.matches(" pow(").count(), 1);
+    let probe = POWER_PROBE.replace("TEXT", &text.replace(" pow(", " strict_pow("));
+    let bases = [-1e-7_f32, -0.0, 0.0, 1e-38, 1e-7, 0.25, 0.5, 1.0];
+    let exponents = [0.0_f32, 0.01, 0.2, 1.0, 2.0, 5.0, 64.0, 256.0];
+    let questions: Vec<[f32; 4]> = bases
+        .iter()
+        .flat_map(|base| exponents.iter().map(|exponent| [*base, *exponent, f32::NEG_INFINITY, f32::NAN]))
+        .collect();
+    let answers = vec![0_u8; questions.len() * 8];
+    let buffers = [bytemuck::cast_slice(&questions), &answers[..]].map(|contents| probe::storage(&gpu, contents));
+    probe::run(&gpu, &probe, buffers.iter().map(wgpu::Buffer::as_entire_binding), questions.len());
+    let answers: Vec<[f32; 2]> = read_buffer(&gpu, &buffers[1], questions.len()).unwrap();
+    let mut planted = 0;
+    for ([base, exponent, ..], [own, raw]) in questions.into_iter().zip(answers) {
+        let expected = base.max(1e-37).powf(exponent);
+        assert!((0.0..=1.0).contains(&own) && (own - expected).abs() < 1e-4, "{base}^{exponent}: {own}");
+        // Planted: without the least base, powers of 0 and below are not numbers.
+        planted += u32::from(raw.is_nan());
+    }
+    assert!(planted > 8, "{planted}");
+}
+
+/// A power of a base that may be 0 or slightly negative is not a number on some GPUs, so passes call `power`.
+#[test]
+fn passes_call_power() {
+    // Bases that are above 0, or whose power is not selected otherwise.
+    const SAFE: [&str; 3] = ["shared/power", "shared/color", "shared/local_color"];
+    let calls = |text: &str| {
+        let code = |line: &str| line.split("//").next().unwrap_or_default().to_owned();
+        let found = text.lines().map(code).filter(|line| {
+            line.match_indices("pow(").any(|(at, _)| !line[..at].ends_with(|c: char| c.is_alphanumeric() || c == '_'))
+        });
+        found.count()
+    };
+    let raw = MODULES.iter().chain(SHADERS).filter(|(name, text)| calls(text) > 0 && !SAFE.contains(name));
+    assert_eq!(raw.map(|(name, _)| *name).collect::<Vec<_>>(), [""; 0]);
+    // Planted.
+    assert_eq!(calls("let a = pow(b, c); // pow(\nlet d = strict_pow(b, c);"), 1);
 }

@@ -14,6 +14,7 @@
 //   like tones: it does not jump where a near ridge is in front of a far one.
 // - Haze determines what is near and far, as for the widths of strokes (lines/strokes/samples.wgsl).
 // - A cell of the grid (shared/tone_grid.wgsl) is shaded once, by the mean of its pixels' normals.
+#import hachure::power::power
 #import hachure::view::{View, from_eye}
 #import hachure::seen::{place_seen, surface_seen}
 #import hachure::light::{Light, light_tone}
@@ -101,7 +102,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let between = to_eye + lit.to_sun;
         let half_way = between * inverseSqrt(max(dot(between, between), 1e-12));
         let is_lit = smoothstep(0.0, TERMINATOR, dot(n.xyz, lit.to_sun));
-        specular = tone_rules.specular * is_lit * pow(max(dot(n.xyz, half_way), 0.0), tone_rules.shininess);
+        specular = tone_rules.specular * is_lit * power(dot(n.xyz, half_way), tone_rules.shininess);
     }
     let nearness = clamp(light.haze_m * AS_ASKED / max(at.w, 1.0), MIN_WIDTH, MAX_WIDTH);
     let width_px = max(tone_rules.width_px * mix(1.0, nearness, tone_rules.depth_width), 1.0);

@@ -16,6 +16,7 @@
 //   sample of a DEM would look like a fold.
 //
 // Without WARPED, light is unchanged.
+#import hachure::power::power
 #import hachure::view::from_eye
 #import hachure::seen::place_seen
 #import hachure::light::tone_of_lit
@@ -73,8 +74,8 @@ fn glossy(n: vec3<f32>, to_light: vec3<f32>, to_eye: vec3<f32>) -> f32 {
     let between = to_light + to_eye;
     let half_way = between * inverseSqrt(max(dot(between, between), 1e-12));
     let toward = max(dot(half_way, to_eye), 1e-3);
-    let fresnel = FACE_ON + (1.0 - FACE_ON) * pow(1.0 - toward, 5.0);
-    let lobe = (surroundings.shininess + 1.0) / (8.0 * PI) * pow(max(dot(n, half_way), 0.0), surroundings.shininess);
+    let fresnel = FACE_ON + (1.0 - FACE_ON) * power(1.0 - toward, 5.0);
+    let lobe = (surroundings.shininess + 1.0) / (8.0 * PI) * power(dot(n, half_way), surroundings.shininess);
     return cosine * lobe * fresnel / (toward * max(max(cosine, dot(n, to_eye)), 1e-3));
 }
 
@@ -100,7 +101,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let facing = clamp(dot(n.xyz, to_eye_world), 0.0, 1.0);
     let bend = principal_of(bend_at(view, relief_rules, depth_gradient, pixel, at.w, facing));
     let warp = inverse_warp_of(bend.most, bend.least, bend.along);
-    contrast = pow(warp.area, -surroundings.gamma);
+    contrast = power(warp.area, -surroundings.gamma);
 #endif
     var diffuse = vec3<f32>(0.0);
     var white = 0.0;
