@@ -321,6 +321,7 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<(), GpuError> {
+        self.build_together(gpu, world, rig, style, light)?;
         if self.record(gpu, world, prepared, rig, style, light)? {
             return Ok(());
         }

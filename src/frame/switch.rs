@@ -44,6 +44,8 @@ pub(super) struct Switch {
     /// The memory of each eye in prewarming runs. It is released some time after a switch, because a slider changes the
     /// style in every frame.
     prewarm: Option<Vec<EyeMemory>>,
+    /// The style whose pipelines have been compiled together ([`Renderer::build_together`]).
+    built: Option<Style>,
     frames_since_switch: u64,
     /// Whether something was being built in the background at the last check.
     was_building: bool,
@@ -172,13 +174,55 @@ impl Renderer {
             let sea_level_m = world.sea_level_m();
             world.terrain.map_water(gpu, Some(sea_level_m));
         }
+        self.prewarm_frames(gpu, world, rig, style, light, first_frames(&rig.eyes))
+    }
+
+    /// Compiles what the first frame of a style needs on all cores, if pipelines are built at once. Without it, each
+    /// pass would compile its own pipeline while the other passes wait.
+    ///
+    /// # Errors
+    /// Those of [`Renderer::render`].
+    pub(super) fn build_together(
+        &mut self,
+        gpu: &Gpu,
+        world: &Surfaces,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+    ) -> Result<(), GpuError> {
+        if self.pools.compiles.builds != Builds::AtOnce || rig.eyes.is_empty() || self.switch.built.as_ref() == Some(style) {
+            return Ok(());
+        }
+        self.switch.built = Some(style.clone());
+        let counts = self.pools.compiles.counts;
+        self.pools.compiles.builds = Builds::Collected;
+        let [first, ..] = first_frames(&rig.eyes);
+        let collected = self.prewarm_frames(gpu, world, rig, style, light, [first]);
+        self.pools.compiles.builds = Builds::AtOnce;
+        self.switch.prewarm = None;
+        collected?;
+        gpu.pipelines().build_collected(gpu, &mut self.pools.compiles);
+        self.pools.compiles.counts = counts;
+        Ok(())
+    }
+
+    /// Requests what frames with these eyes need. Returns whether all of it is available.
+    fn prewarm_frames(
+        &mut self,
+        gpu: &Gpu,
+        world: &Surfaces,
+        rig: &Rig,
+        style: &Style,
+        light: &Light,
+        frames: impl IntoIterator<Item = Vec<View>>,
+    ) -> Result<bool, GpuError> {
         let memories = self.switch.prewarm.get_or_insert_default();
         memories.resize_with(rig.eyes.len(), EyeMemory::default);
         memories.iter_mut().filter_map(|memory| memory.strokes.as_mut()).for_each(StrokeMemory::forget);
         let lines = drawn_lines(world, style);
         let lines = lines.as_deref();
         let mut is_complete = true;
-        for eyes in first_frames(&rig.eyes) {
+        for eyes in frames {
             for (memory, view) in memories.iter_mut().zip(&eyes) {
                 memory.begin_frame(gpu, view, style)?;
             }
@@ -201,7 +245,7 @@ impl Renderer {
                 land_changes,
                 wants_motion,
                 wants_mark_sets,
-                only_strokes: false,
+                only_strokes: self.only_strokes,
                 hidden,
                 rows: rows.as_ref(),
                 temporal_aa,

@@ -6,6 +6,7 @@ use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::buffer::Buffer;
+use super::cache_counts::CacheCounts;
 use super::pools::KEEP_FRAMES;
 use super::reflection::Variable;
 use super::shader::ShaderError;
@@ -70,9 +71,15 @@ pub struct BindGroups {
     /// Each group with the frame that last used it.
     groups: FxHashMap<Key, (wgpu::BindGroup, u64)>,
     frame: u64,
+    counts: CacheCounts,
 }
 
 impl BindGroups {
+    /// Returns how often a bind group was available.
+    pub(crate) fn counts(&self) -> CacheCounts {
+        self.counts
+    }
+
     /// Binds named resources to the variables of group 0. Resources that the entry points do not use are ignored.
     /// `number` identifies `layout`.
     ///
@@ -110,8 +117,10 @@ impl BindGroups {
         let key = (number, entries);
         if let Some((group, used_in)) = self.groups.get_mut(&key) {
             *used_in = frame;
+            self.counts.count(true);
             return Ok(Bound { group: group.clone(), offsets });
         }
+        self.counts.count(false);
         gpu.count_object();
         let entries: Vec<_> = key
             .1

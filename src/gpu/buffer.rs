@@ -11,6 +11,7 @@ use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::bind::Resource;
+use super::cache_counts::CacheCounts;
 use super::pools::KEEP_FRAMES;
 
 /// A buffer on the GPU, or a part of one.
@@ -91,21 +92,27 @@ pub struct Buffers {
     shelves: FxHashMap<&'static str, Shelf>,
     frame: u64,
     has_replaced: bool,
+    counts: CacheCounts,
 }
 
 impl Buffers {
     /// Returns the buffer of a kind, with at least `bytes` bytes. Its content is lost when it has to grow.
     pub fn scratch(&mut self, gpu: &Gpu, kind: &BufferKind, bytes: u64) -> Buffer {
         let shelf = self.shelf(kind);
-        match &shelf.scratch {
-            Some(buffer) if buffer.raw.size() >= bytes => buffer.clone(),
-            known => {
-                let replaces = known.is_some();
-                let buffer = shelf.scratch.insert(Buffer::new(gpu, kind, bytes)).clone();
-                self.has_replaced |= replaces;
-                buffer
-            }
+        let is_hit = shelf.scratch.as_ref().is_some_and(|buffer| buffer.raw.size() >= bytes);
+        let replaces = !is_hit && shelf.scratch.is_some();
+        if !is_hit {
+            shelf.scratch = None;
         }
+        let buffer = shelf.scratch.get_or_insert_with(|| Buffer::new(gpu, kind, bytes)).clone();
+        self.has_replaced |= replaces;
+        self.counts.count(is_hit);
+        buffer
+    }
+
+    /// Returns how often a buffer was available.
+    pub(crate) fn counts(&self) -> CacheCounts {
+        self.counts
     }
 
     /// Returns whether a buffer has been replaced by a larger one since the last call. Cached bind groups still hold
@@ -126,13 +133,16 @@ impl Buffers {
         let at = shelf.uploads_used;
         shelf.uploads_used += 1;
         let size = (bytes.len() as u64).next_power_of_two().max(256);
-        let make = || Buffer::new(gpu, kind, size);
-        if at == shelf.uploads.len() {
-            shelf.uploads.push(make());
-        } else if shelf.uploads[at].raw.size() < bytes.len() as u64 {
-            shelf.uploads[at] = make();
+        let is_hit = shelf.uploads.get(at).is_some_and(|known| known.raw.size() >= bytes.len() as u64);
+        if !is_hit {
+            let made = Buffer::new(gpu, kind, size);
+            match shelf.uploads.get_mut(at) {
+                Some(too_small) => *too_small = made,
+                None => shelf.uploads.push(made),
+            }
         }
         let buffer = shelf.uploads[at].clone();
+        self.counts.count(is_hit);
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&buffer.raw, 0, bytes);
         }

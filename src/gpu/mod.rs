@@ -6,6 +6,7 @@ pub(crate) mod bind;
 pub(crate) mod buffer;
 mod build;
 pub(crate) mod cache;
+pub(crate) mod cache_counts;
 pub mod device;
 pub(crate) mod drawer;
 pub(crate) mod full_screen;

@@ -7,13 +7,16 @@
 //! Why: `docs/decisions/pipelines-in-background.md`.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 
+use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::Gpu;
 use super::bind::{BindGroups, Bound, Named};
 pub(crate) use super::build::{Key, Raw};
 use super::build::{On, Pipeline, build, in_scope};
+use super::cache_counts::CacheCounts;
 use super::shader::ShaderError;
 use super::texts::{Texts, Watch, made_of};
 use super::workers::Workers;
@@ -104,6 +107,8 @@ pub enum Builds {
     AtOnce,
     /// Another thread. The renderer goes without the pipeline until it is compiled.
     InBackground,
+    /// Nobody yet: requests are collected for [`Pipelines::build_collected`]. For prewarming runs only.
+    Collected,
 }
 
 /// How one renderer has its pipelines compiled.
@@ -111,8 +116,12 @@ pub enum Builds {
 pub struct Compiles {
     /// Whether pipelines are compiled at once or in the background.
     pub builds: Builds,
-    /// How many pipelines the renderer's own thread has compiled so far.
+    /// How many pipelines have been compiled so far while the renderer waited.
     pub built_at_once: u64,
+    /// Time to compile them in milliseconds, summed over all threads.
+    pub build_ms: f64,
+    /// How often a pipeline was compiled when it was requested.
+    pub counts: CacheCounts,
 }
 
 /// The state of one pipeline.
@@ -147,6 +156,8 @@ struct State {
     texts: Texts,
     watch: Watch,
     workers: Option<Workers<Built>>,
+    /// The requests with [`Builds::Collected`].
+    collected: Vec<Key>,
     /// The errors in the newest text of each pipeline that has any.
     shader_errors: FxHashMap<Key, ShaderError>,
     /// Counts builds; each pipeline carries the number of its build.
@@ -163,6 +174,7 @@ impl Default for State {
             watch: Watch::new(&texts),
             texts,
             workers: None,
+            collected: Vec::new(),
             shader_errors: FxHashMap::default(),
             builds: 0,
             rebuilds: 0,
@@ -222,6 +234,7 @@ impl Pipelines {
     /// before this function returns.
     pub(crate) fn request(&self, gpu: &Gpu, key: &Key, compiles: &mut Compiles) -> bool {
         let mut state = self.lock();
+        compiles.counts.count(state.entries.get(key).is_some_and(Entry::is_built));
         loop {
             let building = match state.entries.get(key) {
                 Some(entry) if entry.is_built() => return true,
@@ -229,18 +242,37 @@ impl Pipelines {
                 None => None,
             };
             match (building, compiles.builds) {
-                (Some(_), Builds::InBackground) => return false,
+                (Some(_), Builds::InBackground | Builds::Collected) => return false,
                 (Some((_, Builds::AtOnce)), Builds::AtOnce) => {
                     state = self.built.wait(state).unwrap_or_else(PoisonError::into_inner);
                 }
                 // A text that has an error has it until the text changes.
                 _ if state.shader_errors.contains_key(key) => return false,
+                (_, Builds::Collected) => {
+                    state.collected.push(key.clone());
+                    return false;
+                }
                 _ => {
                     drop(state);
                     self.build(gpu, key, compiles);
                     return self.lock().entries.get(key).is_some_and(Entry::is_built);
                 }
             }
+        }
+    }
+
+    /// Compiles the pipelines that were requested with [`Builds::Collected`], on all cores, and waits for them.
+    pub(crate) fn build_collected(&self, gpu: &Gpu, compiles: &mut Compiles) {
+        let keys = std::mem::take(&mut self.lock().collected);
+        let build = |key: &Key| {
+            let mut own = Compiles::default();
+            // A key that was collected twice is compiled once: the second request finds it, or waits for it.
+            self.request(gpu, key, &mut own);
+            own
+        };
+        for own in keys.par_iter().map(build).collect::<Vec<_>>() {
+            compiles.built_at_once += own.built_at_once;
+            compiles.build_ms += own.build_ms;
         }
     }
 
@@ -255,13 +287,15 @@ impl Pipelines {
         state.entries.entry(key.clone()).or_default().building = Some((number, compiles.builds));
         let texts = state.texts.clone();
         match compiles.builds {
-            Builds::AtOnce => {
+            Builds::AtOnce | Builds::Collected => {
                 compiles.built_at_once += 1;
                 drop(state);
+                let begun = Instant::now();
                 // If the parser panics on an edited text, whoever waits for this pipeline must not wait for ever.
                 let mut outcome = Outcome { pipelines: self, key, number, built: None };
                 let on = On { device: &gpu.device, texts: &texts, stored: gpu.stored_pipelines() };
                 outcome.built = Some(build(&on, key, number));
+                compiles.build_ms += begun.elapsed().as_secs_f64() * 1000.0;
             }
             Builds::InBackground => {
                 // The job holds the device and not the `Gpu`, which owns the threads that run the job.

@@ -5,6 +5,7 @@ use super::Gpu;
 use super::arena::Arena;
 use super::bind::BindGroups;
 use super::buffer::Buffers;
+use super::cache_counts::CacheCounts;
 use super::pipelines::Compiles;
 
 /// A resource that has not been requested for this many frames is released. In a window, that is a few seconds.
@@ -29,6 +30,15 @@ impl Pools {
             arena: Arena::new(gpu),
             groups: BindGroups::default(),
         }
+    }
+
+    /// Returns how often each cache had what frames requested, by its name.
+    pub(crate) fn cache_counts(&self) -> [(&'static str, CacheCounts); 3] {
+        [
+            ("pipelines", self.compiles.counts),
+            ("bind groups", self.groups.counts()),
+            ("buffers", self.buffers.counts()),
+        ]
     }
 
     /// Ends a frame, after its commands have been submitted or dropped.

@@ -1,12 +1,15 @@
 //! Measurements: what a drawing costs, how steady it is, and how far two drawings differ. Statistics of runs, the
 //! report of a benchmark, comparison of pictures and of frames.
 
+pub(crate) mod comparison;
 pub mod image_compare;
 pub(crate) mod lod_error;
 pub(crate) mod memory;
+pub(crate) mod paired;
 pub(crate) mod report;
 pub(crate) mod report_html;
 pub(crate) mod report_text;
 pub(crate) mod statistics;
 pub mod stereo;
 pub mod temporal;
+pub(crate) mod work;

@@ -7,7 +7,9 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::comparison::Comparison;
 use super::statistics::{FrameRecord, Percentiles, pass_names};
+use super::work::{Caches, CpuTimes, FrameWork, Start, Untimed};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
@@ -27,6 +29,9 @@ pub(crate) struct Report {
     pub world: WorldSize,
     /// One run for each style.
     pub runs: Vec<Run>,
+    /// What changed since an earlier report, if there was one to compare with.
+    #[serde(default)]
+    pub comparison: Option<Comparison>,
 }
 
 /// The size of a world.
@@ -55,6 +60,18 @@ pub(crate) struct Run {
     pub gpu_ms: Option<Percentiles>,
     /// Time per frame that the frame thread spends on tiles and patches.
     pub prepare_ms: Option<Percentiles>,
+    /// Time per frame that the frame thread takes to record and submit passes, with a timer around each, and to wait.
+    #[serde(default)]
+    pub cpu_ms: CpuTimes,
+    /// What a frame gives the GPU to do: of the traced frames, the one that moved most bytes.
+    pub work: Option<FrameWork>,
+    /// Frames without a timer around each pass.
+    pub untimed: Option<Untimed>,
+    /// What the first frame waited for.
+    pub start: Option<Start>,
+    /// How often each cache had what frames requested.
+    #[serde(default)]
+    pub caches: Caches,
     /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the
     /// median time on tiles and patches.
     pub hitches: Option<u64>,
@@ -99,6 +116,8 @@ pub(crate) struct Pass {
     pub bytes_read: Option<u64>,
     /// Bytes of the textures and buffers that it writes, counted in the same way.
     pub bytes_written: Option<u64>,
+    /// Number of times that it runs in a frame: its dispatches, or its render passes.
+    pub runs: Option<u64>,
 }
 
 /// Percentiles of a pass's time, in milliseconds.
@@ -183,6 +202,7 @@ impl Run {
                 gpu_ms: gpu_ms.map(|Percentiles { p50, p95, p99, .. }| PassTime { p50, p95, p99 }),
                 bytes_read: None,
                 bytes_written: None,
+                runs: None,
             }
         });
         // Frames that are late or over budget exceed the requested error.
@@ -205,6 +225,8 @@ impl Run {
             frame_ms: Percentiles::of(frames.iter().filter_map(|frame| frame.frame_ms)),
             gpu_ms: Percentiles::of(frames.iter().filter_map(|frame| frame.gpu_ms)),
             prepare_ms,
+            cpu_ms: CpuTimes::of(frames),
+            work: frames.iter().filter_map(|frame| frame.work).max_by_key(FrameWork::bytes),
             hitches: hitches(frames),
             passes: passes.collect(),
             tiles: TileCounts {

@@ -4,6 +4,8 @@ use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
+use super::work::FrameWork;
+use crate::file::input;
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
@@ -66,6 +68,14 @@ pub(crate) struct FrameRecord {
     pub jumped: Option<bool>,
     /// Wall-clock time from the start of the run to the end of the frame.
     pub wall_s: Option<f64>,
+    /// Time to record the passes.
+    pub record_ms: Option<f64>,
+    /// Time to upload uniforms and to submit; `None` on a software driver.
+    pub submit_ms: Option<f64>,
+    /// Time spent waiting for the GPU; `None` on a software driver.
+    pub wait_ms: Option<f64>,
+    /// What the frame gave the GPU to do, if it was traced.
+    pub work: Option<FrameWork>,
 }
 
 /// The frames of one run.
@@ -94,6 +104,24 @@ pub(super) fn pass_names<'a>(frames: impl IntoIterator<Item = &'a FrameRecord>) 
 const FIRST_COLUMNS: [&str; 9] =
     ["style", "eyes", "frame", "t_s", "frame_ms", "gpu_ms", "lod_error_px", "triangles", "strokes"];
 
+/// The columns of the processor's times and of the work of a frame.
+const COST_COLUMNS: [&str; 10] = [
+    "record_ms",
+    "submit_ms",
+    "wait_ms",
+    "bytes_read",
+    "bytes_written",
+    "passes",
+    "dispatches",
+    "draws",
+    "copies",
+    "barriers",
+];
+/// Begins the column of a pass.
+const PASS_COLUMN: &str = "gpu_ms.";
+/// Largest table that is read: half a million frames of 60 passes.
+const LARGEST_TABLE_BYTES: u64 = 256 << 20;
+
 /// Returns whether the file at `path` has such rows, judged by its first columns.
 pub(crate) fn is_frames_csv(path: &Path) -> bool {
     let columns = FIRST_COLUMNS.join(",");
@@ -111,8 +139,9 @@ pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), Fi
     let header = FIRST_COLUMNS
         .into_iter()
         .chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s", "allowed_error_px", "over_budget"])
+        .chain(COST_COLUMNS)
         .map(str::to_owned);
-    let header = header.chain(passes.iter().map(|pass| format!("gpu_ms.{pass}")));
+    let header = header.chain(passes.iter().map(|pass| format!("{PASS_COLUMN}{pass}")));
     let failed = |error: csv::Error| FileError::write(path, error);
     table.write_record(header).map_err(failed)?;
     for run in runs {
@@ -134,15 +163,73 @@ pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), Fi
                 text(frame.wall_s),
                 text(frame.allowed_error_px),
                 text(frame.over_budget.map(u8::from)),
+                text(frame.record_ms),
+                text(frame.submit_ms),
+                text(frame.wait_ms),
+            ];
+            let of_work = |part: fn(FrameWork) -> u64| text(frame.work.map(part));
+            let work = [
+                of_work(|work| work.bytes_read),
+                of_work(|work| work.bytes_written),
+                of_work(|work| work.passes),
+                of_work(|work| work.dispatches),
+                of_work(|work| work.draws),
+                of_work(|work| work.copies),
+                of_work(|work| work.barriers),
             ];
             let times = passes
                 .iter()
                 .map(|&pass| text(frame.pass_gpu_ms.iter().find(|(name, _)| name == pass).map(|(_, time_ms)| time_ms)));
-            table.write_record(fixed.into_iter().chain(times)).map_err(failed)?;
+            table.write_record(fixed.into_iter().chain(work).chain(times)).map_err(failed)?;
         }
     }
     let bytes = table.into_inner().map_err(|error| FileError::write(path, error))?;
     atomic::write(path, &bytes).map_err(|error| FileError::write(path, error))
+}
+
+/// Reads the times of such a table: of frames, and of their passes. Other columns are ignored.
+///
+/// # Errors
+/// The file cannot be read, or is not a table of frames.
+pub(crate) fn read_frames_csv(path: &Path) -> Result<Vec<RunFrames>, FileError> {
+    let failed = |cause: String| FileError::Read { path: path.to_owned(), cause };
+    let bytes = input::read_bytes(path, LARGEST_TABLE_BYTES).map_err(|error| failed(error.to_string()))?;
+    let mut table = csv::Reader::from_reader(bytes.as_slice());
+    let header = table.headers().map_err(|error| failed(error.to_string()))?.clone();
+    let column = |name: &str| {
+        let at = header.iter().position(|column| column == name);
+        at.ok_or_else(|| failed(format!("it has no column {name}, so it is not a frames.csv of bench")))
+    };
+    let [style, eyes, frame, t_s] = [column("style")?, column("eyes")?, column("frame")?, column("t_s")?];
+    let [frame_ms, gpu_ms, prepare_ms] = [column("frame_ms")?, column("gpu_ms")?, column("prepare_ms")?];
+    // Earlier versions had no such columns.
+    let [record_ms, submit_ms] = ["record_ms", "submit_ms"].map(|name| header.iter().position(|known| known == name));
+    let mut runs: Vec<RunFrames> = Vec::new();
+    for row in table.records() {
+        let row = row.map_err(|error| failed(error.to_string()))?;
+        let number = |at: usize| row.get(at).and_then(|cell| cell.parse::<f64>().ok()).filter(|number| number.is_finite());
+        let words = |at: usize| row.get(at).unwrap_or_default();
+        if runs.last().is_none_or(|run| run.style != words(style) || run.eyes != words(eyes) || words(frame) == "0") {
+            let [style, eyes] = [style, eyes].map(|at| words(at).to_owned());
+            runs.push(RunFrames { style, eyes, frames: Vec::new() });
+        }
+        let passes = header.iter().enumerate().filter_map(|(at, name)| Some((name.strip_prefix(PASS_COLUMN)?, number(at)?)));
+        let record = FrameRecord {
+            frame: number(frame).map_or(0, |frame| frame as u64),
+            t_s: number(t_s).unwrap_or_default(),
+            frame_ms: number(frame_ms),
+            gpu_ms: number(gpu_ms),
+            prepare_ms: number(prepare_ms),
+            record_ms: record_ms.and_then(number),
+            submit_ms: submit_ms.and_then(number),
+            pass_gpu_ms: passes.map(|(name, time_ms)| (name.to_owned(), time_ms)).collect(),
+            ..FrameRecord::default()
+        };
+        if let Some(run) = runs.last_mut() {
+            run.frames.push(record);
+        }
+    }
+    Ok(runs)
 }
 
 fn text(value: Option<impl ToString>) -> String {

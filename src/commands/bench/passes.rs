@@ -2,24 +2,37 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::gpu::trace::{PassBytes, PassTrace};
+use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
 use crate::measure::report::{Pass, Run};
+use crate::measure::work::FrameWork;
 
 /// The passes found in traces.
 #[derive(Default)]
 pub(super) struct TracedPasses {
     /// Passes of the last frame, in order.
     names: Vec<&'static str>,
-    /// Bytes of each pass in the last frame that ran it: some passes do not run in every frame.
-    bytes: FxHashMap<&'static str, PassBytes>,
+    /// Bytes and number of runs of each pass in the last frame that ran it: some passes do not run in every frame.
+    bytes: FxHashMap<&'static str, (PassBytes, u64)>,
 }
 
 impl TracedPasses {
-    /// Adds the trace of a frame.
-    pub(super) fn take(&mut self, trace: &[PassTrace]) {
+    /// Adds the trace of a frame, and returns what the frame gave the GPU to do.
+    pub(super) fn take(&mut self, trace: &[PassTrace]) -> FrameWork {
         let mut known = FxHashSet::default();
         self.names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name)).collect();
-        self.bytes.extend(self.names.iter().map(|name| (*name, PassBytes::of(trace, name))));
+        let runs = |name| trace.iter().filter(|pass| pass.name == name).count() as u64;
+        self.bytes.extend(self.names.iter().map(|name| (*name, (PassBytes::of(trace, name), runs(*name)))));
+        let bytes = self.names.iter().filter_map(|name| self.bytes.get(name)).map(|(bytes, _)| bytes);
+        let FrameCounts { passes, dispatches, draws, copies, barriers } = FrameCounts::of(trace);
+        FrameWork {
+            bytes_read: bytes.clone().map(|bytes| bytes.read).sum(),
+            bytes_written: bytes.map(|bytes| bytes.written).sum(),
+            passes: passes.into(),
+            dispatches: dispatches.into(),
+            draws: draws.into(),
+            copies: copies.into(),
+            barriers: barriers.into(),
+        }
     }
 
     /// Adds the passes and their bytes to the report; if nothing was timed, the report still lists the passes.
@@ -28,8 +41,10 @@ impl TracedPasses {
             run.passes = self.names.iter().map(|name| Pass { name: (*name).to_owned(), ..Pass::default() }).collect();
         }
         for pass in &mut run.passes {
-            let bytes = self.bytes.get(pass.name.as_str());
-            (pass.bytes_read, pass.bytes_written) = (bytes.map(|bytes| bytes.read), bytes.map(|bytes| bytes.written));
+            let traced = self.bytes.get(pass.name.as_str());
+            pass.bytes_read = traced.map(|(bytes, _)| bytes.read);
+            pass.bytes_written = traced.map(|(bytes, _)| bytes.written);
+            pass.runs = traced.map(|(_, runs)| *runs);
         }
     }
 }
@@ -56,12 +71,13 @@ mod tests {
         let mut traced = TracedPasses::default();
         traced.take(&[pass("once", &[used("tiles", 7)]), pass("always", &[])]);
         // Two batches: both read the tiles, and one reads the patches.
-        traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
+        let work = traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
+        assert_eq!((work.bytes_read, work.bytes_written, work.dispatches), (10, 100, 2));
         let passes = ["always", "once", "never"].map(|name| Pass { name: name.to_owned(), ..Pass::default() });
         let mut run = Run { passes: passes.into(), ..Run::default() };
         traced.fill(&mut run);
-        let bytes: Vec<_> = run.passes.iter().map(|pass| (pass.bytes_read, pass.bytes_written)).collect();
-        assert_eq!(bytes, [(Some(10), Some(100)), (Some(7), Some(100)), (None, None)]);
+        let bytes: Vec<_> = run.passes.iter().map(|pass| (pass.bytes_read, pass.bytes_written, pass.runs)).collect();
+        assert_eq!(bytes, [(Some(10), Some(100), Some(2)), (Some(7), Some(100), Some(1)), (None, None, None)]);
         // Nothing was timed.
         let mut run = Run::default();
         traced.fill(&mut run);

@@ -1,0 +1,126 @@
+//! Figures of a benchmark that say what a frame does, whatever the GPU: bytes, passes, the processor's share, caches.
+
+use std::collections::BTreeMap;
+
+use serde::{Deserialize, Serialize};
+
+use super::statistics::{FrameRecord, Percentiles};
+
+/// What a frame gives the GPU to do. It depends on the style, the world and the picture, not on the GPU.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct FrameWork {
+    /// Bytes of the textures and buffers that passes read: each resource once for each pass, at its full size.
+    pub bytes_read: u64,
+    /// Bytes of the textures and buffers that passes write, counted in the same way.
+    pub bytes_written: u64,
+    /// Compute and render passes; dispatches that follow each other share one.
+    pub passes: u64,
+    /// Compute dispatches.
+    pub dispatches: u64,
+    /// Draws in render passes.
+    pub draws: u64,
+    /// Copies between buffers, and clears of buffers.
+    pub copies: u64,
+    /// Number of times that work must wait for what earlier work of the frame wrote or read.
+    pub barriers: u64,
+}
+
+impl FrameWork {
+    /// Returns the bytes read and written.
+    pub(crate) fn bytes(&self) -> u64 {
+        self.bytes_read + self.bytes_written
+    }
+}
+
+/// Times of the thread that draws.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CpuTimes {
+    /// Time to record the passes, in milliseconds.
+    pub record: Option<Percentiles>,
+    /// Time to upload uniforms and to submit, in milliseconds; null on a software driver, whose passes are submitted
+    /// and waited for one by one.
+    pub submit: Option<Percentiles>,
+    /// Time spent waiting until the GPU has finished the frame, in milliseconds; null on a software driver.
+    pub wait: Option<Percentiles>,
+}
+
+impl CpuTimes {
+    /// Returns the percentiles over the frames.
+    pub(crate) fn of(frames: &[FrameRecord]) -> Self {
+        let of = |value: fn(&FrameRecord) -> Option<f64>| Percentiles::of(frames.iter().filter_map(value));
+        Self {
+            record: of(|frame| frame.record_ms),
+            submit: of(|frame| frame.submit_ms),
+            wait: of(|frame| frame.wait_ms),
+        }
+    }
+}
+
+/// Frames that were drawn again after the flight, without a timer around each pass, as a window draws them.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Untimed {
+    /// Number of frames, drawn once for each of the two measurements.
+    pub frames: u64,
+    /// Time from the beginning of a frame until the GPU has finished it, when the next frame begins after that.
+    pub latency_ms: Percentiles,
+    /// Mean time from one frame to the next when a frame begins while the GPU draws the one before, with at most two
+    /// frames on the way.
+    pub throughput_ms: f64,
+    /// Median time for tiles and patches.
+    pub prepare_ms: f64,
+    /// Median time to record the passes.
+    pub record_ms: f64,
+    /// Median time to upload uniforms and to submit.
+    pub submit_ms: f64,
+}
+
+/// What a style's first frame waited for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Start {
+    /// Number of pipelines that were compiled in the frame. Those that an earlier style of the run has compiled are
+    /// shared.
+    pub pipelines: u64,
+    /// Time to compile them, in milliseconds, summed over all threads.
+    pub compile_ms: f64,
+    /// Time until the GPU had finished the frame, in milliseconds; its land may still be coarse.
+    pub frame_ms: f64,
+}
+
+/// How often a cache had what was requested, over the frames of a run.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub(crate) struct CacheUse {
+    /// Requests that found what they wanted.
+    pub hits: u64,
+    /// Requests after which it had to be made or loaded.
+    pub misses: u64,
+}
+
+impl CacheUse {
+    /// Returns the share of requests that found what they wanted; `None` if there was none.
+    pub(crate) fn hit_rate(&self) -> Option<f64> {
+        let requests = self.hits + self.misses;
+        (requests > 0).then(|| self.hits as f64 / requests as f64)
+    }
+}
+
+/// The caches by name.
+pub(crate) type Caches = BTreeMap<String, CacheUse>;
+
+/// Formats a hit rate in percent. A rate below 100 % is never rounded up to it.
+pub(crate) fn percent(rate: f64) -> String {
+    if rate < 1.0 { format!("{:.2}", (rate * 10_000.0).floor() / 100.0) } else { "100".to_owned() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rate_is_100_percent_only_if_nothing_was_missed() {
+        let rate = |hits, misses| CacheUse { hits, misses }.hit_rate();
+        assert_eq!(rate(0, 0), None);
+        assert_eq!(rate(7, 0).map(percent), Some("100".to_owned()));
+        assert_eq!(rate(999_999, 1).map(percent), Some("99.99".to_owned()));
+        assert_eq!(rate(0, 3).map(percent), Some("0.00".to_owned()));
+    }
+}
