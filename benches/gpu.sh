@@ -5,7 +5,8 @@
 # and CARD.md, a table. A part that fails or for which no time is left is listed there; the others go on.
 #
 #   HACHURE=target/release/hachure benches/gpu.sh
-#   HACHURE=new BASE=old benches/gpu.sh          both programs take turns, and the table has the ratios
+#   HACHURE=new BASE=old benches/gpu.sh          both programs take turns; the table has the ratios, and what became
+#                                                worse with its noise (hachure bench --compare)
 #
 # Options:
 #   --quick            fewer frames and parts, in two minutes
@@ -140,36 +141,37 @@ note() {
 
 # run_one PART PROGRAM ARGUMENTS...: runs `hachure bench` once.
 run_one() {
-    local part="$1" which="$2" program="$HACHURE" left=$((seconds - SECONDS)) begun=$SECONDS report=""
+    local part="$1" which="$2" program="$HACHURE" left=$((seconds - SECONDS)) begun=$SECONDS report="" compare=""
     shift 2
     [ "$which" = base ] && program="$BASE"
+    [ "$which" = new ] && [ -n "$can_compare" ] && compare="$work/report-base/report.json"
+    [ -f "$compare" ] || compare=""
     if [ $left -lt 5 ]; then
         note "$part" "$which" "no time left" 0 "$*"
         return
     fi
-    rm -rf "$work/report"
+    rm -rf "$work/report-$which"
     HACHURE_CACHE="$work/cache-$which" limited "$left" "$program" bench ${ADAPTER:+--adapter "$ADAPTER"} "$@" \
-        --temporal 0 -o "$work/report" >"$work/text" 2>"$work/errors"
+        --temporal 0 ${compare:+--compare "$compare"} -o "$work/report-$which" >"$work/text" 2>"$work/errors"
     local status=$?
     case $status in
-    0) status=ok report="$work/report/report.json" ;;
+    0) status=ok report="$work/report-$which/report.json" ;;
     124) status="took longer than the $left s that were left" ;;
     *) status="status $status: $(tail -n 1 "$work/errors")" ;;
     esac
     note "$part" "$which" "$status" $((SECONDS - begun)) "$*" "$report"
 }
 
-# part NAME ARGUMENTS...: runs a part with each program; who begins changes from part to part.
-turn=0
+# part NAME ARGUMENTS...: runs a part with each program.
+programs=new
+[ -n "$BASE" ] && programs="base new"
+can_compare="$("$HACHURE" bench --help 2>/dev/null | grep -e --compare)"
 part() {
-    local which order=new
+    local which
     is_wanted "$1" || return 0
-    if [ -n "$BASE" ]; then
-        if [ $turn = 0 ]; then order="base new"; else order="new base"; fi
-        turn=$((1 - turn))
-    fi
     echo "$1 (at $SECONDS s)" >&2
-    for which in $order; do run_one "$1" "$which" "${@:2}"; done
+    rm -rf "$work/report-base"
+    for which in $programs; do run_one "$1" "$which" "${@:2}"; done
 }
 
 # first_pictures PROGRAM: the time to the first picture, with empty caches, then with full ones; the world is baked.
@@ -240,8 +242,6 @@ if [ $quick = 1 ]; then frames=12 flight=short; fi
 full="$(size 1920 1080)"
 styles="${STYLES:-$("$HACHURE" styles 2>/dev/null | awk '{ printf "%s%s", sep, $1; sep = "," }')}"
 
-programs=new
-[ -n "$BASE" ] && programs="base new"
 if is_wanted "first picture"; then
     echo "first picture" >&2
     for program in $programs; do first_pictures "$program"; done
@@ -300,9 +300,10 @@ fi
     [ "$SCALE" = 100 ] || printf '\n**Pictures have %s %% of the sizes that the parts name.**\n' "$SCALE"
     echo
     echo "Made by \`benches/gpu.sh\`. Times are milliseconds: medians and 99th percentiles over the frames. *Frame* is by"
-    echo "the CPU's clock from the beginning of a frame until the GPU has finished it; *prepare* chooses tiles and patches;"
-    echo "*record* and *submit* make the commands. GB are what the passes of a frame declare to read and write, each"
-    echo "resource once for each pass. A dash means not measured."
+    echo "the CPU's clock from the beginning of a frame until the GPU has finished it, with a timer around each pass;"
+    echo "*latency* is the same without timers, and *flow* the time from one frame to the next with two frames on the way."
+    echo "*Prepare* chooses tiles and patches; *record* and *submit* make the commands. GB are what the passes of a frame"
+    echo "declare to read and write, each resource once for each pass. A dash means not measured."
     if grep -q '^first picture|' "$work/rows"; then
         printf '\n## First picture\n\nSeconds until `render --style ink --size %s` has ended; the world is baked.\n\n' "$full"
         echo "| program | caches | s | CPU s |"
@@ -322,9 +323,9 @@ fi
         function flush(   run, i, n, program) {
             if (part == "") return
             printf "\n## %s\n\n", part
-            print "| style |" (both ? " program |" : "") " frame p50 | p99 | GPU p50 | p99 | prepare p50 | p99 | record | submit | passes | barriers | GB read | GB written | triangles | late | loaded | evicted |" (both ? " frame ratio | GPU ratio |" : "")
+            print "| style |" (both ? " program |" : "") " frame p50 | p99 | GPU p50 | p99 | latency | flow | prepare p50 | p99 | record | submit | passes | dispatches | barriers | GB read | GB written | triangles | late | loaded | evicted |" (both ? " frame ratio | GPU ratio |" : "")
             line = "| --- |" (both ? " --- |" : "")
-            for (i = 0; i < 16 + (both ? 2 : 0); i++) line = line " ---: |"
+            for (i = 0; i < 19 + (both ? 2 : 0); i++) line = line " ---: |"
             print line
             for (run = 0; run < runs; run++) for (n = 1; n <= 2; n++) {
                 program = n == 1 ? "base" : "new"
@@ -334,20 +335,33 @@ fi
                 print "| " of("style") " |" (both ? " " program " |" : "") \
                     " " number(of("frame_ms.p50"), 2) " | " number(of("frame_ms.p99"), 2) \
                     " | " number(of("gpu_ms.p50"), 3) " | " number(of("gpu_ms.p99"), 3) \
+                    " | " number(of("untimed.latency_ms.p50"), 2) " | " number(of("untimed.throughput_ms"), 2) \
                     " | " number(of("prepare_ms.p50"), 3) " | " number(of("prepare_ms.p99"), 3) \
-                    " | " number(of("cpu_ms.record.p50"), 3) " | " number(of("cpu_ms.submit.p50"), 3) \
-                    " | " number(passes, 0) " | " number(of("work.barriers"), 0) \
+                    " | " number(of("untimed.record_ms"), 3) " | " number(of("untimed.submit_ms"), 3) \
+                    " | " number(passes, 0) " | " number(of("work.dispatches"), 0) " | " number(of("work.barriers"), 0) \
                     " | " number(read[at] / 1e9, 3) " | " number(written[at] / 1e9, 3) \
                     " | " number(of("triangles"), 0) " | " number(of("tiles.late_frames"), 0) \
                     " | " number(of("tiles.loaded"), 0) " | " number(of("tiles.evicted"), 0) " |" \
                     (both ? (n == 1 ? " | |" : " " ratio(run, "frame_ms.p50") " | " ratio(run, "gpu_ms.p50") " |") : "")
             }
+            for (n = 0; n < changes; n++) printf "%s%s\n", n ? "" : "\n", change[n]
+            changes = 0
             split("", value); split("", read); split("", written); runs = 0
         }
         $1 == "first picture" { next }
         $1 != part { flush(); part = $1 }
         {
             path = $3; text = path; sub(/ .*/, "", path); sub(/^[^ ]* /, "", text)
+            if (path ~ /^comparison\.(worse|better)\./) {
+                key = path; sub(/.*\./, "", key); found[key] = text
+                # The last key of a change.
+                if (key == "noise") {
+                    split(path, words, ".")
+                    change[changes++] = sprintf("- %s: %s, %s: %s to %s%s", words[2], found["style"], found["figure"], found["old"], found["new"], \
+                        text == "null" ? "" : sprintf(" (%+.1f %% ± %.1f by pairs)", (found["ratio"] - 1) * 100, 200 * text))
+                }
+                next
+            }
             if (path !~ /^runs\./) next
             sub(/^runs\./, "", path)
             run = path; sub(/\..*/, "", run); key = path; sub(/^[0-9]*\./, "", key)

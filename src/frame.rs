@@ -321,8 +321,12 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<(), GpuError> {
+        let begun = Instant::now();
         self.build_together(gpu, world, rig, style, light)?;
-        if self.record(gpu, world, prepared, rig, style, light)? {
+        let build_ms = begun.elapsed().as_secs_f64() * 1000.0;
+        let is_drawn = self.record(gpu, world, prepared, rig, style, light)?;
+        self.cpu.record_ms += build_ms;
+        if is_drawn {
             return Ok(());
         }
         // A pipeline is missing, so nothing was drawn: its shader is invalid, or it is still being built.

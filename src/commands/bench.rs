@@ -10,7 +10,9 @@
 
 mod pairs;
 mod passes;
+pub(crate) mod portable;
 mod style_run;
+mod untimed;
 
 use std::path::{Path, PathBuf};
 
@@ -30,6 +32,7 @@ use crate::file::unnamed;
 use crate::frame::Antialias;
 use crate::gpu::Gpu;
 use crate::gpu::device::AdapterWish;
+use crate::measure::comparison::Baseline;
 use crate::measure::report::{Report, WorldSize};
 use crate::measure::report_html::{is_page, write_html};
 use crate::measure::report_text;
@@ -45,6 +48,8 @@ const CHECKED_FRAMES: usize = 32;
 const ASKED_CAMERAS: usize = 24;
 /// Frames per second along the path if `--frames` is not given.
 const FPS: f64 = 30.0;
+/// Largest number of frames that are drawn again without a timer around each pass.
+const UNTIMED_FRAMES: usize = 24;
 
 /// The files written to the output folder.
 const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
@@ -89,6 +94,10 @@ pub(crate) struct BenchArgs {
     /// Number of pairs of consecutive frames, spread over the path, on which steadiness is measured; 0 measures none
     #[arg(long, value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
     pub temporal: u32,
+    /// Report of an earlier run (its report.json; times are compared if its frames.csv is in the same folder): name what
+    /// became worse, and by how much
+    #[arg(long, value_name = "OLD.json")]
+    pub compare: Option<PathBuf>,
     /// Output folder for report.json, frames.csv and report.html
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
@@ -116,7 +125,11 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     let path_text = arguments::camera_path(&args.path)?;
     CameraPath::parse_on_ground(&args.path, path_text.as_bytes(), |_, _| 0.0)?;
     let scene = args.world.scene()?;
-    let inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
+    let mut inputs = inputs::of(args.world.name(), &scene, &styles, Some(&args.path));
+    let baseline = args.compare.as_deref().map(Baseline::read).transpose()?;
+    for path in args.compare.iter().flat_map(|path| [path.clone(), path.with_file_name("frames.csv")]) {
+        inputs.add(&path);
+    }
     FILES.iter().try_for_each(|name| inputs.check(&args.output.join(name)))?;
     let mut own = FILES.iter().zip(IS_OWN);
     own.try_for_each(|(name, is_own)| unnamed::check(&args.output.join(name), args.overwrite, is_own))?;
@@ -135,16 +148,18 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
     place_eyes(&gpu, &path, args, &mut runs)?;
     fly(&gpu, &path, args, &mut runs)?;
 
-    let report = Report {
+    let mut report = Report {
         adapter: gpu.description(),
         size_px: args.size,
         world: world_size(&runs[0].world),
         runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
+        comparison: None,
     };
     let frames: Vec<RunFrames> = runs
         .into_iter()
         .map(|run| RunFrames { style: run.style.name, eyes: args.stereo.eyes().to_string(), frames: run.records })
         .collect();
+    report.comparison = baseline.map(|baseline| baseline.compare(&report, &frames));
     let [frames_csv, page, json] = FILES.map(|name| args.output.join(name));
     write_frames_csv(&frames_csv, &frames)?;
     write_html(&page, &report, &frames)?;
@@ -183,10 +198,23 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
         run.warm_up(gpu, args.size, &first, start_s)?;
     }
     if args.real_time {
-        fly_by_the_clock(gpu, path, args, runs, &bar)
+        fly_by_the_clock(gpu, path, args, runs, &bar)?;
     } else {
-        fly_by_frames(gpu, path, args, runs, &bar)
+        fly_by_frames(gpu, path, args, runs, &bar)?;
     }
+    fly_back(gpu, path, args, runs)
+}
+
+/// Draws the last frames again, from the last one back, since their tiles are there. Each style draws alone, since
+/// frames that follow each other are measured.
+fn fly_back(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
+    for run in runs.iter_mut() {
+        run.end_flight();
+        let times_s = run.records.iter().rev().take(UNTIMED_FRAMES).map(|record| record.t_s);
+        let cameras: Vec<_> = times_s.map(|t_s| (path.sample(t_s), t_s)).collect();
+        run.measure_untimed(gpu, args.size, &cameras)?;
+    }
+    Ok(())
 }
 
 /// Draws the same frames with every style, in turns.

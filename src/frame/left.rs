@@ -4,6 +4,7 @@ use super::mark_sets::SET_INKS;
 use super::{EyeMemory, FrameCpu, Renderer, inks};
 use crate::composite::temporal_aa;
 use crate::gpu::buffer::{Buffer, BufferKind};
+use crate::gpu::cache_counts::CacheCounts;
 use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::timer::PassTime;
 use crate::gpu::{Gpu, GpuError};
@@ -95,6 +96,17 @@ impl Renderer {
     #[allow(dead_code, reason = "the reports of `bench` will have them")]
     pub(crate) fn cpu(&self) -> FrameCpu {
         self.cpu
+    }
+
+    /// Returns how many pipelines were compiled so far while the renderer waited, and the time to compile them in
+    /// milliseconds, summed over all threads.
+    pub(crate) fn compiled(&self) -> (u64, f64) {
+        (self.pools.compiles.built_at_once, self.pools.compiles.build_ms)
+    }
+
+    /// Returns how often each cache had what frames requested, by its name.
+    pub(crate) fn cache_counts(&self) -> [(&'static str, CacheCounts); 3] {
+        self.pools.cache_counts()
     }
 
     /// Takes the pass times of the oldest finished frame whose times have not been taken.

@@ -44,8 +44,9 @@ pub(super) struct Switch {
     /// The memory of each eye in prewarming runs. It is released some time after a switch, because a slider changes the
     /// style in every frame.
     prewarm: Option<Vec<EyeMemory>>,
-    /// The style whose pipelines have been compiled together ([`Renderer::build_together`]).
-    built: Option<Style>,
+    /// Name of the style whose pipelines have been compiled together ([`Renderer::build_together`]). An edited style
+    /// has the same name, and needs few other pipelines or none.
+    built: Option<String>,
     frames_since_switch: u64,
     /// Whether something was being built in the background at the last check.
     was_building: bool,
@@ -190,10 +191,13 @@ impl Renderer {
         style: &Style,
         light: &Light,
     ) -> Result<(), GpuError> {
-        if self.pools.compiles.builds != Builds::AtOnce || rig.eyes.is_empty() || self.switch.built.as_ref() == Some(style) {
+        if self.pools.compiles.builds != Builds::AtOnce
+            || rig.eyes.is_empty()
+            || self.switch.built.as_ref() == Some(&style.name)
+        {
             return Ok(());
         }
-        self.switch.built = Some(style.clone());
+        self.switch.built = Some(style.name.clone());
         let counts = self.pools.compiles.counts;
         self.pools.compiles.builds = Builds::Collected;
         let [first, ..] = first_frames(&rig.eyes);

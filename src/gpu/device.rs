@@ -225,6 +225,11 @@ impl Gpu {
         Self { pipelines: Arc::default(), cache: Arc::default(), ..self.clone() }
     }
 
+    /// Returns whether the driver draws on the CPU.
+    pub(crate) fn is_software(&self) -> bool {
+        self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
+    }
+
     /// Returns the name of the adapter, its backend, and its driver with the version, for reports.
     pub fn description(&self) -> String {
         let info = self.adapter.get_info();
@@ -262,6 +267,12 @@ impl Gpu {
     #[cfg(test)]
     pub(crate) fn objects_made(&self) -> u64 {
         self.objects.load(Ordering::Relaxed)
+    }
+
+    /// Waits until a submit and all earlier ones are done.
+    pub(crate) fn wait_for(&self, submission_index: wgpu::SubmissionIndex) {
+        // As in `wait`.
+        let _ = self.device.poll(wgpu::PollType::Wait { submission_index: Some(submission_index), timeout: None });
     }
 
     /// Waits until all submitted work is done.

@@ -256,7 +256,9 @@ impl<'a> Recorder<'a> {
         make: impl FnOnce(&Gpu) -> T + Send + 'static,
     ) -> Option<Arc<T>> {
         let found = match self.pools.compiles.builds {
-            Builds::AtOnce | Builds::Collected => self.gpu.cache().get(find, || Ok::<_, Infallible>(make(self.gpu))).ok(),
+            Builds::AtOnce | Builds::Collected => {
+                self.gpu.cache().get(find, || Ok::<_, Infallible>(make(self.gpu))).ok()
+            }
             Builds::InBackground => {
                 let gpu = self.gpu.for_background();
                 self.gpu.cache().request(find, move || make(&gpu))

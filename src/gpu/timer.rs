@@ -49,7 +49,7 @@ impl Timer {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
-        let waits = gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let waits = gpu.is_software();
         Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waiting: Vec::new(), waited: None })
     }
 

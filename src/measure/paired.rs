@@ -60,7 +60,8 @@ fn are_twins(old: &[Sample], new: &[Sample]) -> bool {
 fn blocks_of_pairs(old: &[Sample], new: &[Sample]) -> Vec<f64> {
     let logs: Vec<f64> = old.iter().zip(new).filter_map(|(old, new)| log_ratio(old.1, new.1)).collect();
     // A block of one pair would not ignore a slow frame.
-    let length = logs.len().div_ceil(MOST_BLOCKS).max(if logs.len() < LEAST_BLOCKS * LEAST_FRAMES { 1 } else { LEAST_FRAMES });
+    let length =
+        logs.len().div_ceil(MOST_BLOCKS).max(if logs.len() < LEAST_BLOCKS * LEAST_FRAMES { 1 } else { LEAST_FRAMES });
     logs.chunks(length).filter_map(|block| median(block.iter().copied())).collect()
 }
 

@@ -2,8 +2,10 @@
 
 use std::path::Path;
 
+use super::comparison::{Change, Comparison};
 use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
+use super::work::{FrameWork, percent};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 
@@ -43,6 +45,12 @@ const STEADINESS: &str = "Pairs of consecutive frames, compared along exact moti
     Identity: line pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at \
     a fixed place, in pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
 
+/// Explanation of the work of a frame.
+const WORK: &str = "GB, passes, dispatches, draws, copies and barriers are those of the traced frame that moved most \
+    bytes, and do not depend on the GPU. With timers: during the flight, with a timer around each pass. Without timers: \
+    the last frames of the flight drawn again, from the last one back, as a window draws them. Latency: each frame \
+    begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before.";
+
 /// Writes `report.html`, as a complete file or not at all. `frames` are the report's runs, in its order, for the plots
 /// along the path.
 ///
@@ -71,6 +79,7 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
         east = east_m / 1000.0,
         north = north_m / 1000.0,
     );
+    page += &report.comparison.as_ref().map_or_else(String::new, changes);
     let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
         plot(frames, value).map_or(String::new(), |svg| {
             format!("<h2>{title} along the path</h2>\n<p class=\"faint\">{unit} over time in seconds</p>\n{svg}")
@@ -81,6 +90,7 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     page += &along("Level-of-detail error", "Pixels", |frame| frame.lod_error_px);
     page += &bars(&report.runs);
     page += &table(&report.runs);
+    page += &work_by_frame(&report.runs);
     page += &memory_by_pass(&report.runs);
     for line in report.warnings() {
         page += &format!("<p class=\"warning\">{}</p>\n", escape(&line));
@@ -244,14 +254,98 @@ fn memory_by_pass(runs: &[Run]) -> String {
     let mebibytes = |bytes: u64| short((bytes as f64 / 1_048_576.0 * 1000.0).round() / 1000.0);
     let cell = |run: &Run, name: &str| {
         let pass = run.passes.iter().find(|pass| pass.name == name);
-        let bytes = pass.and_then(|pass| Some((pass.bytes_read?, pass.bytes_written?)));
-        bytes.map_or(none(), |(read, written)| format!("{} / {}", mebibytes(read), mebibytes(written)))
+        let bytes = pass.and_then(|pass| Some((pass.bytes_read?, pass.bytes_written?, pass.runs)));
+        bytes.map_or(none(), |(read, written, runs)| {
+            let runs = runs.filter(|runs| *runs > 1).map_or(String::new(), |runs| format!(", {runs} ×"));
+            format!("{} / {}{runs}", mebibytes(read), mebibytes(written))
+        })
     };
     let rows = names.iter().map(|name| ((*name).to_owned(), runs.iter().map(|run| cell(run, name)).collect()));
     format!(
         "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the textures and buffers that a pass reads / writes in a \
-         frame; each resource counts once, at its full size</p>\n{}",
+         frame; each resource counts once, at its full size; N × is a pass that runs N times</p>\n{}",
         grid(runs, rows)
+    )
+}
+
+/// Returns a table of what a frame gives the GPU to do, of the processor's time, and of hit rates; empty if nothing was
+/// measured.
+fn work_by_frame(runs: &[Run]) -> String {
+    if runs.iter().all(|run| run.work.is_none() && run.untimed.is_none()) {
+        return String::new();
+    }
+    type Part = fn(FrameWork) -> u64;
+    let gigabytes: [(&str, Part); 2] = [("GB read", |work| work.bytes_read), ("GB written", |work| work.bytes_written)];
+    let counts: [(&str, Part); 5] = [
+        ("passes", |work| work.passes),
+        ("dispatches", |work| work.dispatches),
+        ("draws", |work| work.draws),
+        ("copies and clears", |work| work.copies),
+        ("barriers", |work| work.barriers),
+    ];
+    type Time = fn(&Run) -> Option<f64>;
+    let times: [(&str, Time); 13] = [
+        ("with timers: record ms, p50", |run| Some(run.cpu_ms.record?.p50)),
+        ("with timers: record ms, p99", |run| Some(run.cpu_ms.record?.p99)),
+        ("with timers: submit ms, p50", |run| Some(run.cpu_ms.submit?.p50)),
+        ("with timers: wait for the GPU ms, p50", |run| Some(run.cpu_ms.wait?.p50)),
+        ("without timers: tiles and patches ms, p50", |run| Some(run.untimed?.prepare_ms)),
+        ("without timers: record ms, p50", |run| Some(run.untimed?.record_ms)),
+        ("without timers: submit ms, p50", |run| Some(run.untimed?.submit_ms)),
+        ("latency ms, p50", |run| Some(run.untimed?.latency_ms.p50)),
+        ("latency ms, p99", |run| Some(run.untimed?.latency_ms.p99)),
+        ("throughput, ms per frame", |run| Some(run.untimed?.throughput_ms)),
+        ("first frame: pipelines compiled", |run| Some(run.start?.pipelines as f64)),
+        ("first frame: ms of compiling, all threads", |run| Some(run.start?.compile_ms)),
+        ("first frame, ms", |run| Some(run.start?.frame_ms)),
+    ];
+    let cells = |cell: &dyn Fn(&Run) -> Option<String>| runs.iter().map(|run| cell(run).unwrap_or_else(none)).collect();
+    let mut rows: Vec<(String, Vec<String>)> = Vec::new();
+    for (name, part) in gigabytes {
+        rows.push((name.to_owned(), cells(&|run| Some(short(part(run.work?) as f64 / 1e9)))));
+    }
+    for (name, part) in counts {
+        rows.push((name.to_owned(), cells(&|run| Some(part(run.work?).to_string()))));
+    }
+    rows.extend(times.map(|(name, time)| (name.to_owned(), cells(&|run| time(run).map(short)))));
+    let caches: std::collections::BTreeSet<&String> = runs.iter().flat_map(|run| run.caches.keys()).collect();
+    for name in caches {
+        let rate = |run: &Run| run.caches.get(name)?.hit_rate().map(percent);
+        rows.push((format!("hit rate %, {name}"), cells(&rate)));
+    }
+    format!("<h2>What a frame does</h2>\n<p class=\"faint\">{WORK}</p>\n{}", grid(runs, rows.into_iter()))
+}
+
+/// Returns a table of what changed since an earlier report.
+fn changes(comparison: &Comparison) -> String {
+    let row = |class: &str, change: &Change| {
+        let Change { style, eyes, figure, old, new, .. } = change;
+        format!(
+            "<tr><td class=\"{class}\">{}, {}: {}</td><td>{}</td><td>{}</td><td>{}</td></tr>\n",
+            escape(style),
+            escape(eyes),
+            escape(figure),
+            short(*old),
+            short(*new),
+            change.percent()
+        )
+    };
+    let worse: String = comparison.worse.iter().map(|change| row("warning", change)).collect();
+    let better: String = comparison.better.iter().map(|change| row("", change)).collect();
+    let notes: String = comparison.notes.iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
+    let others = comparison.compared - (comparison.worse.len() + comparison.better.len()) as u64;
+    let table = if worse.is_empty() && better.is_empty() {
+        String::new()
+    } else {
+        format!(
+            "<div class=\"wide\"><table>\n<tr><th></th><th>old</th><th>new</th><th>change ± 2 standard errors</th></tr>\n\
+             {worse}{better}</table></div>\n"
+        )
+    };
+    format!(
+        "<h2>Compared with {}</h2>\n{notes}{table}<p class=\"faint\">{others} other figures did not change beyond their \
+         noise. What became worse is red.</p>\n",
+        escape(&comparison.with)
     )
 }
 

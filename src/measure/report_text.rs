@@ -1,6 +1,9 @@
-//! The report for a terminal: a row for each run, with its ratio to the first run; warnings; and a table of steadiness.
+//! The report for a terminal: a row for each run, with its ratio to the first run; warnings; what a frame does whatever
+//! the GPU; a table of steadiness; and what changed since an earlier report.
 
+use super::comparison::{Change, Comparison};
 use super::report::{Report, Run};
+use super::work::{CacheUse, FrameWork, percent};
 
 /// Headings of the columns.
 const HEADS: [&str; 12] = [
@@ -34,12 +37,82 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("E_warp ×1e-6", "e_warp", 1e6, 1),
 ];
 
-/// Returns the tables: what frames cost, and how steady they are if that was measured. A dash (–) marks what was not.
+/// Columns of what a frame gives the GPU to do: heading, value, decimals.
+const WORK: [(&str, fn(FrameWork) -> f64, usize); 7] = [
+    ("GB read", |work| work.bytes_read as f64 / 1e9, 3),
+    ("GB written", |work| work.bytes_written as f64 / 1e9, 3),
+    ("passes", |work| work.passes as f64, 0),
+    ("dispatches", |work| work.dispatches as f64, 0),
+    ("draws", |work| work.draws as f64, 0),
+    ("copies", |work| work.copies as f64, 0),
+    ("barriers", |work| work.barriers as f64, 0),
+];
+
+/// Columns of the processor's time for a frame, and of frames without a timer around each pass: heading, value, decimals.
+const CPU: [(&str, fn(&Run) -> Option<f64>, usize); 7] = [
+    ("prepare ms", |run| Some(run.prepare_ms?.p50), 3),
+    ("record ms", |run| Some(run.untimed?.record_ms), 3),
+    ("submit ms", |run| Some(run.untimed?.submit_ms), 3),
+    ("latency ms", |run| Some(run.untimed?.latency_ms.p50), 2),
+    ("throughput ms", |run| Some(run.untimed?.throughput_ms), 2),
+    ("compiled", |run| Some(run.start?.pipelines as f64), 0),
+    ("in s", |run| Some(run.start?.compile_ms / 1000.0), 2),
+];
+
+/// Returns the table of what frames do whatever the GPU; empty if nothing was measured.
+fn work(report: &Report) -> String {
+    if report.runs.iter().all(|run| run.work.is_none() && run.untimed.is_none()) {
+        return String::new();
+    }
+    let mut caches: Vec<&String> = report.runs.iter().flat_map(|run| run.caches.keys()).collect();
+    caches.sort_unstable();
+    caches.dedup();
+    let heads = std::iter::once("style".to_owned())
+        .chain(WORK.iter().map(|(head, ..)| (*head).to_owned()))
+        .chain(CPU.iter().map(|(head, ..)| (*head).to_owned()))
+        .chain(caches.iter().map(|name| format!("{name} %")));
+    let rows = report.runs.iter().map(|run| {
+        let of_work = WORK.iter().map(|(_, value, decimals)| number(run.work.map(value), *decimals));
+        let of_cpu = CPU.iter().map(|(_, value, decimals)| number(value(run), *decimals));
+        let rate = |name: &&String| run.caches.get(*name).and_then(|used| CacheUse::hit_rate(used));
+        let of_caches = caches.iter().map(|name| rate(name).map_or("–".to_owned(), percent));
+        std::iter::once(run.style.clone()).chain(of_work).chain(of_cpu).chain(of_caches).collect()
+    });
+    format!("\n{}", columns(std::iter::once(heads.collect()).chain(rows).collect()))
+}
+
+/// Returns what changed since an earlier report: a line for each figure, the worse ones first.
+fn changes(comparison: &Comparison) -> String {
+    let mut text = format!("\ncompared with {}\n", comparison.with);
+    text.extend(comparison.notes.iter().map(|note| format!("{note}\n")));
+    let row = |word: &str, change: &Change| {
+        let Change { style, eyes, figure, old, new, .. } = change;
+        let [old, new] = [*old, *new].map(|value| number(Some(value), if value.fract() == 0.0 { 0 } else { 3 }));
+        [word, style, eyes, figure, &old, &new, &change.percent()].map(str::to_owned).to_vec()
+    };
+    let worse = comparison.worse.iter().map(|change| row("worse", change));
+    let rows: Vec<_> = worse.chain(comparison.better.iter().map(|change| row("better", change))).collect();
+    let others = comparison.compared - rows.len() as u64;
+    if !rows.is_empty() {
+        let heads = ["", "style", "eyes", "figure", "old", "new", "change ± 2 standard errors"].map(str::to_owned);
+        text += &columns(std::iter::once(heads.to_vec()).chain(rows).collect());
+    }
+    text + &format!("{others} other figures did not change beyond their noise\n")
+}
+
+/// Returns the tables: what frames cost, and how steady they are if that was measured; and what changed, if there is an
+/// earlier report. A dash (–) marks what was not measured.
 pub(crate) fn table(report: &Report) -> String {
+    let changes = report.comparison.as_ref().map_or_else(String::new, changes);
+    measured(report) + &changes
+}
+
+fn measured(report: &Report) -> String {
     let first = report.runs.first();
     let rows = report.runs.iter().map(|run| row(run, first.unwrap_or(run)).to_vec());
     let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
     costs.extend(report.warnings().into_iter().map(|line| line + "\n"));
+    costs += &work(report);
     if report.runs.iter().all(|run| run.temporal.is_none()) {
         return costs;
     }
@@ -100,6 +173,7 @@ mod tests {
     use crate::lines::strokes::LeftOut;
     use crate::measure::report::TileCounts;
     use crate::measure::statistics::Percentiles;
+    use crate::measure::work::Untimed;
 
     fn run(style: &str, p50: Option<f64>) -> Run {
         let frame_ms = p50.map(|p50| Percentiles { p50, p95: 2.0 * p50, p99: 3.0 * p50, max: 4.0 * p50 });
@@ -132,6 +206,54 @@ mod tests {
         let line = text.lines().last().expect("four lines");
         assert!(line.starts_with("pen: ") && line.contains("12 strokes exceed the limits"), "{line}");
         assert_eq!(table(&with(LeftOut::default())).lines().count(), 3);
+    }
+
+    #[test]
+    fn what_a_frame_does_has_a_table() {
+        let work = FrameWork { bytes_read: 1_250_000_000, bytes_written: 2_000_000, passes: 9, ..FrameWork::default() };
+        let caches = [("bind groups".to_owned(), CacheUse { hits: 999, misses: 1 })].into();
+        let untimed = Some(Untimed { throughput_ms: 3.25, record_ms: 0.5, ..Untimed::default() });
+        let measured = Run { work: Some(work), untimed, caches, ..run("ink", Some(2.0)) };
+        let table = table(&Report { runs: vec![measured, run("plain", None)], ..Report::default() });
+        let below = table.split("\n\n").nth(1).expect("a second table");
+        let rows: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
+        let expected = [
+            "ink", "1.250", "0.002", "9", "0", "0", "0", "0", "–", "0.500", "0.000", "0.00", "3.25", "–", "–", "99.90",
+        ];
+        assert_eq!(rows[0], expected);
+        assert_eq!(rows[1][1..], ["–"; 15]);
+    }
+
+    #[test]
+    fn what_became_worse_is_printed_before_what_became_better() {
+        let change = |figure: &str, new, noise| Change {
+            style: "ink".to_owned(),
+            eyes: "mono".to_owned(),
+            figure: figure.to_owned(),
+            old: 2.0,
+            new,
+            ratio: Some(new / 2.0),
+            noise,
+        };
+        let comparison = Comparison {
+            with: "old/report.json".to_owned(),
+            worse: vec![change("GPU ms", 2.5, Some(0.01)), change("passes", 3.0, None)],
+            better: vec![change("bytes read", 1.0, None)],
+            compared: 10,
+            ..Comparison::default()
+        };
+        let table = table(&Report { comparison: Some(comparison), runs: vec![run("ink", None)], ..Report::default() });
+        let lines: Vec<&str> = table.lines().skip_while(|line| !line.starts_with("compared")).collect();
+        assert_eq!(lines[0], "compared with old/report.json");
+        assert!(
+            lines[2].starts_with("worse") && lines[2].contains("GPU ms") && lines[2].ends_with("+25.0 % ± 2.5"),
+            "{table}"
+        );
+        assert!(
+            lines[3].ends_with("+50.0 %") && lines[4].starts_with("better") && lines[4].ends_with("-50.0 %"),
+            "{table}"
+        );
+        assert_eq!(lines[5], "7 other figures did not change beyond their noise");
     }
 
     #[test]

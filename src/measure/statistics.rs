@@ -11,7 +11,7 @@ use crate::file::{FileError, atomic};
 use crate::lines::strokes::LeftOut;
 
 /// Percentiles by nearest rank: each is one of the measured values.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Percentiles {
     pub p50: f64,
     /// The value that 95 % of the values do not exceed.
@@ -207,13 +207,15 @@ pub(crate) fn read_frames_csv(path: &Path) -> Result<Vec<RunFrames>, FileError> 
     let mut runs: Vec<RunFrames> = Vec::new();
     for row in table.records() {
         let row = row.map_err(|error| failed(error.to_string()))?;
-        let number = |at: usize| row.get(at).and_then(|cell| cell.parse::<f64>().ok()).filter(|number| number.is_finite());
+        let number =
+            |at: usize| row.get(at).and_then(|cell| cell.parse::<f64>().ok()).filter(|number| number.is_finite());
         let words = |at: usize| row.get(at).unwrap_or_default();
         if runs.last().is_none_or(|run| run.style != words(style) || run.eyes != words(eyes) || words(frame) == "0") {
             let [style, eyes] = [style, eyes].map(|at| words(at).to_owned());
             runs.push(RunFrames { style, eyes, frames: Vec::new() });
         }
-        let passes = header.iter().enumerate().filter_map(|(at, name)| Some((name.strip_prefix(PASS_COLUMN)?, number(at)?)));
+        let passes =
+            header.iter().enumerate().filter_map(|(at, name)| Some((name.strip_prefix(PASS_COLUMN)?, number(at)?)));
         let record = FrameRecord {
             frame: number(frame).map_or(0, |frame| frame as u64),
             t_s: number(t_s).unwrap_or_default(),

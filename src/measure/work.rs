@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use serde::{Deserialize, Serialize};
 
 use super::statistics::{FrameRecord, Percentiles};
+use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
 
 /// What a frame gives the GPU to do. It depends on the style, the world and the picture, not on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -26,6 +27,24 @@ pub(crate) struct FrameWork {
 }
 
 impl FrameWork {
+    /// Returns the work of a frame that was traced.
+    pub(crate) fn of(trace: &[PassTrace]) -> Self {
+        let mut names: Vec<&str> = trace.iter().map(|pass| pass.name).collect();
+        names.sort_unstable();
+        names.dedup();
+        let bytes: Vec<PassBytes> = names.iter().map(|name| PassBytes::of(trace, name)).collect();
+        let FrameCounts { passes, dispatches, draws, copies, barriers } = FrameCounts::of(trace);
+        Self {
+            bytes_read: bytes.iter().map(|bytes| bytes.read).sum(),
+            bytes_written: bytes.iter().map(|bytes| bytes.written).sum(),
+            passes: passes.into(),
+            dispatches: dispatches.into(),
+            draws: draws.into(),
+            copies: copies.into(),
+            barriers: barriers.into(),
+        }
+    }
+
     /// Returns the bytes read and written.
     pub(crate) fn bytes(&self) -> u64 {
         self.bytes_read + self.bytes_written

@@ -51,7 +51,7 @@ fn report() -> Report {
     runs[0].memory = Memory { rss_bytes: Some(123), ..Memory::default() };
     runs[0].temporal = Some([("flicker_share".to_owned(), Some(0.25)), ("other".to_owned(), None)].into());
     let world = WorldSize { samples: Some(1 << 20), extent_m: [1000.0, 2000.0] };
-    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, runs }
+    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, runs, comparison: None }
 }
 
 #[test]
@@ -66,17 +66,18 @@ fn report_has_the_names_that_scripts_rely_on() {
         keys.sort();
         keys.join(" ")
     };
-    assert_eq!(keys(&json), "adapter runs size world");
+    assert_eq!(keys(&json), "adapter comparison runs size world");
     assert_eq!(keys(&json["world"]), "extent_m samples");
     let run = &json["runs"][0];
     assert_eq!(
         keys(run),
-        "allowed_error_px antialias eyes frame_ms frames gpu_ms hitches lod_error_px memory over_budget_frames passes prepare_ms \
-         stereo strokes strokes_left_out style temporal tiles triangles"
+        "allowed_error_px antialias caches cpu_ms eyes frame_ms frames gpu_ms hitches lod_error_px memory \
+         over_budget_frames passes prepare_ms start stereo strokes strokes_left_out style temporal tiles triangles untimed \
+         work"
     );
     assert_eq!(keys(&run["frame_ms"]), "max p50 p95 p99");
     assert_eq!(keys(&run["gpu_ms"]), "max p50 p95 p99");
-    assert_eq!(keys(&run["passes"][0]), "bytes_read bytes_written frames gpu_ms mean_ms name");
+    assert_eq!(keys(&run["passes"][0]), "bytes_read bytes_written frames gpu_ms mean_ms name runs");
     assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
     assert_eq!(keys(&run["memory"]), "cpu_tile_bytes gpu_bytes rss_bytes tile_cache_bytes");
     assert_eq!(keys(&run["tiles"]), "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded");
@@ -131,10 +132,11 @@ fn frames_table_has_a_column_for_each_pass() {
     assert_eq!(
         lines[0],
         "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,prepare_ms,jumped,wall_s,\
-         allowed_error_px,over_budget,gpu_ms.terrain,gpu_ms.lsa"
+         allowed_error_px,over_budget,record_ms,submit_ms,wait_ms,bytes_read,bytes_written,passes,dispatches,draws,copies,\
+         barriers,gpu_ms.terrain,gpu_ms.lsa"
     );
-    assert_eq!(lines[1], "ink,mono,0,0,5,3,0.5,1000,,,0,,,,,,1,2");
-    assert_eq!(lines[2001], "a <b>,mono,0,1,,,,,,,,,,,,,,");
+    assert_eq!(lines[1], format!("ink,mono,0,0,5,3,0.5,1000,,,0,,,,,{},1,2", ",".repeat(10)));
+    assert_eq!(lines[2001], format!("a <b>,mono,0,1,{}", ",".repeat(23)));
 }
 
 #[test]

@@ -165,7 +165,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 fn powers_of_zero_and_below_are_numbers() {
     let Some(gpu) = common::gpu() else { return };
     let (_, text) = MODULES.iter().find(|(name, _)| *name == "shared/power").unwrap();
-    let text: String = text.lines().filter(|line| !line.starts_with("#define_import_path")).collect::<Vec<_>>().join("\n");
+    let text: String =
+        text.lines().filter(|line| !line.starts_with("#define_import_path")).collect::<Vec<_>>().join("\n");
     assert_eq!(text.matches(" pow(").count(), 1);
     let probe = POWER_PROBE.replace("TEXT", &text.replace(" pow(", " strict_pow("));
     let bases = [-1e-7_f32, -0.0, 0.0, 1e-38, 1e-7, 0.25, 0.5, 1.0];

@@ -57,20 +57,22 @@ fn is_null(value: &Value, name: &str) -> Result<(), String> {
 
 /// Checks the names and types that scripts rely on.
 fn check_schema(report: &Value) -> Result<(), String> {
-    keys(report, &["adapter", "size", "world", "runs"])?;
+    keys(report, &["adapter", "size", "world", "runs", "comparison"])?;
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is not a list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
         let more =
             ["antialias", "triangles", "strokes", "strokes_left_out", "temporal", "stereo", "prepare_ms", "hitches"];
-        keys(run, &[&names[..], &more, &["allowed_error_px", "over_budget_frames"]].concat())?;
+        let cost = ["cpu_ms", "work", "untimed", "start", "caches"];
+        keys(run, &[&names[..], &more, &cost, &["allowed_error_px", "over_budget_frames"]].concat())?;
+        check_cost(run)?;
         all_numbers(&run["frame_ms"], &["p50", "p95", "p99", "max"])?;
         // Null where the GPU has no timestamp queries.
         if !run["gpu_ms"].is_null() {
             all_numbers(&run["gpu_ms"], &["p50", "p95", "p99", "max"])?;
         }
         for pass in run["passes"].as_array().ok_or("passes is not a list")? {
-            keys(pass, &["name", "gpu_ms", "frames", "mean_ms", "bytes_read", "bytes_written"])?;
+            keys(pass, &["name", "gpu_ms", "frames", "mean_ms", "bytes_read", "bytes_written", "runs"])?;
             if !pass["gpu_ms"].is_null() {
                 all_numbers(&pass["gpu_ms"], &["p50", "p95", "p99"])?;
             }
@@ -90,6 +92,38 @@ fn check_schema(report: &Value) -> Result<(), String> {
         ["strokes", "strokes_left_out", "stereo"].into_iter().try_for_each(|name| is_null(run, name))?;
     }
     Ok(())
+}
+
+/// Checks what a frame does whatever the GPU.
+fn check_cost(run: &Value) -> Result<(), String> {
+    keys(&run["cpu_ms"], &["record", "submit", "wait"])?;
+    all_numbers(&run["cpu_ms"]["record"], &["p50", "p95", "p99", "max"])?;
+    let work = &run["work"];
+    let counts = ["bytes_read", "bytes_written", "passes", "dispatches", "draws", "copies", "barriers"];
+    all_numbers(work, &counts)?;
+    let of_passes = |name: &str| {
+        let passes = run["passes"].as_array().into_iter().flatten();
+        passes.filter_map(|pass| pass[name].as_u64()).sum::<u64>()
+    };
+    // Of these frames, all run the same passes.
+    let sums = [work["bytes_read"].as_u64(), work["bytes_written"].as_u64()];
+    if sums != ["bytes_read", "bytes_written"].map(|name| Some(of_passes(name))) {
+        return Err(format!("{work} is not the sum of the passes"));
+    }
+    let [passes, dispatches, draws] =
+        ["passes", "dispatches", "draws"].map(|name| work[name].as_u64().unwrap_or_default());
+    if dispatches >= of_passes("runs") || dispatches + draws < of_passes("runs") || passes > of_passes("runs") {
+        return Err(format!("{work}: the passes run {} times", of_passes("runs")));
+    }
+    let untimed = ["frames", "throughput_ms", "prepare_ms", "record_ms", "submit_ms", "latency_ms"];
+    keys(&run["untimed"], &untimed)?;
+    all_numbers(&run["untimed"]["latency_ms"], &["p50", "p95", "p99", "max"])?;
+    all_numbers(&run["start"], &["pipelines", "compile_ms", "frame_ms"])?;
+    let caches = ["pipelines", "bind groups", "buffers"];
+    match caches.into_iter().find(|name| run["caches"][*name]["hits"].as_u64().is_none_or(|hits| hits == 0)) {
+        Some(name) => Err(format!("{name}: {}", run["caches"])),
+        None => Ok(()),
+    }
 }
 
 /// Checks the steadiness of styles without strokes; `plain` draws no lines either.
@@ -160,6 +194,20 @@ fn a_bench_writes_what_scripts_rely_on() {
     );
     assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
+    // The same flight again has the same bytes and passes as the report with which it is compared.
+    let more =
+        ["--styles", "ink,plain", "--temporal", "0", "-o", "again", "--json", "--compare", "deep/out/report.json"];
+    let again = place.json(&[&flight[..], &more].concat());
+    let changes: Vec<&Value> =
+        ["worse", "better"].iter().flat_map(|part| again["comparison"][part].as_array().unwrap()).collect();
+    let declared = ["bytes", "passes", "dispatches", "draws", "copies", "barriers", "runs"];
+    let is_declared =
+        |change: &&&Value| declared.iter().any(|name| change["figure"].as_str().unwrap().starts_with(name));
+    assert_eq!(changes.iter().filter(is_declared).count(), 0, "{changes:?}");
+    assert!(again["comparison"]["compared"].as_u64().unwrap() > 60, "{}", again["comparison"]);
+    let over = ["-o", "deep/out", "--overwrite", "--compare", "deep/out/report.json"];
+    assert!(place.error(&[&flight[..], &over].concat()).contains("is the input"));
+
     // Planted errors: a wrong name, and a 0 where nothing was measured.
     let text = report.to_string();
     for (right, wrong) in [
@@ -168,6 +216,8 @@ fn a_bench_writes_what_scripts_rely_on() {
         ("\"strokes_left_out\":null", "\"strokes_left_out\":{\"edges\":0,\"segments\":0,\"strokes\":0}"),
         ("\"slip_px_p50\":null", "\"slip_px_p50\":0"),
         ("\"pairs\":4.0", "\"pairs\":3.0"),
+        ("\"barriers\":", "\"fences\":"),
+        ("\"bytes_read\":", "\"bytes_read\":1"),
     ] {
         let planted: Value = serde_json::from_str(&text.replace(right, wrong)).unwrap();
         assert!(check_schema(&planted).is_err(), "{right} → {wrong}");

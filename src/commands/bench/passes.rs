@@ -2,7 +2,7 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
+use crate::gpu::trace::{PassBytes, PassTrace};
 use crate::measure::report::{Pass, Run};
 use crate::measure::work::FrameWork;
 
@@ -22,17 +22,7 @@ impl TracedPasses {
         self.names = trace.iter().map(|pass| pass.name).filter(|name| known.insert(*name)).collect();
         let runs = |name| trace.iter().filter(|pass| pass.name == name).count() as u64;
         self.bytes.extend(self.names.iter().map(|name| (*name, (PassBytes::of(trace, name), runs(*name)))));
-        let bytes = self.names.iter().filter_map(|name| self.bytes.get(name)).map(|(bytes, _)| bytes);
-        let FrameCounts { passes, dispatches, draws, copies, barriers } = FrameCounts::of(trace);
-        FrameWork {
-            bytes_read: bytes.clone().map(|bytes| bytes.read).sum(),
-            bytes_written: bytes.map(|bytes| bytes.written).sum(),
-            passes: passes.into(),
-            dispatches: dispatches.into(),
-            draws: draws.into(),
-            copies: copies.into(),
-            barriers: barriers.into(),
-        }
+        FrameWork::of(trace)
     }
 
     /// Adds the passes and their bytes to the report; if nothing was timed, the report still lists the passes.
@@ -71,7 +61,8 @@ mod tests {
         let mut traced = TracedPasses::default();
         traced.take(&[pass("once", &[used("tiles", 7)]), pass("always", &[])]);
         // Two batches: both read the tiles, and one reads the patches.
-        let work = traced.take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
+        let work = traced
+            .take(&[pass("always", &[used("tiles", 7)]), pass("always", &[used("tiles", 7), used("patches", 3)])]);
         assert_eq!((work.bytes_read, work.bytes_written, work.dispatches), (10, 100, 2));
         let passes = ["always", "once", "never"].map(|name| Pass { name: name.to_owned(), ..Pass::default() });
         let mut run = Run { passes: passes.into(), ..Run::default() };

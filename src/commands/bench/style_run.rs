@@ -5,7 +5,8 @@ use std::time::{Duration, Instant};
 use super::BenchArgs;
 use super::pairs::Checks;
 use super::passes::TracedPasses;
-use crate::frame::{self, Renderer};
+use crate::frame::{self, FrameCpu, Renderer};
+use crate::gpu::cache_counts::CacheCounts;
 use crate::gpu::recorder::Submits;
 use crate::gpu::timer::FRAME;
 use crate::gpu::{Gpu, GpuError};
@@ -13,6 +14,7 @@ use crate::measure::report::{Memory, Run};
 use crate::measure::statistics::FrameRecord;
 use crate::measure::stereo::StereoTotals;
 use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
+use crate::measure::work::{CacheUse, FrameWork, Start, Untimed};
 use crate::measure::{lod_error, memory};
 use crate::picture::nearest;
 use crate::scene::Scene;
@@ -44,7 +46,13 @@ pub(super) struct StyleRun {
     passes: TracedPasses,
     /// Pose and time of the previous frame, in seconds along the path.
     previous: Option<(Pose, f64)>,
-    before: TileCounts,
+    /// Counts before the first frame that counts, and after the last.
+    before: Counts,
+    after: Counts,
+    /// The next frame that is traced, after the first ones.
+    next_traced: usize,
+    start: Option<Start>,
+    pub(super) untimed: Option<Untimed>,
     failed_tiles: u64,
     /// Start of the first frame that counts; none before it.
     begun: Option<Instant>,
@@ -59,12 +67,23 @@ pub(super) struct StyleRun {
     agreement: StereoTotals,
 }
 
+/// Counts of a world's tiles and of a renderer's caches.
+#[derive(Clone, Copy, Default)]
+struct Counts {
+    tiles: TileCounts,
+    caches: [(&'static str, CacheCounts); 3],
+}
+
 /// Measurements of one drawn frame.
 struct Drawn {
     frame_ms: f64,
     /// GPU time per pass in milliseconds; [`FRAME`] is the whole frame. Empty if the GPU has no timestamp queries.
     gpu_ms: Vec<(String, f64)>,
     prepared: Prepared,
+    cpu: FrameCpu,
+    wait_ms: f64,
+    /// What the frame gave the GPU to do, if it was traced.
+    work: Option<FrameWork>,
 }
 
 impl StyleRun {
@@ -84,7 +103,11 @@ impl StyleRun {
             passes: TracedPasses::default(),
             style,
             previous: None,
-            before: TileCounts::default(),
+            before: Counts::default(),
+            after: Counts::default(),
+            next_traced: 0,
+            start: None,
+            untimed: None,
             failed_tiles: 0,
             begun: None,
             checks: Duration::ZERO,
@@ -119,13 +142,44 @@ impl StyleRun {
         let rig = self.renderer.jittered(&self.rig(&view), &self.style);
         let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
         self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
+        let waits = Instant::now();
         gpu.wait();
-        let frame_ms = start.elapsed().as_secs_f64() * 1000.0;
+        let (frame_ms, wait_ms) = (start.elapsed().as_secs_f64() * 1000.0, waits.elapsed().as_secs_f64() * 1000.0);
         gpu.check()?;
         self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
         let times = std::iter::from_fn(|| self.renderer.take_times()).last().unwrap_or_default();
         let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
-        Ok((rig, Drawn { frame_ms, gpu_ms, prepared }))
+        let traced = Some(self.renderer.trace()).filter(|trace| !trace.is_empty());
+        let work = traced.map(|trace| self.passes.take(trace));
+        Ok((rig, Drawn { frame_ms, gpu_ms, prepared, cpu: self.renderer.cpu(), wait_ms, work }))
+    }
+
+    /// Draws a frame without waiting for the GPU, and returns the milliseconds for tiles and patches.
+    pub(super) fn draw_only(
+        &mut self,
+        gpu: &Gpu,
+        size_px: [u32; 2],
+        camera: &Camera,
+        t_s: f64,
+    ) -> Result<f64, GpuError> {
+        let pose = self.world.pose(camera);
+        let (previous, before_s) = self.previous.replace((pose, t_s)).unwrap_or((pose, t_s));
+        let view = View::whole(previous, pose, size_px).at(Clock { now_s: t_s, before_s });
+        let light = self.world.light();
+        self.renderer.set_step_s((t_s - before_s).abs());
+        let rig = self.renderer.jittered(&self.rig(&view), &self.style);
+        let prepared = frame::prepare(gpu, &mut self.world.surfaces, &rig, &self.style, &light);
+        self.renderer.render_rig(gpu, &self.world.surfaces, &prepared, &rig, &self.style, &light)?;
+        Ok(prepared.prepare_ms)
+    }
+
+    pub(super) fn set_submits(&mut self, submits: Submits) {
+        self.renderer.set_submits(submits);
+    }
+
+    /// Returns the processor's time for the last frame.
+    pub(super) fn cpu(&self) -> FrameCpu {
+        self.renderer.cpu()
     }
 
     /// Draws frames that do not count, until the tiles of the first frame have been loaded.
@@ -137,7 +191,10 @@ impl StyleRun {
         let mut updates = self.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
-            self.passes.take(self.renderer.trace());
+            self.start.get_or_insert_with(|| {
+                let (pipelines, compile_ms) = self.renderer.compiled();
+                Start { pipelines, compile_ms, frame_ms: drawn.frame_ms }
+            });
             let is_settled = !drawn.prepared.tiles.late || start.elapsed() > WARM_UP;
             if frame >= WARM_UP_FRAMES && is_settled {
                 if updates == 0 {
@@ -147,8 +204,30 @@ impl StyleRun {
             }
         }
         self.renderer.set_traces(false);
-        self.before = self.world.surfaces.terrain.tile_counts();
+        self.before = self.counts();
         Ok(())
+    }
+
+    fn counts(&self) -> Counts {
+        Counts { tiles: self.world.surfaces.terrain.tile_counts(), caches: self.renderer.cache_counts() }
+    }
+
+    /// Ends the frames that count.
+    pub(super) fn end_flight(&mut self) {
+        self.after = self.counts();
+        self.renderer.set_traces(false);
+    }
+
+    /// Returns whether the next frame is traced. Tracing takes time, so only few frames are: the first ones, among which
+    /// is one in which the style rebuilds its strokes, and then one after each doubling of their number.
+    fn is_traced(&mut self) -> bool {
+        let frame = self.records.len();
+        let update_every = self.style.strokes().map_or(1, |strokes| strokes.update_every);
+        if frame <= update_every as usize || frame == self.next_traced {
+            self.next_traced = 2 * frame + 7;
+            return true;
+        }
+        false
     }
 
     /// Returns the seconds since the first frame that counts, without the time for checks.
@@ -169,9 +248,12 @@ impl StyleRun {
         if let Some(last) = self.records.last() {
             self.renderer.set_step_s(t_s - last.t_s);
         }
+        let is_traced = self.is_traced();
+        self.renderer.set_traces(is_traced);
         let (rig, drawn) = self.draw(gpu, size_px, camera, t_s)?;
         let wall_s = self.wall_s();
-        let mut record = self.record(t_s, wall_s, drawn);
+        let is_software = gpu.is_software();
+        let mut record = self.record(t_s, wall_s, is_software, drawn);
         let start = Instant::now();
         let is_pair = checks.begins_pair || self.before_it.is_some();
         record.strokes_left_out = temporal::strokes_left_out(gpu, &self.renderer, &self.style)?;
@@ -205,8 +287,9 @@ impl StyleRun {
         Ok(())
     }
 
-    fn record(&mut self, t_s: f64, wall_s: f64, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared: Prepared { selection, tiles, prepare_ms, jumped, detail } } = drawn;
+    fn record(&mut self, t_s: f64, wall_s: f64, is_software: bool, drawn: Drawn) -> FrameRecord {
+        let Drawn { frame_ms, gpu_ms, prepared, cpu, wait_ms, work } = drawn;
+        let Prepared { selection, tiles, prepare_ms, jumped, detail } = prepared;
         self.failed_tiles = self.failed_tiles.max(tiles.failed);
         let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
         FrameRecord {
@@ -226,6 +309,11 @@ impl StyleRun {
             prepare_ms: Some(prepare_ms),
             jumped: Some(jumped),
             wall_s: Some(wall_s),
+            record_ms: work.is_none().then_some(cpu.record_ms),
+            // Passes that are submitted and waited for one by one have no such times.
+            submit_ms: (!is_software).then_some(cpu.submit_ms),
+            wait_ms: (!is_software).then_some(wait_ms),
+            work,
         }
     }
 
@@ -233,9 +321,16 @@ impl StyleRun {
         let mut run = Run::of_frames(&self.style.name, &eyes.to_string(), &self.records);
         self.passes.fill(&mut run);
         run.antialias = self.renderer.antialias().to_string();
+        run.start = self.start;
+        run.untimed = self.untimed;
+        let used = |((name, after), (_, before)): ((&'static str, CacheCounts), (_, CacheCounts))| {
+            let CacheCounts { hits, misses } = after.since(before);
+            (name.to_owned(), CacheUse { hits, misses })
+        };
+        run.caches = self.after.caches.into_iter().zip(self.before.caches).map(used).collect();
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
-        let counts = self.world.surfaces.terrain.tile_counts();
+        let (before, counts) = (self.before.tiles, self.after.tiles);
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             tile_cache_bytes: Some(counts.gpu_bytes),
@@ -243,8 +338,8 @@ impl StyleRun {
             rss_bytes: memory::rss_bytes(),
         };
         run.tiles.loaded = Some(self.records.iter().filter_map(|record| record.tiles_loaded).sum());
-        run.tiles.evicted = Some(counts.evicted - self.before.evicted);
-        run.tiles.cancelled = Some(counts.cancelled - self.before.cancelled);
+        run.tiles.evicted = Some(counts.evicted - before.evicted);
+        run.tiles.cancelled = Some(counts.cancelled - before.cancelled);
         run.tiles.failed = Some(self.failed_tiles);
         run
     }

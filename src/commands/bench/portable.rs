@@ -1,0 +1,92 @@
+//! The page `docs/portable-figures.md`: what a frame of each preset gives the GPU to do. Its figures depend on the size
+//! of the picture, the world and the style, not on the GPU.
+
+use std::fmt::Write;
+use std::path::Path;
+
+use crate::frame::Renderer;
+use crate::gpu::Gpu;
+use crate::measure::work::FrameWork;
+use crate::scene::path::CameraPath;
+use crate::scene::view::{Clock, View};
+use crate::style::{self, Style};
+use crate::tiles::terrain::TerrainOptions;
+use crate::world::OpenWorld;
+
+/// Time between two frames along the path.
+const STEP_S: f64 = 1.0 / 30.0;
+/// The camera's place on the path `tour`, in seconds.
+const START_S: f64 = 6.0;
+/// Frames before the first one that is traced: buffers grow to what the strokes of a frame need.
+const FIRST_FRAMES: usize = 3;
+
+/// Draws some frames of each preset on the built-in world, and returns the page in Markdown. `report` is called with the
+/// name of each preset.
+///
+/// # Errors
+/// Those of opening the world and of drawing.
+pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyhow::Result<String> {
+    let mut world = OpenWorld::open(gpu, None, TerrainOptions::default())?;
+    let tour = Path::new("tour");
+    let text = CameraPath::read_text(tour)?;
+    let path = CameraPath::parse_on_ground(tour, text.as_bytes(), |x, y| world.ground_m(x, y))?;
+    let [width, height] = size_px;
+    let mut page = format!(
+        "# Portable figures\n\n\
+         What one frame of each preset gives the GPU to do, on the built-in world at {width} × {height}, one eye, on the \
+         path `tour`. These figures do not depend on the GPU. `hachure bench` reports them for other worlds, sizes and \
+         styles, and `--compare` names what became worse.\n\n\
+         - GB read and written: the textures and buffers of all passes, as they declare them. Each resource counts once \
+         for each pass, at its full size, also where a pass reads only a part of it: of the tiles of the terrain, for \
+         example.\n\
+         - Bytes per pixel: read and written, divided by the pixels of the picture.\n\
+         - Passes: compute and render passes; dispatches that follow each other share one. Barriers: how often work must \
+         wait for earlier work of the frame.\n\
+         - Of the frames of a style that rebuilds its strokes every few frames, the one that moves most bytes counts.\n\n\
+         This page is generated: `cargo run --release --example portable_figures`. It needs no GPU, and takes some \
+         minutes on Mesa's software driver.\n\n\
+         | style | GB read | GB written | bytes per pixel | passes | dispatches | draws | copies and clears | barriers |\n\
+         | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+    );
+    for name in style::names() {
+        report(name);
+        let work = most_work(gpu, &mut world, &path, size_px, &Style::load(name)?)?;
+        let FrameWork { bytes_read, bytes_written, passes, dispatches, draws, copies, barriers } = work;
+        let [read, written] = [bytes_read, bytes_written].map(|bytes| bytes as f64 / 1e9);
+        let per_pixel = work.bytes() / (u64::from(width) * u64::from(height));
+        writeln!(
+            page,
+            "| `{name}` | {read:.3} | {written:.3} | {per_pixel} | {passes} | {dispatches} | {draws} | {copies} | {barriers} |"
+        )?;
+    }
+    Ok(page)
+}
+
+/// Draws frames of a style, and returns the work of the traced one that moves most bytes.
+fn most_work(
+    gpu: &Gpu,
+    world: &mut OpenWorld,
+    path: &CameraPath,
+    size_px: [u32; 2],
+    style: &Style,
+) -> anyhow::Result<FrameWork> {
+    let mut renderer = Renderer::new(gpu)?;
+    renderer.set_step_s(STEP_S);
+    let light = world.light();
+    let traced = style.strokes().map_or(1, |strokes| strokes.update_every.max(1) as usize);
+    let mut most = FrameWork::default();
+    let mut previous = None;
+    for frame in 0..FIRST_FRAMES + traced {
+        renderer.set_traces(frame >= FIRST_FRAMES);
+        let t_s = START_S + frame as f64 * STEP_S;
+        let pose = world.pose(&path.sample(t_s));
+        let (before, before_s) = previous.replace((pose, t_s)).unwrap_or((pose, t_s));
+        let view = View::whole(before, pose, size_px).at(Clock { now_s: t_s, before_s });
+        renderer.render(gpu, &mut world.surfaces, &view, style, &light)?;
+        gpu.wait();
+        gpu.check()?;
+        let work = FrameWork::of(renderer.trace());
+        most = if work.bytes() > most.bytes() { work } else { most };
+    }
+    Ok(most)
+}
