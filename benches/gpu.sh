@@ -355,9 +355,10 @@ fi
             if (path ~ /^comparison\.(worse|better)\./) {
                 key = path; sub(/.*\./, "", key); found[key] = text
                 # The last key of a change.
-                if (key == "noise") {
+                # The figures of single passes are in the JSON.
+                if (key == "noise" && found["figure"] !~ / of /) {
                     split(path, words, ".")
-                    change[changes++] = sprintf("- %s: %s, %s: %s to %s%s", words[2], found["style"], found["figure"], found["old"], found["new"], \
+                    change[changes++] = sprintf("- %s: %s, %s: %.10g to %.10g%s", words[2], found["style"], found["figure"], found["old"], found["new"], \
                         text == "null" ? "" : sprintf(" (%+.1f %% ± %.1f by pairs)", (found["ratio"] - 1) * 100, 200 * text))
                 }
                 next
