@@ -119,6 +119,9 @@ const FRAMES_CSV: &str = "frames.csv";
 /// Returns whether a figure became worse: +1 worse, -1 better, 0 neither. The last argument is the number of frames.
 type Judge = fn(f64, f64, f64) -> i32;
 
+/// A figure: its name, how it is judged, and its old and new value if both were measured.
+type Figure = (String, Judge, Option<(f64, f64)>);
+
 fn any(old: f64, new: f64, _frames: f64) -> i32 {
     i32::from(new > old) - i32::from(new < old)
 }
@@ -148,7 +151,7 @@ impl Comparison {
         let work = |run: &Run, of: fn(FrameWork) -> u64| run.work.map(|work| of(work) as f64);
         let count = |value: Option<u64>| value.map(|value| value as f64);
         let both = |of: &dyn Fn(&Run) -> Option<f64>| Some((of(old)?, of(new)?));
-        let mut figures: Vec<(String, Judge, Option<(f64, f64)>)> = Vec::new();
+        let mut figures: Vec<Figure> = Vec::new();
         let mut add = |name: &str, judge: Judge, values| figures.push((name.to_owned(), judge, values));
         add("bytes read", bytes, both(&|run| work(run, |work| work.bytes_read)));
         add("bytes written", bytes, both(&|run| work(run, |work| work.bytes_written)));
@@ -387,7 +390,7 @@ mod tests {
         let read = Baseline::read(&json).unwrap();
         assert_eq!(read.frames, [frames]);
         assert_eq!(read.report.runs[0].work.unwrap().passes, 9);
-        std::fs::write(&json, "{}").unwrap();
+        crate::file::atomic::write(&json, b"{}").unwrap();
         let error = Baseline::read(&json).err().unwrap().to_string();
         assert!(error.contains("report.json") && error.contains("not a report.json of bench"), "{error}");
     }

@@ -37,8 +37,13 @@ const STEADINESS: [(&str, &str, f64, usize); 12] = [
     ("E_warp ×1e-6", "e_warp", 1e6, 1),
 ];
 
-/// Columns of what a frame gives the GPU to do: heading, value, decimals.
-const WORK: [(&str, fn(FrameWork) -> f64, usize); 7] = [
+/// A column of the work of a frame: heading, value, decimals.
+type WorkColumn = (&'static str, fn(FrameWork) -> f64, usize);
+/// A column of a run.
+type RunColumn = (&'static str, fn(&Run) -> Option<f64>, usize);
+
+/// Columns of what a frame gives the GPU to do.
+const WORK: [WorkColumn; 7] = [
     ("GB read", |work| work.bytes_read as f64 / 1e9, 3),
     ("GB written", |work| work.bytes_written as f64 / 1e9, 3),
     ("passes", |work| work.passes as f64, 0),
@@ -48,8 +53,8 @@ const WORK: [(&str, fn(FrameWork) -> f64, usize); 7] = [
     ("barriers", |work| work.barriers as f64, 0),
 ];
 
-/// Columns of the processor's time for a frame, and of frames without a timer around each pass: heading, value, decimals.
-const CPU: [(&str, fn(&Run) -> Option<f64>, usize); 7] = [
+/// Columns of the processor's time for a frame, and of frames without a timer around each pass.
+const CPU: [RunColumn; 7] = [
     ("prepare ms", |run| Some(run.prepare_ms?.p50), 3),
     ("record ms", |run| Some(run.untimed?.record_ms), 3),
     ("submit ms", |run| Some(run.untimed?.submit_ms), 3),
@@ -74,7 +79,7 @@ fn work(report: &Report) -> String {
     let rows = report.runs.iter().map(|run| {
         let of_work = WORK.iter().map(|(_, value, decimals)| number(run.work.map(value), *decimals));
         let of_cpu = CPU.iter().map(|(_, value, decimals)| number(value(run), *decimals));
-        let rate = |name: &&String| run.caches.get(*name).and_then(|used| CacheUse::hit_rate(used));
+        let rate = |name: &&String| run.caches.get(*name).and_then(CacheUse::hit_rate);
         let of_caches = caches.iter().map(|name| rate(name).map_or("–".to_owned(), percent));
         std::iter::once(run.style.clone()).chain(of_work).chain(of_cpu).chain(of_caches).collect()
     });
