@@ -24,7 +24,6 @@
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::edges::{KIND_RIDGE, KIND_VALLEY}
-#import hachure::edge_list::has_updated_total
 #ifdef APPARENT
 #import hachure::cells::on_one_surface
 #else
@@ -172,10 +171,7 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_updated_total(thread) {
-        return;
-    }
-    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
+    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x, groups.x * groups.y);
     let kind = select(KIND_VALLEY, KIND_RIDGE, ridge_rules.orientation > 0.0);
     put_curves(view, distance_m, normal, cell, curves_in_cell(cell.block), kind, 2u);
 }

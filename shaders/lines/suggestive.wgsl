@@ -20,7 +20,6 @@
 #import hachure::cell_edges::{Cell, put_curves}
 #import hachure::curvature::{Shape, radial_of}
 #import hachure::edges::KIND_SUGGESTIVE
-#import hachure::edge_list::has_updated_total
 #import hachure::mark_normal::{BLOCK_PX, pixel_of_block}
 
 struct SuggestiveRules {
@@ -94,9 +93,6 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_updated_total(thread) {
-        return;
-    }
-    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x);
+    let cell = Cell(vec2<i32>(id.xy), thread, group.x + group.y * groups.x, groups.x * groups.y);
     put_curves(view, distance_m, normal, cell, look(cell.block), KIND_SUGGESTIVE, 0u);
 }

@@ -11,6 +11,8 @@ struct Cell {
     block: vec2<i32>,
     thread: u32,
     group: u32,
+    // Number of workgroups.
+    groups: u32,
 }
 
 // Appends the curves of a cell. All threads of a workgroup call it, at stages 0 and 1. `first_key` separates the keys
@@ -23,7 +25,7 @@ fn put_curves(view: View, distance_m: texture_2d<f32>, normal: texture_2d<u32>, 
         mark(2u * cell.thread + i);
     }
     workgroupBarrier();
-    if has_counted(cell.group, cell.thread) {
+    if has_counted(cell.group, cell.groups, cell.thread) {
         return;
     }
     let first = place_in_list(cell.group, 2u * cell.thread);

@@ -8,15 +8,33 @@
 
 // The state of an ordered list, in one buffer because bindings are few.
 struct Order {
-    // Stage of the pass, from 0.
-    stage: u32,
-    // Number of workgroups.
-    groups: u32,
+    // Number of entries that the list had before, if the pass stores it at stage 0.
+    before: u32,
     // The prefix sum needs its values at an aligned offset.
-    padding: array<u32, 62>,
+    padding: array<u32, 63>,
     // Offset of each workgroup's entries, and the total; then whatever the pass stores between stages.
     starts: array<u32>,
 }
+
+// Whether this is stage 0. A shader that binds three other uniforms has a variant for each stage instead of a fourth
+// (docs/decisions/software-drivers.md).
+#ifdef COUNTS
+fn is_counting() -> bool {
+    return true;
+}
+#else
+#ifdef WRITES
+fn is_counting() -> bool {
+    return false;
+}
+#else
+@group(0) @binding(28) var<uniform> order_stage: u32;
+
+fn is_counting() -> bool {
+    return order_stage == 0u;
+}
+#endif
+#endif
 
 // The entries of this workgroup's threads: one bit each, in the order of the list.
 var<workgroup> marks: array<atomic<u32>, 40>;

@@ -1,9 +1,9 @@
-// Proposed marks on the picture, and a raster of which mark claims each cell, and with what priority.
+// Proposed marks on the picture, and two rasters of which mark claims each cell, and with what priority.
 //
-// A cell of the raster holds the greatest word that was written to it: the priority of a mark that is drawn, which
-// exceeds all others, or of one that is undecided. A priority depends on the mark's position on the land, not on its
-// number, so which mark claims a cell does not depend on timing. Walks across a mark, from cell to cell, find the
-// distance to the next one.
+// A cell of a raster holds the greatest word that was written to it: the priority of a mark that is drawn, which
+// exceeds all others, or of one that is undecided. The second raster has only marks that are drawn. A priority depends
+// on the mark's position on the land, not on its number, so which mark claims a cell does not depend on timing. Walks
+// across a mark, from cell to cell, find the distance to the next one.
 #define_import_path hachure::row_places
 #import hachure::view::View
 #import hachure::rows::{RowRules, HALF, PROPOSAL}
@@ -15,6 +15,9 @@ const RASTER_MARGIN: f32 = 16.0;
 const TAKEN: u32 = 0x80000000u;
 // Step of a walk and of a line, in cells, small enough to skip no cell.
 const WALK: f32 = 0.7;
+
+// Rounds of the choice: after eight, nearly all proposals are decided.
+const CHOICE_ROUNDS: u32 = 8u;
 
 struct RowPlaces {
     // Size of the raster in cells.
@@ -29,6 +32,7 @@ struct RowPlaces {
 @group(0) @binding(2) var<uniform> places: RowPlaces;
 @group(0) @binding(3) var<storage, read_write> proposed: array<atomic<u32>, 4>;
 @group(0) @binding(4) var<storage, read_write> proposals: array<vec4<f32>>;
+// All claims, then the marks that are drawn.
 @group(0) @binding(5) var<storage, read_write> raster: array<atomic<u32>>;
 
 fn cell_px() -> f32 {
@@ -42,13 +46,18 @@ fn cell_at(px: vec2<f32>) -> i32 {
     return select(cell.y * i32(places.size.x) + cell.x, -1, is_outside);
 }
 
-// Returns the word of a cell; everything outside of the raster is taken.
-fn word_at(px: vec2<f32>) -> u32 {
+// Returns where the raster of the marks that are drawn begins.
+fn drawn_raster() -> u32 {
+    return places.size.x * places.size.y;
+}
+
+// Returns the word of a cell in the raster that begins at `first`; everything outside of it is taken.
+fn word_at(first: u32, px: vec2<f32>) -> u32 {
     let cell = cell_at(px);
     if cell < 0 {
         return TAKEN;
     }
-    return atomicLoad(&raster[cell]);
+    return atomicLoad(&raster[first + u32(cell)]);
 }
 
 fn sample_of(number: u32, j: i32) -> vec4<f32> {

@@ -43,7 +43,7 @@ pub struct Bound {
 }
 
 /// A resource as it appears in a bind group, without dynamic offsets. Groups with equal entries are interchangeable.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug)]
 enum Entry {
     Buffer(wgpu::Buffer, u64, Option<NonZeroU64>),
     View(wgpu::TextureView),
@@ -51,6 +51,31 @@ enum Entry {
 }
 
 impl Entry {
+    fn new(variable: &Variable, resource: &Resource) -> Self {
+        match resource {
+            Resource::Buffer(buffer) => {
+                let (offset, size) = range(variable, buffer);
+                Self::Buffer(buffer.raw.clone(), offset, size)
+            }
+            Resource::Target(target) => Self::View(target.view.clone()),
+            Resource::Texture(_, view) => Self::View(view.clone()),
+            Resource::Sampler(sampler) => Self::Sampler(sampler.clone()),
+        }
+    }
+
+    /// Returns whether this is the entry of a resource.
+    fn is_of(&self, variable: &Variable, resource: &Resource) -> bool {
+        match (self, resource) {
+            (Self::Buffer(raw, offset, size), Resource::Buffer(buffer)) => {
+                *raw == buffer.raw && (*offset, *size) == range(variable, buffer)
+            }
+            (Self::View(view), Resource::Target(target)) => *view == target.view,
+            (Self::View(view), Resource::Texture(_, other)) => view == other,
+            (Self::Sampler(sampler), Resource::Sampler(other)) => sampler == other,
+            _ => false,
+        }
+    }
+
     fn resource(&self) -> wgpu::BindingResource<'_> {
         match self {
             Self::Buffer(buffer, offset, size) => {
@@ -62,14 +87,39 @@ impl Entry {
     }
 }
 
-/// The number of a layout, which is that of its pipeline's build, and the resource at each binding.
-type Key = (u64, Vec<(u32, Entry)>);
+/// Returns the offset and the size with which a buffer is bound. The offset of a uniform is dynamic.
+fn range(variable: &Variable, buffer: &Buffer) -> (u64, Option<NonZeroU64>) {
+    if variable.is_uniform() {
+        let rest = NonZeroU64::new(buffer.raw.size() - buffer.offset);
+        (0, buffer.size.or(rest))
+    } else {
+        (buffer.offset, buffer.size)
+    }
+}
+
+/// A bind group, with the resource of each variable and the frame that last used it.
+struct Known {
+    entries: Vec<Entry>,
+    group: wgpu::BindGroup,
+    used_in: u64,
+}
+
+/// The bind groups of a pipeline.
+#[derive(Default)]
+struct OfPipeline {
+    groups: Vec<Known>,
+    /// Where the resource of each variable was in the last list of resources, since a pass lists them in one order.
+    places: Vec<usize>,
+}
 
 /// A cache of bind groups, by the resources that they bind.
+///
+/// A pipeline has few groups: one for each eye, and for each half of the lists that alternate from frame to frame. So
+/// they are compared one after the other, which needs neither a copy of the resources nor a hash.
 #[derive(Default)]
 pub struct BindGroups {
-    /// Each group with the frame that last used it.
-    groups: FxHashMap<Key, (wgpu::BindGroup, u64)>,
+    /// By the number of the layout, which is that of its pipeline's build.
+    pipelines: FxHashMap<u64, OfPipeline>,
     frame: u64,
     counts: CacheCounts,
 }
@@ -93,49 +143,51 @@ impl BindGroups {
         variables: &[Variable],
         resources: &[Named],
     ) -> Result<Bound, ShaderError> {
-        let mut offsets = Vec::new();
-        let mut entries = Vec::with_capacity(variables.len());
-        // Variables are sorted by their bindings.
-        for variable in variables {
-            let Some((_, resource)) = resources.iter().find(|(name, _)| *name == variable.name) else {
-                return Err(ShaderError::new(label, &format!("nothing is bound to {}", variable.name)));
-            };
-            let entry = match resource {
-                Resource::Buffer(buffer) if variable.is_uniform() => {
-                    offsets.push(buffer.offset as u32);
-                    let rest = NonZeroU64::new(buffer.raw.size() - buffer.offset);
-                    Entry::Buffer(buffer.raw.clone(), 0, buffer.size.or(rest))
-                }
-                Resource::Buffer(buffer) => Entry::Buffer(buffer.raw.clone(), buffer.offset, buffer.size),
-                Resource::Target(target) => Entry::View(target.view.clone()),
-                Resource::Texture(_, view) => Entry::View(view.clone()),
-                Resource::Sampler(sampler) => Entry::Sampler(sampler.clone()),
-            };
-            entries.push((variable.entry.binding, entry));
-        }
         let frame = self.frame;
-        let key = (number, entries);
-        if let Some((group, used_in)) = self.groups.get_mut(&key) {
-            *used_in = frame;
+        let OfPipeline { groups, places } = self.pipelines.entry(number).or_default();
+        places.resize(variables.len(), 0);
+        let mut offsets = Vec::with_capacity(4);
+        // Variables are sorted by their bindings.
+        for (variable, place) in variables.iter().zip(places.iter_mut()) {
+            let is_of = |(name, _): &Named| *name == variable.name;
+            if !resources.get(*place).is_some_and(is_of) {
+                *place = resources
+                    .iter()
+                    .position(is_of)
+                    .ok_or_else(|| ShaderError::new(label, &format!("nothing is bound to {}", variable.name)))?;
+            }
+            if let (true, Resource::Buffer(buffer)) = (variable.is_uniform(), &resources[*place].1) {
+                offsets.push(buffer.offset as u32);
+            }
+        }
+        let bound = || variables.iter().zip(places.iter().map(|place| &resources[*place].1));
+        let is_same = |known: &&mut Known| {
+            known.entries.iter().zip(bound()).all(|(entry, (variable, resource))| entry.is_of(variable, resource))
+        };
+        if let Some(known) = groups.iter_mut().find(is_same) {
+            known.used_in = frame;
             self.counts.count(true);
-            return Ok(Bound { group: group.clone(), offsets });
+            return Ok(Bound { group: known.group.clone(), offsets });
         }
         self.counts.count(false);
         gpu.count_object();
-        let entries: Vec<_> = key
-            .1
-            .iter()
-            .map(|(binding, entry)| wgpu::BindGroupEntry { binding: *binding, resource: entry.resource() })
+        let entries: Vec<Entry> = bound().map(|(variable, resource)| Entry::new(variable, resource)).collect();
+        let numbered = entries.iter().zip(variables);
+        let descriptors: Vec<_> = numbered
+            .map(|(entry, variable)| wgpu::BindGroupEntry {
+                binding: variable.entry.binding,
+                resource: entry.resource(),
+            })
             .collect();
-        let group =
-            gpu.device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries });
-        self.groups.insert(key, (group.clone(), frame));
+        let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &descriptors };
+        let group = gpu.device.create_bind_group(&descriptor);
+        groups.push(Known { entries, group: group.clone(), used_in: frame });
         Ok(Bound { group, offsets })
     }
 
     /// Drops all bind groups, and with them the last references to resources that have been replaced.
     pub fn clear(&mut self) {
-        self.groups.clear();
+        self.pipelines.clear();
     }
 
     /// Drops the bind groups that the last [`KEEP_FRAMES`] frames did not use.
@@ -144,7 +196,10 @@ impl BindGroups {
         let frame = self.frame;
         // There are hundreds of groups, too many to check all of them in every frame.
         if frame.is_multiple_of(KEEP_FRAMES / 4) {
-            self.groups.retain(|_, (_, used_in)| *used_in + KEEP_FRAMES > frame);
+            self.pipelines.retain(|_, pipeline| {
+                pipeline.groups.retain(|known| known.used_in + KEEP_FRAMES > frame);
+                !pipeline.groups.is_empty()
+            });
         }
     }
 }

@@ -202,13 +202,18 @@ impl Pipelines {
         resources: &[Named],
         compiles: &mut Compiles,
     ) -> Option<(Ready, Arc<Pipeline>)> {
-        if !self.request(gpu, key, compiles) {
+        // Nearly always the pipeline is there: then the table is looked up once.
+        let is_there = |entry: &&Entry| entry.next.is_none();
+        let there = self.lock().entries.get(key).filter(is_there).and_then(|entry| entry.current.clone());
+        if there.is_none() && !self.request(gpu, key, compiles) {
             return None;
         }
         let mut bind = |pipeline: &Pipeline| {
             groups.bind(gpu, key.name(), (pipeline.number, &pipeline.layout), &pipeline.variables, resources)
         };
-        let pipeline = {
+        let pipeline = if let Some(there) = there {
+            there
+        } else {
             let State { entries, shader_errors, .. } = &mut *self.lock();
             let entry = entries.get_mut(key)?;
             // An edited text may declare a variable that no pass binds, or bind one as another type: the old pipeline

@@ -50,8 +50,9 @@ pub struct Recorder<'a> {
     pools: &'a mut Pools,
     timer: &'a mut Timer,
     encoder: wgpu::CommandEncoder,
-    /// The compute pass to which further dispatches are added. It is closed before anything else is recorded.
-    open: Option<wgpu::ComputePass<'static>>,
+    /// The compute pass to which further dispatches are added, and the pipeline that is set in it. It is closed before
+    /// anything else is recorded.
+    open: Option<(wgpu::ComputePass<'static>, Option<wgpu::ComputePipeline>)>,
     submits: Submits,
     trace: Option<Vec<PassTrace>>,
     /// Names of the buffers that were copied to or cleared since the last traced pass.
@@ -311,24 +312,28 @@ impl<'a> Recorder<'a> {
             let (reads, writes) = uses(&made.variables, resources);
             self.push_trace(name, work, reads, writes);
         }
-        let record = |pass: &mut wgpu::ComputePass<'_>| {
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &bound.group, &bound.offsets);
-            run(pass);
-        };
         if self.submits == Submits::Whole {
             let encoder = &mut self.encoder;
-            record(self.open.get_or_insert_with(|| {
+            let (pass, set) = self.open.get_or_insert_with(|| {
                 let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes: None };
-                encoder.begin_compute_pass(&descriptor).forget_lifetime()
-            }));
+                (encoder.begin_compute_pass(&descriptor).forget_lifetime(), None)
+            });
+            if set.as_ref() != Some(&pipeline) {
+                pass.set_pipeline(&pipeline);
+                *set = Some(pipeline);
+            }
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+            run(pass);
             return;
         }
         let query = self.timer.begin(name, &mut self.encoder);
         {
             let timestamp_writes = query.as_ref().and_then(|query| query.compute_pass_timestamp_writes());
             let descriptor = wgpu::ComputePassDescriptor { label: Some(name), timestamp_writes };
-            record(&mut self.encoder.begin_compute_pass(&descriptor));
+            let mut pass = self.encoder.begin_compute_pass(&descriptor);
+            pass.set_pipeline(&pipeline);
+            pass.set_bind_group(0, &bound.group, &bound.offsets);
+            run(&mut pass);
         }
         self.end(name, query);
     }

@@ -5,59 +5,53 @@ use crate::gpu::bind::Named;
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
-pub(crate) use crate::gpu::wgsl::gpu::scan_begin::ScanSource;
+use crate::gpu::wgsl::gpu::scan::{BLOCK, Scan};
 
-/// Largest number of values in a scan, because a single workgroup scans the sums of all blocks.
+/// Largest number of values in a scan, each of which takes a thread of at most 64 workgroups.
 pub(crate) const MAX_VALUES: u32 = 1 << 21;
 
-/// Values in a block.
-const BLOCK: u64 = 2048;
+/// Largest number of workgroups.
+const MAX_GROUPS: u32 = 64;
+/// Largest capacity for which a single workgroup scans all values, in one dispatch instead of two.
+const MAX_OF_ONE: u32 = 4 * BLOCK;
 
-/// The number of values, one u32.
-const SIZE: BufferKind = BufferKind::storage("scan size");
-/// The number of workgroups that scan the values, in x, y and z.
-const ARGUMENTS: BufferKind = BufferKind::indirect("scan arguments");
-/// The sums of the blocks, u32.
+/// The sums of the workgroups, u32.
 const SUMS: BufferKind = BufferKind::storage("scan sums");
 
-/// The inputs of a scan.
-pub(crate) struct Inputs<'a> {
-    /// A buffer of u32 that contains the number of values.
-    pub numbers: &'a Buffer,
-    /// Index in `numbers` of the number of values.
-    pub index: u32,
-    /// Largest number of values; a greater number is clamped to it and to [`MAX_VALUES`].
-    pub capacity: u32,
-    /// The values, u32, which are replaced by their sums.
-    pub values: &'a Buffer,
+/// The number of values of a scan.
+#[derive(Clone, Copy)]
+pub(crate) enum Count<'a> {
+    /// The CPU knows it.
+    Of(u32),
+    /// The GPU has computed it.
+    Counted {
+        /// A buffer of u32 that contains it.
+        numbers: &'a Buffer,
+        /// Its index in `numbers`.
+        index: u32,
+        /// Largest number of values; a greater number is clamped to it and to [`MAX_VALUES`].
+        capacity: u32,
+    },
 }
 
 /// Replaces each value by the sum of the values before it, modulo 2³². The element after the last value becomes the
 /// total, if the buffer has room for it.
-pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
-    let source = ScanSource { index: inputs.index, capacity: inputs.capacity.min(MAX_VALUES) };
-    let size = recorder.buffer(&SIZE, 4);
-    let arguments = recorder.buffer(&ARGUMENTS, 12);
-    let sums = recorder.buffer(&SUMS, 4 * u64::from(MAX_VALUES) / BLOCK);
-    let resources = [
-        ("source", recorder.uniform("scan source", &source)),
-        ("numbers", inputs.numbers.binding()),
-        ("size", size.binding()),
-        ("arguments", arguments.binding()),
-    ];
-    recorder.groups("gpu/scan_begin", [1, 1], &resources);
-    for stage in 0_u32..3 {
-        let resources = [
-            ("stage", recorder.uniform("stage", &stage)),
-            ("size", size.binding()),
-            ("sums", sums.binding()),
-            ("values", inputs.values.binding()),
-        ];
-        if stage == 1 {
-            recorder.groups("gpu/scan", [1, 1], &resources);
-        } else {
-            recorder.indirect("gpu/scan", &arguments, 0, &resources);
+pub(crate) fn run(recorder: &mut Recorder<'_>, count: Count<'_>, values: &Buffer) {
+    let sums = recorder.buffer(&SUMS, 4 * u64::from(MAX_GROUPS));
+    let (capacity, index, definitions): (_, _, &[&str]) = match count {
+        Count::Of(number) => (number, 0, &[]),
+        Count::Counted { index, capacity, .. } => (capacity, index, &["COUNTED"]),
+    };
+    let capacity = capacity.min(MAX_VALUES);
+    let groups = if capacity <= MAX_OF_ONE { 1 } else { capacity.div_ceil(BLOCK).min(MAX_GROUPS) };
+    for stage in u32::from(groups == 1)..2 {
+        let scan = Scan { stage, groups, capacity, index };
+        let mut resources =
+            vec![("scan", recorder.uniform("scan", &scan)), ("sums", sums.binding()), ("values", values.binding())];
+        if let Count::Counted { numbers, .. } = count {
+            resources.push(("numbers", numbers.binding()));
         }
+        recorder.groups(Compute { name: "gpu/scan", definitions }, [groups, 1], &resources);
     }
 }
 
@@ -85,7 +79,17 @@ pub(crate) enum Groups<'a> {
 /// Workgroups in a row of a counted dispatch.
 const ROW: u32 = crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW;
 
-impl Groups<'_> {
+impl<'a> Groups<'a> {
+    /// Returns the product of the numbers of workgroups, which the GPU knows as the number that follows them.
+    fn count(&self) -> Count<'a> {
+        match *self {
+            Self::Of([x, y]) => Count::Of(x * y),
+            Self::Counted { arguments, offset, .. } => {
+                Count::Counted { numbers: arguments, index: (offset / 4) as u32 + 3, capacity: MAX_VALUES }
+            }
+        }
+    }
+
     fn most(&self) -> u32 {
         match self {
             Self::Of([x, y]) => x * y,
@@ -101,42 +105,28 @@ pub(crate) struct Ordered<'a> {
     pub shader: Compute,
     /// The variant for the first stage, if it differs.
     pub find: Option<Compute>,
-    /// Number of stages, 2 or 3. The third is a single workgroup.
-    pub stages: u32,
-    /// Number of workgroups of the first two stages.
+    /// Number of workgroups of both stages.
     pub groups: Groups<'a>,
     /// How many u32 each workgroup may store between stages.
     pub kept: u64,
 }
 
 impl Ordered<'_> {
-    /// Runs all stages with `resources` and the `order` list, and the prefix sum after the first stage.
+    /// Runs both stages with `resources` and the `order` list, and the prefix sum between them.
     pub(crate) fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
         let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
         let order = recorder.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
         let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);
-        let mut all = vec![("order", order.binding())];
-        all.extend(resources.iter().cloned());
-        for stage in 0..self.stages {
+        for stage in 0_u32..2 {
+            let mut all = vec![("order", order.binding()), ("order_stage", recorder.uniform("order stage", &stage))];
+            all.extend(resources.iter().cloned());
             let shader = self.find.filter(|_| stage == 0).unwrap_or(self.shader);
             match self.groups {
-                Groups::Of([x, y]) => {
-                    recorder.write(&order, &[stage, x * y]);
-                    recorder.groups(shader, if stage < 2 { [x, y] } else { [1, 1] }, &all);
-                }
-                Groups::Counted { arguments, offset, .. } => {
-                    recorder.write(&order, &[stage]);
-                    recorder.copy((arguments, offset + 12), (&order, 4), 4);
-                    if stage < 2 {
-                        recorder.indirect(shader, arguments, offset, &all);
-                    } else {
-                        recorder.groups(shader, [1, 1], &all);
-                    }
-                }
+                Groups::Of([x, y]) => recorder.groups(shader, [x, y], &all),
+                Groups::Counted { arguments, offset, .. } => recorder.indirect(shader, arguments, offset, &all),
             }
             if stage == 0 {
-                // The number of workgroups is the second number of the list's head.
-                run(recorder, &Inputs { numbers: &order, index: 1, capacity: MAX_VALUES, values: &starts });
+                run(recorder, self.groups.count(), &starts);
             }
         }
     }

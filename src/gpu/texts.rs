@@ -125,7 +125,7 @@ mod tests {
             assert!(view.contains(name), "{name}");
         }
         // Planted: shaders that do not import it; and a module whose name begins with the name of another.
-        assert!(!view.contains("lines/strokes/chain_clear") && !view.contains("composite/present"));
+        assert!(!view.contains("gpu/scan") && !view.contains("composite/present"));
         assert!(!importers("shared/strokes").contains("shared/stroke_samples"));
         assert_eq!(importers("lines/lsa"), FxHashSet::from_iter(["lines/lsa"]));
     }

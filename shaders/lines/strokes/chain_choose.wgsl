@@ -1,8 +1,8 @@
 // Each free end chooses the end that continues it best (Pietrok 2021, section 4.2.3: nearer than D, at less than the
 // angle A, not overlapping).
 //
-// The paper joins an edge with the first partner that passes. Here each end takes its best, and chain_link.wgsl joins
-// ends that chose each other, so the order of edges does not matter. With d the distance of the ends and a the angle
+// The paper joins an edge with the first partner that passes. Here each end takes its best, and ends that chose each
+// other are joined (chain_rank_begin.wgsl), so the order of edges does not matter. With d the distance of the ends and a the angle
 // between the segment's outward direction and its partner's inward direction, the score is
 //   floor(4096 d^2 / D^2) + 4096 - floor(4096 cos^2 a).
 // The least score wins, then the least (key, segment, end). Overlap: neither end may be behind the other by more than
@@ -20,8 +20,8 @@
 // End of each bucket. See chain_bin.wgsl.
 @group(0) @binding(4) var<storage, read> buckets: array<u32>;
 @group(0) @binding(5) var<storage, read> slots: array<vec4<i32>>;
-@group(0) @binding(6) var<storage, read> links: array<u32>;
-@group(0) @binding(7) var<storage, read_write> choices: array<u32>;
+// The end that each end chooses. Rounds alternate between two halves: round 0 writes the first.
+@group(0) @binding(6) var<storage, read_write> choices: array<u32>;
 
 const UNFIT: u32 = 0xffffffffu;
 
@@ -29,6 +29,20 @@ struct Best {
     score: u32,
     key: u32,
     end: u32,
+}
+
+// Returns where the choices of the round before begin.
+fn before() -> u32 {
+    return (1u - (turn & 1u)) * plan.ends;
+}
+
+// Returns whether an end and its choice of the round before chose each other.
+fn is_joined(end: u32) -> bool {
+    let choice = choices[before() + end];
+    if choice == NONE {
+        return false;
+    }
+    return choices[before() + choice] == end;
 }
 
 fn outward_of(slot: vec4<i32>) -> vec2<i32> {
@@ -103,7 +117,7 @@ fn better(best: Best, own: vec4<i32>, other: vec4<i32>) -> Best {
         return best;
     }
     let end = u32(other.z);
-    if turn > 0u && links[end] != NONE {
+    if turn > 0u && is_joined(end) {
         return best;
     }
     let key = segments[end / 2u].key;
@@ -120,11 +134,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let own = slots[id.x];
     let end = u32(own.z);
+    let write = (turn & 1u) * plan.ends;
     if turn > 0u {
-        if links[end] != NONE || choices[end] == NONE {
-            return;
+        let known = choices[before() + end];
+        var stays = known == NONE;
+        if !stays {
+            stays = is_joined(end) || !is_joined(known);
         }
-        if links[choices[end]] == NONE {
+        if stays {
+            choices[write + end] = known;
             return;
         }
     }
@@ -145,5 +163,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    choices[end] = best.end;
+    choices[write + end] = best.end;
 }

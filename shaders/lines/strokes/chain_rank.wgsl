@@ -1,20 +1,20 @@
-// Ranks segments by pointer jumping (Wyllie 1979): after round k a state knows the one that is 4^k before it, or the
-// head of its chain.
+// Ranks segments by pointer jumping (Wyllie 1979): after round k a state knows the one that is 32^(k + 1) before it, or
+// the head of its chain.
 //
 // A state is a segment and a direction: state s enters its segment at end s and leaves it at end s ^ 1, so the state
 // before it is links[s] ^ 1. Each chain thus appears twice, once in each direction. The rank of a state holds:
 //   head found:      head | FOUND, segments before it, 0, length before it
-//   not found yet:   state 4^k before it, least segment among the last 4^k, that segment's key, length between
+//   not found yet:   state n before it, least segment among the last n, that segment's key, length between
 // A loop has no head. Its states end with the loop's least segment by (key, index), where chain_rank_begin.wgsl cuts
-// it; then they are ranked once more.
+// it; then they are ranked once more, without least segments.
 //
-// Changes: there are four jumps per round instead of two, since a dispatch costs more than a read. Two halves of
-// `ranks` alternate. Bit r of `progress` says that round r has work: a round sets the next bit when it changed
-// anything. As long as an open chain has states without their head, some find it in each round; as long as a loop is
-// not covered, some of its states learn of a lesser segment. So the first round that changes nothing is the last, and
-// later rounds return at once. Rounds 0 to 9 rank all, rounds 11 to 20 the loops: 4^10 is the longest chain.
+// Changes: there are 32 jumps per round instead of two, since a dispatch costs more than a few reads, and nearly all
+// chains are shorter than that. Two halves of `ranks` alternate. Bit r of `progress` says that round r has work: a
+// round sets the next bit if it found the head of a state as far from it as it can (if there are states still farther,
+// that one exists), or if a state of a loop learnt of a lesser segment (if a loop is not covered, some state does).
+// Later rounds return at once.
 #import hachure::strokes::ChainPlan
-#import hachure::ranking::{FOUND, PROGRESS, ROUNDS}
+#import hachure::ranking::{FOUND, JUMPS, LOOP_ROUNDS, PROGRESS, ROUNDS}
 
 @group(0) @binding(0) var<uniform> turn: u32;
 @group(0) @binding(1) var<uniform> plan: ChainPlan;
@@ -38,9 +38,10 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let known = ranks[read + state];
     var rank = known;
     if (known.x & FOUND) == 0u {
-        let stride = 1u << (2u * (turn % 11u));
+        let round = select(turn, turn - LOOP_ROUNDS + 1u, turn >= LOOP_ROUNDS);
+        let stride = 1u << (5u * round);
         var jumped = stride;
-        for (var jump = 0u; jump < 3u; jump++) {
+        for (var jump = 0u; jump < JUMPS - 1u; jump++) {
             let before = ranks[read + rank.x];
             let way = rank.w + before.w;
             if (before.x & FOUND) != 0u {
@@ -55,7 +56,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             jumped += stride;
         }
         let next = 2u << turn;
-        if ((rank.x & FOUND) != 0u || rank.y != known.y) && (atomicLoad(&counts[PROGRESS]) & next) == 0u {
+        let is_farthest = rank.y == JUMPS * stride - 1u;
+        if select(rank.y != known.y, is_farthest, (rank.x & FOUND) != 0u) && (atomicLoad(&counts[PROGRESS]) & next) == 0u {
             atomicOr(&counts[PROGRESS], next);
         }
     }

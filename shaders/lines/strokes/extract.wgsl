@@ -9,12 +9,12 @@
 // across are examined. A segment ends where the edge ends if the edge's last pixel is visible, and else in the middle
 // between pixels.
 //
-// Segments are in the order of the pixels where they begin (ordered.wgsl): `stage` 0 counts them, 1 writes them.
+// Segments are in the order of the pixels where they begin (ordered.wgsl): stage 0 counts them, 1 writes them.
 #import hachure::view::View
 #import hachure::edges::{Edge, EdgeOnPicture, edge_on_picture}
 #import hachure::stroke_style::Strokes
 #import hachure::strokes::{Segment, UNITS_PER_PX}
-#import hachure::ordered::{Order, all_marks, clear_marks, mark, marks_before}
+#import hachure::ordered::{Order, all_marks, clear_marks, is_counting, mark, marks_before}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> strokes: Strokes;
@@ -153,7 +153,7 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if order.stage == 0u {
+    if is_counting() {
         if thread == 0u {
             order.starts[own_group] = all_marks();
         }

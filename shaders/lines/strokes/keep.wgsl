@@ -1,8 +1,8 @@
 // Appends the samples of fading strokes after those of this frame. They shrink from their ends, and from points
 // SEEDS_PX apart, just as strokes grow (temporal.wgsl).
 //
-// `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world and puts
-// them into the list; 2 sets their number in the list and in the draw arguments.
+// `stage` 0 marks the samples that are retained, for the prefix sum that follows; 1 moves them with the world, puts
+// them into the list, and sets their number in the list and in the draw arguments.
 #import hachure::view::View
 #import hachure::stroke_samples::{Temporal, Sample, SampleCounts, FIRST, LAST, FADING, RUNS_OFF, SPACING_PX, NEIGHBOURS, ALL_GROUPS, to_seed_px, groups_of}
 
@@ -29,14 +29,11 @@ fn is_kept(number: u32) -> bool {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let count = select(0u, old_sample_counts.samples, temporal.has_history == 1u);
-    if stage == 2u {
-        if id.x == 0u {
-            let fading = select(0u, min(places[count], temporal.capacity - sample_counts.fresh), count > 0u);
-            sample_counts.samples = sample_counts.fresh + fading;
-            draws[5] = fading;
-            draws[ALL_GROUPS] = groups_of(sample_counts.samples);
-        }
-        return;
+    if stage == 1u && id.x == 0u {
+        let fading = select(0u, min(places[count], temporal.capacity - sample_counts.fresh), count > 0u);
+        sample_counts.samples = sample_counts.fresh + fading;
+        draws[5] = fading;
+        draws[ALL_GROUPS] = groups_of(sample_counts.fresh + fading);
     }
     if id.x >= count {
         return;

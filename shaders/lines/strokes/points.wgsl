@@ -3,17 +3,23 @@
 // A chain of n segments has n + 1 points. Where two segments meet, the point is midway between their ends; the ends of
 // an open chain stay, a closed one wraps around. Then each point moves toward its neighbours by the binomial weights 1
 // 4 6 4 1, at most one pixel, because edges of a mesh zigzag around the contour that they represent (Pietrok 2021,
-// section 4.2.4, smooths "the transitions between edges" without details).
-#import hachure::strokes::{Chain, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
-#import hachure::edges::{Edge, kind_of_edge}
-#import hachure::stroke_style::Point
+// section 4.2.4, smooths "the transitions between edges" without details). The pass also measures the lengths between
+// points.
+#import hachure::strokes::{Chain, ChainPlan, Segment, SegmentInOrder, StrokeCounts, UNITS_PER_PX}
+#import hachure::edges::{Edge, MAX_EDGES, kind_of_edge}
+#import hachure::stroke_style::{Point, Strokes}
 
 @group(0) @binding(0) var<storage, read> segments: array<Segment>;
 @group(0) @binding(2) var<storage, read> chains: array<Chain>;
 @group(0) @binding(3) var<storage, read> places: array<SegmentInOrder>;
-@group(0) @binding(4) var<storage, read> counts: StrokeCounts;
+@group(0) @binding(4) var<storage, read_write> counts: StrokeCounts;
 @group(0) @binding(5) var<storage, read> edges: array<Edge>;
 @group(0) @binding(6) var<storage, read_write> points: array<Point>;
+// Length from each point to the next of its chain, in 1/16 px; 0 for the last one.
+@group(0) @binding(7) var<storage, read_write> lengths: array<u32>;
+@group(0) @binding(8) var<storage, read> edge_draw: array<u32>;
+@group(0) @binding(9) var<uniform> strokes: Strokes;
+@group(0) @binding(10) var<uniform> plan: ChainPlan;
 
 // Largest distance by which smoothing moves a point.
 const MAX_PX: f32 = 1.0;
@@ -78,20 +84,34 @@ fn smoothed(chain: Chain, i: i32) -> vec3<f32> {
     return vec3<f32>(own.xy + way * min(1.0, MAX_PX / max(length(way), 1e-6)), own.z);
 }
 
+// Completes the counters of edges and segments, and counts the points.
+fn count() {
+    counts.edges = edge_draw[0] / 2u;
+    counts.edges_lost = max(counts.edges, MAX_EDGES) - MAX_EDGES;
+    counts.segments_lost = max(counts.segments, strokes.segment_capacity) - strokes.segment_capacity;
+    counts.segments = min(counts.segments, strokes.segment_capacity);
+    counts.points = counts.segments + counts.chains;
+}
+
 @compute @workgroup_size(256)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = id.x;
-    if place >= counts.segments {
+    if place == 0u {
+        count();
+    }
+    if place >= plan.segments {
         return;
     }
     let number = places[place].chain;
     let chain = chains[number];
     let i = i32(place - chain.first);
     let at = smoothed(chain, i);
+    let next = smoothed(chain, i + 1);
     let kind = kind_of_edge(edges[segments[places[place].state >> 1u].edge]);
     points[place + number] = Point(at.xy, at.z, number, kind, 0u);
+    lengths[place + number] = u32(round(distance(at.xy, next.xy) * UNITS_PER_PX));
     if u32(i) + 1u == chain.count {
-        let last = smoothed(chain, i + 1);
-        points[place + number + 1u] = Point(last.xy, last.z, number, kind, 0u);
+        points[place + number + 1u] = Point(next.xy, next.z, number, kind, 0u);
+        lengths[place + number + 1u] = 0u;
     }
 }

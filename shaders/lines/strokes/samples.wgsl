@@ -7,7 +7,7 @@
 #import hachure::strokes::{Chain, UNITS_PER_PX}
 #import hachure::edges::{KIND_SUGGESTIVE, KIND_RIDGE, KIND_VALLEY}
 #import hachure::stroke_style::{Point, Strokes}
-#import hachure::stroke_samples::{Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
+#import hachure::stroke_samples::{CLASSES, Sample, SampleCounts, Match, Temporal, WHOLLY_PX, FIRST, LAST, IS_CLOSED, RUNS_OFF, KIND_SHIFT, SPACING_PX}
 
 // The view without jitter.
 @group(0) @binding(0) var<uniform> view: View;
@@ -23,6 +23,8 @@
 @group(0) @binding(10) var<storage, read_write> matches: array<Match>;
 // Reversed depth: near / distance; 0 is the sky.
 @group(0) @binding(11) var depth: texture_depth_2d;
+// Samples that the strokes of each length class need, which are reset to 0 for the next frame.
+@group(0) @binding(12) var<storage, read_write> classes: array<u32>;
 
 // A right angle, and the length to either side over which bends are measured: 8 px.
 const RIGHT_RAD: f32 = 1.5707964;
@@ -106,6 +108,11 @@ fn width_of(kind: u32) -> f32 {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if id.x == 0u {
+        for (var i = 0u; i < CLASSES; i++) {
+            classes[i] = 0u;
+        }
+    }
     if id.x >= sample_counts.fresh {
         return;
     }

@@ -11,8 +11,8 @@
 //
 // Triangles in a hole are not drawn, and their heights are not measured: they have no edges.
 //
-// Edges are in the order of patches and quads (edge_list.wgsl): `stage` 0 examines the quads and stores the result, two
-// bits for each of their edges, after the numbers of `order`; 1 writes the edges, 2 updates their number. Stage 0 is a
+// Edges are in the order of patches and quads (edge_list.wgsl): stage 0 examines the quads and stores the result, two bits
+// for each of their edges, after the numbers of `order`; 1 writes the edges. Stage 0 is a
 // variant of its own (FIND), and so is one for patches with holes (HOLES): a software driver executes both sides of
 // every branch, and would examine all quads at each stage.
 #import hachure::view::{View, from_eye}
@@ -21,7 +21,7 @@
 #import hachure::surface::{vertex_height_m, is_void}
 #import hachure::earth::{bend, unbend}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge, order}
+#import hachure::edge_list::{has_counted, place_in_list, put_edge, order}
 #import hachure::ordered::{clear_marks, mark}
 
 @group(0) @binding(0) var<storage, read> patches: array<Patch>;
@@ -204,9 +204,6 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_updated_total(thread) {
-        return;
-    }
     let quads = patches[group.x];
 #ifdef HOLES
     has_holes = quads.has_holes == 1u;
@@ -242,7 +239,7 @@ fn main(
         }
     }
     workgroupBarrier();
-    if has_counted(group.x, thread) {
+    if has_counted(group.x, groups.x, thread) {
         return;
     }
 #ifndef FIND

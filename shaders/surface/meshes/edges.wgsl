@@ -11,7 +11,7 @@
 #import hachure::view::View
 #import hachure::meshes::{mesh_instances, mesh_triangles, mesh_places, instance_of, BY_NEAR, corners_of, BORDER, AGAIN}
 #import hachure::edges::{Edge, EdgeRules, is_outside, KIND_CONTOUR, KIND_BORDER, KIND_CREASE}
-#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge}
+#import hachure::edge_list::{has_counted, place_in_list, put_edge}
 #import hachure::dispatch::thread_number
 #import hachure::ordered::{clear_marks, mark}
 
@@ -69,9 +69,6 @@ fn main(
     @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_updated_total(thread) {
-        return;
-    }
     clear_marks(thread);
     workgroupBarrier();
     let found = edges_of(thread_number(id));
@@ -80,7 +77,7 @@ fn main(
     }
     workgroupBarrier();
     let own_group = group.x + group.y * groups.x;
-    if has_counted(own_group, thread) {
+    if has_counted(own_group, groups.x * groups.y, thread) {
         return;
     }
     let first = place_in_list(own_group, thread * 3u);

@@ -1,8 +1,8 @@
 // Contours and open borders of the trees whose near meshes are drawn, on the triangles as drawn, including their lean
 // in the wind. They are appended to the edges of the land and of models.
 //
-// A workgroup has 64 edges of a tree. Edges are in the order of trees (near.wgsl), then of their mesh: `stage` 0 counts
-// them, 1 writes them, 2 updates their number (ordered.wgsl).
+// A workgroup has 64 edges of a tree. Edges are in the order of trees (near.wgsl), then of their mesh: stage 0 counts
+// them, 1 writes them (ordered.wgsl).
 //
 // An edge between two triangles is a contour if both are on the same side of the plane through the edge and the eye.
 // Pietrok 2021, section 4.2.1, compares the sides of two triangles; this test is equivalent but independent of winding,
@@ -12,7 +12,7 @@
 #import hachure::view::{View, is_off_screen}
 #import hachure::earth::bend
 #import hachure::edges::{Edge, is_outside, kind_with_clearance, KIND_CONTOUR, KIND_BORDER}
-#import hachure::edge_list::{has_updated_total, has_counted, place_in_list, put_edge}
+#import hachure::edge_list::{has_counted, place_in_list, put_edge}
 #import hachure::dispatch::GROUPS_IN_ROW
 #import hachure::ordered::{clear_marks, mark}
 #import hachure::pcg::pcg
@@ -136,11 +136,9 @@ fn edge_of(group: u32, thread: u32) -> Found {
 @compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
     @builtin(local_invocation_index) thread: u32,
 ) {
-    if has_updated_total(thread) {
-        return;
-    }
     clear_marks(thread);
     workgroupBarrier();
     let own_group = group.x + group.y * GROUPS_IN_ROW;
@@ -149,7 +147,7 @@ fn main(
         mark(thread);
     }
     workgroupBarrier();
-    if has_counted(own_group, thread) {
+    if has_counted(own_group, groups.x * groups.y, thread) {
         return;
     }
     if found.is_edge {

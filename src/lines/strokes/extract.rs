@@ -18,6 +18,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, 
         lists.counts(),
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));
-    Ordered { shader: "lines/strokes/extract".into(), find: None, stages: 2, groups: Groups::Of(groups), kept: 0 }
+    Ordered { shader: "lines/strokes/extract".into(), find: None, groups: Groups::Of(groups), kept: 0 }
         .run(recorder, &resources);
 }

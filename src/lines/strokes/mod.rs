@@ -339,7 +339,7 @@ impl FrameStrokes {
         if plan.takes_over {
             temporal::look(recorder, view, work, ids);
         }
-        temporal::take_over(recorder, view, lists, chains, points, work);
+        temporal::take_over(recorder, view, lists, chains, work);
         if let Some(leader) = leader {
             partner::agree(recorder, view, work, leader, Role::Follower);
         }

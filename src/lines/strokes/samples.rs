@@ -2,7 +2,7 @@
 //!
 //! The points of a chain are where edges of the mesh end. Here they are resampled at even distances
 //! (`shaders/lines/strokes/samples.wgsl`); if there are more than the budget allows, the longest strokes come first
-//! (`budget`, `budget_choose`, `sizes`). There are two lists of samples: one of this frame, one of the previous frame.
+//! (`budget`, `sizes`). There are two lists of samples: one of this frame, one of the previous frame.
 
 use super::chain::Chains;
 use super::points::Points;
@@ -10,7 +10,7 @@ use super::{Lists, MAX_FRAME_SEGMENTS};
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::Recorder;
-use crate::gpu::scan;
+use crate::gpu::scan::{self, Count};
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Match;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Sample;
@@ -192,23 +192,24 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let along = || ("along_units", points.along.binding());
     let classes = recorder.buffer(&CLASSES_OF, 4 * CLASSES);
     let classes = || ("classes", classes.binding());
-    let (arguments, offset) = points.per_segment();
+    let (arguments, offset) = chains.per_segment();
 
-    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes()];
+    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), classes(), work.sample_counts()];
     recorder.indirect("lines/strokes/budget", arguments, offset, &resources);
-    recorder.groups(
-        "lines/strokes/budget_choose",
-        [1, 1],
-        &[work.temporal(), classes(), work.sample_counts(), work.named_draws()],
-    );
-    let sizes = ("sizes", work.starts.binding());
-    let resources = [lists.strokes(), lists.counts(), chains.named(), along(), work.sample_counts(), sizes];
+    let resources = [
+        lists.strokes(),
+        work.temporal(),
+        lists.counts(),
+        chains.named(),
+        along(),
+        classes(),
+        work.sample_counts(),
+        work.named_draws(),
+        ("sizes", work.starts.binding()),
+    ];
     recorder.indirect("lines/strokes/sizes", arguments, offset, &resources);
-    let numbers = &lists.counts;
-    scan::run(
-        recorder,
-        &scan::Inputs { numbers, index: CHAINS_INDEX, capacity: MAX_FRAME_SEGMENTS, values: &work.starts },
-    );
+    let (numbers, capacity) = (&lists.counts, MAX_FRAME_SEGMENTS);
+    scan::run(recorder, Count::Counted { numbers, index: CHAINS_INDEX, capacity }, &work.starts);
     let resources = [
         ("view", view.clone()),
         ("depth", depth.into()),
@@ -221,6 +222,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         work.sample_counts(),
         work.samples(),
         work.matches(),
+        classes(),
     ];
     let (arguments, offset) = work.per_fresh();
     recorder.indirect("lines/strokes/samples", arguments, offset, &resources);

@@ -14,13 +14,12 @@
 //! Why: `docs/decisions/stroke-carry-over.md`.
 
 use super::chain::Chains;
-use super::points::Points;
 use super::samples::{MAX_SAMPLES, SampleWork};
 use super::{Lists, MAX_FRAME_SEGMENTS};
 use crate::gpu::bind::Resource;
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::scan;
+use crate::gpu::scan::{self, Count};
 use crate::gpu::target::Target;
 pub(crate) use crate::gpu::wgsl::shared::stroke_samples::Heritage;
 
@@ -51,12 +50,11 @@ pub(crate) fn take_over(
     view: &Resource,
     lists: &Lists,
     chains: &Chains,
-    points: &Points,
     work: &SampleWork,
 ) {
     let bytes = u64::from(MAX_FRAME_SEGMENTS) * size_of::<Heritage>() as u64;
     let heritages = ("heritages", recorder.buffer(&HERITAGES, bytes).binding());
-    let (arguments, offset) = points.per_segment();
+    let (arguments, offset) = chains.per_segment();
     let resources =
         [work.temporal(), lists.counts(), work.starts(), work.sample_counts(), work.matches(), heritages.clone()];
     recorder.indirect("lines/strokes/vote", arguments, offset, &resources);
@@ -92,7 +90,7 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
     ];
     let (arguments, offset) = work.per_old();
     recorder.indirect("lines/strokes/fading", arguments, offset, &resources);
-    for stage in 0_u32..3 {
+    for stage in 0_u32..2 {
         let resources = [
             ("stage", recorder.uniform("stage", &stage)),
             ("view", view.clone()),
@@ -105,14 +103,10 @@ pub(crate) fn keep(recorder: &mut Recorder<'_>, view: &Resource, work: &SampleWo
             work.samples(),
             work.named_draws(),
         ];
-        if stage == 2 {
-            recorder.groups("lines/strokes/keep", [1, 1], &resources);
-        } else {
-            recorder.indirect("lines/strokes/keep", arguments, offset, &resources);
-        }
+        recorder.indirect("lines/strokes/keep", arguments, offset, &resources);
         if stage == 0 {
             let numbers = &work.before.counts;
-            scan::run(recorder, &scan::Inputs { numbers, index: 0, capacity: MAX_SAMPLES, values: &places });
+            scan::run(recorder, Count::Counted { numbers, index: 0, capacity: MAX_SAMPLES }, &places);
         }
     }
 }

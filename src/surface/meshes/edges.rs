@@ -20,5 +20,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, view: &Resource
     resources.extend(meshes.resources());
     let most = meshes.room().triangles.div_ceil(WORKGROUP) as u32;
     let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
-    Ordered { shader: "surface/meshes/edges".into(), find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader: "surface/meshes/edges".into(), find: None, groups, kept: 0 }.run(recorder, &resources);
 }

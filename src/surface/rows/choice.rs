@@ -5,14 +5,12 @@ use super::proposals::Proposals;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::BufferKind;
 use crate::gpu::recorder::Recorder;
-use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, RASTER_MARGIN, RowPlaces};
+use crate::gpu::wgsl::shared::row_places::{CELLS_PER_SPACING, CHOICE_ROUNDS, RASTER_MARGIN, RowPlaces};
 
-/// Which mark claims each cell, and with what priority.
+/// Which mark claims each cell, and with what priority: all marks, then those that are drawn.
 const RASTER: BufferKind = BufferKind::storage("row raster");
-/// Rounds of Luby's algorithm; after eight, nearly all proposals are decided.
-const ROUNDS: u32 = 8;
 /// Stages of a round.
-const STAGES: u32 = 3;
+const STAGES: u32 = 2;
 
 /// Selects a maximal set of marks that keep their distance; returns the bindings of `shaders/shared/row_places.wgsl`.
 pub(crate) fn run(
@@ -25,11 +23,11 @@ pub(crate) fn run(
     let spacing_px = plan.rules.spacing_px.max(1e-3);
     let size = size_px
         .map(|side| ((side as f32 + 2.0 * RASTER_MARGIN * spacing_px) * CELLS_PER_SPACING / spacing_px).ceil() as u32);
-    let raster = recorder.buffer(&RASTER, 4 * u64::from(size[0]) * u64::from(size[1]));
+    let raster = recorder.buffer(&RASTER, 2 * 4 * u64::from(size[0]) * u64::from(size[1]));
     recorder.clear(&raster);
     let rules = recorder.uniform("row rules", &plan.rules);
     let mut resources = Vec::new();
-    for number in 0..ROUNDS * STAGES {
+    for number in 0..CHOICE_ROUNDS * STAGES {
         let places = RowPlaces { size, round: number / STAGES, stage: number % STAGES };
         resources = vec![
             ("view", view.clone()),

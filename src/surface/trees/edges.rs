@@ -100,8 +100,11 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<
     ];
     resources.extend(list.resources());
     resources.extend(swaying.into_iter().flat_map(Swaying::resources));
-    let definitions: &[&str] = if swaying.is_some() { &["WIND"] } else { &[] };
-    let shader = Compute { name: "surface/trees/edges", definitions };
+    let shader = |definitions| Compute { name: "surface/trees/edges", definitions };
+    let (find, shader) = match swaying {
+        Some(_) => (Some(shader(&["WIND", "COUNTS"])), shader(&["WIND", "WRITES"])),
+        None => (None, shader(&[])),
+    };
     let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MAX_NEAR * of_species.groups };
-    Ordered { shader, find: None, stages: 3, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader, find, groups, kept: 0 }.run(recorder, &resources);
 }

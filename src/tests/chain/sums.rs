@@ -4,7 +4,7 @@ use hachure::gpu::buffer::{Buffer, BufferKind};
 use hachure::gpu::pools::Pools;
 use hachure::gpu::readback::read_buffer;
 use hachure::gpu::recorder::{Recorder, Submits};
-use hachure::gpu::scan::{self, MAX_VALUES};
+use hachure::gpu::scan::{self, Count, MAX_VALUES};
 use hachure::gpu::timer::Timer;
 
 use crate::tests::common::{self, random};
@@ -16,7 +16,7 @@ fn prefix_sums() {
     let mut pools = Pools::new(&gpu);
     let [values, numbers] =
         [(); 2].map(|()| Buffer::new(&gpu, &BufferKind::storage("test"), 4 * (u64::from(MAX_VALUES) + 1)));
-    for (count, capacity) in [
+    let sizes = [
         (0_u32, 10),
         (1, 10),
         (255, 1000),
@@ -24,16 +24,22 @@ fn prefix_sums() {
         (2047, 3000),
         (2048, 3000),
         (2049, 3000),
+        (2049, 100_000),
         (5000, 3000),
         (100_001, u32::MAX),
         (MAX_VALUES, u32::MAX),
         (u32::MAX, u32::MAX),
-    ] {
+    ];
+    // The CPU or the GPU knows the number of values.
+    for (is_known, (count, capacity)) in
+        [false, true].into_iter().flat_map(|is_known| sizes.map(|size| (is_known, size)))
+    {
         let mut expected: Vec<u32> = (0..=MAX_VALUES as i64).map(|i| (random(i, 4) * 4e9) as u32).collect();
         gpu.queue.write_buffer(&values.raw, 0, bytemuck::cast_slice(&expected));
         gpu.queue.write_buffer(&numbers.raw, 0, bytemuck::cast_slice(&[7, 7, 7, count]));
         let mut recorder = Recorder::new(&gpu, &mut pools, &mut timer, Submits::default(), false);
-        scan::run(&mut recorder, &scan::Inputs { numbers: &numbers, index: 3, capacity, values: &values });
+        let counted = Count::Counted { numbers: &numbers, index: 3, capacity };
+        scan::run(&mut recorder, if is_known { Count::Of(count.min(capacity)) } else { counted }, &values);
         recorder.submit();
         let mut sum = 0_u32;
         let used = count.min(capacity).min(MAX_VALUES) as usize;
