@@ -19,7 +19,7 @@
 // dome has no ridge), and where the surface is so foreshortened that its contour is drawn instead, which shows the same
 // shape.
 //
-// Edges are written in the order of cells, in three stages (edge_list.wgsl).
+// Edges are written in the order of cells, in two stages (edge_list.wgsl).
 #import hachure::view::View
 #import hachure::cells::{Corner, Curves, corner_at, curves_of}
 #import hachure::cell_edges::{Cell, put_curves}

@@ -290,8 +290,8 @@ pub(crate) fn instance_descriptor() -> wgpu::InstanceDescriptor {
         descriptor.backends = wgpu::Backends::PRIMARY;
     }
     // Before each indirect dispatch wgpu would run a dispatch of one thread, with two barriers, that compares the
-    // numbers of workgroups with the device's limit. Our passes keep below WebGPU's least limit
-    // (`src/tests/portable.rs`), so they do not need it. DirectX 12 does: shaders get `num_workgroups` from it.
+    // numbers of workgroups with the device's limit. Our shaders compute them, and keep below WebGPU's least limit
+    // (`shaders/shared/dispatch.wgsl`). DirectX 12 needs the dispatch: shaders get `num_workgroups` from it.
     if cfg!(not(windows)) && std::env::var_os("WGPU_VALIDATION_INDIRECT_CALL").is_none() {
         descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
     }
