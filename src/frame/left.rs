@@ -93,7 +93,6 @@ impl Renderer {
     }
 
     /// Returns the CPU time of the last frame in parts.
-    #[allow(dead_code, reason = "the reports of `bench` will have them")]
     pub(crate) fn cpu(&self) -> FrameCpu {
         self.cpu
     }

@@ -88,7 +88,6 @@ pub(crate) struct FrameCounts {
     pub barriers: u32,
 }
 
-#[allow(dead_code, reason = "the reports of `bench` will have them")]
 impl FrameCounts {
     /// Counts the passes of a frame, however they were submitted.
     pub(crate) fn of(trace: &[PassTrace]) -> Self {
