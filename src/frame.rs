@@ -7,8 +7,10 @@
 
 mod antialias;
 mod bend;
+mod dry;
 mod eye;
 mod land_maps;
+mod in_use;
 mod inks;
 mod left;
 mod lines;
@@ -43,6 +45,7 @@ pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::{self, Lines, Style};
 use crate::surface::hidden::HiddenArea;
+use crate::surface::lakes;
 use crate::surface::land::vertices::PatchMesh;
 use crate::surface::rows::RowPlan;
 use crate::surface::rows::blocks::RowMemory;
@@ -119,6 +122,8 @@ pub struct Renderer {
     /// Whether the last frame was submitted.
     drew: bool,
     switch: switch::Switch,
+    /// The views that are known to be without water.
+    dry: dry::DryViews,
 }
 
 /// CPU time that a frame takes of the thread that draws it, without the time for tiles and patches
@@ -150,6 +155,8 @@ struct FrameInputs<'a> {
     /// Whether the frame ends when its strokes are drawn.
     only_strokes: bool,
     hidden: &'a [HiddenArea],
+    /// Whether the view is known to have no water.
+    is_dry: bool,
     /// The blocks of rows to build and draw, in a style with rows of hachures.
     rows: Option<&'a RowPlan>,
     /// How the frame continues the temporal mean; `None` without temporal anti-aliasing.
@@ -179,6 +186,7 @@ impl Renderer {
             cpu: FrameCpu::default(),
             drew: false,
             switch: switch::Switch::new(gpu),
+            dry: dry::DryViews::default(),
         })
     }
 
@@ -357,6 +365,8 @@ impl Renderer {
             self.pools.groups.clear();
         }
         let begun = Instant::now();
+        let water_version = style.water().and_then(|_| world.terrain.water_version());
+        let is_dry = self.dry.is_dry(water_version);
         let strokes_settle = self.has_settling_strokes();
         let light = &seen_light(world, rig, style, light);
         let mut recorder = Recorder::new(gpu, &mut self.pools, &mut self.timer, self.submits, self.trace.is_some());
@@ -390,6 +400,7 @@ impl Renderer {
             wants_mark_sets,
             only_strokes,
             hidden,
+            is_dry,
             rows: rows.as_ref(),
             temporal_aa,
         };
@@ -400,7 +411,11 @@ impl Renderer {
         let submit_ms = submitted.submit_ms;
         self.cpu = FrameCpu { record_ms: begun.elapsed().as_secs_f64() * 1000.0 - submit_ms, submit_ms };
         self.drew = is_complete;
-        if !is_complete {
+        if is_complete {
+            let found = self.pools.buffers.get(&lakes::seen::ARGUMENTS);
+            self.dry.request(gpu, water_version.filter(|_| !is_dry), found.as_ref());
+            self.measure_trace(gpu, world)?;
+        } else {
             self.rows.forget_planned();
         }
         Ok(is_complete)

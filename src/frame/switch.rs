@@ -251,6 +251,7 @@ impl Renderer {
                 wants_mark_sets,
                 only_strokes: self.only_strokes,
                 hidden,
+                is_dry: false,
                 rows: rows.as_ref(),
                 temporal_aa,
             };

@@ -25,7 +25,8 @@ pub(super) struct Watered {
     pub(super) ink: Target,
 }
 
-/// Computes the distance to the shore on the visible water. Returns `None` in a style without water.
+/// Computes the distance to the shore on the visible water. Returns `None` in a style without water, and if the view is
+/// known to have none.
 pub(super) fn find(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,
@@ -33,14 +34,14 @@ pub(super) fn find(
     [surface_id, distance]: [&Target; 2],
     targets: &mut Targets,
 ) -> Option<Target> {
-    let style = inputs.style.water()?;
+    let style = inputs.style.water().filter(|_| !inputs.is_dry)?;
     let terrain = &inputs.world.terrain.water_map_resources()?;
     let water = targets.whole(recorder.gpu(), &WATER);
     water::run(recorder, &water::Inputs { view, terrain, style, surface_id, distance, water: &water });
     Some(water)
 }
 
-/// Draws the tint and the lines of water. Returns `None` in a style without water.
+/// Draws the tint and the lines of water. Returns `None` if there is no picture of water.
 pub(super) fn draw(
     recorder: &mut Recorder<'_>,
     inputs: &FrameInputs<'_>,

@@ -27,10 +27,10 @@ impl AsyncReadback {
     }
 
     /// Requests the first bytes of some buffers, as they are after everything submitted so far. All parts together make
-    /// one answer.
-    pub(crate) fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) {
+    /// one answer. Returns `false` if too many requests are in flight.
+    pub(crate) fn request(&mut self, gpu: &Gpu, parts: &[(&wgpu::Buffer, u64)]) -> bool {
         if self.open.len() == MAX_OPEN {
-            return;
+            return false;
         }
         let buffer = self.spare.pop().unwrap_or_else(|| {
             gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -54,6 +54,7 @@ impl AsyncReadback {
             let _ = sender.send(mapped);
         });
         self.open.push_back((buffer, receiver));
+        true
     }
 
     /// Returns the oldest answer that has arrived and has not been taken. Answers arrive while the device is polled.

@@ -42,12 +42,14 @@ pub struct Traced {
     pub name: &'static str,
     /// The texture of a picture; `None` for a buffer.
     pub texture: Option<wgpu::Texture>,
-    /// Size on the GPU, in bytes.
+    /// Size on the GPU, in bytes. When a frame is finished, that of a list is the size that the frame filled, and that of
+    /// an atlas the size of the tiles that the view needs (`src/frame/in_use.rs`).
     pub bytes: u64,
 }
 
-/// Sizes of the pictures and buffers that a pass reads and writes in a frame, in bytes. Each resource counts once and
-/// whole, whatever part of it the pass accesses.
+/// Sizes of the pictures and buffers that a pass reads and writes in a frame, in bytes. Each resource counts once for a
+/// pass, however often the pass runs: a picture whole, whatever part of it the pass accesses, a list as far as the frame
+/// filled it, and an atlas with the tiles that the view needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct PassBytes {
     /// Total size of the resources that it reads.

@@ -108,7 +108,9 @@ fn pixels(world: &mut World, camera: &str) -> Vec<Pixel> {
     for _ in 0..2 {
         draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style, &light);
     }
-    let water = floats::<1>(&world.gpu, renderer.target(&WATER).unwrap());
+    // A view that is known to be dry has no picture of water.
+    let water = renderer.target(&WATER).map(|water| floats::<1>(&world.gpu, water));
+    let water = water.unwrap_or_else(|| vec![[0.0]; SIZE_PX[0] as usize * SIZE_PX[1] as usize]);
     let places = places_m(&world.gpu, &renderer, pose.position_m);
     let pixel = |(place_m, [water_m]): (Option<DVec3>, [f32; 1])| {
         let place_m = place_m?;

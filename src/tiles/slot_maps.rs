@@ -9,7 +9,9 @@
 //!
 //! Why: `docs/decisions/horizon-maps.md`, `docs/decisions/water.md`.
 
-use rustc_hash::{FxHashMap, FxHashSet};
+use std::hash::{Hash, Hasher};
+
+use rustc_hash::{FxHashMap, FxHashSet, FxHasher};
 
 use super::atlas::Atlas;
 use super::map_neighbours::{Around, around};
@@ -107,6 +109,20 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
     /// Sets the key from the next plan on.
     pub(crate) fn set_key(&mut self, key: K) {
         self.key = key;
+    }
+
+    /// Returns a number that identifies the maps of the tiles that the view needs, or `None` while maps are computed.
+    pub(crate) fn version(&self, residency: &Residency) -> Option<u64> {
+        if !self.jobs.is_empty() {
+            return None;
+        }
+        let mut hasher = FxHasher::default();
+        for tile in &residency.needed {
+            let made = self.made_of(&residency.atlas, tile.address);
+            let made = made.map(|made| (made.slot, made.arrived_s.to_bits(), made.frame));
+            (tile.address, made).hash(&mut hasher);
+        }
+        Some(hasher.finish())
     }
 
     /// Returns the maps that this frame computes.

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use glam::{DVec2, DVec3};
-use rustc_hash::FxHashMap;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 pub use self::prepare::Prepared;
 pub(crate) use self::prepare::TerrainView;
@@ -253,6 +253,21 @@ impl Terrain {
             gpu_bytes: atlas.len() as u64 * SLOT_BYTES,
             cache_bytes: self.residency.cache_bytes(),
         }
+    }
+
+    /// Returns a number that identifies the water maps of the last view's tiles, or `None` while nobody requests them or
+    /// some are being computed.
+    pub(crate) fn water_version(&self) -> Option<u64> {
+        self.water_maps.as_ref()?.version(&self.residency)
+    }
+
+    /// Returns how many tiles on the GPU the last view needs, and how many more its maps depend on.
+    pub(crate) fn tiles_in_use(&self) -> [u64; 2] {
+        let Residency { atlas, needed, map_neighbours, .. } = &self.residency;
+        let is_there = |tile: &TileAddress| atlas.get(*tile).is_some();
+        let needed: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).filter(is_there).collect();
+        let around = map_neighbours.iter().filter(|tile| is_there(tile) && !needed.contains(*tile));
+        [needed.len() as u64, around.collect::<FxHashSet<_>>().len() as u64]
     }
 
     /// Returns the memory of the terrain on the GPU, in bytes.

@@ -2,7 +2,7 @@
 //! of the paper that lines cover.
 //!
 //! Far ranges become lines on top of each other, and maps are full of speckle; a draughtsman draws the skyline and
-//! leaves out the rest. Each pixel of a line has a [`rank`]; the ink of each rank is [`count`]ed in cells; from a
+//! leaves out the rest. Each pixel of a line has a [`mod@rank`]; the ink of each rank is counted in cells; from a
 //! window of 4 × 4 cells follows the [`bar`], the rank above which there is no more ink than the style allows; and
 //! [`thin`] removes lines below the bar, with a soft transition. All of these are smooth functions of the picture, also
 //! between the middles of cells, so nothing jumps in a flight. The method is the density control of Grabli et al. 2010
@@ -10,7 +10,6 @@
 //! samples ([`strokes::crowd`](super::strokes::crowd)).
 
 pub(crate) mod bar;
-pub(crate) mod count;
 pub(crate) mod rank;
 pub(crate) mod thin;
 
@@ -89,7 +88,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>, targets: &mu
     let cells = Cells::new(recorder, targets, cap, apart_m);
     let [rank, thinned] = [&rank::RANK, &thin::UNCROWDED].map(|kind| targets.whole(recorder.gpu(), kind));
     rank::run(recorder, &rank::Inputs { view, cells: &cells, distance, line, rank: &rank });
-    count::run(recorder, view, line, &rank, &cells);
     bar::run(recorder, view, &cells);
     thin::run(recorder, &thin::Inputs { view, line, rank: &rank, cells: &cells, thinned: &thinned });
     thinned

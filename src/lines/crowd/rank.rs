@@ -1,18 +1,18 @@
-//! The importance (rank) of each pixel of a line. See `shaders/lines/crowd/rank.wgsl`.
+//! The importance (rank) of each pixel of a line, and the ink of each rank in cells. See `shaders/lines/crowd/rank.wgsl`.
 
 use super::Cells;
 use crate::gpu::bind::Resource;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::target::{Target, TargetKind};
 
-/// x: rank, from 0 (speckle, or no line) to 1 (a long skyline); y: how far the cap applies, which is 0 near a pair of
-/// eyes.
-pub(crate) const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::Rg32Float);
+/// In 16 bits each: rank, from 0 (speckle, or no line) to 1 (a long skyline), and how far the cap applies, which is 0
+/// near a pair of eyes.
+pub(crate) const RANK: TargetKind = TargetKind::storage("line rank", wgpu::TextureFormat::R32Uint);
 
 /// Inputs and output of the pass.
 pub(crate) struct Inputs<'a> {
     pub view: &'a Resource,
-    /// The cells, for the size of the window.
+    /// The cells, in which the ink of each rank is counted.
     pub cells: &'a Cells,
     pub distance: &'a Target,
     /// Line strength: 0 no line, 1 full.
@@ -20,7 +20,7 @@ pub(crate) struct Inputs<'a> {
     pub rank: &'a Target,
 }
 
-/// Ranks the lines.
+/// Ranks the lines, and counts their ink in the cells.
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
     let resources = [
         ("view", inputs.view.clone()),
@@ -28,6 +28,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("distance_m", inputs.distance.into()),
         ("line", inputs.line.into()),
         ("rank", inputs.rank.into()),
+        ("counts", inputs.cells.counts.binding()),
     ];
-    recorder.pixels("lines/crowd/rank", inputs.rank.size_px(), &resources);
+    recorder.groups("lines/crowd/rank", inputs.cells.bars.size_px(), &resources);
 }

@@ -168,6 +168,11 @@ impl StrokeMemory {
         &self.lists[self.current]
     }
 
+    /// Returns the samples of the last two frames.
+    pub(crate) fn both_lists(&self) -> &[SampleList; 2] {
+        &self.lists
+    }
+
     /// Returns whether strokes are still coming or going.
     pub(crate) fn is_settling(&self) -> bool {
         self.history.is_settling()

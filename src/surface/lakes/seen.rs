@@ -5,8 +5,8 @@ use crate::gpu::buffer::{Buffer, BufferKind};
 use crate::gpu::recorder::{Recorder, WORKGROUP_PX};
 use crate::gpu::wgsl::surface::lakes::seen::Seen;
 
-/// Workgroup counts of `surface/water`, and of `surface/dry`.
-const ARGUMENTS: BufferKind = BufferKind::indirect("water arguments");
+/// Workgroup counts, of which the first is 0 if the view has no water: those of `surface/water`, and of `surface/dry`.
+pub(crate) const ARGUMENTS: BufferKind = BufferKind::indirect("water arguments");
 /// Offset of the counts of `surface/dry`, in bytes.
 pub(crate) const DRY: u64 = 12;
 

@@ -50,13 +50,17 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         clears: if inputs.clears { Clears::All } else { Clears::Nothing },
     };
     let solid_count = inputs.mesh.solid.saturating_sub(first).min(count);
-    recorder.render(SOLID.name, &[&solid, &with_holes], on, |pass| {
+    let has_holes = solid_count < count;
+    let drawings: &[_] = if has_holes { &[&solid, &with_holes] } else { &[&solid] };
+    recorder.render(SOLID.name, drawings, on, |pass| {
         pass.set_index_buffer(indices.0.buffer().slice(..), wgpu::IndexFormat::Uint16);
         let index_count = 6 * PATCH_QUADS * PATCH_QUADS;
         solid.set(pass);
         pass.draw_indexed(0..index_count, 0, 0..solid_count);
-        with_holes.set(pass);
-        pass.draw_indexed(0..index_count, 0, solid_count..count);
+        if has_holes {
+            with_holes.set(pass);
+            pass.draw_indexed(0..index_count, 0, solid_count..count);
+        }
     });
 }
 

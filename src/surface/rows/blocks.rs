@@ -24,7 +24,7 @@ use crate::tiles::terrain::{Loading, Terrain};
 /// Blocks that a frame builds if it must not wait, and that one submit builds if it must.
 pub(crate) const JOBS_AT_ONCE: usize = 8;
 /// Blocks of a pool: 66 MB of candidates, half of what a binding may hold.
-const POOL_SLOTS: usize = 48;
+pub(crate) const POOL_SLOTS: usize = 48;
 /// Number of pools. The minimum keeps blocks that go out of view cached; if a picture needs more than the maximum, the
 /// spacing is widened.
 const POOLS: std::ops::RangeInclusive<usize> = 2..=12;
@@ -43,6 +43,8 @@ const MARKS_PER_SPACING: f32 = 2.0;
 
 const COUNTS: BufferKind = BufferKind::storage("row counts");
 const CANDIDATES: BufferKind = BufferKind::storage("row candidates");
+/// Bytes of a candidate.
+pub(crate) const CANDIDATE_BYTES: u64 = 4 * WORDS as u64;
 
 /// Level and position of a block in the quadtree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -88,6 +90,11 @@ impl RowMemory {
         for address in self.planned.drain(..) {
             self.made.remove(&address);
         }
+    }
+
+    /// Returns the number of candidates of each slot, one buffer for each pool.
+    pub(crate) fn counts(&self) -> impl Iterator<Item = &Buffer> {
+        self.pools.iter().map(|[counts, _]| counts)
     }
 
     /// Returns whether the next frame of the same view would have more marks.
@@ -140,7 +147,7 @@ impl RowMemory {
         }
         let pools = wanted.len().div_ceil(POOL_SLOTS).clamp(*POOLS.start(), *POOLS.end());
         while self.pools.len() < pools {
-            let bytes = POOL_SLOTS as u64 * u64::from(MAX_CANDIDATES * WORDS) * 4;
+            let bytes = POOL_SLOTS as u64 * u64::from(MAX_CANDIDATES) * CANDIDATE_BYTES;
             self.pools.push([Buffer::new(gpu, &COUNTS, 4 * POOL_SLOTS as u64), Buffer::new(gpu, &CANDIDATES, bytes)]);
         }
         let mut plan: Vec<PlannedPool> = self

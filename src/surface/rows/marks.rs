@@ -14,6 +14,8 @@ use crate::gpu::{Gpu, GpuError};
 pub(crate) const DRAWN: BufferKind = BufferKind::indirect("row draw");
 /// Samples along the marks.
 pub(crate) const MARKS: BufferKind = BufferKind::storage("row marks");
+/// Bytes of a mark.
+pub(crate) const BYTES: u64 = 16 * SAMPLES as u64;
 
 /// Inputs of the pass.
 pub(crate) struct Inputs<'a> {
@@ -40,7 +42,7 @@ pub(crate) struct Marks {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Marks {
     let plan = inputs.plan;
     let drawn = recorder.buffer(&DRAWN, 16);
-    let samples = recorder.buffer(&MARKS, 16 * u64::from(plan.rules.max_marks) * SAMPLES as u64);
+    let samples = recorder.buffer(&MARKS, u64::from(plan.rules.max_marks) * BYTES);
     recorder.write(&drawn, &[2 * SAMPLES as u32, 0, 0, 0]);
     let resources = [
         ("view", inputs.view.clone()),

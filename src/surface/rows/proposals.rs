@@ -9,8 +9,10 @@ use crate::gpu::target::Target;
 use crate::gpu::wgsl::shared::rows::{MAX_CANDIDATES, PROPOSAL};
 
 /// Number of proposals.
-const PROPOSED: BufferKind = BufferKind::storage("row proposed");
+pub(crate) const PROPOSED: BufferKind = BufferKind::storage("row proposed");
 const PROPOSALS: BufferKind = BufferKind::storage("row proposals");
+/// Bytes of a proposal.
+pub(crate) const BYTES: u64 = 16 * PROPOSAL as u64;
 
 /// Returns how many proposals a binding can hold.
 pub(crate) fn max_marks(gpu: &Gpu) -> u32 {
@@ -42,7 +44,7 @@ pub(crate) struct Proposals {
 pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) -> Proposals {
     let plan = inputs.plan;
     let count = recorder.buffer(&PROPOSED, 16);
-    let all = recorder.buffer(&PROPOSALS, 16 * u64::from(plan.rules.max_marks) * PROPOSAL as u64);
+    let all = recorder.buffer(&PROPOSALS, u64::from(plan.rules.max_marks) * BYTES);
     recorder.write(&count, &[0_u32; 4]);
     let prewarms = recorder.prewarms();
     for pool in plan.pools.iter().filter(|pool| !pool.seen.is_empty() || prewarms) {
