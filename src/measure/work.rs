@@ -10,7 +10,7 @@ use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
 /// What a frame gives the GPU to do. It depends on the style, the world and the picture, not on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameWork {
-    /// Bytes of the textures and buffers that passes read: each resource once for each pass, at its full size.
+    /// Bytes of the textures and buffers that passes read: each resource once for each pass, as `PassBytes` counts.
     pub bytes_read: u64,
     /// Bytes of the textures and buffers that passes write, counted in the same way.
     pub bytes_written: u64,

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use common::draw::{draw, floats, halves, north_west, places_m, still};
 use common::{World, grid_of, quantile};
 use glam::DVec3;
-use hachure::frame::{Light, PICTURE, Renderer};
+use hachure::frame::{Light, Renderer};
 use hachure::scene::Scene;
 use hachure::scene::scene_file::SceneError;
 use hachure::scene::view::{Part, Pose, Rig, View};
@@ -97,28 +97,6 @@ fn errors(pixels: &[Option<Pixel>], radius_m: f64) -> [Vec<f64>; 2] {
     }
     assert!(shore.len() > 60 && distance.len() > 60, "{} {}", shore.len(), distance.len());
     [shore, distance]
-}
-
-#[test]
-fn views_that_are_known_to_be_dry_run_no_passes_of_water() {
-    let rough_m = |x_m: f64, y_m: f64| LEVEL_M + 0.1 * x_m + 40.0 * (0.003 * y_m).sin();
-    let Some(mut dry) = World::new(grid_of(129, 129, 30.0, rough_m), 1.0) else { return };
-    let mut wet = World::new(grid_of(129, 129, 30.0, |x_m, y_m| bowl_m(1.5 * x_m, 1.5 * y_m)), 1.0).unwrap();
-    let size_px = [160, 90];
-    let mut renderer = Renderer::new(&dry.gpu).unwrap();
-    let mut shot = |world: &mut World| {
-        let view = still(world.pose("0,0,4000,0,-90,45"), size_px);
-        draw(&world.gpu, &mut world.surfaces, &mut renderer, &view, &style(), &north_west());
-        let picture = halves(&world.gpu, renderer.target(&PICTURE).unwrap());
-        (picture, renderer.target(&WATER).is_some())
-    };
-    let frames: Vec<_> = (0..4).map(|_| shot(&mut dry)).collect();
-    assert!(frames[0].1, "nothing is known of the first frame");
-    assert!(!frames[3].1, "the view must be known to be dry");
-    assert!(frames.iter().all(|(picture, _)| *picture == frames[0].0), "the picture depends on what is known");
-    // What is known of one view does not apply to another, or to one with water.
-    let frames: Vec<_> = (0..4).map(|_| shot(&mut wet)).collect();
-    assert!(frames.iter().all(|(picture, has_water)| *has_water && *picture == frames[3].0));
 }
 
 #[test]

@@ -9,7 +9,7 @@
 // The second half of the word is how far the cap holds for the line: that of the nearest surface around, whose contour
 // it is.
 #import hachure::view::View
-#import hachure::crowd::{Crowd, capped, first_cell, bin_of, BINS, CELL_WORDS, UNITS}
+#import hachure::crowd::{Crowd, capped, first_cell, bin_of, CELL_WORDS, UNITS}
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<uniform> crowd: Crowd;
@@ -17,10 +17,8 @@
 @group(0) @binding(3) var line: texture_2d<f32>;
 // Rank, and how far the cap holds, in 16 bits each.
 @group(0) @binding(4) var rank: texture_storage_2d<r32uint, write>;
-// CELL_WORDS for each cell. Lines of pixels are narrow, so their width is not stored.
-@group(0) @binding(5) var<storage, read_write> counts: array<u32>;
-
-var<workgroup> sums: array<atomic<u32>, BINS>;
+// CELL_WORDS for each cell, which begin at 0. Lines of pixels are narrow, so their width is not stored.
+@group(0) @binding(5) var<storage, read_write> counts: array<atomic<u32>>;
 
 const DIRECTIONS: i32 = 8;
 // Samples to either side.
@@ -70,35 +68,29 @@ fn length_at(pixel: vec2<i32>) -> f32 {
     return best / f32(2 * TAPS);
 }
 
-// One workgroup per cell.
+// Adds the ink of a pixel to its cell. A part of a large picture may begin before the first cell.
+fn count(pixel: vec2<i32>, own_rank: f32, ink: f32) {
+    let place = vec2<f32>(pixel + view.origin_px) + 0.5;
+    let cell = vec2<i32>(floor(place / f32(crowd.cell_px))) - first_cell(view, crowd);
+    if all(cell >= vec2<i32>(0)) && all(cell < vec2<i32>(crowd.cells)) {
+        let first = (u32(cell.y) * crowd.cells.x + u32(cell.x)) * CELL_WORDS;
+        atomicAdd(&counts[first + bin_of(own_rank)], u32(round(ink * UNITS)));
+    }
+}
+
 @compute @workgroup_size(8, 8)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let number = local.y * 8u + local.x;
-    if number < BINS {
-        atomicStore(&sums[number], 0u);
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= view.size_px) {
+        return;
     }
-    workgroupBarrier();
-    let cell = vec2<i32>(group.xy) + first_cell(view, crowd);
-    let first = cell * i32(crowd.cell_px) - view.origin_px;
-    let low = max(first, vec2<i32>(0));
-    let high = min(first + i32(crowd.cell_px), vec2<i32>(view.size_px));
-    for (var y = low.y + i32(local.y); y < high.y; y += 8) {
-        for (var x = low.x + i32(local.x); x < high.x; x += 8) {
-            let pixel = vec2<i32>(x, y);
-            let ink = textureLoad(line, pixel, 0).r;
-            var value = vec2<f32>(0.0);
-            if ink > 0.0 {
-                let nearness = nearness_at(pixel);
-                let nearest_m = select(0.0, 1.0 / nearness.y, nearness.y > 0.0);
-                value = vec2<f32>(0.5 * (step_of(nearness) + length_at(pixel)), capped(crowd, nearest_m));
-                atomicAdd(&sums[bin_of(value.x)], u32(round(ink * value.y * UNITS)));
-            }
-            textureStore(rank, pixel, vec4<u32>(pack2x16unorm(value), 0u, 0u, 0u));
-        }
+    let pixel = vec2<i32>(id.xy);
+    let ink = textureLoad(line, pixel, 0).r;
+    var value = vec2<f32>(0.0);
+    if ink > 0.0 {
+        let nearness = nearness_at(pixel);
+        let nearest_m = select(0.0, 1.0 / nearness.y, nearness.y > 0.0);
+        value = vec2<f32>(0.5 * (step_of(nearness) + length_at(pixel)), capped(crowd, nearest_m));
+        count(pixel, value.x, ink * value.y);
     }
-    workgroupBarrier();
-    if number < CELL_WORDS {
-        let sum = select(0u, atomicLoad(&sums[min(number, BINS - 1u)]), number < BINS);
-        counts[(group.y * crowd.cells.x + group.x) * CELL_WORDS + number] = sum;
-    }
+    textureStore(rank, pixel, vec4<u32>(pack2x16unorm(value), 0u, 0u, 0u));
 }

@@ -37,8 +37,8 @@ pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyho
          path `tour`. These figures do not depend on the GPU. `hachure bench` reports them for other worlds, sizes and \
          styles, and `--compare` names what became worse.\n\n\
          - GB read and written: the textures and buffers of all passes, as they declare them. Each resource counts once \
-         for each pass, at its full size, also where a pass reads only a part of it: of the tiles of the terrain, for \
-         example.\n\
+         for each pass: a picture whole, also where a pass reads only a part of it, a list as far as the frame filled \
+         it, and an atlas with the tiles that the view needs.\n\
          - Bytes per pixel: read and written, divided by the pixels of the picture.\n\
          - Passes: compute and render passes; dispatches that follow each other share one. Barriers: how often work must \
          wait for earlier work of the frame.\n\

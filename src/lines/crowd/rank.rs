@@ -30,5 +30,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, inputs: &Inputs<'_>) {
         ("rank", inputs.rank.into()),
         ("counts", inputs.cells.counts.binding()),
     ];
-    recorder.groups("lines/crowd/rank", inputs.cells.bars.size_px(), &resources);
+    recorder.clear(&inputs.cells.counts);
+    recorder.pixels("lines/crowd/rank", inputs.rank.size_px(), &resources);
 }
