@@ -44,6 +44,7 @@ use crate::lines::strokes;
 pub use crate::scene::Light;
 use crate::scene::view::{Rig, View};
 use crate::style::{self, Lines, Style};
+pub use crate::surface::DISTANCE;
 use crate::surface::hidden::HiddenArea;
 use crate::surface::lakes;
 use crate::surface::land::vertices::PatchMesh;

@@ -10,7 +10,7 @@ impl Renderer {
     ///
     /// # Errors
     /// [`GpuError::Readback`] if the device is lost or out of memory.
-    pub(crate) fn places(
+    pub fn places(
         &self,
         gpu: &Gpu,
         eye: usize,
@@ -30,7 +30,7 @@ impl Renderer {
     ///
     /// # Errors
     /// Those of [`places`](Self::places).
-    pub(crate) fn normals(
+    pub fn normals(
         &self,
         gpu: &Gpu,
         eye: usize,

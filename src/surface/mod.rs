@@ -22,7 +22,8 @@ pub(crate) mod rims;
 pub(crate) mod rows;
 pub(crate) mod motion;
 
-pub(crate) use self::seen::{DISTANCE, NORMAL, NORMAL_AND_LIGHTNESS};
+pub use self::seen::DISTANCE;
+pub(crate) use self::seen::{NORMAL, NORMAL_AND_LIGHTNESS};
 use crate::gpu::target::TargetKind;
 
 /// Reversed depth: near / distance along the view axis; 0 is the sky.

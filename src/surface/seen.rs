@@ -8,8 +8,8 @@ use crate::gpu::target::{Target, TargetKind};
 use crate::gpu::wgsl::shared::seen::{MIDDLE, OCTAHEDRON};
 use crate::gpu::wgsl::shared::view::View;
 
-/// Distance of the visible surface along the view axis, in metres; 0 in the sky. [`place_at`] returns its position.
-pub(crate) const DISTANCE: TargetKind = TargetKind::storage("distance", wgpu::TextureFormat::R32Float);
+/// Distance of the visible surface along the view axis, in metres; 0 in the sky.
+pub const DISTANCE: TargetKind = TargetKind::storage("distance", wgpu::TextureFormat::R32Float);
 /// Normal of the visible surface as a word ([`surface_of`]); 0 in the sky.
 pub(crate) const NORMAL: TargetKind = TargetKind::storage("normal", wgpu::TextureFormat::R32Uint);
 /// As [`NORMAL`], with the lightness as a second word, in scenes with models or trees.

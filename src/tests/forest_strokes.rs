@@ -211,7 +211,7 @@ fn outline(bench: &Bench) -> [Vec<bool>; 2] {
     let ids = read(&world.gpu, renderer.target(&SURFACE_ID).unwrap(), [0, 0], SIZE_PX).unwrap();
     let ids: Vec<u32> = ids.chunks_exact(4).map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]])).collect();
     let along_m: Vec<f64> =
-        places(&world.gpu, &renderer, 0).iter().map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) }).collect();
+        places(&world.gpu, renderer, 0).iter().map(|at| if at[3] == 0.0 { 1e6 } else { f64::from(at[3]) }).collect();
     let near: Vec<u32> = bench.near_trees().iter().map(|tree| tree.instance.id).collect();
     let [width, height] = SIZE_PX.map(|side| side as usize);
     let is_tree = |i: usize| {

@@ -1,14 +1,13 @@
 //! Draws a frame of a world and reads it back, for all tests of pictures.
 
 use glam::DVec3;
-use hachure::frame::Prepared;
+use hachure::frame::{DISTANCE, Prepared};
 use hachure::frame::{Light, Renderer};
 use hachure::gpu::Gpu;
 use hachure::gpu::Target;
 use hachure::internals::read;
 use hachure::scene::view::{Pose, View};
 use hachure::style::Style;
-use hachure::surface::DISTANCE;
 use hachure::world::Surfaces;
 
 /// The sun overhead, for lines, which do not depend on it.
