@@ -161,6 +161,9 @@ pub(crate) struct TileCounts {
     pub late_frames_after_1s: Option<u64>,
     /// Time from a jump of the camera ([`FrameRecord::jumped`]) to the end of the first frame that is not late.
     pub full_detail_ms: Option<FullDetail>,
+    /// Largest factor by which the surface was coarser than requested because its tiles did not fit into the memory for
+    /// tiles; 1 if they always fit ([`FrameRecord::memory_factor`]).
+    pub memory_factor: Option<f64>,
 }
 
 /// Time until the terrain has full detail, in milliseconds.
@@ -233,6 +236,7 @@ impl Run {
                 late_frames,
                 late_frames_after_1s: late_after_1s(frames),
                 full_detail_ms: full_detail_ms(frames),
+                memory_factor: frames.iter().filter_map(|frame| frame.memory_factor).reduce(f64::max),
                 ..TileCounts::default()
             },
             lod_error_px: percentiles(lod_error_px),

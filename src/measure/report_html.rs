@@ -203,7 +203,7 @@ fn table(runs: &[Run]) -> String {
     fn mebibytes(bytes: Option<u64>) -> String {
         bytes.map_or(none(), |bytes| short(bytes as f64 / 1_048_576.0))
     }
-    let rows: [(&str, Cell); 31] = [
+    let rows: [(&str, Cell); 32] = [
         ("frames", |run| run.frames.to_string()),
         ("frame ms, p50", |run| time(run.frame_ms, |ms| ms.p50)),
         ("frame ms, p95", |run| time(run.frame_ms, |ms| ms.p95)),
@@ -218,6 +218,7 @@ fn table(runs: &[Run]) -> String {
         ("level-of-detail error px, max", |run| run.lod_error_px.map_or(none(), |px| short(px.max))),
         ("allowed error px, max", |run| run.allowed_error_px.map_or(none(), |px| short(px.max))),
         ("frames over budget", |run| count(run.over_budget_frames)),
+        ("surface coarser because of memory, largest factor", |run| run.tiles.memory_factor.map_or(none(), short)),
         ("triangles", |run| count(run.triangles)),
         ("strokes", |run| count(run.strokes)),
         ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),

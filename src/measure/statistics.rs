@@ -61,6 +61,9 @@ pub(crate) struct FrameRecord {
     pub allowed_error_px: Option<f64>,
     /// Whether the allowed error was raised, because the requested one needs more triangles than a frame may have.
     pub over_budget: Option<bool>,
+    /// Factor by which the surface was coarser than requested because its tiles do not fit into the memory for tiles; 1
+    /// if they fit.
+    pub memory_factor: Option<f64>,
     /// Time that the frame thread spent on tiles and patches.
     pub prepare_ms: Option<f64>,
     /// Whether the camera jumped to this frame. The first frame of a world counts as a jump; benchmarks draw it before
@@ -138,7 +141,16 @@ pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), Fi
     let mut table = csv::Writer::from_writer(Vec::new());
     let header = FIRST_COLUMNS
         .into_iter()
-        .chain(["tiles_loaded", "late", "prepare_ms", "jumped", "wall_s", "allowed_error_px", "over_budget"])
+        .chain([
+            "tiles_loaded",
+            "late",
+            "prepare_ms",
+            "jumped",
+            "wall_s",
+            "allowed_error_px",
+            "over_budget",
+            "memory_factor",
+        ])
         .chain(COST_COLUMNS)
         .map(str::to_owned);
     let header = header.chain(passes.iter().map(|pass| format!("{PASS_COLUMN}{pass}")));
@@ -163,6 +175,7 @@ pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), Fi
                 text(frame.wall_s),
                 text(frame.allowed_error_px),
                 text(frame.over_budget.map(u8::from)),
+                text(frame.memory_factor),
                 text(frame.record_ms),
                 text(frame.submit_ms),
                 text(frame.wait_ms),

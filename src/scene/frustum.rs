@@ -24,7 +24,7 @@ impl Bounds {
 }
 
 /// The side planes of a view's pyramid, as inward unit normals; all planes pass through the camera.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Frustum {
     normals: [DVec3; 4],
     forward: DVec3,
@@ -56,6 +56,15 @@ impl Frustum {
             if turned.dot(self.forward) < normal.dot(self.forward) { self.forward } else { turned }
         });
         Self { normals, forward: self.forward }
+    }
+
+    /// Returns whether everything in the frustum `other`, which has the same apex, is in this one.
+    pub(crate) fn contains(&self, other: &Self) -> bool {
+        (0..4).all(|side| {
+            let edge = other.normals[side].cross(other.normals[(side + 1) % 4]);
+            let ray = if edge.dot(other.forward) < 0.0 { -edge } else { edge };
+            self.normals.iter().all(|normal| normal.dot(ray) >= -1e-12)
+        })
     }
 
     /// Returns the angle between the axis and the centre of a box, in radians; 0 if the camera is inside the box.

@@ -219,6 +219,7 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
         focal_px: view.focal_px(),
         error_px: 0.5,
         earth_curvature,
+        margin_m: 0.0,
     };
     let mut all: HashMap<TileAddress, TileStatistics> = HashMap::new();
     for (level, size) in (0..).zip(store.levels()) {

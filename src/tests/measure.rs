@@ -80,7 +80,11 @@ fn report_has_the_names_that_scripts_rely_on() {
     assert_eq!(keys(&run["passes"][0]), "bytes_read bytes_written frames gpu_ms mean_ms name runs");
     assert_eq!(keys(&run["passes"][0]["gpu_ms"]), "p50 p95 p99");
     assert_eq!(keys(&run["memory"]), "cpu_tile_bytes gpu_bytes rss_bytes tile_cache_bytes");
-    assert_eq!(keys(&run["tiles"]), "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded");
+    assert_eq!(
+        keys(&run["tiles"]),
+        "cancelled evicted failed full_detail_ms late_frames late_frames_after_1s loaded \
+         memory_factor"
+    );
     assert_eq!(keys(&run["lod_error_px"]), "max p50 p99");
     assert_eq!((&run["passes"][1]["name"], &run["frames"]), (&"lsa".into(), &2000.into()));
     assert_eq!((&run["tiles"]["late_frames"], &run["triangles"]), (&1.into(), &1999.into()));
@@ -132,11 +136,11 @@ fn frames_table_has_a_column_for_each_pass() {
     assert_eq!(
         lines[0],
         "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,prepare_ms,jumped,wall_s,\
-         allowed_error_px,over_budget,record_ms,submit_ms,wait_ms,bytes_read,bytes_written,passes,dispatches,draws,copies,\
-         barriers,gpu_ms.terrain,gpu_ms.lsa"
+         allowed_error_px,over_budget,memory_factor,record_ms,submit_ms,wait_ms,bytes_read,bytes_written,passes,dispatches,\
+         draws,copies,barriers,gpu_ms.terrain,gpu_ms.lsa"
     );
-    assert_eq!(lines[1], format!("ink,mono,0,0,5,3,0.5,1000,,,0,,,,,{},1,2", ",".repeat(10)));
-    assert_eq!(lines[2001], format!("a <b>,mono,0,1,{}", ",".repeat(23)));
+    assert_eq!(lines[1], format!("ink,mono,0,0,5,3,0.5,1000,,,0,,,,,{},1,2", ",".repeat(11)));
+    assert_eq!(lines[2001], format!("a <b>,mono,0,1,{}", ",".repeat(24)));
 }
 
 #[test]

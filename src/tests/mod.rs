@@ -23,6 +23,7 @@ mod device;
 mod extremes;
 mod eyes;
 mod files;
+mod flights;
 mod focus;
 mod forest;
 mod forest_colors;

@@ -18,7 +18,7 @@ use hachure::scene::camera::Camera;
 use hachure::scene::view::{Pose, View};
 use hachure::source::{HeightGrid, WorldMapping};
 use hachure::tiles::grid_projection::GridProjection;
-use hachure::tiles::patches::{AllPatches, PatchState, Patches};
+use hachure::tiles::patches::{AllPatches, Arrival, PatchState, Patches};
 use hachure::tiles::select::select;
 use hachure::tiles::selection::{PatchInstance, PatchKey, Selection, Viewpoint, units_log2};
 use proptest::prelude::*;
@@ -205,6 +205,14 @@ impl Patches for Raised {
 
     fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
         land().patches.patch(j, x, y)
+    }
+
+    fn is_current(&self, _: &Arrival) -> bool {
+        true
+    }
+
+    fn coarser_by(&self, _: &Arrival) -> f64 {
+        0.0
     }
 
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {

@@ -270,6 +270,7 @@ fn what_a_view_needs_has_no_gap_and_keeps_the_bound() {
             focal_px: view.focal_px(),
             error_px,
             earth_curvature: Default::default(),
+            margin_m: 0.0,
         };
         let list = |error_px| needed(&land, &mut TilePlaces::default(), |tile| known.get(&tile), &rule(error_px));
         let tiles = list(0.5);

@@ -17,19 +17,82 @@ pub(crate) const HEIGHTS_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::R32F
 /// Size of a slot in bytes.
 pub(crate) const SLOT_BYTES: u64 = TILE_STRIDE as u64 * TILE_STRIDE as u64 * 4;
 
-/// A tile on the GPU, with its statistics.
-pub(crate) struct Resident {
-    /// The layer of the texture that contains its heights.
-    pub slot: u32,
+/// The arrival of a tile on the GPU.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Arrival {
+    /// The slot of the tile, or [`Arrival::NO_SLOT`] for what is always there.
+    pub(super) slot: u32,
+    /// The number of the arrival: another tile in that slot has another number.
+    pub(super) number: u64,
+    /// Time of the arrival, in seconds of the terrain's clock; negative infinity for what does not fade in.
+    pub(super) at_s: f64,
+}
+
+impl Arrival {
+    /// The slot of what is always there.
+    pub(super) const NO_SLOT: u32 = u32::MAX;
+    /// For what is always there.
+    pub const ALWAYS: Self = Self { slot: Self::NO_SLOT, number: 0, at_s: f64::NEG_INFINITY };
+}
+
+/// What is known about the land of a tile.
+pub(crate) struct TileFacts {
     /// Height range, errors and no-data of the tile.
     pub statistics: TileStatistics,
     /// Height range, mesh error and no-data of the mesh patches of the tile's page.
     pub patches: PatchPage,
     /// Lower bounds of the tile's land, by blocks, for occlusion culling.
     pub occluder_minima: Arc<OccluderMinima>,
+}
+
+/// The tiles on the GPU at some time, for other threads.
+#[derive(Default)]
+pub(crate) struct Snapshot {
+    /// What is known about each of them, with its arrival.
+    pub tiles: FxHashMap<TileAddress, (Arc<TileFacts>, Arrival)>,
+    /// The number of the arrival of the tile in each slot; 0 if there is none.
+    pub arrivals: Vec<u64>,
+}
+
+/// A tile on the GPU.
+pub(crate) struct Resident {
+    /// The layer of the texture that contains its heights.
+    pub slot: u32,
+    /// What is known about its land.
+    pub facts: Arc<TileFacts>,
     /// Time of arrival on the GPU, in seconds of the terrain's clock.
     pub arrived_s: f64,
-    last_wanted: Cell<u64>,
+    /// The number of its arrival: no two arrivals have the same.
+    number: u64,
+}
+
+impl Resident {
+    /// Returns its arrival.
+    pub(crate) fn arrival(&self) -> Arrival {
+        Arrival { slot: self.slot, number: self.number, at_s: self.arrived_s }
+    }
+
+    /// Returns the height range, errors and no-data of the tile.
+    pub(crate) fn statistics(&self) -> &TileStatistics {
+        &self.facts.statistics
+    }
+}
+
+/// The use of a slot.
+#[derive(Clone, Debug, Default)]
+struct Use {
+    /// The number of the arrival of the tile in it; 0 if there is none.
+    arrival: u64,
+    /// The last frame that needed the tile, and the last that needed it or expected to need it soon.
+    last_needed: Cell<u64>,
+    last_used: Cell<u64>,
+}
+
+impl Use {
+    fn need(&self, frame: u64) {
+        self.last_needed.set(self.last_needed.get().max(frame));
+        self.last_used.set(self.last_used.get().max(frame));
+    }
 }
 
 /// The tiles on the GPU: a texture array, and the tile in each of its layers.
@@ -39,8 +102,22 @@ pub(crate) struct Atlas {
     ring: UploadRing,
     slots: u32,
     used: FxHashMap<TileAddress, Resident>,
+    uses: Vec<Use>,
+    arrivals: u64,
     free: Vec<u32>,
     evicted: u64,
+    evicted_needed: u64,
+    /// Changes whenever a tile arrives or leaves.
+    version: u64,
+}
+
+/// What an upload may replace.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Protected {
+    /// Tiles that were needed in this frame or later stay.
+    pub needed_since: u64,
+    /// Tiles that were expected to be needed soon in this frame or later make room for needed tiles only.
+    pub soon_since: u64,
 }
 
 impl Atlas {
@@ -68,7 +145,9 @@ impl Atlas {
             ..Default::default()
         });
         let (ring, used) = (UploadRing::default(), FxHashMap::default());
-        Self { texture, view, ring, slots, used, free: (0..slots).rev().collect(), evicted: 0 }
+        let free = (0..slots).rev().collect();
+        let uses = vec![Use::default(); slots as usize];
+        Self { texture, view, ring, slots, used, uses, arrivals: 0, free, evicted: 0, evicted_needed: 0, version: 1 }
     }
 
     /// Returns all heights: an array with a layer for each slot.
@@ -86,20 +165,60 @@ impl Atlas {
         self.used.get(&tile)
     }
 
-    /// Returns a tile that is on the GPU, and marks it as used in frame `frame`.
+    /// Returns a tile that is on the GPU, and marks it as needed in frame `frame`.
     pub(crate) fn want(&self, tile: TileAddress, frame: u64) -> Option<&Resident> {
         let resident = self.used.get(&tile)?;
-        resident.last_wanted.set(resident.last_wanted.get().max(frame));
+        self.uses[resident.slot as usize].need(frame);
         Some(resident)
     }
 
-    /// Uploads tiles in the given order, into free slots or those of the least recently used tiles, but never of a tile
-    /// that is used in frame `frame`. Returns the uploaded tiles. The others have to be offered again: there was no
-    /// free slot, or the byte budget of a frame of `frame_s` seconds is used up.
+    /// Marks the tile in a slot as needed in frame `frame`, if it is the one with this number of arrival. Returns
+    /// whether it is.
+    pub(crate) fn want_slot(&self, slot: u32, arrival: u64, frame: u64) -> bool {
+        let Some(used) = self.uses.get(slot as usize).filter(|used| used.arrival == arrival) else { return false };
+        used.need(frame);
+        true
+    }
+
+    /// Marks a tile as needed in frame `frame`. Returns the last frame that needed it before, or `None` if it is not on
+    /// the GPU.
+    pub(crate) fn want_and_last(&self, tile: TileAddress, frame: u64) -> Option<u64> {
+        let used = &self.uses[self.used.get(&tile)?.slot as usize];
+        let last = used.last_needed.get();
+        used.need(frame);
+        Some(last)
+    }
+
+    /// Marks a tile as needed soon in frame `frame`. Returns whether it is on the GPU.
+    pub(crate) fn want_soon(&self, tile: TileAddress, frame: u64) -> bool {
+        let used = self.used.get(&tile).map(|resident| &self.uses[resident.slot as usize]);
+        if let Some(used) = used {
+            used.last_used.set(used.last_used.get().max(frame));
+        }
+        used.is_some()
+    }
+
+    /// Returns what is known about all tiles on the GPU.
+    pub(crate) fn snapshot(&self) -> Snapshot {
+        let tile = |(address, resident): (&TileAddress, &Resident)| {
+            (*address, (Arc::clone(&resident.facts), resident.arrival()))
+        };
+        Snapshot {
+            tiles: self.used.iter().map(tile).collect(),
+            arrivals: self.uses.iter().map(|used| used.arrival).collect(),
+        }
+    }
+
+    /// Uploads tiles in the given order, of which the first `needed` are needed and the others will be soon, into free
+    /// slots or those of the least recently used tiles, but never of those that are `protected`. Returns the uploaded
+    /// tiles. The others have to be offered again: there was no free slot, or the byte budget of a frame of `frame_s`
+    /// seconds is used up.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
         tiles: &[(TileAddress, &LoadedTile)],
+        needed: usize,
+        protected: Protected,
         frame: u64,
         now_s: f64,
         frame_s: f64,
@@ -107,50 +226,69 @@ impl Atlas {
         if tiles.is_empty() || !self.ring.is_ready(gpu) {
             return Vec::new();
         }
-        let mut oldest = self.by_age(frame);
+        let mut oldest = self.oldest(tiles.len().saturating_sub(self.free.len()), protected);
         let mut placed = Vec::new();
-        for (address, tile) in tiles {
-            let Some(slot) = self.free.pop().or_else(|| self.evict(&mut oldest)) else { break };
-            placed.push((*address, slot, *tile));
+        for (i, (address, tile)) in tiles.iter().enumerate() {
+            let may_replace = |used: u64| i < needed || used < protected.soon_since;
+            let Some(slot) = self.free.pop().or_else(|| {
+                oldest.pop_if(|(used, _)| may_replace(*used)).and_then(|(_, old)| self.evict(old, protected))
+            }) else {
+                break;
+            };
+            placed.push((*address, slot, i < needed, *tile));
         }
-        let layers: Vec<_> = placed.iter().map(|(_, slot, tile)| (*slot, tile.tile.samples.as_slice())).collect();
+        let layers: Vec<_> = placed.iter().map(|(_, slot, _, tile)| (*slot, tile.tile.samples.as_slice())).collect();
         let sent = self.ring.send(gpu, &self.texture, TILE_STRIDE, &layers, frame_s);
-        self.free.extend(placed[sent..].iter().map(|(_, slot, _)| *slot));
+        self.free.extend(placed[sent..].iter().map(|(_, slot, ..)| *slot));
         placed.truncate(sent);
+        self.version += u64::from(sent > 0);
         placed
             .into_iter()
-            .map(|(address, slot, tile)| {
+            .map(|(address, slot, is_needed, tile)| {
                 let LoadedTile { statistics, patches, occluder_minima, .. } = tile;
-                let resident = Resident {
-                    slot,
+                let facts = TileFacts {
                     statistics: *statistics,
                     patches: patches.clone(),
                     occluder_minima: Arc::clone(occluder_minima),
-                    arrived_s: now_s,
-                    last_wanted: Cell::new(frame),
                 };
+                self.arrivals += 1;
+                self.uses[slot as usize] = Use {
+                    arrival: self.arrivals,
+                    last_needed: Cell::new(if is_needed { frame } else { 0 }),
+                    last_used: Cell::new(frame),
+                };
+                let resident = Resident { slot, facts: Arc::new(facts), arrived_s: now_s, number: self.arrivals };
                 self.used.insert(address, resident);
                 address
             })
             .collect()
     }
 
-    /// Returns the tiles that may be evicted, the most recently used first.
-    fn by_age(&self, frame: u64) -> Vec<(u64, TileAddress)> {
-        if !self.free.is_empty() && self.free.len() >= 64 {
+    /// Returns up to `count` tiles that may be evicted, the least recently used last.
+    fn oldest(&self, count: usize, protected: Protected) -> Vec<(u64, TileAddress)> {
+        if count == 0 {
             return Vec::new();
         }
-        let age = |(address, resident): (&TileAddress, &Resident)| (resident.last_wanted.get(), *address);
-        let mut oldest: Vec<_> = self.used.iter().map(age).filter(|(wanted, _)| *wanted < frame).collect();
+        let used = |(address, resident): (&TileAddress, &Resident)| (&self.uses[resident.slot as usize], *address);
+        let mut oldest: Vec<_> = (self.used.iter().map(used))
+            .filter(|(used, _)| used.last_needed.get() < protected.needed_since)
+            .map(|(used, address)| (used.last_used.get(), address))
+            .collect();
         // The address breaks ties, so that runs are deterministic.
+        if oldest.len() > count {
+            oldest.select_nth_unstable(count);
+            oldest.truncate(count);
+        }
         oldest.sort_unstable_by(|a, b| b.cmp(a));
         oldest
     }
 
-    fn evict(&mut self, oldest: &mut Vec<(u64, TileAddress)>) -> Option<u32> {
-        let (_, address) = oldest.pop()?;
+    fn evict(&mut self, address: TileAddress, protected: Protected) -> Option<u32> {
         let resident = self.used.remove(&address)?;
+        self.version += 1;
         self.evicted += 1;
+        let used = std::mem::take(&mut self.uses[resident.slot as usize]);
+        self.evicted_needed += u64::from(used.last_needed.get() >= protected.needed_since);
         Some(resident.slot)
     }
 
@@ -162,6 +300,16 @@ impl Atlas {
     /// Returns the number of tiles evicted so far.
     pub(crate) fn evicted(&self) -> u64 {
         self.evicted
+    }
+
+    /// Returns the number of tiles evicted so far while the view needed them, which must be 0.
+    pub(crate) fn evicted_needed(&self) -> u64 {
+        self.evicted_needed
+    }
+
+    /// Returns a number that changes whenever a tile arrives or leaves.
+    pub(crate) fn version(&self) -> u64 {
+        self.version
     }
 
     /// Returns the GPU memory in bytes, staging buffers included.

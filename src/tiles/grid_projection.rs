@@ -211,6 +211,9 @@ impl Polynomial {
 
     fn at(&self, v: DVec2) -> DVec2 {
         let v = (v - self.centre) / self.half;
+        if self.degree == 1 {
+            return self.terms[2] * v.y + (self.terms[1] * v.x + self.terms[0]);
+        }
         let mut sum = DVec2::ZERO;
         for row in (0..=self.degree).rev() {
             let first = first_term_of_row(self.degree, row);

@@ -149,6 +149,12 @@ impl Loader {
         self.shared.lock().cancelled
     }
 
+    /// Returns the number of tiles that are waiting to be fetched, and of those that are being fetched or decoded.
+    pub(crate) fn queued_and_under_way(&self) -> [usize; 2] {
+        let state = self.shared.lock();
+        [state.wanted.len(), state.under_way.len()]
+    }
+
     /// Returns the number of tiles that are wanted, being fetched or being decoded.
     pub(crate) fn pending(&self) -> usize {
         let state = self.shared.lock();

@@ -46,7 +46,9 @@ pub(crate) fn map_neighbours(store: &dyn TileStore, needed: &[Needed]) -> Vec<Ti
     let mut met: FxHashSet<TileAddress> = needed.iter().map(|tile| tile.address).collect();
     let mut found = Vec::new();
     for tile in needed {
-        for (_, address) in around(store.levels(), tile.address) {
+        // Ancestors are needed, too, and reach as far as their descendants: the tile's own level is enough.
+        let own_level = |(_, address): &(u32, TileAddress)| address.level == tile.address.level;
+        for (_, address) in around(store.levels(), tile.address).take_while(own_level) {
             if met.insert(address) && store.has_tile(address) {
                 found.push(address);
             }
@@ -71,6 +73,12 @@ mod tests {
             assert_eq!(bits.len(), found.len(), "{tile:?}");
             assert!(bits.iter().all(|bit| *bit < Around::BITS));
             assert!(found.iter().any(|(_, address)| *address == tile));
+            // The parent's neighbours include all coarser ones, so a list of them needs each tile's own level only.
+            let coarser: FxHashSet<TileAddress> =
+                found.iter().map(|(_, address)| *address).filter(|address| address.level > 0).collect();
+            let parent = TileAddress { level: 1, x: x / 2, y: y / 2 };
+            let of_parent: FxHashSet<TileAddress> = around(&levels, parent).map(|(_, address)| address).collect();
+            assert!(coarser.is_subset(&of_parent), "{tile:?}");
             // All ancestors are included.
             let is_parent =
                 |level: u32| found.iter().any(|(_, at)| *at == TileAddress { level, x: x >> level, y: y >> level });

@@ -11,6 +11,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;
+use super::skyline::Skyline;
 use crate::pyramid::surface::bicubic::OVERSHOOT;
 use crate::pyramid::surface::statistics::{TileStatistics, Voids};
 use crate::pyramid::tile::TILE_SAMPLES;
@@ -30,6 +31,8 @@ pub(crate) struct LevelRule {
     pub error_px: f64,
     /// The curvature of the earth around this camera.
     pub earth_curvature: EarthCurvature,
+    /// How far the camera may move, in metres, before a tile is needed that was not found.
+    pub margin_m: f64,
 }
 
 /// A tile that a view needs.
@@ -39,6 +42,9 @@ pub(crate) struct Needed {
     /// Visible error of the parent that is drawn instead, approximately, in multiples of the allowed error; higher in
     /// the middle of the view. At most the parent's urgency.
     pub urgency: f32,
+    /// Factor of the width of a pixel from which on the tile is not needed ([`super::memory_error`]). At most the
+    /// parent's factor.
+    pub factor: f32,
 }
 
 /// Cached positions of tiles in the world.
@@ -70,6 +76,28 @@ impl TilePlaces {
     }
 }
 
+/// The ranges of heights of tiles, also of those that have left memory. Whether a tile is hidden depends on its range: if
+/// it were forgotten with the tile, a hidden tile would be loaded, found to be hidden, evicted and loaded again.
+#[derive(Default)]
+pub(crate) struct HeightRanges {
+    ranges_m: FxHashMap<TileAddress, [f32; 2]>,
+}
+
+impl HeightRanges {
+    /// Remembers the range of a tile.
+    pub(crate) fn note(&mut self, tile: TileAddress, statistics: &TileStatistics) {
+        if self.ranges_m.len() > MAX_PLACES {
+            self.ranges_m.clear();
+        }
+        self.ranges_m.insert(tile, [statistics.min_m, statistics.max_m]);
+    }
+
+    /// Returns the lowest and the highest height of a tile in metres, if it was ever loaded.
+    pub(crate) fn get(&self, tile: TileAddress) -> Option<[f32; 2]> {
+        self.ranges_m.get(&tile).copied()
+    }
+}
+
 /// The land of a view.
 pub(crate) struct Land<'a> {
     /// The source of its tiles.
@@ -88,30 +116,51 @@ pub(crate) fn needed<'a>(
     let levels = land.store.levels();
     let mut needed = Vec::new();
     let top = levels.len() as u32 - 1;
-    let mut wave =
-        vec![(Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX }, land.store.range_m())];
+    let is_measured = land.store.is_measured();
+    let mut wave = vec![(
+        Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX, factor: f32::MAX },
+        land.store.range_m(),
+    )];
     while !wave.is_empty() {
         needed.extend(wave.iter().map(|(tile, _)| *tile));
         let mut next = Vec::new();
         // Only neighbours that are needed themselves count: the statistics of others appear and disappear.
-        let met: FxHashSet<TileAddress> = wave.iter().map(|(tile, _)| tile.address).collect();
+        let met: FxHashSet<TileAddress> = match is_measured {
+            true => FxHashSet::default(),
+            false => wave.iter().map(|(tile, _)| tile.address).collect(),
+        };
         let known_and_met = |address| known(address).filter(|_| met.contains(&address));
         for (tile, range_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
-            let error_m = statistics
-                .map_or(0.0, |statistics| error_around_m(land.store, &known_and_met, tile.address, statistics));
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }
-            let Some(urgency) = urgency_below(land, places, rule, tile.address, error_m, range_m) else { continue };
-            let urgency = urgency.min(tile.urgency);
+            let error_m =
+                || statistics.map_or(0.0, |known| error_around_m(land.store, &known_and_met, tile.address, known));
+            let Some(below) = urgency_below(land, places, rule, tile.address, error_m, range_m) else { continue };
+            let (urgency, factor) = (below.urgency.min(tile.urgency), below.factor.min(tile.factor));
             let finer = children(levels, tile.address).filter(|child| land.store.has_tile(*child));
-            next.extend(finer.map(|address| (Needed { address, urgency }, range_m)));
+            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m)));
         }
         wave = next;
     }
     needed
+}
+
+/// Returns whether a view needs a tile, as seen from its parent, which is loaded and has these statistics. `factor` is the
+/// factor of the width of a pixel ([`Needed::factor`]).
+pub(crate) fn is_needed(
+    land: &Land<'_>,
+    places: &mut TilePlaces,
+    rule: &LevelRule,
+    parent: (TileAddress, &TileStatistics),
+    factor: f64,
+) -> bool {
+    let (parent, statistics) = parent;
+    let error_m = || statistics.corner_errors_m.into_iter().fold(statistics.error_m, f32::max);
+    let range_m = [statistics.min_m, statistics.max_m];
+    urgency_below(land, places, rule, parent, error_m, range_m).is_some_and(|below| f64::from(below.factor) > factor)
 }
 
 /// Returns the largest error of a tile and its neighbours, because the shader's continuous bound extends that far.
@@ -133,44 +182,78 @@ fn error_around_m<'a>(
     neighbours.fold(statistics.error_m, |error_m, neighbours| error_m.max(neighbours.error_m))
 }
 
-/// Returns the urgency of the children of a tile, or `None` if they are not needed.
+/// Returns the box of a tile's land on the flat map, relative to the camera, with the rule's margin. `range_m` is the
+/// range of its heights.
+fn flat_bounds(
+    land: &Land<'_>,
+    places: &mut TilePlaces,
+    rule: &LevelRule,
+    tile: TileAddress,
+    range_m: [f32; 2],
+) -> Bounds {
+    let (low, high) = places.of(land.store.levels(), land.grid_projection, tile);
+    // The surface may exceed its samples.
+    let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
+    let low_m = low.extend(f64::from(range_m[0]) - slack_m) - rule.camera_m - rule.margin_m;
+    let high_m = high.extend(f64::from(range_m[1]) + slack_m) - rule.camera_m + rule.margin_m;
+    Bounds { low_m, high_m }
+}
+
+/// Returns whether the skyline hides a tile whose heights are known, from anywhere within the rule's margin.
+pub(crate) fn is_hidden(
+    land: &Land<'_>,
+    places: &mut TilePlaces,
+    rule: &LevelRule,
+    tile: TileAddress,
+    range_m: [f32; 2],
+    skyline: &Skyline,
+) -> bool {
+    let flat = flat_bounds(land, places, rule, tile, range_m);
+    rule.earth_curvature.bend_bounds(&flat).is_none_or(|bounds| skyline.hides(&bounds))
+}
+
+/// How urgently the children of a tile are needed.
+struct Below {
+    urgency: f32,
+    /// See [`Needed::factor`].
+    factor: f32,
+}
+
+/// Returns how urgently the children of a tile are needed, or `None` if they are not. `error_m` returns the error of the
+/// tile.
 fn urgency_below(
     land: &Land<'_>,
     places: &mut TilePlaces,
     rule: &LevelRule,
     tile: TileAddress,
-    error_m: f32,
+    error_m: impl FnOnce() -> f32,
     range_m: [f32; 2],
-) -> Option<f32> {
+) -> Option<Below> {
     if tile.level == 0 {
         return None;
     }
-    let (low, high) = places.of(land.store.levels(), land.grid_projection, tile);
-    let (low, high) = (low - rule.camera_m.truncate(), high - rule.camera_m.truncate());
-    // The surface may exceed its samples.
-    let slack_m = f64::from(OVERSHOOT * (range_m[1] - range_m[0])).max(0.0);
-    let at_height = |z_m: f32, slack_m: f64| f64::from(z_m) + slack_m - rule.camera_m.z;
-    let bounds = Bounds {
-        low_m: low.extend(at_height(range_m[0], -slack_m)),
-        high_m: high.extend(at_height(range_m[1], slack_m)),
-    };
-    let bounds = rule.earth_curvature.bend_bounds(&bounds)?;
+    let flat = flat_bounds(land, places, rule, tile, range_m);
+    let (low, high) = (flat.low_m.truncate(), flat.high_m.truncate());
+    let bounds = rule.earth_curvature.bend_bounds(&flat)?;
     if !rule.frusta.iter().any(|view| view.may_see(&bounds)) {
         return None;
     }
     // As in the vertex shader: of heights, only the whole terrain's range is known.
-    let flat = DVec2::ZERO.clamp(low, high);
+    let nearest = DVec2::ZERO.clamp(low, high);
     let [min_m, max_m] = land.store.range_m().map(f64::from);
-    let dz_m = 0_f64.clamp(min_m - rule.camera_m.z, max_m - rule.camera_m.z);
-    let pixel_m = flat.extend(dz_m).length() / rule.focal_px;
-    let wanted = (pixel_m / land.grid_projection.spacing_m()).log2();
-    let seen = f64::from(error_m) / (rule.error_px * pixel_m);
-    if wanted >= f64::from(tile.level) && seen <= 1.0 {
+    let dz_m = 0_f64.clamp(min_m - rule.margin_m - rule.camera_m.z, max_m + rule.margin_m - rule.camera_m.z);
+    let pixel_m = nearest.extend(dz_m).length() / rule.focal_px;
+    // Width of a pixel and of the tile's samples, in samples of the finest level.
+    let (pixel, samples) = (pixel_m / land.grid_projection.spacing_m(), f64::from(1_u32 << tile.level.min(31)));
+    let seen = f64::from(error_m()) / (rule.error_px * pixel_m);
+    let factor = (samples / pixel).max(seen);
+    if factor <= 1.0 {
         return None;
     }
-    let coarser = (f64::from(tile.level) - wanted.max(0.0)).exp2();
+    let coarser = samples / pixel.max(1.0);
     let aside = rule.frusta.iter().map(|view| view.aside(&bounds)).fold(f64::INFINITY, f64::min);
-    Some((seen.max(coarser) * (0.5 + 0.5 * aside.cos())).min(1e30) as f32)
+    let urgency = (seen.max(coarser) * (0.5 + 0.5 * aside.cos())).min(1e30) as f32;
+    Some(Below { urgency, factor: factor.min(1e30) as f32 })
 }
 
 /// Returns the tiles of the next finer level whose samples are in a tile.

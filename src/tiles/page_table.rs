@@ -38,11 +38,23 @@ const NOTHING: TileRecord = TileRecord {
     pad_c: 0,
 };
 
+/// The versions of all that a page table depends on: tables of the same versions are equal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TableVersion {
+    /// Of the needed tiles and those on the GPU.
+    pub residency: u64,
+    /// Of the residency floor.
+    pub floor: u64,
+    /// Of the maps, if there are any.
+    pub horizon_maps: Option<u64>,
+    pub water_maps: Option<u64>,
+}
+
 /// The page table, as three lists for the GPU.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(crate) struct PageTable {
-    /// The levels of the pyramid, finest first.
-    pub levels: Vec<LevelInfo>,
+    /// The levels of the pyramid, finest first; not registered ([`PageTable::registered`]).
+    levels: Vec<LevelInfo>,
     /// The rows of tiles that the view needs, by level.
     pub rows: Vec<TileRow>,
     /// The tiles of these rows, by row.
@@ -50,14 +62,12 @@ pub(crate) struct PageTable {
 }
 
 impl PageTable {
-    /// Builds the table of the tiles that are needed and in the atlas. `anchor` is the origin of grid coordinates, in
-    /// samples.
+    /// Builds the table of the tiles that are needed and in the atlas.
     pub(crate) fn new(
         store: &dyn TileStore,
         residency: &Residency,
         horizon_maps: Option<&SlotMaps<Vec2>>,
         water_maps: Option<&WaterMaps>,
-        anchor: DVec2,
     ) -> Self {
         let (atlas, floor) = (&residency.atlas, &residency.floor);
         let is_there = |address: &TileAddress| atlas.get(*address).is_some();
@@ -72,7 +82,7 @@ impl PageTable {
         }
         let mut table = Self::default();
         let mut next = there.iter().copied().peekable();
-        for (level, size) in store.levels().iter().enumerate() {
+        for level in 0..store.levels().len() {
             let (first_row, mut top) = (table.rows.len(), 0);
             while let Some(first) = next.peek().copied().filter(|tile| tile.level as usize == level) {
                 if table.rows.len() == first_row {
@@ -104,9 +114,15 @@ impl PageTable {
             }
             let row_count = (table.rows.len() - first_row) as i32;
             let rows = LevelInfo { first_row: first_row as i32, top: top as i32, row_count, ..Zeroable::zeroed() };
-            table.levels.push(registered(rows, *size, store.levels()[0], anchor));
+            table.levels.push(rows);
         }
         table
+    }
+
+    /// Returns the levels for grid coordinates that count from the sample `anchor`. `levels` are their sizes.
+    pub(crate) fn registered(&self, levels: &[LevelSize], anchor: DVec2) -> Vec<LevelInfo> {
+        let sizes = levels.iter().copied();
+        self.levels.iter().zip(sizes).map(|(rows, size)| registered(*rows, size, levels[0], anchor)).collect()
     }
 }
 
@@ -136,7 +152,7 @@ fn shared_corners(atlas: &Atlas, tiles: &[TileAddress]) -> CornerErrors {
         let Some(resident) = atlas.get(*tile) else { continue };
         for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
             let error_m = corners.entry((tile.level, tile.x + dx, tile.y + dy)).or_insert(0.0);
-            *error_m = error_m.max(resident.statistics.error_m);
+            *error_m = error_m.max(resident.statistics().error_m);
         }
     }
     corners
@@ -150,7 +166,7 @@ fn record(
     corners: Option<&CornerErrors>,
 ) -> TileRecord {
     let (slot, mut errors_m) = match atlas.get(tile) {
-        Some(resident) => (resident.slot, resident.statistics.corner_errors_m),
+        Some(resident) => (resident.slot, resident.statistics().corner_errors_m),
         None => (NO_SLOT, [0.0; 4]),
     };
     if let Some(corners) = corners {

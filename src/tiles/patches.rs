@@ -5,7 +5,8 @@ use std::sync::Arc;
 
 use rustc_hash::FxHashMap;
 
-use super::atlas::Atlas;
+pub(crate) use super::atlas::Arrival;
+use super::atlas::{Atlas, Snapshot, TileFacts};
 use super::residency_floor::FADE_S;
 use crate::pyramid::surface::occluder_minima::OccluderMinima;
 use crate::pyramid::surface::statistics::{PAGE_PATCHES, PatchPage, PatchStatistics, Voids, patch_counts};
@@ -18,8 +19,8 @@ pub enum PatchState {
     Loaded {
         /// Its height range, mesh error and no-data.
         statistics: PatchStatistics,
-        /// Number of levels, 0 to 1, by which it is drawn coarser than its own level while it fades in.
-        coarser_by: f64,
+        /// Where and when its tile arrived.
+        arrival: Arrival,
     },
     /// The patch exists, but its tile is not loaded.
     NotLoaded,
@@ -37,6 +38,12 @@ pub trait Patches {
 
     /// Returns the patch (`x`, `y`) of stride 2^`j`.
     fn patch(&self, j: u32, x: u32, y: u32) -> PatchState;
+
+    /// Returns whether the tile of an arrival is still there.
+    fn is_current(&self, arrival: &Arrival) -> bool;
+
+    /// Returns the number of levels, 0 to 1, by which a patch is drawn coarser than its own level while it fades in.
+    fn coarser_by(&self, arrival: &Arrival) -> f64;
 
     /// Returns the occluder minima of a tile, or `None` if it is not loaded.
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima>;
@@ -73,9 +80,78 @@ fn below(statistics: PatchStatistics, up: u32) -> PatchStatistics {
 fn coarse(store: &dyn TileStore, j: u32, x: u32, y: u32) -> PatchState {
     let columns = patch_counts(store.levels()[0], j).0;
     let patches = store.coarse_patches().get(j as usize - store.levels().len());
-    patches
-        .and_then(|patches| patches.get((y * columns + x) as usize))
-        .map_or(PatchState::Absent, |statistics| PatchState::Loaded { statistics: *statistics, coarser_by: 0.0 })
+    patches.and_then(|patches| patches.get((y * columns + x) as usize)).map_or(PatchState::Absent, |statistics| {
+        PatchState::Loaded { statistics: *statistics, arrival: Arrival::ALWAYS }
+    })
+}
+
+/// Returns the state of a patch of a store's tiles, of which `find` returns what is known and when it arrived.
+fn of_tiles<'a>(
+    store: &dyn TileStore,
+    j: u32,
+    x: u32,
+    y: u32,
+    find: impl Fn(TileAddress) -> Option<(&'a TileFacts, Arrival)>,
+) -> PatchState {
+    let levels = store.levels();
+    let counts = patch_counts(levels[0], j);
+    if x >= counts.0 || y >= counts.1 {
+        return PatchState::Absent;
+    }
+    if j as usize >= levels.len() {
+        return coarse(store, j, x, y);
+    }
+    for up in 0..levels.len() as u32 - j {
+        let (x, y) = (x >> up, y >> up);
+        let tile = tile_of(j + up, x, y);
+        if let Some((facts, arrival)) = find(tile) {
+            let statistics = below(*facts.patches.get(x % PAGE_PATCHES, y % PAGE_PATCHES), up);
+            let arrival = if up > 0 { Arrival { at_s: f64::NEG_INFINITY, ..arrival } } else { arrival };
+            return PatchState::Loaded { statistics, arrival };
+        }
+        if store.has_tile(tile) {
+            return PatchState::NotLoaded;
+        }
+    }
+    PatchState::Absent
+}
+
+/// The patches of the tiles that were on the GPU at some time.
+pub(super) struct SnapshotPatches<'a> {
+    /// The source of the tiles.
+    pub store: &'a dyn TileStore,
+    /// The tiles.
+    pub snapshot: &'a Snapshot,
+}
+
+impl Patches for SnapshotPatches<'_> {
+    fn size(&self) -> LevelSize {
+        self.store.levels()[0]
+    }
+
+    fn strides(&self) -> u32 {
+        (self.store.levels().len() + self.store.coarse_patches().len()) as u32
+    }
+
+    fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
+        let tiles = &self.snapshot.tiles;
+        of_tiles(self.store, j, x, y, |tile| tiles.get(&tile).map(|(facts, arrival)| (&**facts, *arrival)))
+    }
+
+    fn is_current(&self, arrival: &Arrival) -> bool {
+        let is_in_slot = || self.snapshot.arrivals.get(arrival.slot as usize) == Some(&arrival.number);
+        arrival.slot == Arrival::NO_SLOT || is_in_slot()
+    }
+
+    fn coarser_by(&self, _: &Arrival) -> f64 {
+        0.0
+    }
+
+    fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
+        self.snapshot.tiles.get(&tile).map(|(facts, _)| &*facts.occluder_minima)
+    }
+
+    fn request(&self, _: u32, _: u32, _: u32, _: f64) {}
 }
 
 impl Patches for ResidentPatches<'_> {
@@ -88,31 +164,22 @@ impl Patches for ResidentPatches<'_> {
     }
 
     fn patch(&self, j: u32, x: u32, y: u32) -> PatchState {
-        let counts = patch_counts(self.size(), j);
-        if x >= counts.0 || y >= counts.1 {
-            return PatchState::Absent;
-        }
-        if j as usize >= self.store.levels().len() {
-            return coarse(self.store, j, x, y);
-        }
-        for up in 0..self.store.levels().len() as u32 - j {
-            let (x, y) = (x >> up, y >> up);
-            let tile = tile_of(j + up, x, y);
-            if let Some(resident) = self.atlas.want(tile, self.frame) {
-                let statistics = below(*resident.patches.get(x % PAGE_PATCHES, y % PAGE_PATCHES), up);
-                let age_s = self.now_s.map_or(FADE_S, |now_s| now_s - resident.arrived_s);
-                let coarser_by = if up > 0 { 0.0 } else { (1.0 - age_s / FADE_S).clamp(0.0, 1.0) };
-                return PatchState::Loaded { statistics, coarser_by };
-            }
-            if self.store.has_tile(tile) {
-                return PatchState::NotLoaded;
-            }
-        }
-        PatchState::Absent
+        of_tiles(self.store, j, x, y, |tile| {
+            let resident = self.atlas.want(tile, self.frame)?;
+            Some((&*resident.facts, resident.arrival()))
+        })
+    }
+
+    fn is_current(&self, arrival: &Arrival) -> bool {
+        arrival.slot == Arrival::NO_SLOT || self.atlas.want_slot(arrival.slot, arrival.number, self.frame)
+    }
+
+    fn coarser_by(&self, arrival: &Arrival) -> f64 {
+        self.now_s.map_or(0.0, |now_s| (1.0 - (now_s - arrival.at_s) / FADE_S).clamp(0.0, 1.0))
     }
 
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {
-        self.atlas.get(tile).map(|resident| &*resident.occluder_minima)
+        self.atlas.get(tile).map(|resident| &*resident.facts.occluder_minima)
     }
 
     fn request(&self, j: u32, x: u32, y: u32, urgency: f64) {
@@ -180,8 +247,16 @@ impl Patches for AllPatches {
         self.pages.get(&tile_of(j, x, y)).map_or(PatchState::Absent, |(page, _)| {
             let statistics = *page.get(x % PAGE_PATCHES, y % PAGE_PATCHES);
             debug_assert!(statistics.voids != Voids::All || statistics.min_m.is_nan());
-            PatchState::Loaded { statistics, coarser_by: 0.0 }
+            PatchState::Loaded { statistics, arrival: Arrival::ALWAYS }
         })
+    }
+
+    fn is_current(&self, _: &Arrival) -> bool {
+        true
+    }
+
+    fn coarser_by(&self, _: &Arrival) -> f64 {
+        0.0
     }
 
     fn occluder_minima(&self, tile: TileAddress) -> Option<&OccluderMinima> {

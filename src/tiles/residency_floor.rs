@@ -22,6 +22,7 @@ type Corner = (u32, u32, u32);
 #[derive(Default)]
 pub(crate) struct ResidencyFloor {
     corners: FxHashMap<Corner, f32>,
+    version: u64,
 }
 
 fn corners(tile: TileAddress) -> [Corner; 4] {
@@ -32,6 +33,11 @@ impl ResidencyFloor {
     /// Returns whether the whole surface is as fine as the view wants.
     pub(crate) fn is_empty(&self) -> bool {
         self.corners.is_empty()
+    }
+
+    /// Returns a number that changes whenever the floor changes.
+    pub(crate) fn version(&self) -> u64 {
+        self.version
     }
 
     /// Returns whether the floor is decreasing at some corner.
@@ -47,6 +53,7 @@ impl ResidencyFloor {
     /// Advances by a frame. `wanted` has all tiles that the view needs, coarser levels first, each with whether it is
     /// on the GPU. `step_s` is the time since the last frame; `None` disables fading.
     pub(crate) fn update(&mut self, wanted: impl Iterator<Item = (TileAddress, bool)>, step_s: Option<f64>) {
+        let had_corners = !self.corners.is_empty();
         let fading = match step_s {
             Some(step_s) => {
                 let step = (step_s / FADE_S) as f32;
@@ -72,6 +79,7 @@ impl ResidencyFloor {
             }
         }
         self.corners = now;
+        self.version += u64::from(had_corners || !self.corners.is_empty());
     }
 }
 

@@ -5,8 +5,10 @@
 use glam::DVec2;
 
 use super::grid_projection::GridProjection;
+use super::patch_tree::PatchTree;
 use super::patches::Patches;
-use super::selection::{PatchKey, Selection, Viewpoint};
+use super::selection::{Selection, Viewpoint};
+use super::skyline::Skyline;
 use super::walk::{ParentError, Walk};
 
 /// Selects the patches for a viewpoint, as many as necessary.
@@ -28,9 +30,22 @@ pub fn select_within(
     viewpoint: &Viewpoint,
     max_patches: usize,
 ) -> Option<Selection> {
-    let mut walk = Walk::new(patches, grid_projection, viewpoint, max_patches);
-    let top = patches.strides() as i32 - 1;
-    walk.visit(PatchKey { level: top, x: 0, y: 0 }, ParentError::NONE);
+    let selected = select_in(&mut PatchTree::default(), patches, grid_projection, anchor, viewpoint, max_patches);
+    selected.map(|(selection, _)| selection)
+}
+
+/// Selects like [`select_within`], with the quadtree of earlier selections from the same patches. Also returns the
+/// skyline of the selected patches.
+pub(crate) fn select_in(
+    tree: &mut PatchTree,
+    patches: &dyn Patches,
+    grid_projection: &GridProjection,
+    anchor: DVec2,
+    viewpoint: &Viewpoint,
+    max_patches: usize,
+) -> Option<(Selection, Skyline)> {
+    let (mut walk, root) = Walk::new(tree, patches, grid_projection, viewpoint, max_patches);
+    walk.visit(root, ParentError::NONE);
     walk.limit_steps();
     (!walk.has_exceeded_limit()).then(|| walk.finish(anchor))
 }

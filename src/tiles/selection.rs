@@ -19,8 +19,8 @@
 //! the guarantee is the allowed error in height, or half of it sideways. The number of patches of a frame is limited by
 //! `budget`.
 //!
-//! This module defines the patches, the viewpoint and the result; `walk` selects, `leaves` handles neighbours, and
-//! `select` is the entry point.
+//! This module defines the patches, the viewpoint and the result; `patch_tree` keeps the quadtree between frames,
+//! `walk` selects, and `select` is the entry point.
 //!
 //! The statistics of patches come with tiles. As long as they are missing, a patch is not split; when they arrive, the
 //! patch's children begin in their parent's shape and fade in.
@@ -57,10 +57,6 @@ impl PatchKey {
     pub(super) fn children(self) -> [Self; 4] {
         let child = |dx, dy| Self { level: self.level - 1, x: 2 * self.x + dx, y: 2 * self.y + dy };
         [child(0, 0), child(1, 0), child(0, 1), child(1, 1)]
-    }
-
-    pub(super) fn parent(self) -> Self {
-        Self { level: self.level + 1, x: self.x >> 1, y: self.y >> 1 }
     }
 
     /// Returns the first sample, and the side in samples.
@@ -107,12 +103,6 @@ impl Selection {
     pub fn triangles(&self) -> u64 {
         (self.solid.len() + self.with_holes.len()) as u64 * 2 * u64::from(PATCH_QUADS) * u64::from(PATCH_QUADS)
     }
-}
-
-/// Returns the neighbours of the same level at the first column, last column, first row and last row.
-pub(super) fn neighbours(key: PatchKey) -> [PatchKey; 4] {
-    let shifted = |dx, dy| PatchKey { x: key.x + dx, y: key.y + dy, ..key };
-    [shifted(-1, 0), shifted(1, 0), shifted(0, -1), shifted(0, 1)]
 }
 
 /// Returns a number that identifies a patch from frame to frame: FNV-1a of its key, never 0.

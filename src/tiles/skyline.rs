@@ -1,13 +1,14 @@
 //! Occlusion of land by land: the skyline around the camera, accumulated from near to far.
 //!
-//! For each of a few thousand directions (one per pixel) the skyline has the steepest slope (height over distance, from
+//! For each of a few thousand directions (about one per pixel) the skyline has the steepest slope (height over distance, from
 //! the camera) up to which the land visited so far certainly blocks the view. A box of land blocks it up to its
 //! measured lowest height, in the directions that it fills from side to side; a box whose measured highest height is
 //! below the skyline in all of its directions is invisible. Both are bounds, so nothing visible is skipped.
 //!
 //! Why: `docs/decisions/terrain-occlusion.md`.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
+use std::ops::Range;
 
 use glam::DVec2;
 
@@ -21,46 +22,88 @@ const MAX_DIRECTIONS: usize = 8192;
 const WIDE_ENOUGH: f64 = 2.5;
 
 /// The skyline around the camera, over all land added so far.
+#[derive(Clone)]
 pub(crate) struct Skyline {
     slopes: Vec<f32>,
 }
 
-/// A box as the camera sees it: its directions in radians, and its horizontal distances in metres.
+/// A corner of land, relative to the camera.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Corner {
+    /// Position in the plane, in metres.
+    pub at_m: DVec2,
+    /// Direction from the camera, 0 to 4 ([`direction`]).
+    direction: f64,
+}
+
+impl Corner {
+    /// Creates a corner at a position relative to the camera.
+    pub(crate) fn at(at_m: DVec2) -> Self {
+        Self { at_m, direction: direction(at_m) }
+    }
+}
+
+/// Returns a number from 0 to 4 that grows with the angle of a vector, by one per quarter turn. Opposite directions
+/// differ by 2. Only the order of directions counts, and this number needs one division where an angle needs an
+/// arctangent.
+fn direction(v: DVec2) -> f64 {
+    let across = v.y / (v.x.abs() + v.y.abs()).max(f64::MIN_POSITIVE);
+    match (v.x >= 0.0, v.y >= 0.0) {
+        (true, true) => across,
+        (false, _) => 2.0 - across,
+        (true, false) => 4.0 + across,
+    }
+}
+
+/// A box as the camera sees it: its directions, and its horizontal distances in metres.
 struct AngularExtent {
-    first_rad: f64,
-    width_rad: f64,
+    first: f64,
+    width: f64,
     near_m: f64,
     far_m: f64,
 }
 
 impl AngularExtent {
     /// Returns the extent of corners in a box, or `None` for a box around the camera.
-    fn of(bounds: &Bounds, corners: [DVec2; 4]) -> Option<Self> {
+    fn of(bounds: &Bounds, corners: &[Corner; 4]) -> Option<Self> {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
         let near_m = DVec2::ZERO.clamp(low, high).length();
         if near_m == 0.0 {
             return None;
         }
         let far_m = low.abs().max(high.abs()).length();
-        let middle = (low + high) * 0.5;
+        let middle = direction((low + high) * 0.5);
         // Seen from outside, a box spans less than half a turn.
-        let turns = corners.map(|corner| middle.angle_to(corner));
-        let least = turns.into_iter().fold(PI, f64::min);
-        let most = turns.into_iter().fold(-PI, f64::max);
-        Some(Self { first_rad: middle.to_angle() + least, width_rad: most - least, near_m, far_m })
+        let turn = |corner: &Corner| {
+            let turn = corner.direction - middle;
+            if turn > 2.0 {
+                turn - 4.0
+            } else if turn < -2.0 {
+                turn + 4.0
+            } else {
+                turn
+            }
+        };
+        let turns = [turn(&corners[0]), turn(&corners[1]), turn(&corners[2]), turn(&corners[3])];
+        let least = turns[0].min(turns[1]).min(turns[2].min(turns[3]));
+        let most = turns[0].max(turns[1]).max(turns[2].max(turns[3]));
+        Some(Self { first: middle + least, width: most - least, near_m, far_m })
     }
 
-    /// Returns the directions that the box touches, or with `is_filled` those that it fills, as indices into a skyline
-    /// of `count` directions.
-    fn steps(&self, count: usize, is_filled: bool) -> impl Iterator<Item = usize> + use<> {
-        let step = |angle_rad: f64| angle_rad / TAU * count as f64;
-        let (first, last) = (step(self.first_rad), step(self.first_rad + self.width_rad));
+    /// Returns the directions that the box touches, or with `is_filled` those that it fills, as up to two ranges of
+    /// indices into a skyline of `count` directions.
+    fn steps(&self, count: usize, is_filled: bool) -> [Range<usize>; 2] {
+        let step = |direction: f64| direction * (0.25 * count as f64);
+        let (first, last) = (step(self.first), step(self.first + self.width));
         let (first, last) = if is_filled {
             (first.ceil(), last.floor())
         } else {
             (first.floor(), last.ceil().max(first.floor() + 1.0))
         };
-        (first as i64..last as i64).map(move |i| i.rem_euclid(count as i64) as usize)
+        let (first, last) = (first as i64, last as i64);
+        let begin = first.rem_euclid(count as i64) as usize;
+        let end = begin + (last - first).clamp(0, count as i64) as usize;
+        [begin..end.min(count), 0..end.saturating_sub(count)]
     }
 }
 
@@ -81,21 +124,26 @@ impl Skyline {
 
     /// Returns whether a box (camera-relative) is hidden by the land added so far.
     pub(crate) fn hides(&self, bounds: &Bounds) -> bool {
+        self.blocks(bounds, bounds.high_m.z)
+    }
+
+    /// Returns whether land in a box (camera-relative) up to the height `top_m` is below the skyline in all directions.
+    pub(crate) fn blocks(&self, bounds: &Bounds, top_m: f64) -> bool {
         let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
-        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
-        let Some(seen) = AngularExtent::of(bounds, corners) else { return false };
-        let top_m = bounds.high_m.z;
+        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)].map(Corner::at);
+        let Some(seen) = AngularExtent::of(bounds, &corners) else { return false };
         let slope = (top_m / if top_m > 0.0 { seen.near_m } else { seen.far_m }) as f32;
-        seen.steps(self.slopes.len(), false).all(|i| self.slopes[i] > slope)
+        let steps = seen.steps(self.slopes.len(), false);
+        steps.into_iter().all(|range| self.slopes[range].iter().all(|blocked| *blocked > slope))
     }
 
     /// Adds land without holes: `corners` are its corners in the plane, `bounds` is its box, and all of it is at least
     /// `land_m` high. All are camera-relative, in metres.
-    pub(crate) fn add(&mut self, bounds: &Bounds, corners: [DVec2; 4], land_m: f64) {
+    pub(crate) fn add(&mut self, bounds: &Bounds, corners: &[Corner; 4], land_m: f64) {
         let Some(seen) = AngularExtent::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
-        for i in seen.steps(self.slopes.len(), true) {
-            self.slopes[i] = self.slopes[i].max(slope);
+        for range in seen.steps(self.slopes.len(), true) {
+            self.slopes[range].iter_mut().for_each(|blocked| *blocked = blocked.max(slope));
         }
     }
 }
@@ -108,8 +156,8 @@ mod tests {
 
     fn add(horizon: &mut Skyline, slab: &Bounds) {
         let (low, high) = (slab.low_m.truncate(), slab.high_m.truncate());
-        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)];
-        horizon.add(slab, corners, slab.low_m.z);
+        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)].map(Corner::at);
+        horizon.add(slab, &corners, slab.low_m.z);
     }
 
     fn slab(from: [f64; 2], to: [f64; 2], low_m: f64, high_m: f64) -> Bounds {
@@ -130,6 +178,16 @@ mod tests {
         assert!(!horizon.hides(&slab([-100.0, 500.0], [100.0, 600.0], -50.0, 100.0)), "it is in front of the ridge");
         assert!(!horizon.hides(&slab([-100.0, -3200.0], [100.0, -3000.0], -50.0, 10.0)), "it is behind the camera");
         assert!(!horizon.hides(&slab([-9000.0, 3000.0], [9000.0, 3200.0], -50.0, 10.0)), "its ends are visible");
+    }
+
+    #[test]
+    fn directions_are_in_the_order_of_angles() {
+        let angles = (0..4000).map(|i| f64::from(i) * TAU / 4000.0);
+        let directions: Vec<f64> = angles.map(|angle_rad| direction(DVec2::from_angle(angle_rad) * 7.0)).collect();
+        assert!(directions.windows(2).all(|pair| pair[0] < pair[1]));
+        for i in 0..2000 {
+            assert!((directions[i + 2000] - directions[i] - 2.0).abs() < 1e-12, "opposite directions differ by 2");
+        }
     }
 
     #[test]

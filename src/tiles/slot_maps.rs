@@ -33,6 +33,8 @@ struct Made<K> {
     /// The tile's arrival in the slot, in seconds: another tile in that slot arrived at another time.
     arrived_s: f64,
     around: Around,
+    /// Whether `around` has all tiles around it that exist, so that the map cannot become better.
+    is_complete: bool,
     key: K,
     frame: u64,
 }
@@ -47,6 +49,10 @@ pub(crate) struct SlotMaps<K> {
     /// The floor by which a picture stays above the levels of missing maps.
     floor: ResidencyFloor,
     jobs: Vec<MapJob>,
+    /// The version of the residency and the key for which nothing was left to compute and nothing was fading in.
+    settled: Option<(u64, K)>,
+    /// Changes whenever a map is computed or forgotten.
+    version: u64,
 }
 
 /// The parameters of a frame for its maps.
@@ -88,6 +94,8 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             made: FxHashMap::default(),
             floor: ResidencyFloor::default(),
             jobs: Vec::new(),
+            settled: None,
+            version: 0,
         }
     }
 
@@ -125,6 +133,11 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         Some(hasher.finish())
     }
 
+    /// Returns a number that changes whenever a map or its floor changes.
+    pub(crate) fn table_version(&self) -> u64 {
+        self.version + self.floor.version()
+    }
+
     /// Returns the maps that this frame computes.
     pub(crate) fn jobs(&self) -> &[MapJob] {
         &self.jobs
@@ -138,6 +151,8 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
 
     /// Marks the planned maps as not computed, because the frame of the last plan was not drawn.
     pub(crate) fn forget_planned(&mut self) {
+        self.version += 1;
+        self.settled = None;
         for job in self.jobs.drain(..) {
             self.made.retain(|_, made| made.slot as i32 != job.slot);
         }
@@ -152,6 +167,10 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
     /// whether the next frame of the same view would have other maps, because some are left for it or are fading in.
     pub(crate) fn plan(&mut self, residency: &Residency, levels: &[LevelSize], step: MapStep) -> bool {
         let MapStep { frame, most, fade_step_s } = step;
+        self.jobs.clear();
+        if self.settled == Some((residency.version(), self.key)) {
+            return false;
+        }
         let Residency { atlas, needed, map_neighbours, .. } = residency;
         // A map depends on tiles in the page table only, not on others that are in the atlas by chance.
         let needed_tiles = needed.iter().map(|tile| tile.address);
@@ -161,8 +180,11 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
             .iter()
             .filter_map(|tile| {
                 let resident = atlas.get(tile.address)?;
-                let there = around(levels, tile.address).map(is_there).fold(0, |set, bit: Around| set | bit);
                 let made = self.made_of(atlas, tile.address);
+                if made.is_some_and(|made| made.key == self.key && made.is_complete) {
+                    return None;
+                }
+                let there = around(levels, tile.address).map(is_there).fold(0, |set, bit: Around| set | bit);
                 let is_good = made.is_some_and(|made| made.key == self.key && there & !made.around == 0);
                 let age = made.map_or(0, |made| made.frame);
                 (!is_good).then_some((age, tile, resident, there))
@@ -177,12 +199,14 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         stale.dedup_by_key(|(_, tile, ..)| tile.address);
         let is_late = stale.len() > most;
         stale.truncate(most);
-        self.jobs.clear();
-        for (_, tile, resident, around) in stale {
+        self.version += u64::from(!stale.is_empty());
+        for (_, tile, resident, there) in stale {
             let TileAddress { level, x, y } = tile.address;
             let (slot, arrived_s) = (resident.slot, resident.arrived_s);
             self.jobs.push(MapJob { slot: slot as i32, level: level as i32, tile: [x as i32, y as i32] });
-            self.made.insert(tile.address, Made { slot, arrived_s, around, key: self.key, frame });
+            let exist = around(levels, tile.address).fold(0, |set, (bit, _)| set | Around::from(true) << bit);
+            let made = Made { slot, arrived_s, around: there, is_complete: there == exist, key: self.key, frame };
+            self.made.insert(tile.address, made);
         }
         // Forget maps of tiles that have left the atlas.
         if self.made.len() > 2 * self.slots as usize {
@@ -191,6 +215,8 @@ impl<K: Copy + PartialEq> SlotMaps<K> {
         let is_made = needed.iter().map(|tile| (tile.address, self.made_of(atlas, tile.address).is_some()));
         let by_level: Vec<_> = by_level(is_made, Vec::new()).collect();
         self.floor.update(by_level.into_iter(), fade_step_s);
-        is_late || self.floor.is_fading()
+        let goes_on = is_late || self.floor.is_fading();
+        self.settled = (!goes_on && self.jobs.is_empty()).then_some((residency.version(), self.key));
+        goes_on
     }
 }

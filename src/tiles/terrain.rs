@@ -14,6 +14,7 @@ use super::camera_motion::CameraMotion;
 use super::earth_curvature::EarthCurvature;
 use super::grid_projection::GridProjection;
 use super::horizon_maps::HorizonMaps;
+use super::patch_tree::PatchTree;
 use super::residency::Residency;
 use super::terrain_buffers::TerrainBuffers;
 use super::water_maps::{NO_SEA_M, WaterMaps, water_maps};
@@ -89,6 +90,33 @@ pub struct TileCounts {
     pub gpu_bytes: u64,
     /// Memory of the decoded tiles, in bytes.
     pub cache_bytes: u64,
+    /// Number of tiles evicted while the view needed them, since the start. It must be 0.
+    pub evicted_needed: u64,
+    /// Number of tiles that a view began to need and that were on the GPU already, since the start.
+    pub gpu_hits: u64,
+    /// Number of tiles that a view began to need and that were not on the GPU, since the start.
+    pub gpu_misses: u64,
+    /// Number of tiles uploaded to the GPU, since the start.
+    pub uploaded: u64,
+    /// Number of tiles read and decoded, since the start; those uploaded without being read were in memory.
+    pub read: u64,
+}
+
+/// The clock by which cameras move, tiles fade in and failures are retried.
+enum Clock {
+    /// The time since this instant.
+    System(Instant),
+    /// A simulated time, in seconds.
+    Simulated(f64),
+}
+
+impl Clock {
+    fn now_s(&self) -> f64 {
+        match self {
+            Self::System(start) => start.elapsed().as_secs_f64(),
+            Self::Simulated(now_s) => *now_s,
+        }
+    }
 }
 
 /// The terrain of a world: its tiles on the GPU, and the data by which the shaders find them, from frame to frame.
@@ -103,12 +131,14 @@ pub struct Terrain {
     residency: Residency,
     /// The tiles that the mesh of the last frame missed, with their urgency.
     requested: FxHashMap<TileAddress, f64>,
+    /// The quadtree of patches.
+    tree: PatchTree,
     /// The factor of the allowed error in the last frame.
     coarser: f64,
     /// The smallest allowed error, in pixels, so that all parts of a picture have the same.
     min_error_px: f64,
     motion: CameraMotion,
-    start: Instant,
+    clock: Clock,
     frame: u64,
     buffers: TerrainBuffers,
     /// The horizon maps, in a style with shadows or occlusion.
@@ -159,10 +189,11 @@ impl Terrain {
             options,
             horizon_rad: 0.0,
             requested: FxHashMap::default(),
+            tree: PatchTree::default(),
             coarser: 1.0,
             min_error_px: 0.0,
             motion: CameraMotion::default(),
-            start: Instant::now(),
+            clock: Clock::System(Instant::now()),
             frame: 0,
             buffers: TerrainBuffers::new(gpu),
             horizon_maps: None,
@@ -215,6 +246,21 @@ impl Terrain {
         self.options.lod_error_px = lod_error_px;
     }
 
+    /// Sets the time of the next frames in seconds, in place of the system's clock, for simulated flights.
+    pub(crate) fn set_now_s(&mut self, now_s: f64) {
+        self.clock = Clock::Simulated(now_s);
+    }
+
+    /// Returns whether another thread is looking for tiles that will be needed soon.
+    pub(crate) fn looks_ahead(&self) -> bool {
+        self.residency.looks_ahead()
+    }
+
+    /// Returns the number of tiles that are waiting to be read, and of those that are being read or decoded.
+    pub(crate) fn tiles_queued_and_under_way(&self) -> [usize; 2] {
+        self.residency.queued_and_under_way()
+    }
+
     /// Returns the height of the finest surface in metres at a place in the world, or `None` outside and in holes. The
     /// call may read a file, so it is not for frames that must not wait.
     pub fn height_m(&self, world_m: DVec2) -> Option<f64> {
@@ -245,13 +291,18 @@ impl Terrain {
 
     /// Returns statistics of the tiles.
     pub fn tile_counts(&self) -> TileCounts {
-        let atlas = &self.residency.atlas;
+        let (atlas, hits) = (&self.residency.atlas, self.residency.hits());
         TileCounts {
             on_gpu: atlas.len() as u64,
             evicted: atlas.evicted(),
             cancelled: self.residency.cancelled(),
             gpu_bytes: atlas.len() as u64 * SLOT_BYTES,
             cache_bytes: self.residency.cache_bytes(),
+            evicted_needed: atlas.evicted_needed(),
+            gpu_hits: hits.gpu[0],
+            gpu_misses: hits.gpu[1],
+            uploaded: hits.uploaded,
+            read: hits.read,
         }
     }
 
@@ -338,8 +389,8 @@ impl Terrain {
     /// Returns a lower bound of the distance of the surface from a camera, in metres: half the camera's height above
     /// the ground of the last view.
     pub(crate) fn nearest_m(&self, camera_m: DVec3) -> f64 {
-        let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
-        let clearance_m = ground_m.map_or(0.0, |ground_m| (camera_m.z - ground_m).abs());
+        let ground = self.residency.ground(self.grid_projection.grid_from_world(camera_m.truncate()));
+        let clearance_m = ground.map_or(0.0, |ground| (camera_m.z - ground.height_m).abs());
         (0.5 * clearance_m).max(0.02)
     }
 

@@ -5,13 +5,13 @@ use glam::DVec2;
 use super::atlas::Atlas;
 use super::grid_projection::GridProjection;
 use super::needed::LevelRule;
-use super::page_table::PageTable;
+use super::page_table::{LevelInfo, PageTable, TableVersion};
 use super::selection::units_log2;
 use crate::gpu::Gpu;
 use crate::gpu::bind::{Named, Resource};
 use crate::gpu::buffer::GrowingBuffer;
 pub(crate) use crate::gpu::wgsl::shared::terrain::Terrain as TerrainUniform;
-use crate::pyramid::TileStore;
+use crate::pyramid::{LevelSize, TileStore};
 
 impl TerrainUniform {
     /// Computes the uniform of a view. `anchor` is the sample that grid coordinates count from; `earth_inverse_radius`
@@ -56,8 +56,10 @@ impl TerrainUniform {
 
 /// The uniform and the page table on the GPU, in buffers that grow on demand.
 pub(super) struct TerrainBuffers {
-    /// The page table that the buffers contain, so that a still view writes it only once.
+    /// The page table that the buffers contain and its version, so that an unchanged table is written only once.
     page_table: PageTable,
+    version: Option<TableVersion>,
+    written_levels: Vec<LevelInfo>,
     uniform: GrowingBuffer,
     levels: GrowingBuffer,
     rows: GrowingBuffer,
@@ -70,6 +72,8 @@ impl TerrainBuffers {
         use wgpu::BufferUsages as Usage;
         Self {
             page_table: PageTable::default(),
+            version: None,
+            written_levels: Vec::new(),
             uniform: GrowingBuffer::new(gpu, "terrain", Usage::UNIFORM),
             levels: GrowingBuffer::new(gpu, "levels", Usage::STORAGE),
             rows: GrowingBuffer::new(gpu, "tile rows", Usage::STORAGE),
@@ -77,13 +81,28 @@ impl TerrainBuffers {
         }
     }
 
-    /// Writes the uniform, and the page table if it has changed.
-    pub(super) fn write(&mut self, gpu: &Gpu, page_table: PageTable, uniform: TerrainUniform) {
-        if page_table != self.page_table {
-            self.levels.write(gpu, &page_table.levels);
-            self.rows.write(gpu, &page_table.rows);
-            self.tiles.write(gpu, &page_table.tiles);
-            self.page_table = page_table;
+    /// Writes the uniform, and the page table as far as it has changed: `table` builds it if its `version` is new.
+    pub(super) fn write(
+        &mut self,
+        gpu: &Gpu,
+        version: TableVersion,
+        table: impl FnOnce() -> PageTable,
+        levels: &[LevelSize],
+        anchor: DVec2,
+        uniform: TerrainUniform,
+    ) {
+        if self.version.replace(version) != Some(version) {
+            let page_table = table();
+            if page_table != self.page_table {
+                self.rows.write(gpu, &page_table.rows);
+                self.tiles.write(gpu, &page_table.tiles);
+                self.page_table = page_table;
+            }
+        }
+        let registered = self.page_table.registered(levels, anchor);
+        if registered != self.written_levels {
+            self.levels.write(gpu, &registered);
+            self.written_levels = registered;
         }
         self.uniform.write(gpu, &[uniform]);
     }

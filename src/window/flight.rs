@@ -288,6 +288,8 @@ impl Flight {
             tiles_on_gpu: terrain.tile_counts().on_gpu,
             tiles_loaded: self.last.tiles_loaded,
             tiles_missing: prepared.tiles.pending + prepared.tiles.without_room + prepared.tiles.failed,
+            over_memory_px: (prepared.detail.memory_factor > 1.0)
+                .then_some(self.settings.lod_error_px * prepared.detail.memory_factor),
             over_budget_px: prepared.detail.is_over_budget.then_some(prepared.detail.error_px),
             gpu_bytes: self.gpu.memory_bytes(),
             height_above_ground_m: position_m.z - ground_m(&self.world, position_m.truncate()),

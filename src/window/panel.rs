@@ -43,6 +43,8 @@ pub(super) struct PanelStats<'a> {
     pub tiles_missing: u64,
     /// Allowed error of the last frame's mesh, if the triangle budget raised it above the setting.
     pub over_budget_px: Option<f64>,
+    /// Allowed error of the last frame's surface, if the memory for tiles raised it above the setting.
+    pub over_memory_px: Option<f64>,
     /// Bytes of all buffers and textures on the GPU.
     pub gpu_bytes: u64,
     /// Height of the camera above the ground.
@@ -261,6 +263,10 @@ fn performance(ui: &mut Ui, stats: &PanelStats<'_>) {
     let tiles = format!("{}, {}", grouped(stats.tiles_loaded), grouped(stats.tiles_missing));
     let hint = "Tiles loaded since the start; tiles missing now, which coarser ones replace";
     labelled(ui, "Tiles loaded, missing", hint, egui::Label::new(RichText::new(tiles).monospace()));
+    if let Some(error_px) = stats.over_memory_px {
+        let text = format!("Surface error now {error_px:.1} px: memory (more with --tile-memory)");
+        ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
+    }
     if let Some(error_px) = stats.over_budget_px {
         let text = format!("Too many triangles: terrain error raised to {error_px:.1} px");
         ui.add(egui::Label::new(RichText::new(text).color(WARNING)).wrap());
@@ -351,6 +357,7 @@ mod tests {
             tiles_loaded: 0,
             tiles_missing: 0,
             over_budget_px: None,
+            over_memory_px: None,
             gpu_bytes: 0,
             height_above_ground_m: 0.0,
         };

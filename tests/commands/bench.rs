@@ -79,7 +79,7 @@ fn check_schema(report: &Value) -> Result<(), String> {
         }
         keys(&run["memory"], &["gpu_bytes", "tile_cache_bytes", "cpu_tile_bytes", "rss_bytes"])?;
         let counts = ["loaded", "evicted", "cancelled", "failed", "late_frames"];
-        keys(&run["tiles"], &[&counts[..], &["late_frames_after_1s", "full_detail_ms"]].concat())?;
+        keys(&run["tiles"], &[&counts[..], &["late_frames_after_1s", "full_detail_ms", "memory_factor"]].concat())?;
         if let Some(name) = counts.iter().find(|name| !run["tiles"][**name].is_number()) {
             return Err(format!("{name} is not a number"));
         }

@@ -26,6 +26,10 @@ use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
+/// Names of the caches of tiles in a report: a hit is a tile that a view begins to need and that is on the GPU, or a tile
+/// that is uploaded without being read.
+const TILES_ON_GPU: &str = "tiles on the GPU";
+const TILES_IN_MEMORY: &str = "tiles in memory";
 /// Frames drawn before the first one that counts: drivers finish pipelines and fill caches on first use.
 const WARM_UP_FRAMES: u32 = 3;
 /// After the last tiles have arrived, strokes need at most this many frames of the warm-up to settle.
@@ -306,6 +310,7 @@ impl StyleRun {
             late: Some(tiles.late),
             allowed_error_px: Some(detail.error_px),
             over_budget: Some(detail.is_over_budget),
+            memory_factor: Some(detail.memory_factor),
             prepare_ms: Some(prepare_ms),
             jumped: Some(jumped),
             wall_s: Some(wall_s),
@@ -328,9 +333,13 @@ impl StyleRun {
             (name.to_owned(), CacheUse { hits, misses })
         };
         run.caches = self.after.caches.into_iter().zip(self.before.caches).map(used).collect();
+        let (before, counts) = (self.before.tiles, self.after.tiles);
+        let (hits, misses) = (counts.gpu_hits - before.gpu_hits, counts.gpu_misses - before.gpu_misses);
+        run.caches.insert(TILES_ON_GPU.to_owned(), CacheUse { hits, misses });
+        let (uploaded, read) = (counts.uploaded - before.uploaded, counts.read - before.read);
+        run.caches.insert(TILES_IN_MEMORY.to_owned(), CacheUse { hits: uploaded.saturating_sub(read), misses: read });
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
-        let (before, counts) = (self.before.tiles, self.after.tiles);
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
             tile_cache_bytes: Some(counts.gpu_bytes),

@@ -65,6 +65,10 @@ impl TileStore for Exaggerated {
         self.inner.has_tile(address)
     }
 
+    fn is_sparse(&self) -> bool {
+        self.inner.is_sparse()
+    }
+
     fn parallel_fetches(&self) -> usize {
         self.inner.parallel_fetches()
     }

@@ -66,6 +66,11 @@ pub trait TileStore: Send + Sync {
             .is_some_and(|size| address.x < size.tiles_x() && address.y < size.tiles_y())
     }
 
+    /// Returns whether tiles inside the extent of a level may be missing ([`TileStore::has_tile`]).
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     /// Returns the number of threads that may fetch at a time: two keep a disk busy.
     fn parallel_fetches(&self) -> usize {
         2

@@ -49,6 +49,10 @@ macro_rules! as_inner {
         fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
             self.inner.coarse_patches()
         }
+
+        fn is_sparse(&self) -> bool {
+            self.inner.is_sparse()
+        }
     };
 }
 
@@ -153,6 +157,52 @@ impl TileStore for Shuffled {
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
         self.fetched.lock().unwrap().push(address);
         self.wait(address);
+        Arc::clone(&self.inner).fetch(address, cancel)
+    }
+}
+
+/// Another store that hands out as many tiles as it is granted, so that a simulated flight has the same tiles in the
+/// same frames on every machine.
+pub(crate) struct Granted {
+    inner: Arc<dyn TileStore>,
+    grants: Mutex<u64>,
+    granted: std::sync::Condvar,
+}
+
+impl Granted {
+    pub(crate) fn new(inner: Arc<dyn TileStore>) -> Arc<Self> {
+        Arc::new(Self { inner, grants: Mutex::new(0), granted: std::sync::Condvar::new() })
+    }
+
+    /// Replaces what is left of the last grant.
+    pub(crate) fn grant(&self, tiles: u64) {
+        *self.grants.lock().unwrap() = tiles;
+        self.granted.notify_all();
+    }
+
+    /// Returns the number of tiles of the last grant that have not been fetched.
+    pub(crate) fn left(&self) -> u64 {
+        *self.grants.lock().unwrap()
+    }
+}
+
+impl TileStore for Granted {
+    as_inner!();
+
+    fn parallel_fetches(&self) -> usize {
+        1
+    }
+
+    fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
+        let mut grants = self.grants.lock().unwrap();
+        while *grants == 0 {
+            if cancel.is_cancelled() {
+                return Err(PyramidError::Cancelled);
+            }
+            grants = self.granted.wait_timeout(grants, Duration::from_millis(1)).unwrap().0;
+        }
+        *grants -= 1;
+        drop(grants);
         Arc::clone(&self.inner).fetch(address, cancel)
     }
 }

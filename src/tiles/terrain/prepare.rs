@@ -16,12 +16,12 @@ use crate::gpu::Gpu;
 use crate::scene::frustum::Frustum;
 use crate::tiles::budget::{Budget, Search, max_patches};
 use crate::tiles::needed::LevelRule;
-use crate::tiles::page_table::PageTable;
+use crate::tiles::page_table::{PageTable, TableVersion};
 use crate::tiles::patches::ResidentPatches;
 use crate::tiles::residency::{Loaded, Movement};
-use crate::tiles::select::select_within;
+use crate::tiles::select::select_in;
 use crate::tiles::selection::{Selection, Viewpoint};
-use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep};
+use crate::tiles::slot_maps::{MAPS_AT_ONCE, MapStep, SlotMaps};
 use crate::tiles::terrain_buffers::TerrainUniform;
 
 /// The fraction of the allowed error that the choice of the level may use: positions are exactly on the level's
@@ -66,13 +66,22 @@ pub struct Prepared {
 }
 
 /// The accuracy of a frame's mesh, where its tiles are loaded.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detail {
     /// The allowed height error of the mesh, in pixels:
     /// [`TerrainOptions::lod_error_px`](super::TerrainOptions::lod_error_px), or more.
     pub error_px: f64,
     /// Whether it is more, because the requested error needs more patches than the budget of a frame.
     pub is_over_budget: bool,
+    /// The factor by which the surface is coarser than requested, because its tiles would not fit into the memory for
+    /// tiles; 1 if they fit. The allowed error includes it.
+    pub memory_factor: f64,
+}
+
+impl Default for Detail {
+    fn default() -> Self {
+        Self { error_px: 0.0, is_over_budget: false, memory_factor: 1.0 }
+    }
 }
 
 /// The selection of a frame and its accuracy, before the buffers are written.
@@ -122,13 +131,14 @@ impl Terrain {
     fn fit(&mut self, gpu: &Gpu, view: &TerrainView, needs_map_neighbours: bool) -> Fitted {
         self.frame += 1;
         self.horizon_rad = view.horizon_rad;
-        let mut now_s = self.start.elapsed().as_secs_f64();
+        let mut now_s = self.clock.now_s();
         let rule = LevelRule {
             camera_m: view.camera_m,
             frusta: view.frusta.clone(),
             focal_px: view.focal_px,
             error_px: self.options.lod_error_px.max(FINEST_LEVEL_ERROR_PX) * LEVEL_SHARE,
             earth_curvature: self.earth_curvature(view.camera_m.z),
+            margin_m: 0.0,
         };
         let streams = self.options.loading == Loading::Stream;
         let step = self.motion.advance(view.camera_m, now_s, self.grid_projection.spacing_m());
@@ -143,6 +153,7 @@ impl Terrain {
             let movement = Movement {
                 rule: rule.clone(),
                 velocity_m_s: step.velocity_m_s,
+                has_jumped: step.has_jumped(),
                 frame_s: step.elapsed_s,
                 requested,
                 needs_map_neighbours,
@@ -155,7 +166,7 @@ impl Terrain {
             // The last tiles may request more: only a pass without new tiles is final.
             if waits && (tiles.pending > 0 || update.loaded > 0) {
                 self.requested = movement.requested;
-                now_s = self.start.elapsed().as_secs_f64();
+                now_s = self.clock.now_s();
                 idle = if update.loaded > 0 || self.residency.is_busy(now_s) { 0 } else { idle + 1 };
                 if idle < 3 {
                     self.residency.wait();
@@ -188,9 +199,16 @@ impl Terrain {
                 continue;
             };
             tiles.pending += self.requested.keys().filter(|tile| self.residency.can_come(**tile)).count() as u64;
-            tiles.late |= !self.requested.is_empty();
-            let detail =
-                Detail { error_px: self.options.lod_error_px * self.coarser, is_over_budget: self.coarser > 1.0 };
+            // A frame whose error was raised and reported is not late because its mesh could be finer.
+            tiles.late |= !self.requested.is_empty() && (!streams || self.residency.memory_factor() == 1.0);
+            let memory_factor = self.residency.memory_factor();
+            let detail = Detail {
+                error_px: self.options.lod_error_px * self.coarser,
+                is_over_budget: self.coarser > memory_factor,
+                memory_factor,
+            };
+            // Wider pixels are fewer pixels per radian.
+            let rule = LevelRule { focal_px: rule.focal_px / memory_factor, ..rule };
             return Fitted { rule, selection, tiles, jumped: step.has_jumped(), detail, fade_step_s };
         }
     }
@@ -198,9 +216,11 @@ impl Terrain {
     /// Selects the patches within the frame's budget; tiles that they miss are requested in the next frame.
     fn select(&mut self, view: &TerrainView, now_s: Option<f64>, search: Search) -> Selection {
         let camera_m = view.camera_m;
-        let ground_m = self.residency.height_m(self.grid_projection.grid_from_world(camera_m.truncate()));
-        // A camera outside of the land can see it from below.
+        let ground = self.residency.ground(self.grid_projection.grid_from_world(camera_m.truncate()));
+        // A camera outside of the land can see it from below. Over land that is known roughly, a camera counts as above
+        // ground: from below, nothing hides anything, and the frame would cost many times as much.
         let highest_m = f64::from(self.store.range_m()[1]);
+        let lowest_ground_m = ground.map_or(highest_m, |ground| ground.height_m - ground.error_m);
         let lod_error_px = self.options.lod_error_px;
         let mut viewpoint = Viewpoint {
             camera_m,
@@ -208,26 +228,31 @@ impl Terrain {
             focal_px: view.focal_px,
             error_px: lod_error_px,
             earth_curvature: self.earth_curvature(camera_m.z),
-            is_above_ground: camera_m.z > ground_m.unwrap_or(highest_m),
+            is_above_ground: camera_m.z > lowest_ground_m,
             nearest_m: self.nearest_m(camera_m),
         };
         let atlas = &self.residency.atlas;
         let anchor = self.grid_projection.anchor(camera_m.truncate());
         let samples = self.store.levels()[0].samples() as f64;
+        let of_parts =
+            if self.min_error_px > lod_error_px * (1.0 + 1e-9) { self.min_error_px / lod_error_px } else { 1.0 };
         let budget = Budget::new(
             max_patches(view.pixels, samples, lod_error_px, self.options.tile_memory_bytes),
-            if self.min_error_px > lod_error_px * (1.0 + 1e-9) { self.min_error_px / lod_error_px } else { 1.0 },
+            // A mesh finer than the surface shows nothing more.
+            of_parts.max(self.residency.memory_factor()),
         );
         let (frame, store, grid_projection) = (self.frame, &*self.store, &self.grid_projection);
-        let ((selection, requested), coarser) = budget.find(search, self.coarser, |coarser, most| {
+        let tree = &mut self.tree;
+        let (((selection, skyline), requested), coarser) = budget.find(search, self.coarser, |coarser, most| {
             viewpoint.error_px = lod_error_px * coarser;
             // The requests of a selection that exceeded the budget are dropped.
             let patches = ResidentPatches { store, atlas, frame, now_s, requested: RefCell::default() };
-            let selection = select_within(&patches, grid_projection, anchor, &viewpoint, most)?;
-            Some((selection, patches.requested.into_inner()))
+            let selected = select_in(tree, &patches, grid_projection, anchor, &viewpoint, most)?;
+            Some((selected, patches.requested.into_inner()))
         });
         self.requested = requested;
         self.coarser = coarser;
+        self.residency.set_skyline(skyline);
         selection
     }
 
@@ -236,9 +261,15 @@ impl Terrain {
         let anchor = self.grid_projection.anchor(rule.camera_m.truncate());
         let horizon_maps = self.horizon_maps.as_ref().map(|horizons| &horizons.maps);
         let water_maps = self.water_maps.as_ref();
-        let page_table = PageTable::new(&*self.store, &self.residency, horizon_maps, water_maps, anchor);
+        let version = TableVersion {
+            residency: self.residency.version(),
+            floor: self.residency.floor.version(),
+            horizon_maps: horizon_maps.map(SlotMaps::table_version),
+            water_maps: water_maps.map(SlotMaps::table_version),
+        };
+        let table = || PageTable::new(&*self.store, &self.residency, horizon_maps, water_maps);
         let uniform =
             TerrainUniform::new(&*self.store, &self.grid_projection, anchor, rule, self.options.inverse_radius);
-        self.buffers.write(gpu, page_table, uniform);
+        self.buffers.write(gpu, version, table, self.store.levels(), anchor, uniform);
     }
 }

@@ -1,0 +1,256 @@
+//! Simulated flights: the selection and the streaming of tiles along a camera path, without drawing. Time is simulated
+//! and the store delivers a fixed number of tiles per second, so a flight is the same on every machine.
+#![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::tests::common;
+use common::stores::Granted;
+use common::{full, grid_of, rough_height_m};
+use hachure::gpu::Gpu;
+use hachure::pyramid::TileStore;
+use hachure::pyramid::store::ContinentStore;
+use hachure::scene::camera::Camera;
+use hachure::scene::path::CameraPath;
+use hachure::scene::view::{Clock, View};
+use hachure::source::Silent;
+use hachure::tiles::Terrain;
+use hachure::tiles::atlas::SLOT_BYTES;
+use hachure::tiles::terrain::{Loading, TerrainOptions};
+
+const FPS: f64 = 30.0;
+
+/// A flight over a terrain.
+struct Flight {
+    gpu: Gpu,
+    terrain: Terrain,
+    store: Arc<Granted>,
+    size_px: [u32; 2],
+    tiles_per_s: f64,
+    /// Fraction of a tile that the store owes.
+    owed: f64,
+    now_s: f64,
+}
+
+/// What a frame did.
+#[derive(Clone, Copy, Debug, Default)]
+struct FrameFacts {
+    triangles: u64,
+    is_late: bool,
+    /// The factor by which the surface is coarser because of memory.
+    memory_factor: f64,
+    without_room: u64,
+    evicted_needed: u64,
+    /// Tiles read so far.
+    read: u64,
+    /// Time that this thread had a processor, in milliseconds: the time of a busy machine says nothing.
+    prepare_cpu_ms: f64,
+}
+
+/// Returns the time that this thread has had a processor, in milliseconds; 0 where the system does not report it.
+fn thread_cpu_ms() -> f64 {
+    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
+    text.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).unwrap_or(0.0) * 1e-6
+}
+
+impl Flight {
+    fn new(inner: Arc<dyn TileStore>, size_px: [u32; 2], memory_bytes: u64, tiles_per_s: f64) -> Option<Self> {
+        let gpu = common::gpu()?;
+        let store = Granted::new(inner);
+        let options =
+            TerrainOptions { loading: Loading::Stream, tile_memory_bytes: memory_bytes, ..TerrainOptions::default() };
+        let terrain = Terrain::new(&gpu, Arc::clone(&store) as Arc<dyn TileStore>, options).unwrap();
+        Some(Self { gpu, terrain, store, size_px, tiles_per_s, owed: 0.0, now_s: 0.0 })
+    }
+
+    /// Prepares the next frame, and lets the store deliver what it can until the one after it.
+    fn frame(&mut self, camera: &Camera) -> FrameFacts {
+        self.now_s += 1.0 / FPS;
+        self.terrain.set_now_s(self.now_s);
+        let pose = common::pose_of(camera);
+        let view = View::whole(pose, pose, self.size_px).at(Clock::still(self.now_s));
+        let view = hachure::internals::terrain_view(&view);
+        let before_ms = thread_cpu_ms();
+        let prepared = self.terrain.prepare(&self.gpu, &view);
+        let prepare_cpu_ms = thread_cpu_ms() - before_ms;
+        self.gpu.queue.submit([]);
+        self.gpu.wait();
+        self.owed += self.tiles_per_s / FPS;
+        self.store.grant(self.owed as u64);
+        self.owed = self.owed.fract();
+        while self.terrain.looks_ahead() || !self.has_delivered() {
+            std::thread::sleep(Duration::from_micros(100));
+        }
+        self.store.grant(0);
+        let counts = self.terrain.tile_counts();
+        FrameFacts {
+            triangles: prepared.selection.triangles(),
+            is_late: prepared.tiles.late,
+            memory_factor: prepared.detail.memory_factor,
+            without_room: prepared.tiles.without_room,
+            evicted_needed: counts.evicted_needed,
+            read: counts.read,
+            prepare_cpu_ms,
+        }
+    }
+
+    /// Returns whether the store has delivered all that it may, or all that is wanted.
+    fn has_delivered(&self) -> bool {
+        let [queued, under_way] = self.terrain.tiles_queued_and_under_way();
+        // Without grants, the one thread that reads waits with a tile.
+        if self.store.left() == 0 { under_way <= 1 } else { queued + under_way == 0 }
+    }
+
+    /// Draws frames from one camera until none is late; returns whether that was so within `most` frames.
+    fn settle(&mut self, camera: &Camera, most: usize) -> bool {
+        (0..most).any(|i| !self.frame(camera).is_late && i > 2)
+    }
+}
+
+fn percentile(values: impl Iterator<Item = f64>, part: f64) -> f64 {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values[((values.len() - 1) as f64 * part).round() as usize]
+}
+
+/// Returns what is wrong with the frames of a flight.
+fn faults(frames: &[FrameFacts], most_late: f64) -> Vec<String> {
+    let mut faults = Vec::new();
+    let late = frames.iter().filter(|frame| frame.is_late).count() as f64 / frames.len() as f64;
+    if late > most_late {
+        faults.push(format!("{:.1} % of the frames are late", 100.0 * late));
+    }
+    let without_room: u64 = frames.iter().map(|frame| frame.without_room).sum();
+    if without_room > 0 {
+        faults.push(format!("{without_room} tiles had no room"));
+    }
+    let evicted = frames.last().map_or(0, |frame| frame.evicted_needed);
+    if evicted > 0 {
+        faults.push(format!("{evicted} tiles were evicted while they were needed"));
+    }
+    let octaves = |pair: &[FrameFacts]| (pair[1].memory_factor / pair[0].memory_factor).log2().abs();
+    let jump = frames.windows(2).map(octaves).fold(0.0, f64::max);
+    if jump > 0.26 {
+        faults.push(format!("the error jumps by {jump:.2} octaves"));
+    }
+    // A late frame must not cost more than its neighbours that are not late. (Land itself may: a flight crosses ridges.)
+    for window in frames.windows(9).filter(|window| window[4].is_late) {
+        let on_time = window.iter().filter(|frame| !frame.is_late).map(|frame| frame.triangles as f64);
+        let most = 2.0 * on_time.clone().fold(0.0, f64::max);
+        if on_time.count() > 0 && window[4].triangles as f64 > most {
+            faults
+                .push(format!("a late frame has {} triangles, its neighbours {most:.0} at most", window[4].triangles));
+        }
+    }
+    faults
+}
+
+fn straight(start: &str, velocity_m_s: [f64; 2], frames: usize) -> Vec<Camera> {
+    let start: Camera = start.parse().unwrap();
+    let mut cameras = Vec::new();
+    for i in 0..frames {
+        let mut camera = start.on_ground(|_, _| 0.0);
+        camera.position_m.x += velocity_m_s[0] * i as f64 / FPS;
+        camera.position_m.y += velocity_m_s[1] * i as f64 / FPS;
+        cameras.push(camera);
+    }
+    cameras
+}
+
+/// The heights are below 900 m.
+const START: &str = "-9000,-8000,1100,45,-8,60";
+
+/// Fewer tiles than the flight needs.
+const ROOM_FOR: u64 = 26;
+
+/// Flies over rough land of 44 tiles with so much memory.
+fn over_rough_land(memory_bytes: u64) -> Option<Vec<FrameFacts>> {
+    let store = common::in_memory(&grid_of(1401, 1290, 20.0, rough_height_m));
+    let mut flight = Flight::new(store, [1280, 720], memory_bytes, 300.0)?;
+    let cameras = straight(START, [212.0, 212.0], 150);
+    flight.settle(&cameras[0], 100);
+    Some(cameras.iter().map(|camera| flight.frame(camera)).collect())
+}
+
+#[test]
+fn a_view_that_needs_more_than_memory_holds_is_coarser_and_does_not_thrash() {
+    let Some(frames) = over_rough_land(ROOM_FOR * SLOT_BYTES) else { return };
+    let most = frames.iter().map(|frame| frame.memory_factor).fold(0.0, f64::max);
+    let late = frames.iter().filter(|frame| frame.is_late).count();
+    println!("{late} late");
+    println!("factor up to {most:.2}, {} tiles read", frames[frames.len() - 1].read);
+    assert!(most > 1.05, "the flight does not need more than there is: {most}");
+    assert_eq!(faults(&frames, 0.2), Vec::<String>::new());
+
+    // The planted errors: each is found.
+    let planted = |change: fn(&mut FrameFacts)| {
+        let mut frames = frames.clone();
+        frames[100..].iter_mut().for_each(change);
+        faults(&frames, 0.2)
+    };
+    assert!(!planted(|frame| frame.is_late = true).is_empty());
+    assert!(!planted(|frame| frame.without_room = 1).is_empty());
+    assert!(!planted(|frame| frame.evicted_needed = 1).is_empty());
+    assert!(!planted(|frame| frame.memory_factor *= 1.3).is_empty());
+    let mut costly = frames.clone();
+    (costly[100].is_late, costly[100].triangles) = (true, 3 * costly[100].triangles);
+    assert!(!faults(&costly, 0.2).is_empty());
+}
+
+#[test]
+fn what_fits_into_memory_is_as_fine_as_requested() {
+    let Some(frames) = over_rough_land(64 << 20) else { return };
+    assert!(frames.iter().all(|frame| frame.memory_factor == 1.0));
+    assert_eq!(faults(&frames, 0.05), Vec::<String>::new());
+}
+
+#[test]
+fn a_turn_and_back_reads_nothing_twice_that_memory_can_hold() {
+    let store = common::in_memory(&grid_of(1401, 1290, 20.0, rough_height_m));
+    let Some(mut flight) = Flight::new(store, [1280, 720], 64 << 20, 300.0) else { return };
+    let there: Camera = START.parse::<Camera>().unwrap().on_ground(|_, _| 0.0);
+    let mut back = there;
+    back.yaw_deg += 180.0;
+    assert!(flight.settle(&there, 200) && flight.settle(&back, 200));
+    let read = flight.terrain.tile_counts().read;
+    assert!(flight.settle(&there, 200) && flight.settle(&back, 200));
+    assert_eq!(flight.terrain.tile_counts().read, read);
+}
+
+/// The flight of the long tier: 60 s over the continent at 300 m/s.
+#[test]
+fn the_continent_streams_at_every_size_and_memory() {
+    if !full() {
+        return;
+    }
+    let cache = common::between_runs("continent");
+    let store: Arc<dyn TileStore> = Arc::new(ContinentStore::open(1, 327_680, 10.0, Some(&cache), &Silent).unwrap());
+    let path = CameraPath::read(Path::new("terrain/paths/valley.csv")).unwrap();
+    let seconds = std::env::var("SECONDS").ok().and_then(|seconds| seconds.parse().ok()).unwrap_or(20.0);
+    for (size_px, mib) in [([1920, 1080], 512), ([1920, 1080], 128), ([1920, 1080], 64), ([3840, 2160], 512)] {
+        let Some(mut flight) = Flight::new(Arc::clone(&store), size_px, mib << 20, 1500.0) else { return };
+        flight.settle(&path.sample(0.0), 400);
+        let frames: Vec<FrameFacts> =
+            (0..(seconds * FPS) as usize).map(|i| flight.frame(&path.sample(i as f64 / FPS))).collect();
+        let counts = flight.terrain.tile_counts();
+        let after = &frames[FPS as usize..];
+        let ms = |part| percentile(after.iter().map(|frame| frame.prepare_cpu_ms), part);
+        println!(
+            "{size_px:?} {mib} MiB: late {:.1} %, factor up to {:.2}, prepare {:.2} ms at p50 and {:.2} ms at p99 of CPU, \
+             triangles {} at p50 and {} at most, {} tiles read, {} evicted, GPU hits {} of {}",
+            100.0 * after.iter().filter(|frame| frame.is_late).count() as f64 / after.len() as f64,
+            after.iter().map(|frame| frame.memory_factor).fold(0.0, f64::max),
+            ms(0.5),
+            ms(0.99),
+            percentile(after.iter().map(|frame| frame.triangles as f64), 0.5),
+            percentile(after.iter().map(|frame| frame.triangles as f64), 1.0),
+            counts.read,
+            counts.evicted,
+            counts.gpu_hits,
+            counts.gpu_hits + counts.gpu_misses,
+        );
+        assert_eq!(faults(after, 1.0), Vec::<String>::new());
+    }
+}

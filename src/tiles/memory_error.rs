@@ -1,0 +1,175 @@
+//! The factor by which the surface is coarser than requested because its tiles would not fit into memory.
+//!
+//! A view may need more tiles than there are slots. If the most urgent of them were loaded and the rest left out, tiles
+//! would take each other's slots from frame to frame. Instead, the surface chooses its level as if a pixel were wider
+//! by a factor. Each needed tile knows the factor from which on it is not needed ([`Needed::factor`]), so the factor
+//! that makes the tiles fit is an order statistic and needs no search.
+//!
+//! The factor grows while more than [`FULL`] of the slots are needed, and shrinks while the next smaller factor would
+//! need less than [`SPARE`] of them; in between it rests, so that it does not oscillate (after CesiumJS, whose
+//! memory-adjusted screen-space error changes by 2 % a frame). It grows faster than it shrinks. Only if the tiles would
+//! exceed all slots does it jump.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
+
+use super::needed::Needed;
+
+/// The fraction of the slots above which the factor grows.
+pub(super) const FULL: f64 = 0.9;
+/// The fraction of the slots below which the factor shrinks.
+pub(super) const SPARE: f64 = 0.8;
+/// Speed at which the factor grows, in octaves (powers of 2) per second.
+const UP_OCTAVES_PER_S: f64 = 2.0;
+/// Speed at which the factor shrinks, in octaves per second.
+const DOWN_OCTAVES_PER_S: f64 = 0.5;
+/// The largest change of the factor in a step, in octaves.
+const MAX_STEP_OCTAVES: f64 = 0.25;
+/// The largest factor.
+const MAX_FACTOR: f64 = 1e6;
+
+/// The factor and its law.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct MemoryError {
+    factor: f64,
+}
+
+impl Default for MemoryError {
+    fn default() -> Self {
+        Self { factor: 1.0 }
+    }
+}
+
+fn octaves(per_s: f64, step_s: f64) -> f64 {
+    (per_s * step_s).clamp(0.0, MAX_STEP_OCTAVES).exp2()
+}
+
+impl MemoryError {
+    /// Returns the factor by which pixels are wider; 1 if everything fits.
+    pub(crate) fn factor(&self) -> f64 {
+        self.factor
+    }
+
+    /// Returns the smallest factor that [`MemoryError::advance`] may choose; it needs all tiles that are needed at this
+    /// factor. `step_s` is the time since the last step; `None` starts again.
+    pub(crate) fn least(&self, step_s: Option<f64>) -> f64 {
+        step_s.map_or(1.0, |step_s| (self.factor / octaves(DOWN_OCTAVES_PER_S, step_s)).max(1.0))
+    }
+
+    /// Chooses the factor for a frame with `slots` slots for the tiles that it needs. `needed` has all tiles that are
+    /// needed at [`MemoryError::least`].
+    pub(crate) fn advance(&mut self, needed: &[Needed], slots: usize, step_s: Option<f64>) {
+        let mut factors: Vec<f32> = needed.iter().map(|tile| tile.factor).collect();
+        let count = |factors: &[f32], above: f64| factors.iter().filter(|factor| f64::from(**factor) > above).count();
+        // Returns the smallest factor with which at most `most` tiles are needed.
+        let mut fit = |most: usize| match factors.len() {
+            all if all <= most => 1.0,
+            _ => f64::from(*factors.select_nth_unstable_by(most, |a, b| b.total_cmp(a)).1).clamp(1.0, MAX_FACTOR),
+        };
+        let of_slots = |fraction: f64| (slots as f64 * fraction) as usize;
+        let Some(step_s) = step_s else {
+            self.factor = fit(of_slots(FULL));
+            return;
+        };
+        let (fits, must) = (fit(of_slots(FULL)), fit(slots));
+        let least = self.least(Some(step_s));
+        if count(&factors, self.factor) > of_slots(FULL) {
+            let grown = self.factor * octaves(UP_OCTAVES_PER_S, step_s);
+            self.factor = grown.min(fits).max(must).max(self.factor);
+        } else if count(&factors, least) <= of_slots(SPARE) {
+            self.factor = least;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pyramid::TileAddress;
+
+    const STEP_S: f64 = 1.0 / 30.0;
+
+    /// Returns the tiles of a view that needs `tiles` of them at a factor of 1: half as many at twice the factor.
+    fn view(tiles: f64, least: f64) -> Vec<Needed> {
+        let tile = |i: usize| Needed {
+            address: TileAddress { level: 0, x: i as u32, y: 0 },
+            urgency: 1.0,
+            factor: (tiles / (i as f64 + 1.0)) as f32,
+        };
+        (0..tiles as usize).map(tile).filter(|tile| f64::from(tile.factor) > least).collect()
+    }
+
+    fn step(error: &mut MemoryError, tiles: f64, slots: usize, step_s: Option<f64>) -> usize {
+        error.advance(&view(tiles, error.least(step_s)), slots, step_s);
+        view(tiles, error.factor()).len()
+    }
+
+    #[test]
+    fn a_view_that_fits_has_a_factor_of_1() {
+        let mut error = MemoryError::default();
+        for step_s in [None, Some(STEP_S)] {
+            assert_eq!(step(&mut error, 890.0, 1000, step_s), 889);
+            assert_eq!(error.factor(), 1.0);
+        }
+    }
+
+    #[test]
+    fn after_a_jump_the_factor_fits_at_once() {
+        let mut error = MemoryError { factor: 50.0 };
+        let taken = step(&mut error, 10_000.0, 1000, None);
+        assert!((880..=900).contains(&taken), "{taken}");
+    }
+
+    #[test]
+    fn needed_tiles_never_exceed_the_slots_and_the_factor_glides() {
+        let mut error = MemoryError::default();
+        let mut factors = vec![1.0];
+        for frame in 0..900 {
+            // The view needs eight times as many tiles within two seconds, rests, and needs fewer again.
+            let toward = (f64::from(frame) / 60.0).min(1.0) - (f64::from(frame) / 60.0 - 8.0).clamp(0.0, 1.0);
+            let taken = step(&mut error, 600.0 * 8_f64.powf(toward), 1000, Some(STEP_S));
+            assert!(taken <= 1000, "frame {frame}: {taken} tiles need 1000 slots");
+            factors.push(error.factor());
+        }
+        let steps = factors.windows(2).map(|pair| (pair[1] / pair[0]).log2());
+        assert!(steps.clone().fold(0.0, f64::max) < 0.1 && steps.fold(0.0, f64::min) > -0.02, "{factors:?}");
+        assert!(factors[300] > 4.0 && factors[900] == 1.0, "{factors:?}");
+        assert!(factors[300..450].windows(2).all(|pair| pair[0] == pair[1]), "at rest the factor rests");
+    }
+
+    #[test]
+    fn a_law_that_counts_one_slot_too_many_is_noticed() {
+        // A quick turn: the view needs eight times as many tiles from one frame to the next.
+        let most = |slots: usize| {
+            let mut error = MemoryError::default();
+            step(&mut error, 600.0, slots, Some(STEP_S));
+            step(&mut error, 4800.0, slots, Some(STEP_S))
+        };
+        assert_eq!(most(1000), 1000, "the factor jumps as far as it must, and no further");
+        // The planted error.
+        assert!(most(1001) > 1000);
+    }
+
+    #[test]
+    fn a_view_at_the_limit_does_not_oscillate() {
+        // The number of tiles trembles by 4 %, around the mark above which the factor grows.
+        let mut error = MemoryError::default();
+        let factors: Vec<f64> = (0..600)
+            .map(|frame| {
+                step(&mut error, 900.0 * (1.0 + 0.04 * f64::from(frame % 2)), 1000, Some(STEP_S));
+                error.factor()
+            })
+            .collect();
+        let changes = |factors: &[f64]| factors.windows(2).filter(|pair| pair[0] != pair[1]).count();
+        assert!(changes(&factors) <= 2, "{}", changes(&factors));
+        // The planted error: without the dead band it changes all the time.
+        let mut naive = 1.0_f64;
+        let without: Vec<f64> = (0..600)
+            .map(|frame| {
+                let taken = view(900.0 * (1.0 + 0.04 * f64::from(frame % 2)), naive).len();
+                naive = if taken > 900 { naive * 1.02 } else { (naive / 1.02).max(1.0) };
+                naive
+            })
+            .collect();
+        assert!(changes(&without) > 100);
+    }
+}

@@ -1,0 +1,331 @@
+//! Finds the tiles that a view needs, and for how long the list may be used.
+//!
+//! While a camera flies, the list is found with a margin: for a wider view from anywhere near the camera. It is found
+//! again when the camera leaves the margin, when tiles have arrived, and at least ten times a second. A camera at rest
+//! gets the exact list, so that its picture equals that of a file.
+
+use glam::DVec3;
+use rustc_hash::FxHashSet;
+
+use super::{MAP_URGENCY, Movement, Residency};
+use crate::pyramid::TileAddress;
+use crate::scene::frustum::Frustum;
+use crate::tiles::earth_curvature::EarthCurvature;
+use crate::tiles::grid_projection::GridProjection;
+use crate::tiles::map_neighbours::map_neighbours;
+use crate::tiles::memory_error::{FULL, SPARE};
+use crate::tiles::needed::{Land, LevelRule, Needed, is_hidden, is_needed, needed};
+use crate::tiles::prefetch::{ComingView, Outlook, Prefetcher};
+use crate::tiles::queues::in_order;
+
+/// How far ahead tiles are requested, in seconds; the second value has lower priority.
+const AHEAD_S: [f64; 2] = [1.0, 3.0];
+/// How far outside of the view tiles are requested, in radians.
+const ASIDE_RAD: f64 = 0.35;
+/// The time for which a list should last at the camera's velocity, in seconds.
+const MARGIN_S: f64 = 0.1;
+/// The margin is at most this fraction of the height above ground, because it makes near land finer.
+const MARGIN_HEIGHT: f64 = 0.2;
+/// How far the view may turn before the list is found again, in radians.
+const MARGIN_RAD: f64 = 0.03;
+/// The longest time for which a list is used, in seconds.
+const MAX_AGE_S: f64 = 0.1;
+/// The shortest time for which a list is used although tiles have arrived, in seconds.
+const MIN_AGE_S: f64 = 0.03;
+/// If memory is short, tiles that land hides are needed if they may appear within this time, in seconds.
+const HIDDEN_S: f64 = 0.5;
+/// The shortest time between two looks ahead, in seconds.
+const LOOK_S: f64 = 0.1;
+/// The fraction of the slots left over that tiles for the near future are loaded into. Those that are there may fill
+/// all of them: a tile whose rank varies a little is not loaded and evicted in turn.
+const LOADED_SOON: f64 = 0.7;
+/// The fraction of the slots that tiles for maps may take from those of the surface.
+const MAX_OF_MAPS: f64 = 0.5;
+
+/// The view for which a list was found.
+pub(super) struct Found {
+    /// The rule, with its margin and the widened view frusta.
+    rule: LevelRule,
+    /// The camera and frusta of the last frame that used the list.
+    camera_m: DVec3,
+    frusta: Vec<Frustum>,
+    /// Whether there is no margin.
+    is_exact: bool,
+    at_s: f64,
+    /// The frame in which it was found.
+    pub frame: u64,
+    atlas_version: u64,
+    needs_map_neighbours: bool,
+}
+
+impl Found {
+    /// Returns whether the list has all tiles of a view.
+    fn covers(&self, rule: &LevelRule) -> bool {
+        let fits = |(wide, view): (&Frustum, &Frustum)| wide.contains(view);
+        let found = &self.rule;
+        found.focal_px == rule.focal_px
+            && found.error_px == rule.error_px
+            && found.earth_curvature.inverse_radius == rule.earth_curvature.inverse_radius
+            && found.camera_m.distance(rule.camera_m) <= found.margin_m
+            && found.frusta.len() == rule.frusta.len()
+            && found.frusta.iter().zip(&rule.frusta).all(fits)
+    }
+}
+
+impl Residency {
+    /// Returns whether the list of needed tiles has to be found again.
+    pub(super) fn must_find(&mut self, movement: &Movement, now_s: f64, streams: bool) -> bool {
+        let rule = &movement.rule;
+        let Some(found) = self.found.as_mut().filter(|_| streams && !movement.has_jumped) else { return true };
+        let is_at_rest = found.camera_m == rule.camera_m && found.frusta == rule.frusta;
+        (found.camera_m, found.frusta) = (rule.camera_m, rule.frusta.clone());
+        let age_s = now_s - found.at_s;
+        let has_changed = found.atlas_version != self.atlas.version();
+        if is_at_rest {
+            return !found.is_exact || has_changed || age_s > MAX_AGE_S && self.memory.factor() > 1.0;
+        }
+        found.needs_map_neighbours != movement.needs_map_neighbours
+            || age_s > MAX_AGE_S
+            || has_changed && age_s > MIN_AGE_S
+            || !found.covers(rule)
+    }
+
+    /// Finds the tiles that a view needs and those that its maps depend on, marks them as needed, and hands the coming
+    /// views to the prefetcher.
+    pub(super) fn find(
+        &mut self,
+        grid_projection: &GridProjection,
+        movement: &Movement,
+        frame: u64,
+        now_s: f64,
+        streams: bool,
+    ) {
+        let before = self.found.take().filter(|_| streams && !movement.has_jumped);
+        let view = &movement.rule;
+        let is_at_rest =
+            before.as_ref().is_some_and(|found| found.camera_m == view.camera_m && found.frusta == view.frusta);
+        let is_exact = !streams || is_at_rest || movement.has_jumped;
+        let step_s = before.as_ref().map(|found| now_s - found.at_s);
+        let rule = if is_exact { view.clone() } else { self.with_margin(grid_projection, movement) };
+        let all = self.needed_within_memory(grid_projection, movement, &rule, streams, step_s);
+        let is_same = all.len() == self.needed.len()
+            && all.iter().zip(&self.needed).all(|(tile, before)| tile.address == before.address);
+        self.needed = all;
+        if !is_same || before.as_ref().is_none_or(|found| found.needs_map_neighbours != movement.needs_map_neighbours) {
+            self.needed_set = self.needed.iter().map(|tile| tile.address).collect();
+            self.find_map_neighbours(movement.needs_map_neighbours);
+            self.absent = if self.store.is_sparse() { self.absent_neighbours() } else { Vec::new() };
+            self.version += 1;
+        }
+        if streams {
+            self.mark_needed(before.as_ref().map(|found| found.frame), frame);
+            self.look_ahead(grid_projection, movement, frame, now_s);
+        }
+        self.found = Some(Found {
+            rule,
+            camera_m: view.camera_m,
+            frusta: view.frusta.clone(),
+            is_exact,
+            at_s: now_s,
+            frame,
+            atlas_version: self.atlas.version(),
+            needs_map_neighbours: movement.needs_map_neighbours,
+        });
+    }
+
+    /// Returns the rule of a view for a camera that moves on.
+    fn with_margin(&self, grid_projection: &GridProjection, movement: &Movement) -> LevelRule {
+        let rule = &movement.rule;
+        let ground = self.ground(grid_projection.grid_from_world(rule.camera_m.truncate()));
+        let clearance_m = ground.map_or(0.0, |ground| (rule.camera_m.z - ground.height_m).abs());
+        let margin_m = (movement.velocity_m_s.length() * MARGIN_S).min(MARGIN_HEIGHT * clearance_m);
+        // Widening turns the sides of the frustum about the camera, which widens its corners less.
+        let frusta = rule.frusta.iter().map(|view| view.widened(2.0 * MARGIN_RAD)).collect();
+        LevelRule { frusta, margin_m, ..rule.clone() }
+    }
+
+    /// Returns the tiles that `rule` needs, coarse levels first; for a frame that streams, with pixels that are as wide
+    /// as memory requires.
+    fn needed_within_memory(
+        &mut self,
+        grid_projection: &GridProjection,
+        movement: &Movement,
+        rule: &LevelRule,
+        streams: bool,
+        step_s: Option<f64>,
+    ) -> Vec<Needed> {
+        let least = if streams { self.memory.least(step_s) } else { 1.0 };
+        let rule = LevelRule { focal_px: rule.focal_px / least, ..rule.clone() };
+        let land = Land { store: &*self.store, grid_projection };
+        let known = |address| self.atlas.get(address).map(|resident| resident.statistics());
+        let mut all = needed(&land, &mut self.places, known, &rule);
+        if streams && !self.fits_all {
+            all.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * least).min(1e30) as f32);
+            let slots = self.atlas.slots() as usize;
+            let of_maps = self.map_neighbours.len().min((slots as f64 * MAX_OF_MAPS) as usize);
+            let room = slots - of_maps;
+            if all.len() as f64 > FULL * room as f64 {
+                self.drops_hidden = true;
+            } else if least == 1.0 && (all.len() as f64) < SPARE * room as f64 {
+                self.drops_hidden = false;
+            }
+            if self.drops_hidden {
+                self.drop_hidden(grid_projection, movement, &rule, &mut all);
+            }
+            self.memory.advance(&all, room, step_s);
+            let factor = self.memory.factor();
+            all.retain(|tile| f64::from(tile.factor) > factor);
+        }
+        all
+    }
+
+    /// Removes the tiles that nearer land hides, now and in a moment, and that memory is too short for. Tiles whose heights
+    /// are not known stay, and so do the parents of those that stay.
+    fn drop_hidden(
+        &mut self,
+        grid_projection: &GridProjection,
+        movement: &Movement,
+        rule: &LevelRule,
+        all: &mut Vec<Needed>,
+    ) {
+        let Some(skyline) = &self.skyline else { return };
+        let margin_m = rule.margin_m.max(movement.velocity_m_s.length() * HIDDEN_S);
+        let rule = LevelRule { margin_m, ..rule.clone() };
+        let land = Land { store: &*self.store, grid_projection };
+        let mut hidden = FxHashSet::default();
+        // Parents come first: what is in a hidden tile is hidden.
+        all.retain(|tile| {
+            let address = tile.address;
+            let parent = TileAddress { level: address.level + 1, x: address.x / 2, y: address.y / 2 };
+            let is_hidden = hidden.contains(&parent)
+                || (self.ranges.get(address))
+                    .is_some_and(|range_m| is_hidden(&land, &mut self.places, &rule, address, range_m, skyline));
+            if is_hidden {
+                hidden.insert(address);
+            }
+            !is_hidden
+        });
+    }
+
+    /// Returns whether the view of this frame itself needs a tile: the list of needed tiles has a margin. A tile whose
+    /// parent is missing counts as needed.
+    pub(super) fn is_needed_now(
+        &mut self,
+        grid_projection: &GridProjection,
+        rule: &LevelRule,
+        tile: TileAddress,
+    ) -> bool {
+        let land = Land { store: &*self.store, grid_projection };
+        let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
+        let Some(of_parent) = self.atlas.get(parent).map(|resident| resident.statistics()) else { return true };
+        let rule = LevelRule { margin_m: 0.0, ..rule.clone() };
+        let factor = self.memory.factor();
+        if !is_needed(&land, &mut self.places, &rule, (parent, of_parent), factor) {
+            return false;
+        }
+        // The tile's own range is known if it has been there before; its parent's contains it.
+        let range_m = self.ranges.get(tile).unwrap_or([of_parent.min_m, of_parent.max_m]);
+        let skyline = self.skyline.as_ref().filter(|_| self.drops_hidden);
+        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.places, &rule, tile, range_m, skyline))
+    }
+
+    /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
+    fn find_map_neighbours(&mut self, needs_map_neighbours: bool) {
+        self.map_neighbours.clear();
+        if needs_map_neighbours {
+            self.map_neighbours = map_neighbours(&*self.store, &self.needed);
+            self.map_neighbours.truncate((self.atlas.slots() as usize).saturating_sub(self.needed.len()));
+        }
+    }
+
+    /// Returns the tiles around needed ones that do not exist, because nothing finer is known there.
+    fn absent_neighbours(&self) -> Vec<(TileAddress, bool)> {
+        let mut met = self.needed_set.clone();
+        let mut absent = Vec::new();
+        for Needed { address: tile, .. } in &self.needed {
+            let size = self.store.levels()[tile.level as usize];
+            for (dx, dy) in (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy))) {
+                let (Some(x), Some(y)) = (tile.x.checked_add_signed(dx), tile.y.checked_add_signed(dy)) else {
+                    continue;
+                };
+                let neighbour = TileAddress { x, y, ..*tile };
+                let is_inside = x < size.tiles_x() && y < size.tiles_y();
+                if is_inside && met.insert(neighbour) && !self.store.has_tile(neighbour) {
+                    absent.push((neighbour, false));
+                }
+            }
+        }
+        absent
+    }
+
+    /// Marks the tiles of this view as needed and lists those that are missing. `before` is the frame of the previous
+    /// list.
+    fn mark_needed(&mut self, before: Option<u64>, frame: u64) {
+        let was_missing: FxHashSet<TileAddress> = self.missing.drain(..).map(|tile| tile.address).collect();
+        let of_maps = |address: &TileAddress| Needed { address: *address, urgency: MAP_URGENCY, factor: 1.0 };
+        let others = self.map_neighbours.iter().map(of_maps);
+        for tile in self.needed.iter().copied().chain(others) {
+            match self.atlas.want_and_last(tile.address, frame) {
+                Some(last) => self.hits.gpu[0] += u64::from(before.is_some_and(|before| last < before)),
+                None => {
+                    self.hits.gpu[1] += u64::from(before.is_some() && !was_missing.contains(&tile.address));
+                    self.missing.push(tile);
+                }
+            }
+        }
+        self.missing = in_order(std::mem::take(&mut self.missing));
+    }
+
+    /// Hands the coming views to the prefetcher, and takes the tiles that it has found.
+    fn look_ahead(&mut self, grid_projection: &GridProjection, movement: &Movement, frame: u64, now_s: f64) {
+        let start = || Prefetcher::new(std::sync::Arc::clone(&self.store), grid_projection.clone());
+        let prefetcher = self.prefetcher.take().unwrap_or_else(start);
+        if movement.has_jumped {
+            prefetcher.forget();
+            self.looked_s = f64::NEG_INFINITY;
+        }
+        let soon = prefetcher.soon();
+        if !std::sync::Arc::ptr_eq(&soon, &self.soon) {
+            self.soon = soon;
+            self.soon_since = frame;
+        }
+        let room = (self.atlas.slots() as usize).saturating_sub(self.needed.len() + self.map_neighbours.len());
+        let most_loads = (room as f64 * LOADED_SOON) as usize;
+        self.missing_soon.clear();
+        let others = self.soon.iter().filter(|tile| !self.needed_set.contains(tile)).take(room);
+        for (rank, tile) in others.enumerate() {
+            if !self.atlas.want_soon(*tile, frame) && rank < most_loads {
+                self.missing_soon.push(*tile);
+            }
+        }
+        if !prefetcher.is_busy() && now_s - self.looked_s >= LOOK_S {
+            self.looked_s = now_s;
+            let views = self.coming_views(grid_projection, movement);
+            let (snapshot, most) = (self.atlas.snapshot(), self.atlas.slots() as usize);
+            prefetcher.look(Outlook { views, snapshot, most });
+        }
+        self.prefetcher = Some(prefetcher);
+    }
+
+    /// Returns the views of the near future: where the camera will be if it keeps moving, and around the present view.
+    fn coming_views(&self, grid_projection: &GridProjection, movement: &Movement) -> Vec<ComingView> {
+        let ground = self.ground(grid_projection.grid_from_world(movement.rule.camera_m.truncate()));
+        let nearest_m = ground.map_or(0.0, |ground| 0.5 * (movement.rule.camera_m.z - ground.height_m).abs()).max(0.02);
+        let focal_px = movement.rule.focal_px / self.memory.factor();
+        let margin_m = movement.velocity_m_s.length() * HIDDEN_S;
+        let rule = LevelRule { focal_px, margin_m, ..movement.rule.clone() };
+        let mut views = Vec::new();
+        for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m_s != DVec3::ZERO) {
+            let mut camera_m = rule.camera_m + movement.velocity_m_s * ahead_s;
+            // A path that follows the land does not go into the next mountain.
+            if let Some(ground) = self.ground(grid_projection.grid_from_world(camera_m.truncate())) {
+                camera_m.z = camera_m.z.max(ground.height_m + nearest_m);
+            }
+            let earth_curvature = EarthCurvature { camera_z_m: camera_m.z, ..rule.earth_curvature };
+            views.push(ComingView { rule: LevelRule { camera_m, earth_curvature, ..rule.clone() }, nearest_m });
+        }
+        let wider = rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
+        views.push(ComingView { rule: LevelRule { frusta: wider, ..rule }, nearest_m });
+        views
+    }
+}
