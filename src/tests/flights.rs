@@ -136,12 +136,12 @@ fn faults(frames: &[FrameFacts], most_late: f64) -> Vec<String> {
         faults.push(format!("the error jumps by {jump:.2} octaves"));
     }
     // A late frame must not cost more than its neighbours that are not late. (Land itself may: a flight crosses ridges.)
-    for window in frames.windows(9).filter(|window| window[4].is_late) {
+    for window in frames.windows(31).filter(|window| window[15].is_late) {
         let on_time = window.iter().filter(|frame| !frame.is_late).map(|frame| frame.triangles as f64);
         let most = 2.0 * on_time.clone().fold(0.0, f64::max);
-        if on_time.count() > 0 && window[4].triangles as f64 > most {
+        if on_time.count() > 0 && window[15].triangles as f64 > most {
             faults
-                .push(format!("a late frame has {} triangles, its neighbours {most:.0} at most", window[4].triangles));
+                .push(format!("a late frame has {} triangles, its neighbours {most:.0} at most", window[15].triangles));
         }
     }
     faults
@@ -251,6 +251,7 @@ fn the_continent_streams_at_every_size_and_memory() {
             counts.gpu_hits,
             counts.gpu_hits + counts.gpu_misses,
         );
+        // How many frames are late is a measurement (docs/decisions/tile-streaming.md), not a promise yet.
         assert_eq!(faults(after, 1.0), Vec::<String>::new());
     }
 }
