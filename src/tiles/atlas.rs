@@ -120,6 +120,17 @@ pub(crate) struct Protected {
     pub soon_since: u64,
 }
 
+/// The frame that uploads tiles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Upload {
+    /// Its number.
+    pub frame: u64,
+    /// Its time, in seconds of the terrain's clock.
+    pub now_s: f64,
+    /// Time since the frame before, in seconds.
+    pub frame_s: f64,
+}
+
 impl Atlas {
     /// Creates an atlas for `tiles` tiles, or as many as fit in `memory_bytes` and the device's limits.
     pub(crate) fn new(gpu: &Gpu, tiles: u64, memory_bytes: u64) -> Self {
@@ -211,18 +222,16 @@ impl Atlas {
 
     /// Uploads tiles in the given order, of which the first `needed` are needed and the others will be soon, into free
     /// slots or those of the least recently used tiles, but never of those that are `protected`. Returns the uploaded
-    /// tiles. The others have to be offered again: there was no free slot, or the byte budget of a frame of `frame_s`
-    /// seconds is used up.
+    /// tiles. The others have to be offered again: there was no free slot, or the byte budget of the frame is used up.
     pub(crate) fn insert(
         &mut self,
         gpu: &Gpu,
         tiles: &[(TileAddress, &LoadedTile)],
         needed: usize,
         protected: Protected,
-        frame: u64,
-        now_s: f64,
-        frame_s: f64,
+        upload: Upload,
     ) -> Vec<TileAddress> {
+        let Upload { frame, now_s, frame_s } = upload;
         if tiles.is_empty() || !self.ring.is_ready(gpu) {
             return Vec::new();
         }

@@ -150,6 +150,7 @@ impl Loader {
     }
 
     /// Returns the number of tiles that are waiting to be fetched, and of those that are being fetched or decoded.
+    #[cfg(test)]
     pub(crate) fn queued_and_under_way(&self) -> [usize; 2] {
         let state = self.shared.lock();
         [state.wanted.len(), state.under_way.len()]

@@ -20,7 +20,7 @@ use glam::{DVec2, DVec3};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use self::find::Found;
-use super::atlas::{Atlas, Protected};
+use super::atlas::{Atlas, Protected, Upload};
 use super::cache::TileCache;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
@@ -238,6 +238,7 @@ impl Residency {
     }
 
     /// Returns the number of tiles that are waiting to be read, and of those that are being read or decoded.
+    #[cfg(test)]
     pub(crate) fn queued_and_under_way(&self) -> [usize; 2] {
         self.loader.queued_and_under_way()
     }
@@ -268,6 +269,7 @@ impl Residency {
     }
 
     /// Returns whether another thread is looking for tiles that will be needed soon.
+    #[cfg(test)]
     pub(crate) fn looks_ahead(&self) -> bool {
         self.prefetcher.as_ref().is_some_and(Prefetcher::is_busy)
     }
@@ -308,7 +310,8 @@ impl Residency {
         let ground = self.ground_to_load(grid_projection.grid_from_world(movement.rule.camera_m.truncate()), frame);
         let [request, offer, offer_soon] = self.sort_out(&ground, &urgent, frame, now_s);
         self.loader.want(&request);
-        loaded.loaded = self.send(gpu, &offer, &offer_soon, protected, frame, now_s, movement.frame_s);
+        loaded.loaded =
+            self.send(gpu, [&offer, &offer_soon], protected, Upload { frame, now_s, frame_s: movement.frame_s });
         self.version += u64::from(loaded.loaded > 0);
         self.hits.uploaded += loaded.loaded;
         for tile in urgent.iter().filter(|tile| self.atlas.get(tile.address).is_none()) {
@@ -472,20 +475,11 @@ impl Residency {
         [request, offer, offer_soon]
     }
 
-    fn send(
-        &mut self,
-        gpu: &Gpu,
-        needed: &[TileAddress],
-        soon: &[TileAddress],
-        protected: Protected,
-        frame: u64,
-        now_s: f64,
-        frame_s: f64,
-    ) -> u64 {
+    fn send(&mut self, gpu: &Gpu, [needed, soon]: [&[TileAddress]; 2], protected: Protected, upload: Upload) -> u64 {
         let in_cache = |address: &TileAddress| Some((*address, Arc::clone(self.cache.peek(*address)?)));
         let tiles: Vec<(TileAddress, Arc<LoadedTile>)> = needed.iter().chain(soon).filter_map(in_cache).collect();
         let tiles: Vec<(TileAddress, &LoadedTile)> = tiles.iter().map(|(address, tile)| (*address, &**tile)).collect();
-        self.atlas.insert(gpu, &tiles, needed.len(), protected, frame, now_s, frame_s).len() as u64
+        self.atlas.insert(gpu, &tiles, needed.len(), protected, upload).len() as u64
     }
 
     /// Returns whether no tile that can be loaded is missing or fading in.

@@ -107,6 +107,7 @@ enum Clock {
     /// The time since this instant.
     System(Instant),
     /// A simulated time, in seconds.
+    #[cfg(test)]
     Simulated(f64),
 }
 
@@ -114,6 +115,7 @@ impl Clock {
     fn now_s(&self) -> f64 {
         match self {
             Self::System(start) => start.elapsed().as_secs_f64(),
+            #[cfg(test)]
             Self::Simulated(now_s) => *now_s,
         }
     }
@@ -247,16 +249,19 @@ impl Terrain {
     }
 
     /// Sets the time of the next frames in seconds, in place of the system's clock, for simulated flights.
+    #[cfg(test)]
     pub(crate) fn set_now_s(&mut self, now_s: f64) {
         self.clock = Clock::Simulated(now_s);
     }
 
     /// Returns whether another thread is looking for tiles that will be needed soon.
+    #[cfg(test)]
     pub(crate) fn looks_ahead(&self) -> bool {
         self.residency.looks_ahead()
     }
 
     /// Returns the number of tiles that are waiting to be read, and of those that are being read or decoded.
+    #[cfg(test)]
     pub(crate) fn tiles_queued_and_under_way(&self) -> [usize; 2] {
         self.residency.queued_and_under_way()
     }
