@@ -244,6 +244,10 @@ impl TileStore for CogStore {
         self.measured.is_some()
     }
 
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.coarse
     }

@@ -209,6 +209,10 @@ impl TileStore for ContinentStore {
         false
     }
 
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.coarse_patches
     }

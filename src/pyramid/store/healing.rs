@@ -147,6 +147,10 @@ impl TileStore for Healing {
         true
     }
 
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         self.first.coarse_patches()
     }

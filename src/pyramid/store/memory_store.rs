@@ -135,6 +135,10 @@ impl TileStore for MemoryStore {
         true
     }
 
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.measured.coarse_patches
     }

@@ -350,10 +350,6 @@ impl TileStore for MosaicStore {
             || self.grid.members.iter().any(|placed| self.is_near(placed, address))
     }
 
-    fn is_sparse(&self) -> bool {
-        true
-    }
-
     fn fetch(self: Arc<Self>, address: TileAddress, cancel: &Cancel) -> Result<Decode, PyramidError> {
         let cancel = cancel.clone();
         Ok(Box::new(move || self.compose(address, &cancel)))

@@ -259,6 +259,10 @@ impl TileStore for Pyramid {
         true
     }
 
+    fn is_sparse(&self) -> bool {
+        false
+    }
+
     fn coarse_patches(&self) -> &[Vec<PatchStatistics>] {
         &self.sidecar.coarse_patches
     }

@@ -66,9 +66,10 @@ pub trait TileStore: Send + Sync {
             .is_some_and(|size| address.x < size.tiles_x() && address.y < size.tiles_y())
     }
 
-    /// Returns whether tiles inside the extent of a level may be missing ([`TileStore::has_tile`]).
+    /// Returns whether tiles inside the extent of a level may be missing ([`TileStore::has_tile`]). A store that has all
+    /// of them returns `false`, which saves a view the search for missing neighbours.
     fn is_sparse(&self) -> bool {
-        false
+        true
     }
 
     /// Returns the number of threads that may fetch at a time: two keep a disk busy.
