@@ -1,6 +1,6 @@
 //! The view frustum, and visibility of boxes and spheres in it.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// An axis-aligned box relative to the camera, in metres.
 #[derive(Clone, Copy, Debug)]
@@ -58,6 +58,11 @@ impl Frustum {
         Self { normals, forward: self.forward }
     }
 
+    /// Returns the frustum turned about the camera.
+    pub(crate) fn turned(&self, turn: DQuat) -> Self {
+        Self { normals: self.normals.map(|normal| turn * normal), forward: turn * self.forward }
+    }
+
     /// Returns whether everything in the frustum `other`, which has the same apex, is in this one.
     pub(crate) fn contains(&self, other: &Self) -> bool {
         (0..4).all(|side| {
@@ -84,5 +89,35 @@ impl Frustum {
             let farthest = DVec3::select(normal.cmpge(DVec3::ZERO), bounds.high_m, bounds.low_m);
             normal.dot(farthest) >= 0.0
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A view of 60° by 40° along an angle from north, clockwise.
+    fn view(yaw_rad: f64) -> Frustum {
+        let (x, z) = (30_f64.to_radians().tan(), 20_f64.to_radians().tan());
+        let corners = [[-x, z], [x, z], [x, -z], [-x, -z]].map(|[x, z]| DVec3::new(x, 1.0, z));
+        Frustum::new(corners).turned(DQuat::from_rotation_z(-yaw_rad))
+    }
+
+    #[test]
+    fn a_widened_frustum_contains_those_that_turn_a_little() {
+        let wide = view(0.3).widened(0.06);
+        for i in -10..=10 {
+            assert!(wide.contains(&view(0.3 + 0.003 * f64::from(i))));
+        }
+        assert!(!wide.contains(&view(0.5)) && !wide.contains(&view(0.1)));
+        assert!(view(0.3).contains(&view(0.3)) && !view(0.3).contains(&wide));
+    }
+
+    #[test]
+    fn a_turned_frustum_sees_what_is_there() {
+        let at = |x: f64, y: f64| Bounds { low_m: DVec3::new(x, y, -1.0), high_m: DVec3::new(x + 1.0, y + 1.0, 1.0) };
+        let east = view(std::f64::consts::FRAC_PI_2);
+        assert!(east.may_see(&at(100.0, 0.0)) && !east.may_see(&at(0.0, 100.0)));
+        assert!((east.forward() - DVec3::X).length() < 1e-12);
     }
 }

@@ -1,6 +1,6 @@
 //! The motion of the camera from frame to frame, and the detection of jumps.
 
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 
 /// Time in seconds after a jump in which new detail appears at once instead of fading in.
 const JUMP_S: f64 = 1.5;
@@ -12,6 +12,11 @@ const SUDDEN_FACTOR: f64 = 20.0;
 const JUMP_SAMPLES: f64 = 256.0;
 /// A longer time between frames, in seconds, ends a movement.
 const PAUSE_S: f64 = 1.0;
+
+/// A slower turn does not count.
+const MIN_TURN_RAD_S: f64 = 1e-3;
+/// The largest turn that is foreseen.
+const MAX_TURN_RAD: f64 = 1.0;
 
 /// The motion of the camera up to the last frame.
 #[derive(Clone, Copy, Debug, Default)]
@@ -75,6 +80,44 @@ impl Step {
     }
 }
 
+/// How a view turns.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Turning {
+    last: Option<(DVec3, f64)>,
+    /// Axis of the turn, as long as the angle per second, in radians; averaged over recent frames.
+    per_s: DVec3,
+}
+
+impl Turning {
+    /// Advances to a frame at `now_s` whose view is along `forward`. A frame after a jump begins again.
+    pub(super) fn advance(&mut self, forward: DVec3, now_s: f64, has_jumped: bool) {
+        if !forward.is_normalized() {
+            // An empty view sees nothing.
+            *self = Self::default();
+            return;
+        }
+        let before = self.last.replace((forward, now_s)).filter(|(_, at_s)| !has_jumped && now_s - at_s < PAUSE_S);
+        let Some((last, at_s)) = before else {
+            self.per_s = DVec3::ZERO;
+            return;
+        };
+        if now_s > at_s {
+            let turn = DQuat::from_rotation_arc(last, forward).to_scaled_axis() / (now_s - at_s);
+            self.per_s = self.per_s.lerp(turn, 0.5);
+        }
+    }
+
+    /// Returns whether the view turns.
+    pub(super) fn is_turning(&self) -> bool {
+        self.per_s.length() > MIN_TURN_RAD_S
+    }
+
+    /// Returns the turn after some seconds, if it goes on.
+    pub(super) fn after(&self, seconds: f64) -> DQuat {
+        DQuat::from_scaled_axis((self.per_s * seconds).clamp_length_max(MAX_TURN_RAD))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -109,5 +152,22 @@ mod tests {
             let step = at(990.0, 99.0 / 30.0 + pause_s);
             assert!((step.velocity_m_s.x - velocity_m_s).abs() < 1.0, "{pause_s} s: {}", step.velocity_m_s);
         }
+    }
+
+    #[test]
+    fn a_turn_goes_on_and_ends_with_a_jump() {
+        let forward = |yaw_rad: f64| DVec3::new(yaw_rad.sin(), yaw_rad.cos(), 0.0);
+        let mut turning = Turning::default();
+        for frame in 0..30 {
+            let now_s = f64::from(frame) / 30.0;
+            turning.advance(forward(0.2 * now_s), now_s, false);
+        }
+        let now_rad = 0.2 * 29.0 / 30.0;
+        let ahead = turning.after(1.0) * forward(now_rad);
+        assert!(turning.is_turning() && (ahead - forward(now_rad + 0.2)).length() < 1e-6, "{ahead}");
+        turning.advance(forward(2.0), 1.0, true);
+        assert!(!turning.is_turning() && turning.after(3.0) * DVec3::Y == DVec3::Y);
+        turning.advance(DVec3::ZERO, 1.1, false);
+        assert!(!turning.is_turning());
     }
 }

@@ -23,27 +23,39 @@ const MAX_NODES: usize = 1 << 18;
 /// The side on the other side of an edge: west and east, north and south.
 const OPPOSITE: [usize; 4] = [1, 0, 3, 2];
 
-/// A patch, and what is known about it.
+/// A patch, and what is known about its land.
 struct Node {
     key: PatchKey,
+    state: PatchState,
+    /// The box of its land in the world, in metres; `None` beyond the last sample.
+    box_m: Option<Bounds>,
+}
+
+/// The place of a node among the others.
+#[derive(Clone, Copy)]
+struct Links {
     parent: NodeId,
     /// The first of four children, which follow each other.
     first_child: NodeId,
     /// The neighbours of the same level, as far as they have been found: west, east, north, south.
     neighbours: [NodeId; 4],
-    state: PatchState,
-    /// The box of its land in the world, in metres; `None` beyond the last sample.
-    box_m: Option<Bounds>,
-    /// The last walk that touched it, and its leaf in that walk.
+}
+
+/// What the last walk that touched a node has done with it.
+#[derive(Clone, Copy)]
+struct Mark {
     walk: u32,
     leaf: u32,
     is_pinned: bool,
 }
 
-/// The quadtree.
+/// The quadtree. Its lists are parallel: links and marks are looked up far more often than the rest, and stay in the
+/// processor's cache if they are apart from it.
 #[derive(Default)]
 pub(crate) struct PatchTree {
     nodes: Vec<Node>,
+    links: Vec<Links>,
+    marks: Vec<Mark>,
     walk: u32,
 }
 
@@ -53,6 +65,8 @@ impl PatchTree {
         let root = PatchKey { level: top, x: 0, y: 0 };
         if self.nodes.len() > MAX_NODES || self.nodes.first().is_none_or(|node| node.key != root) {
             self.nodes.clear();
+            self.links.clear();
+            self.marks.clear();
             self.push(root, NONE);
         }
         self.walk = self.walk.wrapping_add(1);
@@ -60,31 +74,27 @@ impl PatchTree {
     }
 
     fn push(&mut self, key: PatchKey, parent: NodeId) {
-        self.nodes.push(Node {
-            key,
-            parent,
-            first_child: NONE,
-            neighbours: [NONE; 4],
-            state: PatchState::NotLoaded,
-            box_m: None,
-            walk: self.walk.wrapping_sub(1),
-            leaf: NONE,
-            is_pinned: false,
-        });
+        self.nodes.push(Node { key, state: PatchState::NotLoaded, box_m: None });
+        self.links.push(Links { parent, first_child: NONE, neighbours: [NONE; 4] });
+        self.marks.push(Mark { walk: self.walk.wrapping_sub(1), leaf: NONE, is_pinned: false });
     }
 
     fn node(&self, id: NodeId) -> &Node {
         &self.nodes[id as usize]
     }
 
-    /// Returns a node as this walk has left it.
-    fn of_walk(&mut self, id: NodeId) -> &mut Node {
+    fn links(&self, id: NodeId) -> Links {
+        self.links[id as usize]
+    }
+
+    /// Returns a mark as this walk has left it.
+    fn mark(&mut self, id: NodeId) -> &mut Mark {
         let walk = self.walk;
-        let node = &mut self.nodes[id as usize];
-        if node.walk != walk {
-            (node.walk, node.leaf, node.is_pinned) = (walk, NONE, false);
+        let mark = &mut self.marks[id as usize];
+        if mark.walk != walk {
+            *mark = Mark { walk, leaf: NONE, is_pinned: false };
         }
-        node
+        mark
     }
 
     pub(super) fn key(&self, id: NodeId) -> PatchKey {
@@ -92,20 +102,17 @@ impl PatchTree {
     }
 
     pub(super) fn parent(&self, id: NodeId) -> Option<NodeId> {
-        Some(self.node(id).parent).filter(|parent| *parent != NONE)
+        Some(self.links(id).parent).filter(|parent| *parent != NONE)
     }
 
     /// Returns the four children of a node.
     pub(super) fn children(&mut self, id: NodeId) -> [NodeId; 4] {
-        let Node { key, first_child, .. } = *self.node(id);
-        let first = if first_child == NONE {
-            let first = self.nodes.len() as u32;
-            key.children().into_iter().for_each(|child| self.push(child, id));
-            self.nodes[id as usize].first_child = first;
-            first
-        } else {
-            first_child
-        };
+        let mut first = self.links(id).first_child;
+        if first == NONE {
+            first = self.nodes.len() as u32;
+            self.key(id).children().into_iter().for_each(|child| self.push(child, id));
+            self.links[id as usize].first_child = first;
+        }
         [first, first + 1, first + 2, first + 3]
     }
 
@@ -140,34 +147,35 @@ impl PatchTree {
 
     /// Returns the index of a patch's leaf in this walk, or `None` if it is no leaf.
     pub(super) fn leaf(&self, id: NodeId) -> Option<usize> {
-        let node = self.node(id);
-        (node.walk == self.walk && node.leaf != NONE).then_some(node.leaf as usize)
+        let mark = self.marks[id as usize];
+        (mark.walk == self.walk && mark.leaf != NONE).then_some(mark.leaf as usize)
     }
 
     /// Makes a patch a leaf, or no leaf.
     pub(super) fn set_leaf(&mut self, id: NodeId, leaf: Option<usize>) {
-        self.of_walk(id).leaf = leaf.map_or(NONE, |leaf| leaf as u32);
+        self.mark(id).leaf = leaf.map_or(NONE, |leaf| leaf as u32);
     }
 
     pub(super) fn is_pinned(&self, id: NodeId) -> bool {
-        let node = self.node(id);
-        node.walk == self.walk && node.is_pinned
+        let mark = self.marks[id as usize];
+        mark.walk == self.walk && mark.is_pinned
     }
 
     pub(super) fn pin(&mut self, id: NodeId) {
-        self.of_walk(id).is_pinned = true;
+        self.mark(id).is_pinned = true;
     }
 
     /// Returns the neighbour of the same level, if it has been visited by any walk. Sides are west, east, north, south.
     pub(super) fn neighbour(&mut self, id: NodeId, side: usize) -> Option<NodeId> {
-        let Node { neighbours, parent, key, .. } = *self.node(id);
+        let Links { neighbours, parent, .. } = self.links(id);
         if neighbours[side] != NONE {
             return Some(neighbours[side]);
         }
         if parent == NONE {
             return None;
         }
-        let (column, row) = ((key.x & 1) as u32, (key.y & 1) as u32);
+        let place = id - self.links(parent).first_child;
+        let (column, row) = (place % 2, place / 2);
         let (is_inner, mirrored) = match side {
             0 => (column == 1, row * 2 + 1 - column),
             1 => (column == 0, row * 2 + 1 - column),
@@ -175,13 +183,13 @@ impl PatchTree {
             _ => (row == 0, (1 - row) * 2 + column),
         };
         let of = if is_inner { parent } else { self.neighbour(parent, side)? };
-        let first = self.node(of).first_child;
+        let first = self.links(of).first_child;
         if first == NONE {
             return None;
         }
         let found = first + mirrored;
-        self.nodes[id as usize].neighbours[side] = found;
-        self.nodes[found as usize].neighbours[OPPOSITE[side]] = id;
+        self.links[id as usize].neighbours[side] = found;
+        self.links[found as usize].neighbours[OPPOSITE[side]] = id;
         Some(found)
     }
 
@@ -210,7 +218,7 @@ impl PatchTree {
     }
 
     fn has_leaf_at(&self, id: NodeId, side: usize, depth: i32) -> bool {
-        let first = self.node(id).first_child;
+        let first = self.links(id).first_child;
         if depth == 0 || first == NONE {
             return false;
         }

@@ -22,6 +22,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use self::find::Found;
 use super::atlas::{Atlas, Protected, Upload};
 use super::cache::TileCache;
+use super::camera_motion::Turning;
 use super::grid_projection::GridProjection;
 use super::loader::Loader;
 use super::memory_error::MemoryError;
@@ -124,6 +125,7 @@ pub(crate) struct Residency {
     /// The frame in which `soon` arrived.
     soon_since: u64,
     prefetcher: Option<Prefetcher>,
+    turning: Turning,
     /// The time of the last look ahead, in seconds.
     looked_s: f64,
     /// Whether there is a slot for every tile of the pyramid.
@@ -174,6 +176,7 @@ impl Residency {
             missing_soon: Vec::new(),
             soon_since: 0,
             prefetcher: None,
+            turning: Turning::default(),
             looked_s: f64::NEG_INFINITY,
             memory: MemoryError::default(),
             drops_hidden: false,
@@ -293,6 +296,9 @@ impl Residency {
     ) -> Loaded {
         self.take_finished(frame, now_s, fade_step_s.is_some());
         let streams = fade_step_s.is_some();
+        if let Some(view) = movement.rule.frusta.first() {
+            self.turning.advance(view.forward(), now_s, movement.has_jumped);
+        }
         if self.must_find(movement, now_s, streams) {
             self.find(grid_projection, movement, frame, now_s, streams);
         }

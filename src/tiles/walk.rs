@@ -319,7 +319,8 @@ impl<'a> Walk<'a> {
                 let Leaf { node, key, is_removed, .. } = self.leaves[leaf];
                 for side in (0..4).filter(|_| !is_removed) {
                     if let Some(coarse) = self.tree.leaf_across(node, side)
-                        && self.tree.key(coarse).level > key.level + MAX_LEVEL_STEP
+                        && let Some(across) = self.tree.leaf(coarse)
+                        && self.leaves[across].key.level > key.level + MAX_LEVEL_STEP
                     {
                         too_far_apart.push((node, coarse));
                     }

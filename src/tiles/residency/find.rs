@@ -20,6 +20,8 @@ use crate::tiles::queues::in_order;
 
 /// How far ahead tiles are requested, in seconds; the second value has lower priority.
 const AHEAD_S: [f64; 2] = [1.0, 3.0];
+/// How much wider than the view the views ahead are, in radians, because no camera keeps its velocity.
+const AHEAD_RAD: f64 = 0.05;
 /// How far outside of the view tiles are requested, in radians.
 const ASIDE_RAD: f64 = 0.35;
 /// The time for which a list should last at the camera's velocity, in seconds.
@@ -33,7 +35,7 @@ const MAX_AGE_S: f64 = 0.1;
 /// The shortest time for which a list is used although tiles have arrived, in seconds.
 const MIN_AGE_S: f64 = 0.03;
 /// If memory is short, tiles that land hides are needed if they may appear within this time, in seconds.
-const HIDDEN_S: f64 = 0.5;
+const HIDDEN_S: f64 = 0.25;
 /// The shortest time between two looks ahead, in seconds.
 const LOOK_S: f64 = 0.1;
 /// The fraction of the slots left over that tiles for the near future are loaded into. Those that are there may fill
@@ -315,14 +317,18 @@ impl Residency {
         let margin_m = movement.velocity_m_s.length() * HIDDEN_S;
         let rule = LevelRule { focal_px, margin_m, ..movement.rule.clone() };
         let mut views = Vec::new();
-        for ahead_s in AHEAD_S.into_iter().filter(|_| movement.velocity_m_s != DVec3::ZERO) {
+        let is_moving = movement.velocity_m_s != DVec3::ZERO || self.turning.is_turning();
+        for ahead_s in AHEAD_S.into_iter().filter(|_| is_moving) {
             let mut camera_m = rule.camera_m + movement.velocity_m_s * ahead_s;
             // A path that follows the land does not go into the next mountain.
             if let Some(ground) = self.ground(grid_projection.grid_from_world(camera_m.truncate())) {
                 camera_m.z = camera_m.z.max(ground.height_m + nearest_m);
             }
             let earth_curvature = EarthCurvature { camera_z_m: camera_m.z, ..rule.earth_curvature };
-            views.push(ComingView { rule: LevelRule { camera_m, earth_curvature, ..rule.clone() }, nearest_m });
+            let turn = self.turning.after(ahead_s);
+            let frusta = rule.frusta.iter().map(|view| view.turned(turn).widened(AHEAD_RAD)).collect();
+            let rule = LevelRule { camera_m, frusta, earth_curvature, ..rule.clone() };
+            views.push(ComingView { rule, nearest_m });
         }
         let wider = rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
         views.push(ComingView { rule: LevelRule { frusta: wider, ..rule }, nearest_m });
