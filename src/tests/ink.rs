@@ -129,8 +129,9 @@ fn costs_stay_in_proportion() {
     let whole = of(1, FRAME) / of(0, FRAME);
     println!("lsa takes {lines:.2} times as long as sobel, an ink frame {whole:.2} times a plain one");
     assert!(lines <= 6.0, "lsa against sobel: {lines}");
-    // The cap of crowded lines takes a fifth of a plain frame, on land with many lines.
-    assert!(whole <= 2.0, "ink against plain: {whole}");
+    // The cap of crowded lines takes a fifth of a plain frame, on land with many lines; and a plain frame, which writes
+    // half of the bytes that it wrote when the bound was 2, has become cheaper than the lines have.
+    assert!(whole <= 2.4, "ink against plain: {whole}");
     // Control: if times were attributed to the wrong styles, every ratio would be 1. The clock of a fast GPU is too
     // coarse for this.
     if world.gpu.adapter.get_info().device_type == wgpu::DeviceType::Cpu {

@@ -18,22 +18,28 @@ fn a_picture_of_the_frame_is_written_as_it_stands() {
     }
     let place = Place::empty();
     dem(&place);
-    place.text(&[&RENDER[..], &["drawn.exr", "--aov", "normal,position,surface"]].concat());
+    place.text(&[&RENDER[..], &["drawn.exr", "--aov", "normal,depth,surface"]].concat());
     let drawn = read_exr(&place.path("drawn.exr")).unwrap();
     let show = |name: &str, file: &str| {
         place.text(&[&RENDER[..], &[file, "--show", name]].concat());
         place.path(file)
     };
     // In an EXR, values are raw and bit-identical to those of the corresponding channels.
-    for (name, channels) in [("normal", ["normal.X", "normal.Y"]), ("position", ["position.X", "position.Y"])] {
-        let shown = read_exr(&show(name, "shown.exr")).unwrap();
-        assert_eq!([shown.width, shown.height], [96, 54]);
-        let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
-        for (channel, name) in ["R", "G"].into_iter().zip(channels) {
-            assert_eq!(bits(shown.f32(channel).unwrap()), bits(drawn.f32(name).unwrap()), "{name}");
-        }
-        // Planted error: another channel.
-        assert_ne!(bits(shown.f32("R").unwrap()), bits(drawn.f32(channels[1]).unwrap()));
+    let shown = read_exr(&show("normal", "shown.exr")).unwrap();
+    assert_eq!([shown.width, shown.height], [96, 54]);
+    let bits = |values: &[f32]| values.iter().map(|value| value.to_bits()).collect::<Vec<_>>();
+    for (channel, name) in [("R", "normal.X"), ("G", "normal.Y")] {
+        assert_eq!(bits(shown.f32(channel).unwrap()), bits(drawn.f32(name).unwrap()), "{name}");
+    }
+    // Planted error: another channel.
+    assert_ne!(bits(shown.f32("R").unwrap()), bits(drawn.f32("normal.Y").unwrap()));
+    // The distance is 0 in the sky, where the depth is infinite.
+    let distances = read_exr(&show("distance", "distance.exr")).unwrap();
+    let (distances_m, depths_m) = (distances.f32("Y").unwrap(), drawn.f32("depth.V").unwrap());
+    assert!(depths_m.iter().any(|depth_m| depth_m.is_finite()));
+    for (distance_m, depth_m) in distances_m.iter().zip(depths_m) {
+        let is_same = (distance_m / depth_m - 1.0).abs() < 0.01;
+        assert!(if depth_m.is_finite() { is_same } else { *distance_m == 0.0 }, "{distance_m} {depth_m}");
     }
     let ids = read_exr(&show("surface id", "ids.exr")).unwrap();
     assert_eq!(ids.u32("id").unwrap(), drawn.u32("surface.id").unwrap());
