@@ -7,7 +7,7 @@ use crate::gpu::Gpu;
 use crate::gpu::async_readback::AsyncReadback;
 use crate::gpu::buffer::Buffer;
 
-/// What is known of the water of the last views. A view is known by the version of its water maps
+/// Knowledge of whether the last views have water. A view is known by the version of its water maps
 /// ([`SlotMaps::version`](crate::tiles::slot_maps::SlotMaps::version)).
 pub(super) struct DryViews {
     readback: AsyncReadback,

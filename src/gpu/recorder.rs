@@ -65,7 +65,7 @@ pub struct Recorder<'a> {
     is_complete: bool,
 }
 
-/// What [`Recorder::submit`] leaves.
+/// The result of [`Recorder::submit`].
 #[derive(Debug)]
 pub struct Submitted {
     /// The passes, if they were traced; an empty list if nothing was submitted.

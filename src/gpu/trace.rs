@@ -14,7 +14,7 @@ pub struct PassTrace {
     pub name: &'static str,
     /// Index of its submit in the frame, from 0.
     pub submit: u32,
-    /// What it makes the GPU do.
+    /// Its work on the GPU.
     pub work: Work,
     /// Names of the buffers that were copied to or cleared between the pass before it and this one.
     pub copied: Vec<&'static str>,
@@ -24,7 +24,7 @@ pub struct PassTrace {
     pub writes: Vec<Traced>,
 }
 
-/// What a pass makes the GPU do.
+/// The work of a pass on the GPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Work {
     /// A dispatch of compute workgroups.
@@ -74,7 +74,7 @@ impl PassBytes {
     }
 }
 
-/// What a frame gives the GPU to do, when its passes are not timed.
+/// The work of a frame on the GPU, when its passes are not timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FrameCounts {
     /// Compute and render passes of wgpu. Dispatches that follow each other share one.

@@ -48,12 +48,12 @@ pub(crate) struct Change {
     pub noise: Option<f64>,
 }
 
-/// What changed since an earlier benchmark.
+/// The changes since an earlier benchmark.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Comparison {
     /// Name of the earlier report's file.
     pub with: String,
-    /// What could not be compared, and why: one sentence each.
+    /// Figures that could not be compared, and why: one sentence each.
     pub notes: Vec<String>,
     /// Figures that became worse, by style.
     pub worse: Vec<Change>,

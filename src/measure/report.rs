@@ -29,7 +29,7 @@ pub(crate) struct Report {
     pub world: WorldSize,
     /// One run for each style.
     pub runs: Vec<Run>,
-    /// What changed since an earlier report, if there was one to compare with.
+    /// Changes since an earlier report, if there is one to compare with.
     #[serde(default)]
     pub comparison: Option<Comparison>,
 }
@@ -63,11 +63,11 @@ pub(crate) struct Run {
     /// Time per frame that the frame thread takes to record and submit passes, with a timer around each, and to wait.
     #[serde(default)]
     pub cpu_ms: CpuTimes,
-    /// What a frame gives the GPU to do: of the traced frames, the one that moved most bytes.
+    /// Work of a frame on the GPU: of the traced frames, the one that moved most bytes.
     pub work: Option<FrameWork>,
     /// Frames without a timer around each pass.
     pub untimed: Option<Untimed>,
-    /// What the first frame waited for.
+    /// Pipelines and times that the first frame waited for.
     pub start: Option<Start>,
     /// How often each cache had what frames requested.
     #[serde(default)]

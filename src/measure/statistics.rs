@@ -77,7 +77,7 @@ pub(crate) struct FrameRecord {
     pub submit_ms: Option<f64>,
     /// Time spent waiting for the GPU; `None` on a software driver.
     pub wait_ms: Option<f64>,
-    /// What the frame gave the GPU to do, if it was traced.
+    /// Work of the frame on the GPU, if the frame was traced.
     pub work: Option<FrameWork>,
 }
 

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 use super::statistics::{FrameRecord, Percentiles};
 use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
 
-/// What a frame gives the GPU to do. It depends on the style, the world and the picture, not on the GPU.
+/// The work of a frame on the GPU. It depends on the style, the world and the picture, not on the GPU.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameWork {
     /// Bytes of the textures and buffers that passes read: each resource once for each pass, as `PassBytes` counts.
@@ -93,7 +93,7 @@ pub(crate) struct Untimed {
     pub submit_ms: f64,
 }
 
-/// What a style's first frame waited for.
+/// The pipelines and times that a style's first frame waited for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Start {
     /// Number of pipelines that were compiled in the frame. Those that an earlier style of the run has compiled are

@@ -34,7 +34,7 @@ struct Flight {
     now_s: f64,
 }
 
-/// What a frame did.
+/// The measurements of one frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct FrameFacts {
     triangles: u64,

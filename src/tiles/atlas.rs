@@ -35,7 +35,7 @@ impl Arrival {
     pub const ALWAYS: Self = Self { slot: Self::NO_SLOT, number: 0, at_s: f64::NEG_INFINITY };
 }
 
-/// What is known about the land of a tile.
+/// The statistics of a tile's land.
 pub(crate) struct TileFacts {
     /// Height range, errors and no-data of the tile.
     pub statistics: TileStatistics,
@@ -48,7 +48,7 @@ pub(crate) struct TileFacts {
 /// The tiles on the GPU at some time, for other threads.
 #[derive(Default)]
 pub(crate) struct Snapshot {
-    /// What is known about each of them, with its arrival.
+    /// The statistics of each of them, with its arrival.
     pub tiles: FxHashMap<TileAddress, (Arc<TileFacts>, Arrival)>,
     /// The number of the arrival of the tile in each slot; 0 if there is none.
     pub arrivals: Vec<u64>,
@@ -58,7 +58,7 @@ pub(crate) struct Snapshot {
 pub(crate) struct Resident {
     /// The layer of the texture that contains its heights.
     pub slot: u32,
-    /// What is known about its land.
+    /// The statistics of its land.
     pub facts: Arc<TileFacts>,
     /// Time of arrival on the GPU, in seconds of the terrain's clock.
     pub arrived_s: f64,
@@ -111,7 +111,7 @@ pub(crate) struct Atlas {
     version: u64,
 }
 
-/// What an upload may replace.
+/// The tiles that an upload may not replace.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Protected {
     /// Tiles that were needed in this frame or later stay.

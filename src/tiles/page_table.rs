@@ -41,11 +41,11 @@ const NOTHING: TileRecord = TileRecord {
 /// The versions of all that a page table depends on: tables of the same versions are equal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct TableVersion {
-    /// Of the needed tiles and those on the GPU.
+    /// Version of the needed tiles and of those on the GPU.
     pub residency: u64,
-    /// Of the residency floor.
+    /// Version of the residency floor.
     pub floor: u64,
-    /// Of the maps, if there are any.
+    /// Versions of the maps; `None` while nobody requests them.
     pub horizon_maps: Option<u64>,
     pub water_maps: Option<u64>,
 }

@@ -41,7 +41,7 @@ struct Links {
     neighbours: [NodeId; 4],
 }
 
-/// What the last walk that touched a node has done with it.
+/// The state of a node in the last walk that touched it.
 #[derive(Clone, Copy)]
 struct Mark {
     walk: u32,

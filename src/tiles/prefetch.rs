@@ -32,7 +32,7 @@ pub(crate) struct ComingView {
     pub nearest_m: f64,
 }
 
-/// What the thread needs to find the tiles of the coming views.
+/// The inputs from which the thread finds the tiles of the coming views.
 pub(crate) struct Outlook {
     /// The coming views, those of the highest priority first.
     pub views: Vec<ComingView>,
@@ -85,7 +85,7 @@ impl Shared {
     }
 }
 
-/// What the thread remembers from one outlook to the next.
+/// The caches of the thread, from one outlook to the next.
 #[derive(Default)]
 struct Memory {
     places: TilePlaces,

@@ -86,7 +86,7 @@ struct Drawn {
     prepared: Prepared,
     cpu: FrameCpu,
     wait_ms: f64,
-    /// What the frame gave the GPU to do, if it was traced.
+    /// Work of the frame on the GPU, if the frame was traced.
     work: Option<FrameWork>,
 }
 
