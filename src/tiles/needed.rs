@@ -53,7 +53,7 @@ pub(crate) struct TilePlaces {
     places: FxHashMap<TileAddress, (DVec2, DVec2)>,
 }
 
-/// The size at which the cache is cleared: more than any view needs.
+/// The number of tiles at which a cache of their positions or ranges is cleared: more than any view needs.
 const MAX_PLACES: usize = 1 << 16;
 
 impl TilePlaces {

@@ -3,6 +3,8 @@
 //! A walk visits thousands of patches, and nearly all of them were visited in the frame before. So each node keeps what
 //! does not depend on the camera: its box in the world, its statistics, and its neighbours. A node's statistics are read
 //! again when its tile has left the GPU or has come.
+//!
+//! Why: `docs/decisions/level-of-detail.md`.
 
 use glam::{DVec2, DVec3};
 

@@ -1,7 +1,10 @@
 //! The thread that finds the tiles that will be needed soon, so that the frame thread does not.
 //!
 //! A frame hands over where the camera will be and which tiles are on the GPU, and takes the last list that is ready.
-//! The list is some frames old, which does not matter for tiles that are needed in a second.
+//! The list is some frames old, which does not matter for tiles that are needed in a second. Tiles that nearer land will
+//! hide are not in it.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;

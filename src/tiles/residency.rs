@@ -2,9 +2,9 @@
 //!
 //! There are three groups, after Cesium: *urgent* tiles are needed by the view and missing; *normal* ones will be
 //! needed if the camera keeps moving as it does; *preload* ones are just outside the view. Within a group the tile
-//! whose parent, drawn instead, shows the largest error comes first, with a preference for the middle of the view. The
-//! tiles that are no longer wanted are never read. A tile that cannot be read is retried at increasing intervals, while
-//! its parent is drawn instead.
+//! whose parent, drawn instead, shows the largest error comes first, with a preference for the middle of the view. A
+//! tile that is no longer wanted is never read. A tile that cannot be read is retried at increasing intervals, while its
+//! parent is drawn instead.
 //!
 //! Which tiles a view needs changes slowly, so the list is found with a margin and used for as long as the camera stays
 //! within it (`residency/find.rs`). If a view needs more tiles than there are slots, its pixels count as wider by a

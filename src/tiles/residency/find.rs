@@ -3,6 +3,8 @@
 //! While a camera flies, the list is found with a margin: for a wider view from anywhere near the camera. It is found
 //! again when the camera leaves the margin, when tiles have arrived, and at least ten times a second. A camera at rest
 //! gets the exact list, so that its picture equals that of a file.
+//!
+//! Why: `docs/decisions/tile-streaming.md`.
 
 use glam::DVec3;
 use rustc_hash::FxHashSet;
