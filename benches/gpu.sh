@@ -1,25 +1,29 @@
 #!/usr/bin/env bash
-# Measures a built hachure on a machine with a GPU, in less than five minutes, without Rust, Python or a display: all
-# presets at 1920x1080, some at 2560x1440, 3840x2160 and two eyes of 3164x3092; a flight over the continent with 512,
-# 128 and 64 MiB for tiles; a forest; a tiny allowed error; cliffs. It writes CARD.json, which holds every report.json,
-# and CARD.md, a table. A part that fails or for which no time is left is listed there; the others go on.
+# Measures a built hachure on a machine with a GPU, in less than five minutes, without Rust, Python or a display. Parts,
+# in this order: the first picture; all presets at 1920x1080; a flight over the continent with 512, 128 and 64 MiB for
+# tiles; two eyes of 3164x3092; 3840x2160; a forest; 2560x1440; the continent at 3840x2160, and a turn and back; a tiny
+# allowed error; cliffs. It writes CARD.json, which holds every report.json, and CARD.md, a table. A part that fails or
+# for which no time is left is listed there; the others go on.
 #
 #   HACHURE=target/release/hachure benches/gpu.sh
-#   HACHURE=new BASE=old benches/gpu.sh          both programs take turns; the table has the ratios, and what became
-#                                                worse with its noise (hachure bench --compare)
+#   HACHURE=new BASE=old benches/gpu.sh          each part is run with BASE, then with HACHURE; the table has the ratios,
+#                                                and what became worse with its noise (hachure bench --compare). Two
+#                                                programs take twice as long: the presets may need all the time, so
+#                                                give --only continent for streaming
 #
 # Options:
 #   --quick            fewer frames and parts, in two minutes
-#   --seconds N        at most N seconds in all (290, with --quick 120); parts are in order of importance
+#   --seconds N        at most N seconds in all (290, with --quick 120): the first parts that fit are run
 #   --only WORDS       only parts whose names contain one of these words, separated by commas
 #   --out FOLDER       where the two files are written (benches/reports, if the script is in its repository, else .)
 #   --name NAME        their name (that of the card)
 #
 # Environment:
-#   HACHURE, BASE      the program, and an older one to compare it with
+#   HACHURE, BASE      the program [target/release/hachure of this repository], and an older one to compare it with
 #   ADAPTER            for hachure --adapter: software, or a part of the card's name
 #   SCALE              percent of the sizes of pictures, to test the script on a slow machine (100)
-#   GROUP              presets in one process (9): each has its own renderer and terrain, about 0.5 GB of GPU memory
+#   GROUP              presets in one process (9): each has its own renderer and terrain, which take 0.2 to 0.6 GB of GPU
+#                      memory, and up to 1.5 GB with rows of hachures; give fewer on a small card
 #   STYLES             presets of the first part, separated by commas (all)
 #
 # Styles of one process take turns at every frame, so ratios between them are fair (docs/decisions/timing.md).
@@ -132,7 +136,10 @@ note() {
         if [ -n "${6:-}" ]; then sed 's/^ *//' "$6" | tr -d '\n'; else printf null; fi
         printf '}'
     } >>"$work/parts.json"
-    if [ -n "${6:-}" ]; then flat "$6" | sed "s/^/$1|$2|/" >>"$work/rows"; fi
+    if [ -n "${6:-}" ]; then
+        echo "$1|$2|arguments ${5//"$work/"/}" >>"$work/rows"
+        flat "$6" | sed "s/^/$1|$2|/" >>"$work/rows"
+    fi
     if [ "$3" != ok ]; then
         printf -- '- %s, %s: %s\n' "$1" "$2" "$3" >>"$work/missing"
         echo "  $2: $3" >&2
@@ -151,6 +158,7 @@ run_one() {
         return
     fi
     rm -rf "$work/report-$which"
+    # Programs before --steadiness-pairs call it --temporal, and all know that name.
     HACHURE_CACHE="$work/cache-$which" limited "$left" "$program" bench ${ADAPTER:+--adapter "$ADAPTER"} "$@" \
         --temporal 0 ${compare:+--compare "$compare"} -o "$work/report-$which" >"$work/text" 2>"$work/errors"
     local status=$?
@@ -278,8 +286,13 @@ cpu="$(sed -n 's/^model name[^:]*: //p' /proc/cpuinfo 2>/dev/null | head -n 1)"
 [ -n "$cpu" ] || cpu="$(sysctl -n machdep.cpu.brand_string 2>/dev/null || uname -m)"
 cores="$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo null)"
 smi="$(command -v nvidia-smi >/dev/null && nvidia-smi --query-gpu=name,driver_version,memory.total --format=csv,noheader 2>/dev/null | head -n 1)"
-versions="$("$HACHURE" --version 2>/dev/null)"
-[ -n "$BASE" ] && versions="$versions; base: $("$BASE" --version 2>/dev/null)"
+# version PROGRAM: its version, and a checksum that tells builds of one version apart.
+version() {
+    echo "$("$1" --version 2>/dev/null) (cksum $(cksum <"$1" | cut -d' ' -f1))"
+}
+versions="$(version "$HACHURE")"
+[ -n "$BASE" ] && versions="$versions; base: $(version "$BASE")"
+options="--seconds $seconds$([ $quick = 1 ] && echo " --quick")${only:+ --only $only}, GROUP=$GROUP"
 if [ -z "$name" ]; then
     name="$(echo "${adapter%%(*}" | tr 'A-Z' 'a-z' | sed 's/[^a-z0-9]\{1,\}/-/g; s/^-//; s/-$//')"
 fi
@@ -296,14 +309,22 @@ fi
 {
     echo "# $adapter"
     echo
-    echo "$cpu, $cores cores; $(uname -srm); $(date -u +%Y-%m-%d); $versions${smi:+; nvidia-smi: $smi}; $took s."
+    echo "$cpu, $cores cores; $(uname -srm); $(date -u +%Y-%m-%d); $versions${smi:+; nvidia-smi: $smi}; $options; $took s."
     [ "$SCALE" = 100 ] || printf '\n**Pictures have %s %% of the sizes that the parts name.**\n' "$SCALE"
     echo
     echo "Made by \`benches/gpu.sh\`. Times are milliseconds: medians and 99th percentiles over the frames. *Frame* is by"
     echo "the CPU's clock from the beginning of a frame until the GPU has finished it, with a timer around each pass;"
-    echo "*latency* is the same without timers, and *flow* the time from one frame to the next with two frames on the way."
-    echo "*Prepare* chooses tiles and patches; *record* and *submit* make the commands. GB are what the passes of a frame"
-    echo "declare to read and write, each resource once for each pass. A dash means not measured."
+    echo "*latency* is the same without timers, and *throughput* the time from one frame to the next with two frames in"
+    echo "flight. *Prepare* chooses tiles and patches; *record* and *submit* make the commands. *wgpu passes* are compute"
+    echo "and render passes of the API: dispatches that follow each other share one. *Barriers*: how often work waits for"
+    echo "earlier work of the frame. *GB* are what the passes of one frame declare to read and write, each resource once"
+    echo "for a named pass (a shader with all its runs): of the traced frames, those of the frame that moved most bytes."
+    echo "*Late*: frames with tiles missing. *Loaded* and *evicted*: tiles, during the flight. A dash means not measured."
+    if [ -n "$BASE" ]; then
+        echo
+        echo "*Ratios* are of medians, new ÷ base. The lists compare the frames of both programs one by one (\`by pairs\`,"
+        echo "± two standard errors)."
+    fi
     if grep -q '^first picture|' "$work/rows"; then
         printf '\n## First picture\n\nSeconds until `render --style ink --size %s` has ended; the world is baked.\n\n' "$full"
         echo "| program | caches | s | CPU s |"
@@ -314,7 +335,16 @@ fi
         function number(value, decimals) {
             return value == "" || value == "null" ? "–" : sprintf("%." decimals "f", value)
         }
+        # A change from old to new: of bytes in MB, with its percentage and, if it has one, its noise.
+        function shown(figure, old, new, ratio, noise,   unit, text) {
+            unit = figure ~ /bytes/ ? 1e6 : 1
+            text = unit > 1 ? sprintf("%.1f to %.1f MB", old / unit, new / unit) : sprintf("%.5g to %.5g", old, new)
+            if (ratio == "null") return text
+            if (noise == "null") return text sprintf(" (%+.1f %%)", (ratio - 1) * 100)
+            return text sprintf(" (%+.1f %% ± %.1f by pairs)", (ratio - 1) * 100, 200 * noise * ratio)
+        }
         function of(key) { return value[at SUBSEP key] }
+        function gigabytes(bytes) { return number(bytes == "" ? "" : bytes / 1e9, 3) }
         function pick(first, second) { return first != "" ? first : second }
         function ratio(program, key) {
             old = value["base" SUBSEP program SUBSEP key]; new = value["new" SUBSEP program SUBSEP key]
@@ -322,8 +352,8 @@ fi
         }
         function flush(   run, i, n, program) {
             if (part == "") return
-            printf "\n## %s\n\n", part
-            print "| style |" (both ? " program |" : "") " frame p50 | p99 | GPU p50 | p99 | latency | flow | prepare p50 | p99 | record | submit | passes | dispatches | barriers | GB read | GB written | triangles | late | loaded | evicted |" (both ? " frame ratio | GPU ratio |" : "")
+            printf "\n## %s\n\n`%s`\n\n", part, arguments
+            print "| style |" (both ? " program |" : "") " frame p50 | p99 | GPU p50 | p99 | latency | throughput | prepare p50 | p99 | record | submit | wgpu passes | dispatches | barriers | GB read | GB written | triangles | late | loaded | evicted |" (both ? " frame ratio | GPU ratio |" : "")
             line = "| --- |" (both ? " --- |" : "")
             for (i = 0; i < 19 + (both ? 2 : 0); i++) line = line " ---: |"
             print line
@@ -331,7 +361,9 @@ fi
                 program = n == 1 ? "base" : "new"
                 at = program SUBSEP run
                 if (of("style") == "") continue
-                passes = pick(of("work.passes"), of("pass_count"))
+                # Older programs call it passes; still older ones have no work, only the bytes of each pass.
+                passes = pick(of("work.wgpu_passes"), of("work.passes"))
+                bytes_read = pick(of("work.bytes_read"), read[at]); bytes_written = pick(of("work.bytes_written"), written[at])
                 print "| " of("style") " |" (both ? " " program " |" : "") \
                     " " number(of("frame_ms.p50"), 2) " | " number(of("frame_ms.p99"), 2) \
                     " | " number(of("gpu_ms.p50"), 3) " | " number(of("gpu_ms.p99"), 3) \
@@ -339,11 +371,13 @@ fi
                     " | " number(of("prepare_ms.p50"), 3) " | " number(of("prepare_ms.p99"), 3) \
                     " | " number(of("untimed.record_ms"), 3) " | " number(of("untimed.submit_ms"), 3) \
                     " | " number(passes, 0) " | " number(of("work.dispatches"), 0) " | " number(of("work.barriers"), 0) \
-                    " | " number(read[at] / 1e9, 3) " | " number(written[at] / 1e9, 3) \
+                    " | " gigabytes(bytes_read) " | " gigabytes(bytes_written) \
                     " | " number(of("triangles"), 0) " | " number(of("tiles.late_frames"), 0) \
                     " | " number(of("tiles.loaded"), 0) " | " number(of("tiles.evicted"), 0) " |" \
                     (both ? (n == 1 ? " | |" : " " ratio(run, "frame_ms.p50") " | " ratio(run, "gpu_ms.p50") " |") : "")
             }
+            for (n = 0; n < notes; n++) printf "%s- note: %s\n", n ? "" : "\n", noted[n]
+            notes = 0
             for (n = 0; n < changes; n++) printf "%s%s\n", n ? "" : "\n", change[n]
             changes = 0
             split("", value); split("", read); split("", written); runs = 0
@@ -358,11 +392,13 @@ fi
                 # The figures of single passes are in the JSON.
                 if (key == "noise" && found["figure"] !~ / of /) {
                     split(path, words, ".")
-                    change[changes++] = sprintf("- %s: %s, %s: %.10g to %.10g%s", words[2], found["style"], found["figure"], found["old"], found["new"], \
-                        text == "null" ? "" : sprintf(" (%+.1f %% ± %.1f by pairs)", (found["ratio"] - 1) * 100, 200 * text))
+                    change[changes++] = sprintf("- %s: %s, %s: %s", words[2], found["style"], found["figure"], \
+                        shown(found["figure"], found["old"], found["new"], found["ratio"], text))
                 }
                 next
             }
+            if (path ~ /^comparison\.notes\./) noted[notes++] = text
+            if (path == "arguments") arguments = text
             if (path !~ /^runs\./) next
             sub(/^runs\./, "", path)
             run = path; sub(/\..*/, "", run); key = path; sub(/^[0-9]*\./, "", key)
@@ -370,7 +406,6 @@ fi
             at = $2 SUBSEP run
             if (key ~ /^passes\..*\.bytes_read$/ && text != "null") read[at] += text
             else if (key ~ /^passes\..*\.bytes_written$/ && text != "null") written[at] += text
-            else if (key ~ /^passes\..*\.name$/) value[at, "pass_count"]++
             value[at, key] = text
         }
         END { flush() }' "$work/rows"

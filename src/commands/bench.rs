@@ -8,11 +8,11 @@
 //! are checked more closely: how far the terrain is from the data, how many strokes there are, and how steady the
 //! drawing is from that frame to the next ([`crate::measure::temporal`]).
 
+mod again;
 mod pairs;
 mod passes;
 pub(crate) mod portable;
 mod style_run;
-mod untimed;
 
 use std::path::{Path, PathBuf};
 
@@ -36,6 +36,7 @@ use crate::measure::comparison::Baseline;
 use crate::measure::report::{Report, WorldSize};
 use crate::measure::report_html::{is_page, write_html};
 use crate::measure::report_text;
+use crate::measure::settings::{Settings, program_crc32};
 use crate::measure::statistics::{RunFrames, is_frames_csv, write_frames_csv};
 use crate::scene::path::CameraPath;
 use crate::scene::ranges;
@@ -45,11 +46,11 @@ use crate::world::{self, OpenWorld};
 /// Largest number of a run's frames that are compared with the full-resolution heights.
 const CHECKED_FRAMES: usize = 32;
 /// Number of cameras on the path at which the nearest land is measured.
-const ASKED_CAMERAS: usize = 24;
+const NEAREST_LAND_CAMERAS: usize = 24;
 /// Frames per second along the path if `--frames` is not given.
 const FPS: f64 = 30.0;
-/// Largest number of frames that are drawn again without a timer around each pass.
-const UNTIMED_FRAMES: usize = 24;
+/// Largest number of frames of a flight that are drawn again after it.
+const LAST_FRAMES: usize = 24;
 
 /// The files written to the output folder.
 const FILES: [&str; 3] = ["frames.csv", "report.html", "report.json"];
@@ -88,14 +89,16 @@ pub(crate) struct BenchArgs {
     /// Fly in real time: draw as many frames as fit into the duration of the path, one style after the other
     #[arg(long, conflicts_with = "frames")]
     pub real_time: bool,
-    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB per style
+    /// Memory for heights on the GPU, and as much again in main memory, in MiB per style; styles with shadows or water need
+    /// a quarter more on the GPU for maps of the same tiles, and styles with both a half more
     #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: u64,
     /// Number of pairs of consecutive frames, spread over the path, on which steadiness is measured; 0 measures none
-    #[arg(long, value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
-    pub temporal: u32,
-    /// Report of an earlier run (its report.json; times are compared if its frames.csv is in the same folder): name what
-    /// became worse, and by how much
+    #[arg(long = "steadiness-pairs", alias = "temporal", value_name = "PAIRS", default_value_t = 24, value_parser = arguments::whole::<u32>(0, 1_000_000))]
+    pub steadiness_pairs: u32,
+    /// Report of an earlier run with the same world, --path, --frames, --size, --eyes, --antialias, --lod-error and
+    /// --tile-memory: list what became worse or better, and by how much. Times are compared if frames.csv is in the
+    /// report's folder and the GPU is the same
     #[arg(long, value_name = "OLD.json")]
     pub compare: Option<PathBuf>,
     /// Output folder for report.json, frames.csv and report.html
@@ -152,6 +155,7 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
         adapter: gpu.description(),
         size_px: args.size,
         world: world_size(&runs[0].world),
+        settings: Some(settings(args, &path, &path_text)),
         runs: runs.iter().map(|run| run.run(args.stereo.eyes())).collect(),
         comparison: None,
     };
@@ -168,14 +172,15 @@ pub(crate) fn run(args: &BenchArgs, adapter: &AdapterWish) -> anyhow::Result<()>
         return print_json(&report);
     }
     let [width, height] = report.size_px;
-    print(&format!("{}, {width}x{height}\n{}{}", report.adapter, report_text::table(&report), named(page)))
+    let table = report_text::table(&report);
+    print(&format!("{}, {width}x{height}\n{table}\nReport: {} (it explains the columns)", report.adapter, named(page)))
 }
 
 /// Sets the stereo pair: the same for all styles and all frames.
 fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     let mut nearest = f64::INFINITY;
     if args.stereo.requests_nearest() {
-        for camera in path.spread(ASKED_CAMERAS) {
+        for camera in path.spread(NEAREST_LAND_CAMERAS) {
             nearest = nearest.min(runs[0].nearest_m(gpu, &camera)?);
         }
     }
@@ -186,7 +191,28 @@ fn place_eyes(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleR
 
 fn world_size(world: &OpenWorld) -> WorldSize {
     let finest = world.surfaces.terrain.store().levels()[0];
-    WorldSize { samples: Some(u64::from(finest.width) * u64::from(finest.height)), extent_m: world.extent_m() }
+    WorldSize { samples: u64::from(finest.width) * u64::from(finest.height), extent_m: world.extent_m() }
+}
+
+/// Returns how the report is made, for comparison with others.
+fn settings(args: &BenchArgs, path: &CameraPath, path_text: &str) -> Settings {
+    Settings {
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        program_crc32: program_crc32(),
+        world: args.world.name().map(str::to_owned),
+        path: args.path.display().to_string(),
+        path_crc32: format!("{:08x}", crc32fast::hash(path_text.as_bytes())),
+        duration_s: path.duration_s(),
+        frames: (!args.real_time).then(|| frame_count(args, path) as u64),
+        real_time: args.real_time,
+        lod_error_px: args.lod_error,
+        tile_memory_mib: args.tile_memory,
+    }
+}
+
+/// Returns the number of frames that are drawn with every style, except in real time.
+fn frame_count(args: &BenchArgs, path: &CameraPath) -> usize {
+    args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize)
 }
 
 fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
@@ -205,14 +231,15 @@ fn fly(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) ->
     fly_back(gpu, path, args, runs)
 }
 
-/// Draws the last frames again, from the last one back, since their tiles are there. Each style draws alone, since
-/// frames that follow each other are measured.
+/// Draws the last frames again, from the last one back, since their tiles are there: without a timer around each pass,
+/// and with traces. Each style draws alone, since frames that follow each other are measured.
 fn fly_back(gpu: &Gpu, path: &CameraPath, args: &BenchArgs, runs: &mut [StyleRun]) -> anyhow::Result<()> {
     for run in runs.iter_mut() {
         run.end_flight();
-        let times_s = run.records.iter().rev().take(UNTIMED_FRAMES).map(|record| record.t_s);
+        let times_s = run.records.iter().rev().take(LAST_FRAMES).map(|record| record.t_s);
         let cameras: Vec<_> = times_s.map(|t_s| (path.sample(t_s), t_s)).collect();
         run.measure_untimed(gpu, args.size, &cameras)?;
+        run.trace(gpu, args.size, &cameras)?;
     }
     Ok(())
 }
@@ -225,7 +252,7 @@ fn fly_by_frames(
     runs: &mut [StyleRun],
     bar: &Bar,
 ) -> anyhow::Result<()> {
-    let frames = args.frames.map_or_else(|| path.frame_count(FPS), |frames| frames as usize);
+    let frames = frame_count(args, path);
     let step_s = match args.frames {
         // As in `CameraPath::spread`, the first and the last row are included.
         Some(frames) => path.duration_s() / f64::from(frames.saturating_sub(1).max(1)),
@@ -233,7 +260,7 @@ fn fly_by_frames(
     };
     let start_s = path.times_s()[0];
     let between_checks = frames.div_ceil(CHECKED_FRAMES);
-    let pairs = PairPlan::new(frames, args.temporal);
+    let pairs = PairPlan::new(frames, args.steadiness_pairs);
     for frame in 0..frames {
         bar.report("flying", frame as f32 / frames as f32);
         let t_s = start_s + frame as f64 * step_s;
@@ -257,10 +284,10 @@ fn fly_by_the_clock(
 ) -> anyhow::Result<()> {
     let (start_s, duration_s) = (path.times_s()[0], path.duration_s());
     let between_checks_s = duration_s / CHECKED_FRAMES as f64;
-    let between_pairs_s = duration_s / f64::from(args.temporal);
+    let between_pairs_s = duration_s / f64::from(args.steadiness_pairs);
     for run in runs {
         // Without pairs, the first one is due after infinite time.
-        let (mut next_check_s, mut next_pair_s) = (0.0, if args.temporal > 0 { 0.0 } else { f64::INFINITY });
+        let (mut next_check_s, mut next_pair_s) = (0.0, if args.steadiness_pairs > 0 { 0.0 } else { f64::INFINITY });
         loop {
             let now_s = run.wall_s();
             if now_s >= duration_s {

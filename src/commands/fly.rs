@@ -44,7 +44,8 @@ pub(crate) struct FlyArgs {
     /// Largest error of the drawn surface, in pixels
     #[arg(long, default_value_t = 1.0, value_parser = arguments::within(ranges::LOD_ERROR_PX), allow_hyphen_values = true)]
     pub lod_error: f64,
-    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB
+    /// Memory for heights on the GPU, and as much again in main memory, in MiB; styles with shadows or water need a
+    /// quarter more on the GPU for maps of the same tiles, and styles with both a half more
     #[arg(long, default_value_t = 512, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: u64,
     /// Fly in a headset, through OpenXR, which then determines the size and the GPU

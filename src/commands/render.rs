@@ -137,7 +137,8 @@ pub(crate) struct RenderArgs {
     /// thousandth of the longer side]
     #[arg(long, value_name = "METRES", value_parser = arguments::above_0, allow_hyphen_values = true)]
     pub mesh_error: Option<f64>,
-    /// Memory for tiles on the GPU, and as much again for tiles in main memory, in MiB [default: 512]
+    /// Memory for heights on the GPU, and as much again in main memory, in MiB; styles with shadows or water need a
+    /// quarter more on the GPU for maps of the same tiles, and styles with both a half more [default: 512]
     #[arg(long, value_parser = arguments::whole_within::<u64>(ranges::TILE_MEMORY_MIB))]
     pub tile_memory: Option<u64>,
     /// SVG, PDF and GeoJSON: largest distance between fitted curves and strokes, in pixels [default: 0.25]

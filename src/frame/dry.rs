@@ -24,7 +24,7 @@ impl Default for DryViews {
 }
 
 impl DryViews {
-    /// Returns whether the view of a version is known to be without water.
+    /// Takes the answers that have arrived, and returns whether the view of a version is known to be without water.
     pub(super) fn is_dry(&mut self, version: Option<u64>) -> bool {
         while let Some(bytes) = self.readback.take() {
             let groups: u32 = bytemuck::pod_read_unaligned(&bytes);
@@ -33,8 +33,9 @@ impl DryViews {
         version.is_some_and(|version| self.answer == Some((version, true)))
     }
 
-    /// Requests whether the view that was just drawn has water, unless that is known. The first word of `arguments` is
-    /// 0 if it has none.
+    /// Reads back, asynchronously, whether the view that was just drawn has water, unless that is known. `arguments` are
+    /// those that `surface/lakes/seen` wrote: their first word is the number of workgroups of `surface/water`, 0 if the
+    /// view has none.
     pub(super) fn request(&mut self, gpu: &Gpu, version: Option<u64>, arguments: Option<&Buffer>) {
         let (Some(version), Some(arguments)) = (version, arguments) else { return };
         let is_known = self.answer.is_some_and(|(known, _)| known == version) || self.requested.contains(&version);

@@ -145,4 +145,19 @@ mod tests {
         assert_eq!(in_use.bytes_of("pass", &used("vertices", 100)), 100);
         assert_eq!(in_use.bytes_of("pass", &used("row candidates", 1 << 20)), 3 * rows::blocks::CANDIDATE_BYTES);
     }
+
+    #[test]
+    fn all_lists_and_atlases_are_those_of_drawn_frames() {
+        // The table of passes has the resources of drawn frames, by name. A list whose name differs would count whole.
+        let table = include_str!("../frame_passes.md");
+        let cells = table.lines().filter(|line| line.starts_with("| ")).flat_map(|line| line.split('|'));
+        let resources: std::collections::BTreeSet<&str> =
+            cells.flat_map(|cell| cell.split(',')).filter_map(|word| word.split('`').next()).map(str::trim).collect();
+        let others = ["edges", "segments", "row proposals", "row marks", "row candidates"];
+        for name in ATLASES.iter().chain(&PER_SEGMENT).chain(&PER_SAMPLE).chain(&others) {
+            assert!(resources.contains(name), "no pass reads or writes a resource called {name}");
+        }
+        // Planted: a list that was renamed.
+        assert!(!resources.contains("chain rank"));
+    }
 }

@@ -34,7 +34,7 @@ impl Pools {
 
     /// Returns how often each cache had what frames requested, by its name.
     pub(crate) fn cache_counts(&self) -> [(&'static str, CacheCounts); 3] {
-        [("pipelines", self.compiles.counts), ("bind groups", self.groups.counts()), ("buffers", self.buffers.counts())]
+        [("pipelines", self.compiles.counts), ("bind_groups", self.groups.counts()), ("buffers", self.buffers.counts())]
     }
 
     /// Ends a frame, after its commands have been submitted or dropped.

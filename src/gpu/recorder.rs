@@ -281,7 +281,8 @@ impl<'a> Recorder<'a> {
     }
 
     /// Runs a shader with as many workgroups in x, y and z as the three numbers at byte `offset` of `arguments` say.
-    /// `arguments` must not be among the resources.
+    /// `arguments` must not be among the resources: wgpu forbids a buffer to be indirect arguments and a writable binding
+    /// in one dispatch, and reports a validation error (`Gpu::check`).
     pub fn indirect(&mut self, shader: impl Into<Compute>, arguments: &Buffer, offset: u64, resources: &[Named]) {
         let offset = arguments.offset + offset;
         let run = |pass: &mut wgpu::ComputePass<'_>| pass.dispatch_workgroups_indirect(&arguments.raw, offset);
@@ -462,7 +463,7 @@ impl<'a> Recorder<'a> {
         self.pools.arena.flush(self.gpu);
         for (name, recorded) in recorded {
             match name {
-                Some(name) => self.timer.time(self.gpu, name, recorded),
+                Some(name) => self.timer.submit_and_time(self.gpu, name, recorded),
                 None => _ = self.gpu.queue.submit([recorded]),
             }
         }
@@ -479,7 +480,7 @@ impl<'a> Recorder<'a> {
     fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
-        } else if self.timer.waits(self.submits) {
+        } else if self.timer.times_by_waiting(self.submits) {
             self.cut(Some(name));
         }
     }

@@ -7,7 +7,7 @@ use crate::gpu::pipelines::Compute;
 use crate::gpu::recorder::Recorder;
 use crate::gpu::wgsl::gpu::scan::{BLOCK, Scan};
 
-/// Largest number of values in a scan, each of which takes a thread of at most 64 workgroups.
+/// Largest number of values in a scan: 64 workgroups × 16 blocks × 2048 values.
 pub(crate) const MAX_VALUES: u32 = 1 << 21;
 
 /// Largest number of workgroups.
@@ -71,8 +71,9 @@ pub(crate) enum Groups<'a> {
         arguments: &'a Buffer,
         /// Offset in `arguments`, in bytes.
         offset: u64,
-        /// Largest number of workgroups, before the last row of 65,535 is filled up.
-        most: u32,
+        /// An upper bound of the product of the numbers of workgroups. The dispatch rounds it up to whole rows of
+        /// [`GROUPS_IN_ROW`](crate::gpu::wgsl::shared::dispatch::GROUPS_IN_ROW).
+        max_groups: u32,
     },
 }
 
@@ -90,11 +91,12 @@ impl<'a> Groups<'a> {
         }
     }
 
-    fn most(&self) -> u32 {
+    /// Returns an upper bound of the number of workgroups that are dispatched.
+    fn max_dispatched(&self) -> u32 {
         match self {
             Self::Of([x, y]) => x * y,
-            Self::Counted { most, .. } if *most > ROW => most.next_multiple_of(ROW),
-            Self::Counted { most, .. } => *most,
+            Self::Counted { max_groups, .. } if *max_groups > ROW => max_groups.next_multiple_of(ROW),
+            Self::Counted { max_groups, .. } => *max_groups,
         }
     }
 }
@@ -104,23 +106,23 @@ impl<'a> Groups<'a> {
 pub(crate) struct Ordered<'a> {
     pub shader: Compute,
     /// The variant for the first stage, if it differs.
-    pub find: Option<Compute>,
+    pub first_stage_shader: Option<Compute>,
     /// Number of workgroups of both stages.
     pub groups: Groups<'a>,
-    /// How many u32 each workgroup may store between stages.
-    pub kept: u64,
+    /// How many u32 each workgroup may store between the stages.
+    pub words_per_group: u64,
 }
 
 impl Ordered<'_> {
     /// Runs both stages with `resources` and the `order` list, and the prefix sum between them.
     pub(crate) fn run(&self, recorder: &mut Recorder<'_>, resources: &[Named]) {
-        let bytes = 4 * (u64::from(self.groups.most()) * (1 + self.kept) + 1);
+        let bytes = 4 * (u64::from(self.groups.max_dispatched()) * (1 + self.words_per_group) + 1);
         let order = recorder.buffer(&ORDER, (ORDER_HEAD_BYTES + bytes).next_power_of_two());
         let starts = order.slice(ORDER_HEAD_BYTES, order.raw.size() - ORDER_HEAD_BYTES);
         for stage in 0_u32..2 {
             let mut all = vec![("order", order.binding()), ("order_stage", recorder.uniform("order stage", &stage))];
             all.extend(resources.iter().cloned());
-            let shader = self.find.filter(|_| stage == 0).unwrap_or(self.shader);
+            let shader = self.first_stage_shader.filter(|_| stage == 0).unwrap_or(self.shader);
             match self.groups {
                 Groups::Of([x, y]) => recorder.groups(shader, [x, y], &all),
                 Groups::Counted { arguments, offset, .. } => recorder.indirect(shader, arguments, offset, &all),

@@ -34,11 +34,11 @@ pub struct Timer {
     /// Nanoseconds per tick of the GPU's clock.
     period_ns: f32,
     /// Whether the driver is a software driver, whose passes are timed by waiting for them.
-    waits: bool,
+    is_software: bool,
     /// Times of the frame that is being submitted, on a software driver.
-    waiting: Vec<PassTime>,
+    current_times: Vec<PassTime>,
     /// Times of the last finished frame, on a software driver.
-    waited: Option<Vec<PassTime>>,
+    finished_times: Option<Vec<PassTime>>,
 }
 
 impl Timer {
@@ -49,15 +49,21 @@ impl Timer {
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let settings = GpuProfilerSettings { max_num_pending_frames: 8, ..Default::default() };
         let profiler = GpuProfiler::new(&gpu.device, settings).map_err(|error| GpuError::Device(error.to_string()))?;
-        let waits = gpu.is_software();
-        Ok(Self { profiler, period_ns: gpu.queue.get_timestamp_period(), waits, waiting: Vec::new(), waited: None })
+        let period_ns = gpu.queue.get_timestamp_period();
+        Ok(Self {
+            profiler,
+            period_ns,
+            is_software: gpu.is_software(),
+            current_times: Vec::new(),
+            finished_times: None,
+        })
     }
 
     /// Returns the times of the oldest finished frame whose times have not been taken: [`FRAME`] first, then its
     /// passes.
     pub fn take(&mut self) -> Option<Vec<PassTime>> {
-        if self.waits {
-            return self.waited.take();
+        if self.is_software {
+            return self.finished_times.take();
         }
         let results = self.profiler.process_finished_frame(self.period_ns)?;
         let mut times = Vec::new();
@@ -72,13 +78,13 @@ impl Timer {
     }
 
     /// Returns whether each pass is submitted alone and waited for.
-    pub(super) fn waits(&self, submits: Submits) -> bool {
-        self.waits && submits == Submits::Timed
+    pub(super) fn times_by_waiting(&self, submits: Submits) -> bool {
+        self.is_software && submits == Submits::Timed
     }
 
     /// Begins the timestamp query of a pass. Returns `None` on a software driver.
     pub(super) fn begin(&self, name: &'static str, encoder: &mut wgpu::CommandEncoder) -> Option<GpuProfilerQuery> {
-        (!self.waits).then(|| self.profiler.begin_pass_query(name, encoder))
+        (!self.is_software).then(|| self.profiler.begin_pass_query(name, encoder))
     }
 
     /// Ends a query of [`Timer::begin`].
@@ -87,21 +93,24 @@ impl Timer {
     }
 
     /// Submits a pass alone, waits for it, and adds its time.
-    pub(super) fn time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandBuffer) {
+    pub(super) fn submit_and_time(&mut self, gpu: &Gpu, name: &'static str, recorded: wgpu::CommandBuffer) {
         // Finishes pending uploads first, so that they do not count as time of the pass.
         gpu.queue.submit([]);
         gpu.wait();
         let start = Instant::now();
         gpu.queue.submit([recorded]);
         gpu.wait();
-        add(&mut self.waiting, PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 });
+        add(
+            &mut self.current_times,
+            PassTime { name: name.to_owned(), gpu_ms: start.elapsed().as_secs_f64() * 1000.0 },
+        );
     }
 
     /// Drops the times of the frame that is being recorded, because it is not submitted. Times of earlier frames that
     /// have not been taken are lost too.
     pub(super) fn forget(&mut self, gpu: &Gpu) {
-        self.waiting.clear();
-        if !self.waits {
+        self.current_times.clear();
+        if !self.is_software {
             match Self::new(gpu) {
                 Ok(timer) => *self = timer,
                 Err(error) => tracing::warn!("GPU timer: {error}"),
@@ -111,20 +120,20 @@ impl Timer {
 
     /// Records the reading of the timestamps. Must be called before the frame's last submit.
     pub(super) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
-        if !self.waits {
+        if !self.is_software {
             self.profiler.resolve_queries(encoder);
         }
     }
 
     /// Ends the frame. Must be called after its last submit.
     pub(super) fn end_frame(&mut self) {
-        if self.waits {
-            let mut times = std::mem::take(&mut self.waiting);
+        if self.is_software {
+            let mut times = std::mem::take(&mut self.current_times);
             if !times.is_empty() {
                 let gpu_ms = times.iter().map(|time| time.gpu_ms).sum();
                 times.insert(0, PassTime { name: FRAME.to_owned(), gpu_ms });
             }
-            self.waited = Some(times);
+            self.finished_times = Some(times);
         } else if let Err(error) = self.profiler.end_frame() {
             // This fails only if a query is still open, and the recorder ends every query that it begins.
             tracing::warn!("GPU timer: {error}");

@@ -1,5 +1,12 @@
 //! A trace of what the passes of a frame read and write. The list of passes in `src/frame_passes.md`, the memory
 //! traffic by pass, and the pictures that `--show` can draw come from it.
+//!
+//! Terms, here and in the reports of `bench`:
+//!
+//! - A **pass** is a named shader (`lines/lsa`) with all its runs in a frame. A *run* is one dispatch, or one render pass.
+//! - A **wgpu pass** is a compute pass or a render pass of the API. Dispatches that follow each other share one.
+//! - **Bytes** are the sizes of what passes declare to read and write ([`PassBytes`]).
+//! - A **barrier** is a place where work has to wait for earlier work of the frame ([`FrameCounts`]).
 
 use rustc_hash::FxHashMap;
 
@@ -78,7 +85,7 @@ impl PassBytes {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(crate) struct FrameCounts {
     /// Compute and render passes of wgpu. Dispatches that follow each other share one.
-    pub passes: u32,
+    pub wgpu_passes: u32,
     /// Compute dispatches, with a number of workgroups from the CPU or from the GPU.
     pub dispatches: u32,
     /// Draws in render passes.
@@ -106,12 +113,12 @@ impl FrameCounts {
             match pass.work {
                 Work::Draws(draws) => {
                     counts.draws += draws;
-                    counts.passes += 1;
+                    counts.wgpu_passes += 1;
                     is_open = false;
                 }
                 Work::Dispatch | Work::Indirect(_) => {
                     counts.dispatches += 1;
-                    counts.passes += u32::from(!is_open);
+                    counts.wgpu_passes += u32::from(!is_open);
                     is_open = true;
                 }
             }
@@ -210,11 +217,11 @@ mod tests {
             pass(Work::Draws(3), &["c"], &["picture"]),
             pass(Work::Dispatch, &["uniform"], &["d"]),
         ];
-        let expected = FrameCounts { passes: 3, dispatches: 4, draws: 3, copies: 0, barriers: 2 };
+        let expected = FrameCounts { wgpu_passes: 3, dispatches: 4, draws: 3, copies: 0, barriers: 2 };
         assert_eq!(FrameCounts::of(&trace), expected);
         // Planted: a copy between two dispatches closes their pass, and waits for the one that wrote its buffer.
         trace[1].copied.push("a");
-        assert_eq!(FrameCounts::of(&trace), FrameCounts { passes: 4, copies: 1, barriers: 3, ..expected });
+        assert_eq!(FrameCounts::of(&trace), FrameCounts { wgpu_passes: 4, copies: 1, barriers: 3, ..expected });
         // Planted: a write to what was read before.
         trace[4].writes[0].name = "c";
         assert_eq!(FrameCounts::of(&trace).barriers, 4);

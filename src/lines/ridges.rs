@@ -42,5 +42,5 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs
     let definitions: &[&str] = if inputs.apparent.is_some() { &["APPARENT"] } else { &[] };
     let shader = Compute { name: "lines/ridges", definitions };
     let groups = Groups::Of(inputs.shapes.normal.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader, find: None, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader, first_stage_shader: None, groups, words_per_group: 0 }.run(recorder, &resources);
 }

@@ -51,5 +51,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs
     ];
     resources.extend(inputs.shapes.resources());
     let groups = Groups::Of(inputs.radial.size_px().map(|side| side.div_ceil(WORKGROUP_PX)));
-    Ordered { shader: "lines/suggestive".into(), find: None, groups, kept: 0 }.run(recorder, &resources);
+    Ordered { shader: "lines/suggestive".into(), first_stage_shader: None, groups, words_per_group: 0 }
+        .run(recorder, &resources);
 }

@@ -2,6 +2,7 @@
 //! report of a benchmark, comparison of pictures and of frames.
 
 pub(crate) mod comparison;
+pub(crate) mod figures;
 pub mod image_compare;
 pub(crate) mod lod_error;
 pub(crate) mod memory;
@@ -9,6 +10,7 @@ pub(crate) mod paired;
 pub(crate) mod report;
 pub(crate) mod report_html;
 pub(crate) mod report_text;
+pub(crate) mod settings;
 pub(crate) mod statistics;
 pub mod stereo;
 pub mod temporal;

@@ -8,13 +8,28 @@
 
 use super::statistics::Percentiles;
 
-/// Largest number of blocks, and the least number of frames of each run in a block of unequal frames.
-const MOST_BLOCKS: usize = 20;
-const LEAST_FRAMES: usize = 3;
-/// Least number of frames, or of blocks, that give a noise.
-const LEAST_BLOCKS: usize = 4;
-/// The standard error of a median, relative to that of a mean.
-const OF_MEDIAN: f64 = 1.2533;
+/// Largest number of blocks into which a flight is divided.
+const MAX_BLOCKS: usize = 20;
+/// Least number of frames in a block, and of frames of each run in a part of the path.
+const MIN_BLOCK_FRAMES: usize = 3;
+/// Least number of blocks, and of frames, that give a noise.
+pub(super) const LEAST_FRAMES: usize = 4;
+/// √(π/2): the standard error of a median, relative to that of a mean.
+const MEDIAN_ERROR_FACTOR: f64 = 1.2533;
+
+/// By how much a time must have changed to be named.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Threshold {
+    /// Least change, as a share of the old time.
+    pub share: f64,
+    /// Least change, in standard errors.
+    pub errors: f64,
+}
+
+/// Threshold of the time of a frame, or of a part of it.
+pub(super) const FRAME_TIME: Threshold = Threshold { share: 0.03, errors: 4.0 };
+/// Threshold of the time of a pass. There are many of them, so one that is beyond four errors by chance is likely.
+pub(super) const PASS_TIME: Threshold = Threshold { share: 0.1, errors: 5.0 };
 
 /// A value of one frame, with its time on the camera path in seconds.
 pub(super) type Sample = (f64, f64);
@@ -32,21 +47,21 @@ impl Paired {
     /// Compares two series, whose values must be above 0 to count. `None` if there are too few.
     pub(super) fn of(old: &[Sample], new: &[Sample]) -> Option<Self> {
         let blocks = if are_twins(old, new) { blocks_of_pairs(old, new) } else { blocks_of_path(old, new) };
-        if blocks.len() < LEAST_BLOCKS {
+        if blocks.len() < LEAST_FRAMES {
             return None;
         }
         let middle = median(blocks.iter().copied())?;
         // Around the median, because a block of another speed should widen the noise.
         let variance = blocks.iter().map(|log| (log - middle).powi(2)).sum::<f64>() / (blocks.len() - 1) as f64;
-        let noise = OF_MEDIAN * (variance / blocks.len() as f64).sqrt();
+        let noise = MEDIAN_ERROR_FACTOR * (variance / blocks.len() as f64).sqrt();
         Some(Self { ratio: middle.exp(), noise })
     }
 
-    /// Returns whether the ratio is beyond its noise `errors` times, and beyond `floor`: +1 if the new values are
-    /// larger, -1 if they are smaller, 0 if neither is certain.
-    pub(super) fn sign(self, errors: f64, floor: f64) -> i32 {
+    /// Returns whether the ratio is beyond a threshold: +1 if the new values are larger, -1 if they are smaller, 0 if
+    /// neither is certain.
+    pub(super) fn sign(self, threshold: Threshold) -> i32 {
         let log = self.ratio.ln();
-        let needed = (errors * self.noise).max(floor.ln_1p());
+        let needed = (threshold.errors * self.noise).max(threshold.share.ln_1p());
         i32::from(log > needed) - i32::from(log < -needed)
     }
 }
@@ -60,8 +75,11 @@ fn are_twins(old: &[Sample], new: &[Sample]) -> bool {
 fn blocks_of_pairs(old: &[Sample], new: &[Sample]) -> Vec<f64> {
     let logs: Vec<f64> = old.iter().zip(new).filter_map(|(old, new)| log_ratio(old.1, new.1)).collect();
     // A block of one pair would not ignore a slow frame.
-    let length =
-        logs.len().div_ceil(MOST_BLOCKS).max(if logs.len() < LEAST_BLOCKS * LEAST_FRAMES { 1 } else { LEAST_FRAMES });
+    let length = logs.len().div_ceil(MAX_BLOCKS).max(if logs.len() < LEAST_FRAMES * MIN_BLOCK_FRAMES {
+        1
+    } else {
+        MIN_BLOCK_FRAMES
+    });
     logs.chunks(length).filter_map(|block| median(block.iter().copied())).collect()
 }
 
@@ -73,14 +91,14 @@ fn blocks_of_path(old: &[Sample], new: &[Sample]) -> Vec<f64> {
     };
     let (Some(old_s), Some(new_s)) = (range(old), range(new)) else { return Vec::new() };
     let (start_s, end_s) = (old_s.0.max(new_s.0), old_s.1.min(new_s.1));
-    let step_s = (end_s - start_s) / MOST_BLOCKS as f64;
+    let step_s = (end_s - start_s) / MAX_BLOCKS as f64;
     let in_block = |samples: &[Sample], block: usize| {
         let (from_s, to_s) = (start_s + step_s * block as f64, start_s + step_s * (block + 1) as f64);
         let values: Vec<f64> =
             samples.iter().filter(|sample| sample.0 >= from_s && sample.0 < to_s).map(|sample| sample.1).collect();
-        if values.len() < LEAST_FRAMES { None } else { median(values) }
+        if values.len() < MIN_BLOCK_FRAMES { None } else { median(values) }
     };
-    (0..MOST_BLOCKS).filter_map(|block| log_ratio(in_block(old, block)?, in_block(new, block)?)).collect()
+    (0..MAX_BLOCKS).filter_map(|block| log_ratio(in_block(old, block)?, in_block(new, block)?)).collect()
 }
 
 fn log_ratio(old: f64, new: f64) -> Option<f64> {
@@ -114,11 +132,11 @@ mod tests {
     fn a_slowdown_is_beyond_the_noise_and_an_equal_run_is_not() {
         let old = flight(120, 1, |_| 1.0);
         for seed in 2..40 {
-            let equal = Paired::of(&old, &flight(120, seed, |_| 1.0)).map(|paired| paired.sign(4.0, 0.03));
+            let equal = Paired::of(&old, &flight(120, seed, |_| 1.0)).map(|paired| paired.sign(FRAME_TIME));
             assert_eq!(equal, Some(0), "seed {seed}");
             // Planted: all frames take 10 % longer, or less.
-            let slower = Paired::of(&old, &flight(120, seed, |_| 1.1)).map(|paired| paired.sign(4.0, 0.03));
-            let faster = Paired::of(&old, &flight(120, seed, |_| 1.0 / 1.1)).map(|paired| paired.sign(4.0, 0.03));
+            let slower = Paired::of(&old, &flight(120, seed, |_| 1.1)).map(|paired| paired.sign(FRAME_TIME));
+            let faster = Paired::of(&old, &flight(120, seed, |_| 1.0 / 1.1)).map(|paired| paired.sign(FRAME_TIME));
             assert_eq!((slower, faster), (Some(1), Some(-1)), "seed {seed}");
         }
     }
@@ -126,8 +144,11 @@ mod tests {
     #[test]
     fn a_machine_that_is_busy_for_a_while_is_noise() {
         let busy = |frame: u64| if (20..60).contains(&frame) { 1.6 } else { 1.0 };
-        let paired = Paired::of(&flight(120, 1, |_| 1.0), &flight(120, 2, busy));
-        assert_eq!(paired.map(|paired| paired.sign(4.0, 0.03)), Some(0));
+        let old = flight(120, 1, |_| 1.0);
+        for seed in 2..40 {
+            let paired = Paired::of(&old, &flight(120, seed, busy));
+            assert_eq!(paired.map(|paired| paired.sign(FRAME_TIME)), Some(0), "seed {seed}");
+        }
     }
 
     #[test]
@@ -136,7 +157,7 @@ mod tests {
         // The slower flight has fewer frames along the same path.
         let new: Vec<Sample> = flight(300, 2, |_| 1.25).into_iter().step_by(2).collect();
         let paired = Paired::of(&old, &new);
-        assert_eq!(paired.map(|paired| paired.sign(4.0, 0.03)), Some(1));
+        assert_eq!(paired.map(|paired| paired.sign(FRAME_TIME)), Some(1));
         assert_eq!(Paired::of(&old, &new[..5]), None);
         assert_eq!(Paired::of(&[], &[]), None);
     }

@@ -8,6 +8,7 @@ use std::path::Path;
 use serde::{Deserialize, Serialize};
 
 use super::comparison::Comparison;
+use super::settings::Settings;
 use super::statistics::{FrameRecord, Percentiles, pass_names};
 use super::work::{Caches, CpuTimes, FrameWork, Start, Untimed};
 use crate::file::unnamed::head;
@@ -27,6 +28,9 @@ pub(crate) struct Report {
     pub size_px: [u32; 2],
     /// Size of the world.
     pub world: WorldSize,
+    /// How the report was made; null in reports of earlier versions.
+    #[serde(default)]
+    pub settings: Option<Settings>,
     /// One run for each style.
     pub runs: Vec<Run>,
     /// Changes since an earlier report, if there is one to compare with.
@@ -37,8 +41,8 @@ pub(crate) struct Report {
 /// The size of a world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct WorldSize {
-    /// Number of height samples at full resolution; null if the heights are procedural.
-    pub samples: Option<u64>,
+    /// Number of height samples at full resolution.
+    pub samples: u64,
     /// Extent to the east and to the north, in metres.
     pub extent_m: [f64; 2],
 }
@@ -48,7 +52,7 @@ pub(crate) struct WorldSize {
 pub(crate) struct Run {
     /// Name of the style.
     pub style: String,
-    /// `mono`, `side-by-side` or `anaglyph`.
+    /// The value of `--eyes`: `mono`, `left`, `right`, `side-by-side`, `anaglyph` or `grey-anaglyph`.
     pub eyes: String,
     /// `none` or `temporal`.
     pub antialias: String,
@@ -63,7 +67,8 @@ pub(crate) struct Run {
     /// Time per frame that the frame thread takes to record and submit passes, with a timer around each, and to wait.
     #[serde(default)]
     pub cpu_ms: CpuTimes,
-    /// Work of a frame on the GPU: of the traced frames, the one that moved most bytes.
+    /// Work of a frame on the GPU: of the frames that were traced (the last ones of the flight, drawn once more), the one
+    /// that moved most bytes.
     pub work: Option<FrameWork>,
     /// Frames without a timer around each pass.
     pub untimed: Option<Untimed>,
@@ -75,7 +80,7 @@ pub(crate) struct Run {
     /// Number of frames that took more than twice the median, and would not have if the frame thread had spent the
     /// median time on tiles and patches.
     pub hitches: Option<u64>,
-    /// Passes in drawing order.
+    /// Passes in drawing order, each by the name of its shader. `work.wgpu_passes` counts other passes, those of the API.
     pub passes: Vec<Pass>,
     /// Memory at the end of the run.
     pub memory: Memory,
@@ -100,7 +105,7 @@ pub(crate) struct Run {
     pub stereo: Option<Metrics>,
 }
 
-/// A pass of the frame.
+/// A pass of the frame: all runs of a named shader.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Pass {
     /// Name, as in the profiler and `src/frame_passes.md`.
@@ -111,8 +116,8 @@ pub(crate) struct Pass {
     pub frames: Option<u64>,
     /// Mean GPU time per frame, over all frames of the run, including those without the pass.
     pub mean_ms: Option<f64>,
-    /// Bytes of the textures and buffers that it reads in a frame, each resource once at its full size; null if no
-    /// frame with it was traced.
+    /// Bytes of the textures and buffers that it reads in a frame, each resource once: a picture whole, a list as far as
+    /// the frame filled it, an atlas with the tiles that the view needs. Null if no frame with it was traced.
     pub bytes_read: Option<u64>,
     /// Bytes of the textures and buffers that it writes, counted in the same way.
     pub bytes_written: Option<u64>,
@@ -136,8 +141,9 @@ pub(crate) struct PassTime {
 pub(crate) struct Memory {
     /// Buffers and textures on the GPU.
     pub gpu_bytes: Option<u64>,
-    /// Slots on the GPU that hold a tile; `gpu_bytes` includes all slots.
-    pub tile_cache_bytes: Option<u64>,
+    /// Heights of the tiles that are on the GPU; `gpu_bytes` includes the free slots too.
+    #[serde(rename = "tile_cache_bytes")]
+    pub gpu_tile_bytes: Option<u64>,
     /// Decoded tiles in main memory.
     pub cpu_tile_bytes: Option<u64>,
     /// Resident memory of the process: [`super::memory::rss_bytes`].

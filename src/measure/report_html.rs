@@ -5,7 +5,7 @@ use std::path::Path;
 use super::comparison::{Change, Comparison};
 use super::report::{Metrics, Report, Run};
 use super::statistics::{FrameRecord, Percentiles, RunFrames};
-use super::work::{FrameWork, percent};
+use super::work::{FrameWork, cache_label, percent};
 use crate::file::unnamed::head;
 use crate::file::{FileError, atomic};
 
@@ -45,9 +45,16 @@ const STEADINESS: &str = "Pairs of consecutive frames, compared along exact moti
     Identity: line pixels that continue only as other strokes. Slip: how far the parameter along a stroke moves at \
     a fixed place, in pixels per frame. E_warp: mean squared difference of sRGB-encoded luminance, 0 to 1.";
 
+/// Explanation of the numbers of the flight.
+const NUMBERS: &str = "Late: some land is coarser than requested, because tiles are still loading. Over budget: the requested \
+    error needs more triangles than a frame may have, so the allowed error was raised. Hitch: a frame that took more than \
+    twice the median, and would not have with the median work on tiles and patches. Level-of-detail error: largest \
+    distance of the drawn land from the full-resolution heights, in pixels, without late frames and those over budget.";
+
 /// Explanation of the work of a frame.
-const WORK: &str = "GB, passes, dispatches, draws, copies and barriers are those of the traced frame that moved most \
-    bytes, and do not depend on the GPU. With timers: during the flight, with a timer around each pass. Without timers: \
+const WORK: &str = "GB, wgpu passes, dispatches, draws, copies and barriers do not depend on the GPU. They are those of the \
+    frame that moved most bytes, of the last frames of the flight, drawn once more with a trace. A wgpu pass is a compute or \
+    render pass of the API; dispatches that follow each other share one. With timers: during the flight, with a timer around each pass. Without timers: \
     the last frames of the flight drawn again, from the last one back, as a window draws them. Latency: each frame \
     begins when the GPU has finished the one before. Throughput: a frame begins while the GPU draws the one before.";
 
@@ -69,12 +76,12 @@ pub(crate) fn is_page(path: &Path) -> bool {
 pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
     let [width_px, height_px] = report.size_px;
     let [east_m, north_m] = report.world.extent_m;
-    let samples = report.world.samples.map_or("computed heights".to_owned(), |count| format!("{count} samples"));
+    let samples = report.world.samples;
     let mut page = format!(
         "<!doctype html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\
          <meta name=\"viewport\" content=\"width=device-width\">{TITLE}\
          <style>{STYLE}</style></head><body>\n<h1>hachure bench</h1>\n\
-         <p>{adapter}; {width_px} × {height_px} pixels; world of {samples}, {east:.2} × {north:.2} km</p>\n",
+         <p>{adapter}; {width_px} × {height_px} pixels; world of {samples} samples, {east:.2} × {north:.2} km</p>\n",
         adapter = escape(&report.adapter),
         east = east_m / 1000.0,
         north = north_m / 1000.0,
@@ -222,7 +229,7 @@ fn table(runs: &[Run]) -> String {
         ("triangles", |run| count(run.triangles)),
         ("strokes", |run| count(run.strokes)),
         ("GPU memory, MiB", |run| mebibytes(run.memory.gpu_bytes)),
-        ("tiles on the GPU, MiB", |run| mebibytes(run.memory.tile_cache_bytes)),
+        ("tiles on the GPU, MiB", |run| mebibytes(run.memory.gpu_tile_bytes)),
         ("tiles in memory, MiB", |run| mebibytes(run.memory.cpu_tile_bytes)),
         ("resident memory, MiB", |run| mebibytes(run.memory.rss_bytes)),
         ("tiles loaded", |run| count(run.tiles.loaded)),
@@ -238,7 +245,7 @@ fn table(runs: &[Run]) -> String {
         ("tile and patch work on the frame thread ms, p50", |run| time(run.prepare_ms, |ms| ms.p50)),
     ];
     let rows = rows.iter().map(|(name, cell)| (name.to_string(), runs.iter().map(cell).collect()));
-    format!("<h2>Numbers</h2>\n{}", grid(runs, rows))
+    format!("<h2>Numbers</h2>\n<p class=\"faint\">{NUMBERS}</p>\n{}", grid(runs, rows))
 }
 
 /// Returns a table of what the passes of each run read and write; empty if nothing was traced.
@@ -263,8 +270,9 @@ fn memory_by_pass(runs: &[Run]) -> String {
     };
     let rows = names.iter().map(|name| ((*name).to_owned(), runs.iter().map(|run| cell(run, name)).collect()));
     format!(
-        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the textures and buffers that a pass reads / writes in a \
-         frame; each resource counts once, at its full size; N × is a pass that runs N times</p>\n{}",
+        "<h2>Memory by pass</h2>\n<p class=\"faint\">MiB of the textures and buffers that a pass (all runs of a \
+         named shader) reads / writes in a frame; each resource counts once: a picture whole, a list as far as the frame \
+         filled it, an atlas with the tiles that the view needs; N × is a pass that runs N times</p>\n{}",
         grid(runs, rows)
     )
 }
@@ -278,7 +286,7 @@ fn work_by_frame(runs: &[Run]) -> String {
     type Part = fn(FrameWork) -> u64;
     let gigabytes: [(&str, Part); 2] = [("GB read", |work| work.bytes_read), ("GB written", |work| work.bytes_written)];
     let counts: [(&str, Part); 5] = [
-        ("passes", |work| work.passes),
+        ("wgpu passes", |work| work.wgpu_passes),
         ("dispatches", |work| work.dispatches),
         ("draws", |work| work.draws),
         ("copies and clears", |work| work.copies),
@@ -312,7 +320,7 @@ fn work_by_frame(runs: &[Run]) -> String {
     let caches: std::collections::BTreeSet<&String> = runs.iter().flat_map(|run| run.caches.keys()).collect();
     for name in caches {
         let rate = |run: &Run| run.caches.get(name)?.hit_rate().map(percent);
-        rows.push((format!("hit rate %, {name}"), cells(&rate)));
+        rows.push((format!("hit rate %, {}", cache_label(name)), cells(&rate)));
     }
     format!("<h2>What a frame does</h2>\n<p class=\"faint\">{WORK}</p>\n{}", grid(runs, rows.into_iter()))
 }
@@ -334,20 +342,17 @@ fn changes(comparison: &Comparison) -> String {
     let worse: String = comparison.worse.iter().map(|change| row("warning", change)).collect();
     let better: String = comparison.better.iter().map(|change| row("", change)).collect();
     let notes: String = comparison.notes.iter().map(|note| format!("<p>{}</p>\n", escape(note))).collect();
-    let others = comparison.compared - (comparison.worse.len() + comparison.better.len()) as u64;
     let table = if worse.is_empty() && better.is_empty() {
         String::new()
     } else {
         format!(
             "<div class=\"wide\"><table>\n<tr><th></th><th>old</th><th>new</th><th>change ± 2 standard errors</th></tr>\n\
-             {worse}{better}</table></div>\n"
+             {worse}{better}</table></div>\n<p class=\"faint\">What became worse is red.</p>\n"
         )
     };
-    format!(
-        "<h2>Compared with {}</h2>\n{notes}{table}<p class=\"faint\">{others} other figures did not change beyond their \
-         noise. What became worse is red.</p>\n",
-        escape(&comparison.with)
-    )
+    let unchanged =
+        comparison.unchanged().map_or_else(String::new, |text| format!("<p class=\"faint\">{}.</p>\n", escape(&text)));
+    format!("<h2>Compared with {}</h2>\n{notes}{table}{unchanged}", escape(&comparison.with))
 }
 
 fn metrics(title: &str, meaning: &str, runs: &[Run], of: fn(&Run) -> Option<&Metrics>) -> String {

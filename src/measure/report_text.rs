@@ -1,9 +1,11 @@
 //! The report for a terminal: a row for each run, with its ratio to the first run; warnings; what a frame does whatever
-//! the GPU; a table of steadiness; and what changed since an earlier report.
+//! the GPU; hit rates; a table of steadiness; and what changed since an earlier report.
+
+use std::collections::BTreeSet;
 
 use super::comparison::{Change, Comparison};
 use super::report::{Report, Run};
-use super::work::{CacheUse, FrameWork, percent};
+use super::work::{CacheUse, FrameWork, cache_label, percent};
 
 /// Headings of the columns.
 const HEADS: [&str; 12] = [
@@ -12,13 +14,13 @@ const HEADS: [&str; 12] = [
     "frame ms p50",
     "p95",
     "p99",
-    "×",
+    "frame ÷ first",
     "GPU ms p50",
-    "×",
-    "LOD px max",
+    "GPU ÷ first",
+    "height error px max",
     "triangles",
     "strokes",
-    "late",
+    "late frames",
 ];
 
 /// Columns of steadiness: heading, name of the metric, factor, decimals.
@@ -46,22 +48,22 @@ type RunColumn = (&'static str, fn(&Run) -> Option<f64>, usize);
 const WORK: [WorkColumn; 7] = [
     ("GB read", |work| work.bytes_read as f64 / 1e9, 3),
     ("GB written", |work| work.bytes_written as f64 / 1e9, 3),
-    ("passes", |work| work.passes as f64, 0),
+    ("wgpu passes", |work| work.wgpu_passes as f64, 0),
     ("dispatches", |work| work.dispatches as f64, 0),
     ("draws", |work| work.draws as f64, 0),
     ("copies", |work| work.copies as f64, 0),
     ("barriers", |work| work.barriers as f64, 0),
 ];
 
-/// Columns of the processor's time for a frame, and of frames without a timer around each pass.
+/// Columns of the last frames, drawn again without a timer around each pass, and of the first frame.
 const CPU: [RunColumn; 7] = [
-    ("prepare ms", |run| Some(run.prepare_ms?.p50), 3),
+    ("prepare ms", |run| Some(run.untimed?.prepare_ms), 3),
     ("record ms", |run| Some(run.untimed?.record_ms), 3),
     ("submit ms", |run| Some(run.untimed?.submit_ms), 3),
     ("latency ms", |run| Some(run.untimed?.latency_ms.p50), 2),
     ("throughput ms", |run| Some(run.untimed?.throughput_ms), 2),
-    ("compiled", |run| Some(run.start?.pipelines as f64), 0),
-    ("in s", |run| Some(run.start?.compile_ms / 1000.0), 2),
+    ("pipelines", |run| Some(run.start?.pipelines as f64), 0),
+    ("compile s", |run| Some(run.start?.compile_ms / 1000.0), 2),
 ];
 
 /// Returns the table of what frames do whatever the GPU; empty if nothing was measured.
@@ -69,19 +71,28 @@ fn work(report: &Report) -> String {
     if report.runs.iter().all(|run| run.work.is_none() && run.untimed.is_none()) {
         return String::new();
     }
-    let mut caches: Vec<&String> = report.runs.iter().flat_map(|run| run.caches.keys()).collect();
-    caches.sort_unstable();
-    caches.dedup();
     let heads = std::iter::once("style".to_owned())
         .chain(WORK.iter().map(|(head, ..)| (*head).to_owned()))
-        .chain(CPU.iter().map(|(head, ..)| (*head).to_owned()))
-        .chain(caches.iter().map(|name| format!("{name} %")));
+        .chain(CPU.iter().map(|(head, ..)| (*head).to_owned()));
     let rows = report.runs.iter().map(|run| {
         let of_work = WORK.iter().map(|(_, value, decimals)| number(run.work.map(value), *decimals));
         let of_cpu = CPU.iter().map(|(_, value, decimals)| number(value(run), *decimals));
+        std::iter::once(run.style.clone()).chain(of_work).chain(of_cpu).collect()
+    });
+    format!("\n{}", columns(std::iter::once(heads.collect()).chain(rows).collect()))
+}
+
+/// Returns the table of the hit rates of caches; empty if there are none.
+fn hit_rates(report: &Report) -> String {
+    let caches: BTreeSet<&String> = report.runs.iter().flat_map(|run| run.caches.keys()).collect();
+    if caches.is_empty() {
+        return String::new();
+    }
+    let heads = std::iter::once("style, hit rates %".to_owned()).chain(caches.iter().map(|name| cache_label(name)));
+    let rows = report.runs.iter().map(|run| {
         let rate = |name: &&String| run.caches.get(*name).and_then(CacheUse::hit_rate);
-        let of_caches = caches.iter().map(|name| rate(name).map_or("–".to_owned(), percent));
-        std::iter::once(run.style.clone()).chain(of_work).chain(of_cpu).chain(of_caches).collect()
+        let rates = caches.iter().map(|name| rate(name).map_or("–".to_owned(), percent));
+        std::iter::once(run.style.clone()).chain(rates).collect()
     });
     format!("\n{}", columns(std::iter::once(heads.collect()).chain(rows).collect()))
 }
@@ -97,12 +108,11 @@ fn changes(comparison: &Comparison) -> String {
     };
     let worse = comparison.worse.iter().map(|change| row("worse", change));
     let rows: Vec<_> = worse.chain(comparison.better.iter().map(|change| row("better", change))).collect();
-    let others = comparison.compared - rows.len() as u64;
     if !rows.is_empty() {
         let heads = ["", "style", "eyes", "figure", "old", "new", "change ± 2 standard errors"].map(str::to_owned);
         text += &columns(std::iter::once(heads.to_vec()).chain(rows).collect());
     }
-    text + &format!("{others} other figures did not change beyond their noise\n")
+    text + &comparison.unchanged().map_or_else(String::new, |sentence| sentence + "\n")
 }
 
 /// Returns the tables: what frames cost, and how steady they are if that was measured; and what changed, if there is an
@@ -118,6 +128,7 @@ fn measured(report: &Report) -> String {
     let mut costs = columns(std::iter::once(HEADS.map(str::to_owned).to_vec()).chain(rows).collect());
     costs.extend(report.warnings().into_iter().map(|line| line + "\n"));
     costs += &work(report);
+    costs += &hit_rates(report);
     if report.runs.iter().all(|run| run.temporal.is_none()) {
         return costs;
     }
@@ -215,18 +226,22 @@ mod tests {
 
     #[test]
     fn what_a_frame_does_has_a_table() {
-        let work = FrameWork { bytes_read: 1_250_000_000, bytes_written: 2_000_000, passes: 9, ..FrameWork::default() };
-        let caches = [("bind groups".to_owned(), CacheUse { hits: 999, misses: 1 })].into();
+        let work =
+            FrameWork { bytes_read: 1_250_000_000, bytes_written: 2_000_000, wgpu_passes: 9, ..FrameWork::default() };
+        let caches = [("bind_groups".to_owned(), CacheUse { hits: 999, misses: 1 })].into();
         let untimed = Some(Untimed { throughput_ms: 3.25, record_ms: 0.5, ..Untimed::default() });
         let measured = Run { work: Some(work), untimed, caches, ..run("ink", Some(2.0)) };
         let table = table(&Report { runs: vec![measured, run("plain", None)], ..Report::default() });
         let below = table.split("\n\n").nth(1).expect("a second table");
         let rows: Vec<Vec<&str>> = below.lines().skip(1).map(|line| line.split_whitespace().collect()).collect();
-        let expected = [
-            "ink", "1.250", "0.002", "9", "0", "0", "0", "0", "–", "0.500", "0.000", "0.00", "3.25", "–", "–", "99.90",
-        ];
+        let expected =
+            ["ink", "1.250", "0.002", "9", "0", "0", "0", "0", "0.000", "0.500", "0.000", "0.00", "3.25", "–", "–"];
         assert_eq!(rows[0], expected);
-        assert_eq!(rows[1][1..], ["–"; 15]);
+        assert_eq!(rows[1][1..], ["–"; 14]);
+        let rates = table.split("\n\n").nth(2).expect("a third table");
+        let rows: Vec<Vec<&str>> = rates.lines().map(|line| line.split_whitespace().collect()).collect();
+        assert_eq!(rows[0][rows[0].len() - 2..], ["bind", "groups"]);
+        assert_eq!((&rows[1][..], &rows[2][..]), (&["ink", "99.90"][..], &["plain", "–"][..]));
     }
 
     #[test]
@@ -242,7 +257,7 @@ mod tests {
         };
         let comparison = Comparison {
             with: "old/report.json".to_owned(),
-            worse: vec![change("GPU ms", 2.5, Some(0.01)), change("passes", 3.0, None)],
+            worse: vec![change("GPU ms", 2.5, Some(0.01)), change("wgpu passes", 3.0, None)],
             better: vec![change("bytes read", 1.0, None)],
             compared: 10,
             ..Comparison::default()
@@ -258,7 +273,11 @@ mod tests {
             lines[3].ends_with("+50.0 %") && lines[4].starts_with("better") && lines[4].ends_with("-50.0 %"),
             "{table}"
         );
-        assert_eq!(lines[5], "7 other figures did not change beyond their noise");
+        assert!(lines[5].starts_with("7 other figures are unchanged (a time counts as changed beyond 3 %"), "{table}");
+        // Planted: without a comparison, no figure is called unchanged.
+        let nothing = Comparison { notes: vec!["nothing is compared".to_owned()], ..Comparison::default() };
+        let table = super::table(&Report { comparison: Some(nothing), ..Report::default() });
+        assert!(table.ends_with("nothing is compared\n"), "{table}");
     }
 
     #[test]

@@ -77,7 +77,7 @@ pub(crate) struct FrameRecord {
     pub submit_ms: Option<f64>,
     /// Time spent waiting for the GPU; `None` on a software driver.
     pub wait_ms: Option<f64>,
-    /// Work of the frame on the GPU, if the frame was traced.
+    /// Work of the frame on the GPU, if it was drawn once more with a trace after the flight.
     pub work: Option<FrameWork>,
 }
 
@@ -86,7 +86,7 @@ pub(crate) struct FrameRecord {
 pub(crate) struct RunFrames {
     /// Name of the style.
     pub style: String,
-    /// `mono`, `side-by-side` or `anaglyph`.
+    /// The value of `--eyes`: `mono`, `left`, `right`, `side-by-side`, `anaglyph` or `grey-anaglyph`.
     pub eyes: String,
     /// Frames in order of time.
     pub frames: Vec<FrameRecord>,
@@ -114,7 +114,7 @@ const COST_COLUMNS: [&str; 10] = [
     "wait_ms",
     "bytes_read",
     "bytes_written",
-    "passes",
+    "wgpu_passes",
     "dispatches",
     "draws",
     "copies",
@@ -184,7 +184,7 @@ pub(crate) fn write_frames_csv(path: &Path, runs: &[RunFrames]) -> Result<(), Fi
             let work = [
                 of_work(|work| work.bytes_read),
                 of_work(|work| work.bytes_written),
-                of_work(|work| work.passes),
+                of_work(|work| work.wgpu_passes),
                 of_work(|work| work.dispatches),
                 of_work(|work| work.draws),
                 of_work(|work| work.copies),

@@ -1,4 +1,4 @@
-//! Figures of a benchmark that say what a frame does, whatever the GPU: bytes, passes, the processor's share, caches.
+//! Figures of a benchmark that say what a frame does, whatever the GPU: bytes, wgpu passes, the processor's share, caches.
 
 use std::collections::BTreeMap;
 
@@ -7,15 +7,19 @@ use serde::{Deserialize, Serialize};
 use super::statistics::{FrameRecord, Percentiles};
 use crate::gpu::trace::{FrameCounts, PassBytes, PassTrace};
 
-/// The work of a frame on the GPU. It depends on the style, the world and the picture, not on the GPU.
+/// The work of a frame on the GPU. It depends on the style, the world and the picture, not on the GPU. [`trace`] defines
+/// its terms.
+///
+/// [`trace`]: crate::gpu::trace
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(crate) struct FrameWork {
     /// Bytes of the textures and buffers that passes read: each resource once for each pass, as `PassBytes` counts.
     pub bytes_read: u64,
     /// Bytes of the textures and buffers that passes write, counted in the same way.
     pub bytes_written: u64,
-    /// Compute and render passes; dispatches that follow each other share one.
-    pub passes: u64,
+    /// wgpu passes: compute and render passes of the API. Dispatches that follow each other share one.
+    #[serde(alias = "passes")]
+    pub wgpu_passes: u64,
     /// Compute dispatches.
     pub dispatches: u64,
     /// Draws in render passes.
@@ -33,11 +37,11 @@ impl FrameWork {
         names.sort_unstable();
         names.dedup();
         let bytes: Vec<PassBytes> = names.iter().map(|name| PassBytes::of(trace, name)).collect();
-        let FrameCounts { passes, dispatches, draws, copies, barriers } = FrameCounts::of(trace);
+        let FrameCounts { wgpu_passes, dispatches, draws, copies, barriers } = FrameCounts::of(trace);
         Self {
             bytes_read: bytes.iter().map(|bytes| bytes.read).sum(),
             bytes_written: bytes.iter().map(|bytes| bytes.written).sum(),
-            passes: passes.into(),
+            wgpu_passes: wgpu_passes.into(),
             dispatches: dispatches.into(),
             draws: draws.into(),
             copies: copies.into(),
@@ -83,7 +87,7 @@ pub(crate) struct Untimed {
     /// Time from the beginning of a frame until the GPU has finished it, when the next frame begins after that.
     pub latency_ms: Percentiles,
     /// Mean time from one frame to the next when a frame begins while the GPU draws the one before, with at most two
-    /// frames on the way.
+    /// frames in flight.
     pub throughput_ms: f64,
     /// Median time for tiles and patches.
     pub prepare_ms: f64,
@@ -122,8 +126,22 @@ impl CacheUse {
     }
 }
 
+/// The key of the tiles on the GPU among [`Caches`]: a hit is a tile that a view begins to need and that is there.
+pub(crate) const GPU_TILES: &str = "gpu_tiles";
+/// The key of the decoded tiles in main memory: a hit is a tile that is uploaded without being read.
+pub(crate) const CPU_TILES: &str = "cpu_tiles";
+
 /// The caches by name.
 pub(crate) type Caches = BTreeMap<String, CacheUse>;
+
+/// Returns how a cache is called in tables, by its key in [`Caches`].
+pub(crate) fn cache_label(key: &str) -> String {
+    match key {
+        GPU_TILES => "tiles on the GPU".to_owned(),
+        CPU_TILES => "tiles in main memory".to_owned(),
+        key => key.replace('_', " "),
+    }
+}
 
 /// Formats a hit rate in percent. A rate below 100 % is never rounded up to it.
 pub(crate) fn percent(rate: f64) -> String {

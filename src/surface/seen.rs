@@ -5,7 +5,7 @@
 use glam::{Vec2, Vec3};
 
 use crate::gpu::target::{Target, TargetKind};
-use crate::gpu::wgsl::shared::seen::{MIDDLE, OCTAHEDRON};
+use crate::gpu::wgsl::shared::seen::{NORMAL_OFFSET, NORMAL_SCALE};
 use crate::gpu::wgsl::shared::view::View;
 
 /// Distance of the visible surface along the view axis, in metres; 0 in the sky.
@@ -42,7 +42,7 @@ pub(crate) fn surface_of([normal, lightness]: [u32; 2]) -> [f32; 4] {
     if normal == 0 {
         return [0.0; 4];
     }
-    let at = (Vec2::new((normal & 0xffff) as f32, (normal >> 16) as f32) - MIDDLE) / OCTAHEDRON;
+    let at = (Vec2::new((normal & 0xffff) as f32, (normal >> 16) as f32) - NORMAL_OFFSET) / NORMAL_SCALE;
     let z = 1.0 - at.x.abs() - at.y.abs();
     let below = (-z).max(0.0);
     let outward = |value: f32| if value >= 0.0 { value - below } else { value + below };
@@ -60,8 +60,8 @@ pub(crate) fn words_of([x, y, z, lightness]: [f32; 4]) -> [u32; 2] {
     let sign = |value: f32| if value >= 0.0 { 1.0 } else { -1.0 };
     let folded = Vec2::new((1.0 - at.y.abs()) * sign(at.x), (1.0 - at.x.abs()) * sign(at.y));
     let place = if z < 0.0 { folded } else { at }.clamp(Vec2::NEG_ONE, Vec2::ONE);
-    let [x, y] = (place * OCTAHEDRON).to_array().map(|value| (value.round_ties_even() + MIDDLE) as u32);
-    let lightness = if lightness == 0.0 { crate::gpu::wgsl::shared::seen::BLACK } else { lightness.to_bits() };
+    let [x, y] = (place * NORMAL_SCALE).to_array().map(|value| (value.round_ties_even() + NORMAL_OFFSET) as u32);
+    let lightness = if lightness == 0.0 { crate::gpu::wgsl::shared::seen::ZERO_LIGHTNESS } else { lightness.to_bits() };
     [x | y << 16, lightness]
 }
 

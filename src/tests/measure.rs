@@ -50,8 +50,8 @@ fn report() -> Report {
     let mut runs: Vec<Run> = frames().iter().map(|run| Run::of_frames(&run.style, &run.eyes, &run.frames)).collect();
     runs[0].memory = Memory { rss_bytes: Some(123), ..Memory::default() };
     runs[0].temporal = Some([("flicker_share".to_owned(), Some(0.25)), ("other".to_owned(), None)].into());
-    let world = WorldSize { samples: Some(1 << 20), extent_m: [1000.0, 2000.0] };
-    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, runs, comparison: None }
+    let world = WorldSize { samples: 1 << 20, extent_m: [1000.0, 2000.0] };
+    Report { adapter: "llvmpipe".to_owned(), size_px: [640, 480], world, settings: None, runs, comparison: None }
 }
 
 #[test]
@@ -66,7 +66,7 @@ fn report_has_the_names_that_scripts_rely_on() {
         keys.sort();
         keys.join(" ")
     };
-    assert_eq!(keys(&json), "adapter comparison runs size world");
+    assert_eq!(keys(&json), "adapter comparison runs settings size world");
     assert_eq!(keys(&json["world"]), "extent_m samples");
     let run = &json["runs"][0];
     assert_eq!(
@@ -136,7 +136,7 @@ fn frames_table_has_a_column_for_each_pass() {
     assert_eq!(
         lines[0],
         "style,eyes,frame,t_s,frame_ms,gpu_ms,lod_error_px,triangles,strokes,tiles_loaded,late,prepare_ms,jumped,wall_s,\
-         allowed_error_px,over_budget,memory_factor,record_ms,submit_ms,wait_ms,bytes_read,bytes_written,passes,dispatches,\
+         allowed_error_px,over_budget,memory_factor,record_ms,submit_ms,wait_ms,bytes_read,bytes_written,wgpu_passes,dispatches,\
          draws,copies,barriers,gpu_ms.terrain,gpu_ms.lsa"
     );
     assert_eq!(lines[1], format!("ink,mono,0,0,5,3,0.5,1000,,,0,,,,,{},1,2", ",".repeat(11)));

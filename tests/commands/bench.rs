@@ -57,7 +57,9 @@ fn is_null(value: &Value, name: &str) -> Result<(), String> {
 
 /// Checks the names and types that scripts rely on.
 fn check_schema(report: &Value) -> Result<(), String> {
-    keys(report, &["adapter", "size", "world", "runs", "comparison"])?;
+    keys(report, &["adapter", "size", "world", "settings", "runs", "comparison"])?;
+    let settings = ["version", "program_crc32", "world", "path", "path_crc32", "duration_s", "frames", "real_time"];
+    keys(&report["settings"], &[&settings[..], &["lod_error_px", "tile_memory_mib"]].concat())?;
     keys(&report["world"], &["samples", "extent_m"])?;
     for run in report["runs"].as_array().ok_or("runs is not a list")? {
         let names = ["style", "eyes", "frames", "frame_ms", "gpu_ms", "passes", "memory", "tiles", "lod_error_px"];
@@ -99,7 +101,7 @@ fn check_cost(run: &Value) -> Result<(), String> {
     keys(&run["cpu_ms"], &["record", "submit", "wait"])?;
     all_numbers(&run["cpu_ms"]["record"], &["p50", "p95", "p99", "max"])?;
     let work = &run["work"];
-    let counts = ["bytes_read", "bytes_written", "passes", "dispatches", "draws", "copies", "barriers"];
+    let counts = ["bytes_read", "bytes_written", "wgpu_passes", "dispatches", "draws", "copies", "barriers"];
     all_numbers(work, &counts)?;
     let of_passes = |name: &str| {
         let passes = run["passes"].as_array().into_iter().flatten();
@@ -110,9 +112,9 @@ fn check_cost(run: &Value) -> Result<(), String> {
     if sums != ["bytes_read", "bytes_written"].map(|name| Some(of_passes(name))) {
         return Err(format!("{work} is not the sum of the passes"));
     }
-    let [passes, dispatches, draws] =
-        ["passes", "dispatches", "draws"].map(|name| work[name].as_u64().unwrap_or_default());
-    if dispatches >= of_passes("runs") || dispatches + draws < of_passes("runs") || passes > of_passes("runs") {
+    let [wgpu_passes, dispatches, draws] =
+        ["wgpu_passes", "dispatches", "draws"].map(|name| work[name].as_u64().unwrap_or_default());
+    if dispatches >= of_passes("runs") || dispatches + draws < of_passes("runs") || wgpu_passes > of_passes("runs") {
         return Err(format!("{work}: the passes run {} times", of_passes("runs")));
     }
     let untimed = ["frames", "throughput_ms", "prepare_ms", "record_ms", "submit_ms", "latency_ms"];
@@ -120,12 +122,31 @@ fn check_cost(run: &Value) -> Result<(), String> {
     all_numbers(&run["untimed"]["latency_ms"], &["p50", "p95", "p99", "max"])?;
     all_numbers(&run["start"], &["pipelines", "compile_ms", "frame_ms"])?;
     // A frame like the one before looks up no pipeline.
-    keys(&run["caches"], &["pipelines", "bind groups", "buffers", "tiles on the GPU", "tiles in memory"])?;
-    let caches = ["bind groups", "buffers"];
+    keys(&run["caches"], &["pipelines", "bind_groups", "buffers", "gpu_tiles", "cpu_tiles"])?;
+    let caches = ["bind_groups", "buffers"];
     match caches.into_iter().find(|name| run["caches"][*name]["hits"].as_u64().is_none_or(|hits| hits == 0)) {
         Some(name) => Err(format!("{name}: {}", run["caches"])),
         None => Ok(()),
     }
+}
+
+/// Checks that every frame of a table has its times, and that some of each of the runs have their work.
+fn check_frames(table: &str, runs: usize) -> Result<(), String> {
+    let rows: Vec<Vec<&str>> = table.lines().map(|line| line.split(',').collect()).collect();
+    let of = |name: &str| {
+        let at = rows[0].iter().position(|column| *column == name).ok_or_else(|| format!("no column {name}"))?;
+        Ok::<_, String>(rows[1..].iter().map(|row| row[at]).collect::<Vec<_>>())
+    };
+    for name in ["frame_ms", "prepare_ms", "record_ms"] {
+        if of(name)?.iter().any(|cell| cell.parse::<f64>().is_err()) {
+            return Err(format!("{name}: {:?}", of(name)?));
+        }
+    }
+    let traced = of("wgpu_passes")?.iter().filter(|cell| !cell.is_empty()).count();
+    if traced < runs || of("bytes_read")?.iter().filter(|cell| !cell.is_empty()).count() != traced {
+        return Err(format!("{traced} frames have their work"));
+    }
+    Ok(())
 }
 
 /// Checks the steadiness of styles without strokes; `plain` draws no lines either.
@@ -189,6 +210,12 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert!(frames.starts_with("style,eyes,frame,t_s,frame_ms,gpu_ms,"), "{frames}");
     assert_eq!(frames.lines().count(), 1 + 2 * 5);
     assert!(frames.lines().nth(5).unwrap().starts_with("ink,mono,4,1,"), "{frames}");
+    assert_eq!(check_frames(&frames, 2), Ok(()));
+    // Planted: a frame without its time, as one that is traced while it is timed.
+    let column = frames.lines().next().unwrap().split(',').position(|name| name == "record_ms").unwrap();
+    let mut cells: Vec<&str> = frames.lines().nth(5).unwrap().split(',').collect();
+    cells[column] = "";
+    assert!(check_frames(&frames.replace(frames.lines().nth(5).unwrap(), &cells.join(",")), 2).is_err());
     let page = std::fs::read_to_string(place.path("deep/out/report.html")).unwrap();
     assert!(
         page.contains("<svg") && !page.contains("http"),
@@ -197,16 +224,26 @@ fn a_bench_writes_what_scripts_rely_on() {
     assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
     // The same flight again has the same bytes and passes as the report with which it is compared.
-    let more =
-        ["--styles", "ink,plain", "--temporal", "0", "-o", "again", "--json", "--compare", "deep/out/report.json"];
+    let more = [
+        "--styles",
+        "ink,plain",
+        "--steadiness-pairs",
+        "0",
+        "-o",
+        "again",
+        "--json",
+        "--compare",
+        "deep/out/report.json",
+    ];
     let again = place.json(&[&flight[..], &more].concat());
     let changes: Vec<&Value> =
         ["worse", "better"].iter().flat_map(|part| again["comparison"][part].as_array().unwrap()).collect();
-    let declared = ["bytes", "passes", "dispatches", "draws", "copies", "barriers", "runs"];
+    let declared = ["bytes", "wgpu passes", "dispatches", "draws", "copies", "barriers", "runs"];
     let is_declared =
         |change: &&&Value| declared.iter().any(|name| change["figure"].as_str().unwrap().starts_with(name));
     assert_eq!(changes.iter().filter(is_declared).count(), 0, "{changes:?}");
     assert!(again["comparison"]["compared"].as_u64().unwrap() > 60, "{}", again["comparison"]);
+    assert_eq!(again["comparison"]["notes"], serde_json::json!([]));
     let over = ["-o", "deep/out", "--overwrite", "--compare", "deep/out/report.json"];
     assert!(place.error(&[&flight[..], &over].concat()).contains("is the input"));
 
@@ -219,6 +256,8 @@ fn a_bench_writes_what_scripts_rely_on() {
         ("\"slip_px_p50\":null", "\"slip_px_p50\":0"),
         ("\"pairs\":4.0", "\"pairs\":3.0"),
         ("\"barriers\":", "\"fences\":"),
+        ("\"wgpu_passes\":", "\"passes\":"),
+        ("\"path_crc32\":", "\"crc32\":"),
         ("\"bytes_read\":", "\"bytes_read\":1"),
     ] {
         let planted: Value = serde_json::from_str(&text.replace(right, wrong)).unwrap();
@@ -325,10 +364,16 @@ fn the_table_has_a_row_for_each_style() {
     let flight = ["bench", "dem.tif", "--path", "flight.csv", "--size", "64x36", "--styles", "ink,ink"];
     let table = place.text(&[&flight[..], &["--frames", "2", "-o", "out"]].concat());
     let rows: Vec<&str> = table.lines().filter(|line| line.starts_with("ink ")).collect();
-    // Two rows of times, two of what frames do, and two of steadiness.
-    assert_eq!(rows.len(), 6, "{table}");
+    // Two rows of times, two of what frames do, two of hit rates, and two of steadiness.
+    assert_eq!(rows.len(), 8, "{table}");
     assert!(rows[0].contains("1.00") && table.contains("report.html"), "{table}");
-    assert!(table.contains("flicker %"), "{table}");
+    assert!(table.contains("flicker %") && table.contains("wgpu passes"), "{table}");
+    // Another number of frames and another allowed error are other pictures, so nothing is called unchanged.
+    let more = ["--frames", "3", "--lod-error", "2", "-o", "again", "--compare", "out/report.json"];
+    let other = place.text(&[&flight[..], &more].concat());
+    let notes: Vec<&str> = other.lines().filter(|line| line.starts_with("nothing is compared")).collect();
+    assert!(notes.len() == 2 && notes[0].contains("2 frames") && notes[1].contains("--lod-error 1"), "{other}");
+    assert!(!other.contains("unchanged") && !other.contains("worse"), "{other}");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! The passes of a style, with the bytes that they read and write, from the traces of warm-up frames.
+//! The passes of a style, with the bytes that they read and write, from all frames that were traced: those of the warm-up,
+//! and some that are drawn again after the flight.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
@@ -9,9 +10,9 @@ use crate::measure::work::FrameWork;
 /// The passes found in traces.
 #[derive(Default)]
 pub(super) struct TracedPasses {
-    /// Passes of the last frame, in order.
+    /// Passes of the last traced frame, in order.
     names: Vec<&'static str>,
-    /// Bytes and number of runs of each pass in the last frame that ran it: some passes do not run in every frame.
+    /// Bytes and number of runs of each pass in the last traced frame that ran it: some passes do not run in every frame.
     bytes: FxHashMap<&'static str, (PassBytes, u64)>,
 }
 

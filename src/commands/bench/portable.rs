@@ -31,35 +31,41 @@ pub fn page(gpu: &Gpu, size_px: [u32; 2], mut report: impl FnMut(&str)) -> anyho
     let text = CameraPath::read_text(tour)?;
     let path = CameraPath::parse_on_ground(tour, text.as_bytes(), |x, y| world.ground_m(x, y))?;
     let [width, height] = size_px;
-    let mut page = format!(
-        "# Portable figures\n\n\
-         What one frame of each preset gives the GPU to do, on the built-in world at {width} × {height}, one eye, on the \
-         path `tour`. These figures do not depend on the GPU. `hachure bench` reports them for other worlds, sizes and \
-         styles, and `--compare` names what became worse.\n\n\
-         - GB read and written: the textures and buffers of all passes, as they declare them. Each resource counts once \
-         for each pass: a picture whole, also where a pass reads only a part of it, a list as far as the frame filled \
-         it, and an atlas with the tiles that the view needs.\n\
-         - Bytes per pixel: read and written, divided by the pixels of the picture.\n\
-         - Passes: compute and render passes; dispatches that follow each other share one. Barriers: how often work must \
-         wait for earlier work of the frame.\n\
-         - Of the frames of a style that rebuilds its strokes every few frames, the one that moves most bytes counts.\n\n\
-         This page is generated: `cargo run --release --example portable_figures`. It needs no GPU, and takes some \
-         minutes on Mesa's software driver.\n\n\
-         | style | GB read | GB written | bytes per pixel | passes | dispatches | draws | copies and clears | barriers |\n\
-         | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
-    );
+    let mut page = head(size_px);
     for name in style::names() {
         report(name);
         let work = most_work(gpu, &mut world, &path, size_px, &Style::load(name)?)?;
-        let FrameWork { bytes_read, bytes_written, passes, dispatches, draws, copies, barriers } = work;
+        let FrameWork { bytes_read, bytes_written, wgpu_passes, dispatches, draws, copies, barriers } = work;
         let [read, written] = [bytes_read, bytes_written].map(|bytes| bytes as f64 / 1e9);
         let per_pixel = work.bytes() / (u64::from(width) * u64::from(height));
         writeln!(
             page,
-            "| `{name}` | {read:.3} | {written:.3} | {per_pixel} | {passes} | {dispatches} | {draws} | {copies} | {barriers} |"
+            "| `{name}` | {read:.3} | {written:.3} | {per_pixel} | {wgpu_passes} | {dispatches} | {draws} | {copies} | {barriers} |"
         )?;
     }
     Ok(page)
+}
+
+/// Returns the page as far as the first row of its table.
+fn head([width, height]: [u32; 2]) -> String {
+    format!(
+        "# Portable figures\n\n\
+         What one frame of each preset gives the GPU to do, on the built-in world at {width} × {height}, one eye, on the \
+         path `tour`. These figures do not depend on the GPU. `hachure bench` reports them for other worlds, sizes and \
+         styles, and `--compare` names what became worse.\n\n\
+         - GB read and written: what the passes declare to read and write. Each resource counts once for a pass: a picture \
+         whole, a list as far as the frame filled it, an atlas with the tiles that the view needs \
+         ([bytes-of-a-frame](decisions/bytes-of-a-frame.md)).\n\
+         - Bytes per pixel: read and written, divided by the pixels of the picture.\n\
+         - wgpu passes: compute and render passes of the API; dispatches that follow each other share one. The passes that \
+         `hachure bench` lists by name are shaders, of which a wgpu pass may run several.\n\
+         - Barriers: how often work must wait for earlier work of the frame.\n\
+         - Of the frames of a style that rebuilds its strokes every few frames, the one that moves most bytes counts.\n\n\
+         This page is generated: `cargo run --release --example portable_figures`. It needs no GPU, but over half an hour \
+         on Mesa's software driver with two cores.\n\n\
+         | style | GB read | GB written | bytes per pixel | wgpu passes | dispatches | draws | copies and clears | barriers |\n\
+         | --- | ---: | ---: | ---: | ---: | ---: | ---: | ---: | ---: |\n"
+    )
 }
 
 /// Draws frames of a style, and returns the work of the traced one that moves most bytes.
@@ -89,4 +95,17 @@ fn most_work(
         most = if work.bytes() > most.bytes() { work } else { most };
     }
     Ok(most)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_page_explains_its_figures_as_the_generator_does() {
+        let page = include_str!("../../../docs/portable-figures.md");
+        let rows = page.strip_prefix(&head([1920, 1080])).unwrap_or_default();
+        assert_eq!(rows.lines().count(), style::names().len(), "regenerate the page, or its head: {page}");
+        assert!(rows.lines().all(|row| row.starts_with("| `") && row.matches('|').count() == 10), "{rows}");
+    }
 }

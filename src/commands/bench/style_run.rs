@@ -14,7 +14,7 @@ use crate::measure::report::{Memory, Run};
 use crate::measure::statistics::FrameRecord;
 use crate::measure::stereo::StereoTotals;
 use crate::measure::temporal::{self, DrawnFrame, TemporalTotals};
-use crate::measure::work::{CacheUse, FrameWork, Start, Untimed};
+use crate::measure::work::{CPU_TILES, CacheUse, FrameWork, GPU_TILES, Start, Untimed};
 use crate::measure::{lod_error, memory};
 use crate::picture::nearest;
 use crate::scene::Scene;
@@ -26,10 +26,6 @@ use crate::style::Style;
 use crate::tiles::terrain::{Loading, Prepared, TerrainOptions, TileCounts};
 use crate::world::{self, OpenWorld};
 
-/// Names of the caches of tiles in a report: a hit is a tile that a view begins to need and that is on the GPU, or a tile
-/// that is uploaded without being read.
-const TILES_ON_GPU: &str = "tiles on the GPU";
-const TILES_IN_MEMORY: &str = "tiles in memory";
 /// Frames drawn before the first one that counts: drivers finish pipelines and fill caches on first use.
 const WARM_UP_FRAMES: u32 = 3;
 /// After the last tiles have arrived, strokes need at most this many frames of the warm-up to settle.
@@ -46,15 +42,13 @@ pub(super) struct StyleRun {
     /// Bytes allocated on the GPU by this style's world and renderer; the styles share one device.
     gpu_bytes: i64,
     renderer: Renderer,
-    /// Passes of the warm-up frames.
+    /// Passes of the frames that were traced: those of the warm-up, and some that are drawn again after the flight.
     passes: TracedPasses,
     /// Pose and time of the previous frame, in seconds along the path.
     previous: Option<(Pose, f64)>,
     /// Counts before the first frame that counts, and after the last.
     before: Counts,
     after: Counts,
-    /// The next frame that is traced, after the first ones.
-    next_traced: usize,
     start: Option<Start>,
     pub(super) untimed: Option<Untimed>,
     failed_tiles: u64,
@@ -86,8 +80,6 @@ struct Drawn {
     prepared: Prepared,
     cpu: FrameCpu,
     wait_ms: f64,
-    /// Work of the frame on the GPU, if the frame was traced.
-    work: Option<FrameWork>,
 }
 
 impl StyleRun {
@@ -109,7 +101,6 @@ impl StyleRun {
             previous: None,
             before: Counts::default(),
             after: Counts::default(),
-            next_traced: 0,
             start: None,
             untimed: None,
             failed_tiles: 0,
@@ -153,9 +144,7 @@ impl StyleRun {
         self.gpu_bytes += gpu.memory_bytes() as i64 - bytes_before;
         let times = std::iter::from_fn(|| self.renderer.take_times()).last().unwrap_or_default();
         let gpu_ms = times.into_iter().map(|time| (time.name, time.gpu_ms)).collect();
-        let traced = Some(self.renderer.trace()).filter(|trace| !trace.is_empty());
-        let work = traced.map(|trace| self.passes.take(trace));
-        Ok((rig, Drawn { frame_ms, gpu_ms, prepared, cpu: self.renderer.cpu(), wait_ms, work }))
+        Ok((rig, Drawn { frame_ms, gpu_ms, prepared, cpu: self.renderer.cpu(), wait_ms }))
     }
 
     /// Draws a frame without waiting for the GPU, and returns the milliseconds for tiles and patches.
@@ -177,6 +166,16 @@ impl StyleRun {
         Ok(prepared.prepare_ms)
     }
 
+    /// Returns what the last frame gave the GPU to do, and notes its passes; `None` if it was not traced.
+    pub(super) fn take_work(&mut self) -> Option<FrameWork> {
+        let trace = Some(self.renderer.trace()).filter(|trace| !trace.is_empty());
+        trace.map(|trace| self.passes.take(trace))
+    }
+
+    pub(super) fn set_traces(&mut self, traces: bool) {
+        self.renderer.set_traces(traces);
+    }
+
     pub(super) fn set_submits(&mut self, submits: Submits) {
         self.renderer.set_submits(submits);
     }
@@ -190,11 +189,13 @@ impl StyleRun {
     pub(super) fn warm_up(&mut self, gpu: &Gpu, size_px: [u32; 2], camera: &Camera, t_s: f64) -> Result<(), GpuError> {
         let start = Instant::now();
         self.renderer.set_step_s(WARM_UP_STEP_S);
-        self.renderer.set_traces(true);
         // Strokes may be older than the tiles, and fade in and out over several frames.
         let mut updates = self.style.strokes().map_or(0, |strokes| strokes.update_every.max(SETTLING_FRAMES));
         for frame in 1.. {
+            // The first frame is timed.
+            self.renderer.set_traces(frame > 1);
             let (_, drawn) = self.draw(gpu, size_px, camera, t_s)?;
+            self.take_work();
             self.start.get_or_insert_with(|| {
                 let (pipelines, compile_ms) = self.renderer.compiled();
                 Start { pipelines, compile_ms, frame_ms: drawn.frame_ms }
@@ -219,19 +220,6 @@ impl StyleRun {
     /// Ends the frames that count.
     pub(super) fn end_flight(&mut self) {
         self.after = self.counts();
-        self.renderer.set_traces(false);
-    }
-
-    /// Returns whether the next frame is traced. Tracing takes time, so only few frames are: the first ones, among which
-    /// is one in which the style rebuilds its strokes, and then one after each doubling of their number.
-    fn is_traced(&mut self) -> bool {
-        let frame = self.records.len();
-        let update_every = self.style.strokes().map_or(1, |strokes| strokes.update_every);
-        if frame <= update_every as usize || frame == self.next_traced {
-            self.next_traced = 2 * frame + 7;
-            return true;
-        }
-        false
     }
 
     /// Returns the seconds since the first frame that counts, without the time for checks.
@@ -252,8 +240,6 @@ impl StyleRun {
         if let Some(last) = self.records.last() {
             self.renderer.set_step_s(t_s - last.t_s);
         }
-        let is_traced = self.is_traced();
-        self.renderer.set_traces(is_traced);
         let (rig, drawn) = self.draw(gpu, size_px, camera, t_s)?;
         let wall_s = self.wall_s();
         let is_software = gpu.is_software();
@@ -292,7 +278,7 @@ impl StyleRun {
     }
 
     fn record(&mut self, t_s: f64, wall_s: f64, is_software: bool, drawn: Drawn) -> FrameRecord {
-        let Drawn { frame_ms, gpu_ms, prepared, cpu, wait_ms, work } = drawn;
+        let Drawn { frame_ms, gpu_ms, prepared, cpu, wait_ms } = drawn;
         let Prepared { selection, tiles, prepare_ms, jumped, detail } = prepared;
         self.failed_tiles = self.failed_tiles.max(tiles.failed);
         let (whole, passes): (Vec<_>, Vec<_>) = gpu_ms.into_iter().partition(|(name, _)| name == FRAME);
@@ -314,11 +300,11 @@ impl StyleRun {
             prepare_ms: Some(prepare_ms),
             jumped: Some(jumped),
             wall_s: Some(wall_s),
-            record_ms: work.is_none().then_some(cpu.record_ms),
+            record_ms: Some(cpu.record_ms),
             // Passes that are submitted and waited for one by one have no such times.
             submit_ms: (!is_software).then_some(cpu.submit_ms),
             wait_ms: (!is_software).then_some(wait_ms),
-            work,
+            work: None,
         }
     }
 
@@ -335,14 +321,14 @@ impl StyleRun {
         run.caches = self.after.caches.into_iter().zip(self.before.caches).map(used).collect();
         let (before, counts) = (self.before.tiles, self.after.tiles);
         let (hits, misses) = (counts.gpu_hits - before.gpu_hits, counts.gpu_misses - before.gpu_misses);
-        run.caches.insert(TILES_ON_GPU.to_owned(), CacheUse { hits, misses });
+        run.caches.insert(GPU_TILES.to_owned(), CacheUse { hits, misses });
         let (uploaded, read) = (counts.uploaded - before.uploaded, counts.read - before.read);
-        run.caches.insert(TILES_IN_MEMORY.to_owned(), CacheUse { hits: uploaded.saturating_sub(read), misses: read });
+        run.caches.insert(CPU_TILES.to_owned(), CacheUse { hits: uploaded.saturating_sub(read), misses: read });
         run.temporal = self.steadiness.metrics();
         run.stereo = self.agreement.metrics();
         run.memory = Memory {
             gpu_bytes: Some(self.gpu_bytes.max(0) as u64),
-            tile_cache_bytes: Some(counts.gpu_bytes),
+            gpu_tile_bytes: Some(counts.gpu_bytes),
             cpu_tile_bytes: Some(counts.cache_bytes),
             rss_bytes: memory::rss_bytes(),
         };

@@ -18,6 +18,11 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, lists: &Lists, edges: &EdgeList, 
         lists.counts(),
     ];
     let groups = ids.size_px().map(|side| side.div_ceil(WORKGROUP_PX));
-    Ordered { shader: "lines/strokes/extract".into(), find: None, groups: Groups::Of(groups), kept: 0 }
-        .run(recorder, &resources);
+    Ordered {
+        shader: "lines/strokes/extract".into(),
+        first_stage_shader: None,
+        groups: Groups::Of(groups),
+        words_per_group: 0,
+    }
+    .run(recorder, &resources);
 }

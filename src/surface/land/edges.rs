@@ -36,7 +36,8 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, inputs: &Inputs
         // A prewarming run requests both variants, since a later frame may show other land.
         if has_holes == inputs.mesh.has_holes() || recorder.prewarms() {
             let find = shader(if has_holes { &["FIND", "HOLES"] } else { &["FIND"] });
-            Ordered { shader: shader(&[]), find: Some(find), groups, kept: KEPT }.run(recorder, &resources);
+            Ordered { shader: shader(&[]), first_stage_shader: Some(find), groups, words_per_group: KEPT }
+                .run(recorder, &resources);
         }
     }
 }

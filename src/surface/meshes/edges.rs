@@ -19,6 +19,7 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, edges: &EdgeList, view: &Resource
     resources.extend(edges.resources());
     resources.extend(meshes.resources());
     let most = meshes.room().triangles.div_ceil(WORKGROUP) as u32;
-    let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, most };
-    Ordered { shader: "surface/meshes/edges".into(), find: None, groups, kept: 0 }.run(recorder, &resources);
+    let groups = Groups::Counted { arguments: &meshes.draws, offset: NEAR_GROUPS, max_groups: most };
+    Ordered { shader: "surface/meshes/edges".into(), first_stage_shader: None, groups, words_per_group: 0 }
+        .run(recorder, &resources);
 }

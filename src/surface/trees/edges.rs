@@ -105,6 +105,6 @@ pub(crate) fn run(recorder: &mut Recorder<'_>, list: &EdgeList, inputs: &Inputs<
         Some(_) => (Some(shader(&["WIND", "COUNTS"])), shader(&["WIND", "WRITES"])),
         None => (None, shader(&[])),
     };
-    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, most: MAX_NEAR * of_species.groups };
-    Ordered { shader, find, groups, kept: 0 }.run(recorder, &resources);
+    let groups = Groups::Counted { arguments: &near.dispatch, offset: 0, max_groups: MAX_NEAR * of_species.groups };
+    Ordered { shader, first_stage_shader: find, groups, words_per_group: 0 }.run(recorder, &resources);
 }

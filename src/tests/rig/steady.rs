@@ -47,13 +47,13 @@ fn a_steady_frame_makes_no_gpu_object() {
 /// Run with `cargo test --release --lib tests::rig::steady -- --ignored --nocapture`.
 #[test]
 #[ignore = "a measurement"]
-fn recording_takes_milliseconds() {
+fn print_the_cost_of_recording() {
     let Some(mut world) = hill_apart() else { return };
     let pose = world.pose(START);
     let size = std::env::var("HACHURE_SIZE").unwrap_or_else(|_| "64x36".to_owned());
     let size_px: Vec<u32> = size.split('x').map(|side| side.parse().unwrap()).collect();
     println!(
-        "| preset | names | passes | dispatches | draws | copies | barriers | record ms | submit ms | frame ms | \
+        "| preset | passes | wgpu passes | dispatches | draws | copies | barriers | record ms | submit ms | frame ms | \
          with each pass timed ms |"
     );
     for name in crate::tests::common::presets() {
@@ -92,9 +92,9 @@ fn recording_takes_milliseconds() {
             times_ms.sort_by(f64::total_cmp);
             format!("{:.3}", times_ms[30])
         });
-        let FrameCounts { passes, dispatches, draws, copies, barriers } = counts;
+        let FrameCounts { wgpu_passes, dispatches, draws, copies, barriers } = counts;
         println!(
-            "| `{name}` | {} | {passes} | {dispatches} | {draws} | {copies} | {barriers} | {} |",
+            "| `{name}` | {} | {wgpu_passes} | {dispatches} | {draws} | {copies} | {barriers} | {} |",
             names.len(),
             times_ms.join(" | ")
         );

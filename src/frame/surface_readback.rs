@@ -1,4 +1,5 @@
-//! Reading back the surface that an eye saw in the last frame, in place of the words that its pictures hold.
+//! Reads the visible surface of the last frame back to the CPU, as positions and normals instead of the packed words of
+//! its pictures.
 
 use super::Renderer;
 use crate::gpu::{Gpu, GpuError, readback};

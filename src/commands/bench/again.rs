@@ -1,0 +1,139 @@
+//! The last frames of a flight, drawn again: without a timer around each pass, as a window draws them, for the time of a
+//! frame and the time from one to the next; then with traces, for what they give the GPU to do. A traced frame waits for
+//! the GPU and reads counters back, so its times are not reported, and no frame of the flight itself is traced.
+
+use std::collections::VecDeque;
+use std::time::{Duration, Instant};
+
+use super::style_run::StyleRun;
+use crate::gpu::recorder::Submits;
+use crate::gpu::{Gpu, GpuError};
+use crate::measure::statistics::Percentiles;
+use crate::measure::work::Untimed;
+use crate::scene::camera::Camera;
+
+/// Number of frames in flight at the same time: the GPU draws one while the thread prepares the next.
+const IN_FLIGHT: usize = 2;
+/// Frames before the first one that counts.
+const WARM_UP_FRAMES: usize = 2;
+/// Least time for which frames are drawn before they are measured, since a GPU that was idle raises its clocks slowly.
+const WARM_UP: Duration = Duration::from_millis(300);
+/// Least number of frames that are traced; of a style with strokes, one more than it takes until they are rebuilt.
+const TRACED_FRAMES: usize = 4;
+
+impl StyleRun {
+    /// Draws the frames of `cameras` twice, waiting for each frame, and waiting only for the frame before the last. Each
+    /// camera has its time on the path.
+    pub(super) fn measure_untimed(
+        &mut self,
+        gpu: &Gpu,
+        size_px: [u32; 2],
+        cameras: &[(Camera, f64)],
+    ) -> Result<(), GpuError> {
+        if cameras.len() <= WARM_UP_FRAMES {
+            return Ok(());
+        }
+        self.set_submits(Submits::Whole);
+        let begun = Instant::now();
+        for number in 0.. {
+            let (camera, t_s) = &cameras[to_and_fro(number, cameras.len())];
+            self.draw_only(gpu, size_px, camera, *t_s)?;
+            gpu.wait();
+            if number >= WARM_UP_FRAMES && begun.elapsed() > WARM_UP {
+                break;
+            }
+        }
+        let (mut latencies_ms, mut parts_ms) = (Vec::new(), [const { Vec::new() }; 3]);
+        for (number, (camera, t_s)) in cameras.iter().enumerate() {
+            let start = Instant::now();
+            let prepare_ms = self.draw_only(gpu, size_px, camera, *t_s)?;
+            gpu.wait();
+            if number >= WARM_UP_FRAMES {
+                latencies_ms.push(start.elapsed().as_secs_f64() * 1000.0);
+                let cpu = self.cpu();
+                for (part, value) in parts_ms.iter_mut().zip([prepare_ms, cpu.record_ms, cpu.submit_ms]) {
+                    part.push(value);
+                }
+            }
+        }
+        let mut in_flight = VecDeque::new();
+        let mut start = Instant::now();
+        for (number, (camera, t_s)) in cameras.iter().enumerate() {
+            if number == WARM_UP_FRAMES {
+                gpu.wait();
+                in_flight.clear();
+                start = Instant::now();
+            }
+            self.draw_only(gpu, size_px, camera, *t_s)?;
+            // An empty submit ends when everything before it has ended.
+            in_flight.push_back(gpu.queue.submit([]));
+            if in_flight.len() >= IN_FLIGHT
+                && let Some(oldest) = in_flight.pop_front()
+            {
+                gpu.wait_for(oldest);
+            }
+        }
+        gpu.wait();
+        let frames = (cameras.len() - WARM_UP_FRAMES) as u64;
+        let throughput_ms = start.elapsed().as_secs_f64() * 1000.0 / frames as f64;
+        self.set_submits(Submits::Timed);
+        gpu.check()?;
+        let median = |values: Vec<f64>| Percentiles::of(values).map_or(0.0, |values| values.p50);
+        let [prepare_ms, record_ms, submit_ms] = parts_ms.map(median);
+        self.untimed = Percentiles::of(latencies_ms).map(|latency_ms| Untimed {
+            frames,
+            latency_ms,
+            throughput_ms,
+            prepare_ms,
+            record_ms,
+            submit_ms,
+        });
+        Ok(())
+    }
+
+    /// Draws frames of `cameras` with traces, and stores what each of them gave the GPU to do in the record of its frame.
+    /// `cameras` are those of the last records, from the last one back.
+    pub(super) fn trace(&mut self, gpu: &Gpu, size_px: [u32; 2], cameras: &[(Camera, f64)]) -> Result<(), GpuError> {
+        if cameras.is_empty() {
+            return Ok(());
+        }
+        self.set_submits(Submits::Whole);
+        let update_every = self.style.strokes().map_or(1, |strokes| strokes.update_every as usize);
+        for number in 0..WARM_UP_FRAMES + TRACED_FRAMES.max(update_every + 1) {
+            // The last camera that was drawn is the last one of the list.
+            let index = to_and_fro(number + cameras.len() - 1, cameras.len());
+            let (camera, t_s) = &cameras[index];
+            self.set_traces(number >= WARM_UP_FRAMES);
+            self.draw_only(gpu, size_px, camera, *t_s)?;
+            gpu.wait();
+            let work = self.take_work();
+            if let Some(record) = self.records.iter_mut().rev().nth(index) {
+                record.work = work.or(record.work);
+            }
+        }
+        self.set_traces(false);
+        self.set_submits(Submits::Timed);
+        gpu.check()
+    }
+}
+
+/// Returns the index of the `number`th item if a list of `length` items is walked from the first to the last, back to the
+/// first, and so on.
+fn to_and_fro(number: usize, length: usize) -> usize {
+    let last = length.saturating_sub(1);
+    let at = number % (2 * last).max(1);
+    if at <= last { at } else { 2 * last - at }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cameras_are_visited_to_and_fro() {
+        let walk = |length| (0..8).map(|number| to_and_fro(number, length)).collect::<Vec<_>>();
+        assert_eq!(walk(4), [0, 1, 2, 3, 2, 1, 0, 1]);
+        assert_eq!(walk(2), [0, 1, 0, 1, 0, 1, 0, 1]);
+        assert_eq!((walk(1), walk(0)), (vec![0; 8], vec![0; 8]));
+    }
+}
