@@ -108,8 +108,8 @@ struct Known {
 #[derive(Default)]
 struct OfPipeline {
     groups: Vec<Known>,
-    /// Where the resource of each variable was in the last list of resources, since a pass lists them in one order.
-    places: Vec<usize>,
+    /// Index of each variable's resource in the last list of resources, since a pass lists them in one order.
+    last_indices: Vec<usize>,
 }
 
 /// A cache of bind groups, by the resources that they bind.
@@ -144,23 +144,23 @@ impl BindGroups {
         resources: &[Named],
     ) -> Result<Bound, ShaderError> {
         let frame = self.frame;
-        let OfPipeline { groups, places } = self.pipelines.entry(number).or_default();
-        places.resize(variables.len(), 0);
+        let OfPipeline { groups, last_indices } = self.pipelines.entry(number).or_default();
+        last_indices.resize(variables.len(), 0);
         let mut offsets = Vec::with_capacity(4);
         // Variables are sorted by their bindings.
-        for (variable, place) in variables.iter().zip(places.iter_mut()) {
+        for (variable, index) in variables.iter().zip(last_indices.iter_mut()) {
             let is_of = |(name, _): &Named| *name == variable.name;
-            if !resources.get(*place).is_some_and(is_of) {
-                *place = resources
+            if !resources.get(*index).is_some_and(is_of) {
+                *index = resources
                     .iter()
                     .position(is_of)
                     .ok_or_else(|| ShaderError::new(label, &format!("nothing is bound to {}", variable.name)))?;
             }
-            if let (true, Resource::Buffer(buffer)) = (variable.is_uniform(), &resources[*place].1) {
+            if let (true, Resource::Buffer(buffer)) = (variable.is_uniform(), &resources[*index].1) {
                 offsets.push(buffer.offset as u32);
             }
         }
-        let bound = || variables.iter().zip(places.iter().map(|place| &resources[*place].1));
+        let bound = || variables.iter().zip(last_indices.iter().map(|index| &resources[*index].1));
         let is_same = |known: &&mut Known| {
             known.entries.iter().zip(bound()).all(|(entry, (variable, resource))| entry.is_of(variable, resource))
         };

@@ -157,7 +157,7 @@ impl<'a> Recorder<'a> {
 
     /// Returns a uniform with `value`, which any number of passes of this frame may bind.
     pub fn uniform<T: bytemuck::NoUninit>(&mut self, name: &'static str, value: &T) -> Resource {
-        match self.blank(name, size_of::<T>() as u64) {
+        match self.stand_in(name, size_of::<T>() as u64) {
             Some(blank) => Resource::Buffer(blank),
             None => self.pools.arena.uniform(self.gpu, name, value),
         }
@@ -165,7 +165,7 @@ impl<'a> Recorder<'a> {
 
     /// Returns a uniform with these bytes, which must have the layout of the shader's struct.
     pub fn uniform_bytes(&mut self, name: &'static str, bytes: &[u8]) -> Resource {
-        match self.blank(name, bytes.len() as u64) {
+        match self.stand_in(name, bytes.len() as u64) {
             Some(blank) => Resource::Buffer(blank),
             None => Resource::Buffer(self.pools.arena.push(self.gpu, name, bytes)),
         }
@@ -174,7 +174,7 @@ impl<'a> Recorder<'a> {
     /// Returns the buffer of a kind that only the GPU writes, with at least `bytes` bytes. All passes and eyes share
     /// it, one after the other.
     pub fn buffer(&mut self, kind: &BufferKind, bytes: u64) -> Buffer {
-        if let Some(blank) = self.blank(kind.name, bytes) {
+        if let Some(blank) = self.stand_in(kind.name, bytes) {
             return blank;
         }
         let buffer = self.pools.buffers.scratch(self.gpu, kind, bytes);
@@ -186,14 +186,14 @@ impl<'a> Recorder<'a> {
 
     /// Returns a buffer with `content`, which any number of passes of this frame may bind.
     pub fn upload<T: bytemuck::NoUninit>(&mut self, kind: &BufferKind, content: &[T]) -> Buffer {
-        match self.blank(kind.name, size_of_val(content) as u64) {
+        match self.stand_in(kind.name, size_of_val(content) as u64) {
             Some(blank) => blank,
             None => self.pools.buffers.upload(self.gpu, kind, content),
         }
     }
 
     /// Returns the stand-in for a buffer if this is a prewarming run.
-    fn blank(&self, name: &'static str, bytes: u64) -> Option<Buffer> {
+    fn stand_in(&self, name: &'static str, bytes: u64) -> Option<Buffer> {
         let raw = self.blank.clone()?;
         Some(Buffer { name, raw, offset: 0, size: std::num::NonZeroU64::new(bytes) })
     }
@@ -336,7 +336,7 @@ impl<'a> Recorder<'a> {
             pass.set_bind_group(0, &bound.group, &bound.offsets);
             run(&mut pass);
         }
-        self.end(name, query);
+        self.end_timed_pass(name, query);
     }
 
     fn push_trace(&mut self, name: &'static str, work: Work, reads: Vec<Traced>, writes: Vec<Traced>) {
@@ -426,14 +426,14 @@ impl<'a> Recorder<'a> {
         if let Some(pass) = self.trace.as_mut().and_then(|trace| trace.last_mut()) {
             pass.work = Work::Draws(draws);
         }
-        self.end(name, query);
+        self.end_timed_pass(name, query);
     }
 
     /// Ends a submit here and begins the next. Long work is split in this way, so that no single submit keeps the GPU
     /// busy for too long.
     pub fn submit_so_far(&mut self) {
         if !self.prewarms() {
-            self.cut(None);
+            self.end_submit(None);
         }
     }
 
@@ -477,16 +477,17 @@ impl<'a> Recorder<'a> {
         Submitted { trace: self.trace, submit_ms }
     }
 
-    fn end(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
+    /// Ends the timestamps of a pass; on a software driver whose passes are timed, ends its submit.
+    fn end_timed_pass(&mut self, name: &'static str, query: Option<wgpu_profiler::GpuProfilerQuery>) {
         if let Some(query) = query {
             self.timer.end(&mut self.encoder, query);
         } else if self.timer.times_by_waiting(self.submits) {
-            self.cut(Some(name));
+            self.end_submit(Some(name));
         }
     }
 
     /// Ends a submit, which is timed under `name`, if any.
-    fn cut(&mut self, name: Option<&'static str>) {
+    fn end_submit(&mut self, name: Option<&'static str>) {
         self.open = None;
         let recorded = std::mem::replace(&mut self.encoder, encoder(self.gpu));
         self.recorded.push((name, recorded));

@@ -86,6 +86,9 @@ pub(crate) fn html(report: &Report, frames: &[RunFrames]) -> String {
         east = east_m / 1000.0,
         north = north_m / 1000.0,
     );
+    if let Some(settings) = &report.settings {
+        page += &format!("<p class=\"faint\">{}</p>\n", escape(&settings.sentence()));
+    }
     page += &report.comparison.as_ref().map_or_else(String::new, changes);
     let along = |title: &str, unit: &str, value: fn(&FrameRecord) -> Option<f64>| {
         plot(frames, value).map_or(String::new(), |svg| {

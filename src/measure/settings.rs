@@ -5,6 +5,9 @@ use std::io::{ErrorKind, Read};
 
 use serde::{Deserialize, Serialize};
 
+/// How the world without a name is called.
+const BUILT_IN: &str = "the built-in world";
+
 /// What a benchmark was asked to draw, and by which program. Size, eyes and anti-aliasing are elsewhere in the report.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Settings {
@@ -72,7 +75,7 @@ impl Settings {
     pub(super) fn remarks(&self, old: &Self) -> Vec<String> {
         let mut remarks = Vec::new();
         if old.world != self.world {
-            let name = |world: &Option<String>| world.clone().unwrap_or_else(|| "the built-in world".to_owned());
+            let name = |world: &Option<String>| world.clone().unwrap_or_else(|| BUILT_IN.to_owned());
             let [before, now] = [&old.world, &self.world].map(name);
             remarks.push(format!("the world was {before}, and now is {now}; both have the same size"));
         }
@@ -81,6 +84,18 @@ impl Settings {
             remarks.push(format!("the old report was made by {before}, this one by {now}"));
         }
         remarks
+    }
+
+    /// Returns a sentence that says how the benchmark was made.
+    pub(super) fn sentence(&self) -> String {
+        let world = self.world.as_deref().unwrap_or(BUILT_IN);
+        let frames = self.frames.map_or_else(|| "in real time".to_owned(), |frames| format!("{frames} frames"));
+        let Self { path, duration_s, lod_error_px, tile_memory_mib, .. } = self;
+        format!(
+            "{}: {world} along {path} ({duration_s} s), {frames}, with an allowed error of {lod_error_px} px and \
+             {tile_memory_mib} MiB for tiles",
+            self.program()
+        )
     }
 
     /// Returns the program's name, with its version and the checksum that tells its build.
@@ -162,6 +177,15 @@ mod tests {
         );
         assert!(remark(&|old| old.program_crc32 = None).contains("this one by hachure 1.0.0 (program 01234567)"));
         assert!(remark(&|old| old.world = Some("a.tif".to_owned())).contains("the world was a.tif"));
+    }
+
+    #[test]
+    fn a_sentence_says_how_it_was_made() {
+        let sentence = "hachure 1.0.0 (program 01234567): the built-in world along tour (30 s), 24 frames, with an allowed \
+                        error of 1 px and 512 MiB for tiles";
+        assert_eq!(settings().sentence(), sentence);
+        let real_time = Settings { frames: None, real_time: true, world: Some("a.tif".to_owned()), ..settings() };
+        assert!(real_time.sentence().contains("a.tif along tour (30 s), in real time, "), "{}", real_time.sentence());
     }
 
     #[test]

@@ -221,6 +221,7 @@ fn a_bench_writes_what_scripts_rely_on() {
         page.contains("<svg") && !page.contains("http"),
         "the page must contain a diagram and refer to no other site"
     );
+    assert!(page.contains("dem.tif along flight.csv (1 s), 5 frames"), "the page must say how it was made");
     assert!(page.contains("Memory by pass") && page.contains("<td>composite/composite</td>"));
 
     // The same flight again has the same bytes and passes as the report with which it is compared.

@@ -116,14 +116,15 @@ fn nothing_is_compared_with_a_report_of_other_frames() {
         change(&mut old.report);
         old.compare(&report(&new), std::slice::from_ref(&new))
     };
-    let changes: [(&dyn Fn(&mut Report), &str); 4] = [
-        (&|old| old.size_px = [1, 2], "1x2"),
-        (&|old| old.world.extent_m = [1.0, 2.0], "the worlds differ"),
-        (&|old| old.settings.as_mut().unwrap().path_crc32 = "other".to_owned(), "the cameras of --path"),
-        (&|old| old.settings.as_mut().unwrap().lod_error_px = 4.0, "--lod-error 4, this one with --lod-error 1"),
+    type Spoil = fn(&mut Report);
+    let changes: [(Spoil, &str); 4] = [
+        (|old| old.size_px = [1, 2], "1x2"),
+        (|old| old.world.extent_m = [1.0, 2.0], "the worlds differ"),
+        (|old| old.settings.as_mut().unwrap().path_crc32 = "other".to_owned(), "the cameras of --path"),
+        (|old| old.settings.as_mut().unwrap().lod_error_px = 4.0, "--lod-error 4, this one with --lod-error 1"),
     ];
     for (change, reason) in changes {
-        let comparison = compared(change);
+        let comparison = compared(&change);
         assert_eq!((comparison.compared, comparison.notes.len()), (0, 1), "{:?}", comparison.notes);
         assert!(comparison.notes[0].starts_with("nothing is compared"), "{:?}", comparison.notes);
         assert!(comparison.notes[0].contains(reason), "{:?}", comparison.notes);
