@@ -232,15 +232,24 @@ fn the_continent_streams_at_every_size_and_memory() {
     for (size_px, mib) in [([1920, 1080], 512), ([1920, 1080], 128), ([1920, 1080], 64), ([3840, 2160], 512)] {
         let Some(mut flight) = Flight::new(Arc::clone(&store), size_px, mib << 20, 1500.0) else { return };
         flight.settle(&path.sample(0.0), 400);
-        let frames: Vec<FrameFacts> =
-            (0..(seconds * FPS) as usize).map(|i| flight.frame(&path.sample(i as f64 / FPS))).collect();
+        flight.terrain.diag_clear();
+        let frames: Vec<FrameFacts> = (0..(seconds * FPS) as usize)
+            .map(|i| {
+                let f = flight.frame(&path.sample(i as f64 / FPS));
+                if i % 30 == 0 {
+                    println!("  {i} factor {:.2} late {} tri {} {}", f.memory_factor, f.is_late, f.triangles, flight.terrain.diag());
+                }
+                f
+            })
+            .collect();
         let counts = flight.terrain.tile_counts();
         let after = &frames[FPS as usize..];
         let ms = |part| percentile(after.iter().map(|frame| frame.prepare_cpu_ms), part);
         println!(
-            "{size_px:?} {mib} MiB: late {:.1} %, factor up to {:.2}, prepare {:.2} ms at p50 and {:.2} ms at p99 of CPU, \
+            "{size_px:?} {mib} MiB: late {:.1} %, factor {:.2} at p50 and up to {:.2}, prepare {:.2} ms at p50 and {:.2} ms at p99 of CPU, \
              triangles {} at p50 and {} at most, {} tiles read, {} evicted, GPU hits {} of {}",
             100.0 * after.iter().filter(|frame| frame.is_late).count() as f64 / after.len() as f64,
+            percentile(after.iter().map(|frame| frame.memory_factor), 0.5),
             after.iter().map(|frame| frame.memory_factor).fold(0.0, f64::max),
             ms(0.5),
             ms(0.99),
@@ -251,6 +260,7 @@ fn the_continent_streams_at_every_size_and_memory() {
             counts.gpu_hits,
             counts.gpu_hits + counts.gpu_misses,
         );
+        println!("   {}", flight.terrain.diag());
         // How many frames are late is a measurement (docs/decisions/tile-streaming.md), not a promise yet; and on this
         // path the view grows from a valley to a plain, so that late frames are not compared with those before.
         let mut faults = faults(after, 1.0);

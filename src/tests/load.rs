@@ -236,6 +236,7 @@ fn what_the_last_tile_wants_is_missed_where_it_is_not_asked_for() {
             &mut places,
             known,
             &rule,
+            0.0,
         );
         found.into_iter().map(|tile| tile.address).collect::<Vec<_>>()
     };

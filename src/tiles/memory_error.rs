@@ -12,6 +12,7 @@
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
+#[cfg(doc)]
 use super::needed::Needed;
 
 /// The fraction of the slots above which the factor grows.
@@ -55,10 +56,21 @@ impl MemoryError {
         step_s.map_or(1.0, |step_s| (self.factor / octaves(DOWN_OCTAVES_PER_S, step_s)).max(1.0))
     }
 
-    /// Chooses the factor for a frame with `slots` slots for the tiles that it needs. `needed` has all tiles that are
-    /// needed at [`MemoryError::least`].
-    pub(crate) fn advance(&mut self, needed: &[Needed], slots: usize, step_s: Option<f64>) {
-        let mut factors: Vec<f32> = needed.iter().map(|tile| tile.factor).collect();
+    /// Returns the factor to which it may have shrunk in `ahead_s` seconds.
+    pub(crate) fn after(&self, ahead_s: f64) -> f64 {
+        (self.factor / (DOWN_OCTAVES_PER_S * ahead_s).exp2()).max(1.0)
+    }
+
+    /// Chooses the factor for a frame with `slots` slots. `factors` has the factors ([`Needed::factor`]) of all tiles that
+    /// are needed at [`MemoryError::least`], now or in a moment. The factor shrinks only if `may_shrink`. Returns whether
+    /// there is room for a smaller one.
+    pub(crate) fn advance(
+        &mut self,
+        mut factors: Vec<f32>,
+        slots: usize,
+        step_s: Option<f64>,
+        may_shrink: impl FnOnce(f64) -> bool,
+    ) -> bool {
         let count = |factors: &[f32], above: f64| factors.iter().filter(|factor| f64::from(**factor) > above).count();
         // Returns the smallest factor with which at most `most` tiles are needed.
         let mut fit = |most: usize| match factors.len() {
@@ -68,22 +80,27 @@ impl MemoryError {
         let of_slots = |fraction: f64| (slots as f64 * fraction) as usize;
         let Some(step_s) = step_s else {
             self.factor = fit(of_slots(FULL));
-            return;
+            return false;
         };
         let (fits, must) = (fit(of_slots(FULL)), fit(slots));
         let least = self.least(Some(step_s));
         if count(&factors, self.factor) > of_slots(FULL) {
             let grown = self.factor * octaves(UP_OCTAVES_PER_S, step_s);
             self.factor = grown.min(fits).max(must).max(self.factor);
-        } else if count(&factors, least) <= of_slots(SPARE) {
+            return false;
+        }
+        let has_room = self.factor > 1.0 && count(&factors, least) <= of_slots(SPARE);
+        if has_room && may_shrink(least) {
             self.factor = least;
         }
+        has_room
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tiles::needed::Needed;
     use crate::pyramid::TileAddress;
 
     const STEP_S: f64 = 1.0 / 30.0;
@@ -99,7 +116,8 @@ mod tests {
     }
 
     fn step(error: &mut MemoryError, tiles: f64, slots: usize, step_s: Option<f64>) -> usize {
-        error.advance(&view(tiles, error.least(step_s)), slots, step_s);
+        let factors = view(tiles, error.least(step_s)).iter().map(|tile| tile.factor).collect();
+        error.advance(factors, slots, step_s, |_| true);
         view(tiles, error.factor()).len()
     }
 

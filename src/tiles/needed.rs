@@ -106,12 +106,15 @@ pub(crate) struct Land<'a> {
     pub grid_projection: &'a GridProjection,
 }
 
-/// Returns the tiles that `rule` needs, coarse levels first. `known` returns the statistics of loaded tiles.
+/// Returns the tiles that `rule` needs, coarse levels first. `known` returns the statistics of loaded tiles. The error of
+/// other tiles counts as `guess` times their parent's: with 0, their children are needed only if the footprint of a pixel
+/// requires it.
 pub(crate) fn needed<'a>(
     land: &Land<'_>,
     places: &mut TilePlaces,
     known: impl Fn(TileAddress) -> Option<&'a TileStatistics>,
     rule: &LevelRule,
+    guess: f32,
 ) -> Vec<Needed> {
     let levels = land.store.levels();
     let mut needed = Vec::new();
@@ -120,28 +123,30 @@ pub(crate) fn needed<'a>(
     let mut wave = vec![(
         Needed { address: TileAddress { level: top, x: 0, y: 0 }, urgency: f32::MAX, factor: f32::MAX },
         land.store.range_m(),
+        0.0,
     )];
     while !wave.is_empty() {
-        needed.extend(wave.iter().map(|(tile, _)| *tile));
+        needed.extend(wave.iter().map(|(tile, ..)| *tile));
         let mut next = Vec::new();
         // Only neighbours that are needed themselves count: the statistics of others appear and disappear.
         let met: FxHashSet<TileAddress> = match is_measured {
             true => FxHashSet::default(),
-            false => wave.iter().map(|(tile, _)| tile.address).collect(),
+            false => wave.iter().map(|(tile, ..)| tile.address).collect(),
         };
         let known_and_met = |address| known(address).filter(|_| met.contains(&address));
-        for (tile, range_m) in wave {
+        for (tile, range_m, guessed_m) in wave {
             let statistics = known(tile.address);
             let range_m = statistics.map_or(range_m, |known| [known.min_m, known.max_m]);
             if statistics.is_some_and(|known| known.voids == Voids::All) {
                 continue;
             }
-            let error_m =
-                || statistics.map_or(0.0, |known| error_around_m(land.store, &known_and_met, tile.address, known));
-            let Some(below) = urgency_below(land, places, rule, tile.address, error_m, range_m) else { continue };
+            let error_m = statistics
+                .map_or(guessed_m, |known| error_around_m(land.store, &known_and_met, tile.address, known));
+            let below = urgency_below(land, places, rule, tile.address, || error_m, range_m);
+            let Some(below) = below else { continue };
             let (urgency, factor) = (below.urgency.min(tile.urgency), below.factor.min(tile.factor));
             let finer = children(levels, tile.address).filter(|child| land.store.has_tile(*child));
-            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m)));
+            next.extend(finer.map(|address| (Needed { address, urgency, factor }, range_m, guess * error_m)));
         }
         wave = next;
     }
@@ -199,7 +204,8 @@ fn flat_bounds(
     Bounds { low_m, high_m }
 }
 
-/// Returns whether the skyline hides a tile whose heights are known, from anywhere within the rule's margin.
+/// Returns whether nearer land hides a tile whose heights are known, from anywhere within the rule's margin, even if it
+/// looked higher by `slack`, in height per distance. `skyline` is layered.
 pub(crate) fn is_hidden(
     land: &Land<'_>,
     places: &mut TilePlaces,
@@ -207,9 +213,10 @@ pub(crate) fn is_hidden(
     tile: TileAddress,
     range_m: [f32; 2],
     skyline: &Skyline,
+    slack: f64,
 ) -> bool {
     let flat = flat_bounds(land, places, rule, tile, range_m);
-    rule.earth_curvature.bend_bounds(&flat).is_none_or(|bounds| skyline.hides(&bounds))
+    rule.earth_curvature.bend_bounds(&flat).is_none_or(|bounds| skyline.hides_behind(&bounds, slack))
 }
 
 /// How urgently the children of a tile are needed.

@@ -2,30 +2,39 @@
 //!
 //! A frame hands over where the camera will be and which tiles are on the GPU, and takes the last list that is ready.
 //! The list is some frames old, which does not matter for tiles that are needed in a second. Tiles that nearer land will
-//! hide are not in it.
+//! hide come last.
 //!
 //! Why: `docs/decisions/tile-streaming.md`.
 
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 
-use rustc_hash::FxHashSet;
+use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::atlas::Snapshot;
 use super::grid_projection::GridProjection;
-use super::needed::{HeightRanges, Land, LevelRule, TilePlaces, is_hidden, needed};
+use super::needed::{Land, LevelRule, Needed, TilePlaces, is_hidden, needed};
 use super::patch_tree::PatchTree;
 use super::patches::SnapshotPatches;
 use super::queues::in_order;
 use super::select::select_in;
 use super::selection::Viewpoint;
 use super::skyline::Skyline;
+use crate::pyramid::surface::statistics::TileStatistics;
 use crate::pyramid::{TileAddress, TileStore};
 
 /// The allowed error of the mesh for the skyline of a coming view, in pixels: coarser patches hide a little less.
 const SKYLINE_ERROR_PX: f64 = 2.0;
 /// The largest number of patches for such a skyline.
 const MAX_SKYLINE_PATCHES: usize = 8192;
+/// The error of a tile that was never loaded, as a fraction of its parent's: on most land, half the spacing has a bit more
+/// than half the error.
+const GUESS: f32 = 0.75;
+/// Hidden tiles that would be visible if they looked higher by this slope are foreseen before those that are hidden more
+/// deeply.
+const DEEP: f64 = 0.05;
+/// The number of tiles whose statistics the thread remembers.
+const MAX_SEEN: usize = 1 << 16;
 
 /// A coming view.
 #[derive(Clone)]
@@ -33,16 +42,30 @@ pub(crate) struct ComingView {
     pub rule: LevelRule,
     /// Lower bound of the distance to the surface, in metres.
     pub nearest_m: f64,
+    /// How much steeper slopes may look than from the foreseen place, in height per distance.
+    pub slack: f64,
+    /// The factor by which its pixels are wider than requested.
+    pub factor: f64,
 }
 
 /// The inputs from which the thread finds the tiles of the coming views.
 pub(crate) struct Outlook {
-    /// The coming views, those of the highest priority first.
+    /// The coming views, those of the highest priority first. The first is the near future.
     pub views: Vec<ComingView>,
     /// The tiles on the GPU.
     pub snapshot: Snapshot,
     /// The largest number of tiles to return.
     pub most: usize,
+}
+
+/// The tiles that will be needed soon.
+#[derive(Default)]
+pub(crate) struct Foreseen {
+    /// The tiles of the near future whose parents' errors are known, the most urgent first.
+    pub near: Vec<Needed>,
+    /// Others, in the order in which to load them: those of the near future whose need is guessed, those of later views, then those of the near future that nearer land
+    /// hides, which may appear when the camera does not move as expected.
+    pub later: Vec<TileAddress>,
 }
 
 /// The thread; dropping it ends it.
@@ -61,7 +84,7 @@ struct Shared {
 struct State {
     outlook: Option<Outlook>,
     is_busy: bool,
-    soon: Arc<Vec<TileAddress>>,
+    foreseen: Arc<Foreseen>,
     stop: bool,
 }
 
@@ -80,9 +103,9 @@ impl Shared {
                 continue;
             };
             drop(state);
-            let soon = tiles_of(store, grid_projection, &mut memory, &outlook);
+            let foreseen = foresee(store, grid_projection, &mut memory, &outlook);
             state = self.lock();
-            state.soon = Arc::new(soon);
+            state.foreseen = Arc::new(foreseen);
             state.is_busy = state.outlook.is_some();
         }
     }
@@ -93,34 +116,49 @@ impl Shared {
 struct Memory {
     places: TilePlaces,
     tree: PatchTree,
-    ranges: HeightRanges,
+    /// The statistics of all tiles that were on the GPU.
+    seen: FxHashMap<TileAddress, TileStatistics>,
 }
 
-/// Returns the tiles of all coming views that nearer land will not hide, each once, in the order in which to load them.
-fn tiles_of(
+/// Returns the tiles of all coming views, each once.
+fn foresee(
     store: &dyn TileStore,
     grid_projection: &GridProjection,
     memory: &mut Memory,
     outlook: &Outlook,
-) -> Vec<TileAddress> {
-    let Memory { places, tree, ranges } = memory;
-    outlook.snapshot.tiles.iter().for_each(|(tile, (facts, _))| ranges.note(*tile, &facts.statistics));
-    let land = Land { store, grid_projection };
-    let known = |address| outlook.snapshot.tiles.get(&address).map(|(facts, _)| &facts.statistics);
-    let mut met = FxHashSet::default();
-    let mut soon = Vec::new();
-    for view in &outlook.views {
-        let mut tiles = needed(&land, places, known, &view.rule);
-        if let Some(skyline) = skyline_of(&land, tree, &outlook.snapshot, view) {
-            tiles.retain(|tile| {
-                let is_hidden = |range_m| is_hidden(&land, places, &view.rule, tile.address, range_m, &skyline);
-                !ranges.get(tile.address).is_some_and(is_hidden)
-            });
-        }
-        soon.extend(in_order(tiles).into_iter().map(|tile| tile.address).filter(|address| met.insert(*address)));
+) -> Foreseen {
+    let Memory { places, tree, seen } = memory;
+    if seen.len() > MAX_SEEN {
+        seen.clear();
     }
-    soon.truncate(outlook.most);
-    soon
+    seen.extend(outlook.snapshot.tiles.iter().map(|(tile, (facts, _))| (*tile, facts.statistics)));
+    let land = Land { store, grid_projection };
+    let mut met = FxHashSet::default();
+    let (mut near, mut later, [mut hidden, mut deep]) = (Vec::new(), Vec::new(), [const { Vec::new() }; 2]);
+    for (i, view) in outlook.views.iter().enumerate() {
+        let mut tiles = needed(&land, places, |address| seen.get(&address), &view.rule, GUESS);
+        tiles.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * view.factor).min(1e30) as f32);
+        let skyline = skyline_of(&land, tree, &outlook.snapshot, view);
+        let mut is_hidden = |tile: &Needed, slack: f64| {
+            let (Some(skyline), Some(known)) = (&skyline, seen.get(&tile.address)) else { return false };
+            is_hidden(&land, places, &view.rule, tile.address, [known.min_m, known.max_m], skyline, slack)
+        };
+        for tile in in_order(tiles) {
+            if !is_hidden(&tile, view.slack) {
+                let TileAddress { level, x, y } = tile.address;
+                let is_certain = || seen.contains_key(&TileAddress { level: level + 1, x: x / 2, y: y / 2 });
+                if met.insert(tile.address) {
+                    if i == 0 && is_certain() { near.push(tile) } else { later.push(tile.address) }
+                }
+            } else if i == 0 {
+                if is_hidden(&tile, DEEP) { &mut deep } else { &mut hidden }.push(tile.address);
+            }
+        }
+    }
+    near.truncate(outlook.most);
+    later.extend(hidden.into_iter().chain(deep).filter(|address| met.insert(*address)));
+    later.truncate(outlook.most);
+    Foreseen { near, later }
 }
 
 /// Returns the skyline of a coming view, as far as its tiles are known; `None` if it has too many patches.
@@ -137,7 +175,7 @@ fn skyline_of(land: &Land<'_>, tree: &mut PatchTree, snapshot: &Snapshot, view: 
     };
     let patches = SnapshotPatches { store: land.store, snapshot };
     let anchor = land.grid_projection.anchor(rule.camera_m.truncate());
-    let selected = select_in(tree, &patches, land.grid_projection, anchor, &viewpoint, MAX_SKYLINE_PATCHES);
+    let selected = select_in(tree, &patches, land.grid_projection, anchor, &viewpoint, MAX_SKYLINE_PATCHES, true);
     selected.map(|(_, skyline)| skyline)
 }
 
@@ -166,14 +204,14 @@ impl Prefetcher {
         self.shared.wake.notify_all();
     }
 
-    /// Returns the last list of tiles.
-    pub(crate) fn soon(&self) -> Arc<Vec<TileAddress>> {
-        Arc::clone(&self.shared.lock().soon)
+    /// Returns the tiles of the last outlook.
+    pub(crate) fn foreseen(&self) -> Arc<Foreseen> {
+        Arc::clone(&self.shared.lock().foreseen)
     }
 
     /// Empties the list, after a jump of the camera.
     pub(crate) fn forget(&self) {
-        self.shared.lock().soon = Arc::default();
+        self.shared.lock().foreseen = Arc::default();
     }
 }
 

@@ -27,7 +27,7 @@ use super::grid_projection::GridProjection;
 use super::loader::Loader;
 use super::memory_error::MemoryError;
 use super::needed::{HeightRanges, LevelRule, Needed, TilePlaces};
-use super::prefetch::Prefetcher;
+use super::prefetch::{Foreseen, Prefetcher};
 use super::queues::{by_level, in_order, most_urgent};
 use super::residency_floor::ResidencyFloor;
 use super::skyline::Skyline;
@@ -40,8 +40,8 @@ const FIRST_PAUSE_S: f64 = 0.2;
 const LONGEST_PAUSE_S: f64 = 30.0;
 /// Number of failures after which a tile counts as unreadable. It is retried nevertheless.
 const MAX_TRIES: u32 = 3;
-/// The largest number of tiles that a frame uploads because they will be needed soon: 2 MB.
-const MAX_SOON_UPLOADS: usize = 8;
+/// The largest number of tiles that a frame uploads because they will be needed soon: 4 MiB.
+const MAX_SOON_UPLOADS: usize = 16;
 /// Urgency of tiles that only maps depend on: lower than that of all tiles that the surface needs.
 const MAP_URGENCY: f32 = 1e-3;
 
@@ -118,11 +118,15 @@ pub(crate) struct Residency {
     missing: Vec<Needed>,
     /// The tiles around needed ones that do not exist, because nothing finer is known there.
     absent: Vec<(TileAddress, bool)>,
-    /// The tiles that will probably be needed soon, and those of them that are not on the GPU, in the order in which to
-    /// load them.
-    soon: Arc<Vec<TileAddress>>,
+    /// The tiles that will probably be needed soon.
+    foreseen: Arc<Foreseen>,
+    /// Those of the near future that are not on the GPU, the most urgent first.
+    missing_near: Vec<TileAddress>,
+    /// The tiles that are missing for a smaller factor of the error, if there is room for them.
+    missing_finer: Vec<TileAddress>,
+    /// Other foreseen tiles that are not on the GPU, in the order in which to load them.
     missing_soon: Vec<TileAddress>,
-    /// The frame in which `soon` arrived.
+    /// The frame in which `foreseen` arrived.
     soon_since: u64,
     prefetcher: Option<Prefetcher>,
     turning: Turning,
@@ -139,6 +143,10 @@ pub(crate) struct Residency {
     /// Changes whenever `needed`, `map_neighbours`, or which of them are on the GPU changes.
     version: u64,
     hits: Hits,
+    #[cfg(test)]
+    pub diag: std::collections::BTreeMap<(&'static str, u32), u32>,
+    #[cfg(test)]
+    diag_seen: FxHashSet<(TileAddress, u64)>,
 }
 
 /// How often a tile was at hand when it was wanted, since the start.
@@ -172,7 +180,9 @@ impl Residency {
             found: None,
             missing: Vec::new(),
             absent: Vec::new(),
-            soon: Arc::default(),
+            foreseen: Arc::default(),
+            missing_near: Vec::new(),
+            missing_finer: Vec::new(),
             missing_soon: Vec::new(),
             soon_since: 0,
             prefetcher: None,
@@ -184,6 +194,10 @@ impl Residency {
             ranges: HeightRanges::default(),
             version: 0,
             hits: Hits::default(),
+            #[cfg(test)]
+            diag: Default::default(),
+            #[cfg(test)]
+            diag_seen: Default::default(),
             store,
         }
     }
@@ -249,6 +263,16 @@ impl Residency {
     /// Returns the memory of decoded tiles in bytes.
     pub(crate) fn cache_bytes(&self) -> u64 {
         self.cache.bytes()
+    }
+
+    #[cfg(test)]
+    pub(crate) fn near_len(&self) -> (usize, usize) {
+        (self.foreseen.near.iter().filter(|n| !self.needed_set.contains(&n.address)).count(), self.foreseen.later.len())
+    }
+
+    /// Returns whether tiles that land hides count as not needed, because memory is short.
+    pub(crate) fn drops_hidden(&self) -> bool {
+        self.drops_hidden
     }
 
     /// Sets the skyline of a frame, by which the next one knows the tiles that land hides.
@@ -335,6 +359,27 @@ impl Residency {
             let atlas = &self.atlas;
             let is_there = |tile: &Needed| (tile.address, atlas.get(tile.address).is_some());
             self.floor.update(by_level(self.needed.iter().map(is_there), self.absent.clone()), fade_step_s);
+        }
+        #[cfg(test)]
+        if streams {
+            for tile in urgent.iter().map(|tile| tile.address).filter(|tile| self.atlas.get(*tile).is_none()).collect::<Vec<_>>() {
+                if self.is_needed_now(grid_projection, &movement.rule, tile) && self.diag_seen.insert((tile, frame / 30)) {
+                    let is_near = self.foreseen.near.iter().any(|t| t.address == tile);
+                    let rank = self.foreseen.later.iter().position(|t| *t == tile);
+                    let parent = TileAddress { level: tile.level + 1, x: tile.x / 2, y: tile.y / 2 };
+                    let parent_age = self.atlas.get(parent).map(|p| now_s - p.arrived_s);
+                    let known = self.ranges.get(tile).is_some();
+                    let cause = match () {
+                        () if parent_age.is_none() => "parent missing",
+                        () if is_near => "near, not loaded",
+                        () if rank.is_some() => "later, not loaded",
+                        () if parent_age.is_some_and(|a| a < 0.3) => "parent new",
+                        () if known => "known (was hidden or evicted)",
+                        () => "unknown, not foreseen",
+                    };
+                    *self.diag.entry((cause, tile.level)).or_insert(0u32) += 1;
+                }
+            }
         }
         loaded.late = if streams {
             let coarser: Vec<TileAddress> = self.coarser_than_needed(&urgent, ends_in_view);
@@ -468,6 +513,14 @@ impl Residency {
         }
         // Tiles that are needed by now are in both lists.
         let met: FxHashSet<TileAddress> = urgent.iter().map(|tile| tile.address).collect();
+        self.missing_near.retain(|tile| atlas.want(*tile, frame).is_none());
+        for tile in self.missing_near.iter().copied().filter(|tile| !met.contains(tile)) {
+            if cache.get(tile, frame).is_some() {
+                offer.push(tile);
+            } else if may_request(&tile) {
+                request.push(tile);
+            }
+        }
         self.missing_soon.retain(|tile| atlas.get(*tile).is_none());
         for tile in self.missing_soon.iter().copied().filter(|tile| !met.contains(tile)) {
             if cache.get(tile, frame).is_some() {

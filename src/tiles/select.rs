@@ -30,12 +30,12 @@ pub fn select_within(
     viewpoint: &Viewpoint,
     max_patches: usize,
 ) -> Option<Selection> {
-    let selected = select_in(&mut PatchTree::default(), patches, grid_projection, anchor, viewpoint, max_patches);
+    let selected = select_in(&mut PatchTree::default(), patches, grid_projection, anchor, viewpoint, max_patches, false);
     selected.map(|(selection, _)| selection)
 }
 
 /// Selects like [`select_within`], with the quadtree of earlier selections from the same patches. Also returns the
-/// skyline of the selected patches.
+/// skyline of the selected patches, which is layered on request.
 pub(crate) fn select_in(
     tree: &mut PatchTree,
     patches: &dyn Patches,
@@ -43,8 +43,9 @@ pub(crate) fn select_in(
     anchor: DVec2,
     viewpoint: &Viewpoint,
     max_patches: usize,
+    is_layered: bool,
 ) -> Option<(Selection, Skyline)> {
-    let (mut walk, root) = Walk::new(tree, patches, grid_projection, viewpoint, max_patches);
+    let (mut walk, root) = Walk::new(tree, patches, grid_projection, viewpoint, max_patches, is_layered);
     walk.visit(root, ParentError::NONE);
     walk.limit_steps();
     (!walk.has_exceeded_limit()).then(|| walk.finish(anchor))

@@ -21,10 +21,18 @@ const MAX_DIRECTIONS: usize = 8192;
 /// A part of a patch has to be wider than this many directions to fill any of them from side to side.
 const WIDE_ENOUGH: f64 = 2.5;
 
+/// The nearest of the distances by which a skyline is layered, in metres, and their number: the last is 370 km, beyond
+/// which the earth's curvature hides land.
+const FIRST_LAYER_M: f64 = 64.0;
+const LAYERS: usize = 26;
+
 /// The skyline around the camera, over all land added so far.
 #[derive(Clone)]
 pub(crate) struct Skyline {
     slopes: Vec<f32>,
+    /// The skylines of the land within some distances, nearest first, each half an octave farther than the one before:
+    /// all directions of the first, then all of the second. Empty unless the skyline is layered.
+    layers: Vec<f32>,
 }
 
 /// A corner of land, relative to the camera.
@@ -90,6 +98,11 @@ impl AngularExtent {
         Some(Self { first: middle + least, width: most - least, near_m, far_m })
     }
 
+    /// Returns the steepest slope at which land of the box up to the height `top_m` can be seen.
+    fn slope_of_top(&self, top_m: f64) -> f32 {
+        (top_m / if top_m > 0.0 { self.near_m } else { self.far_m }) as f32
+    }
+
     /// Returns the directions that the box touches, or with `is_filled` those that it fills, as up to two ranges of
     /// indices into a skyline of `count` directions.
     fn steps(&self, count: usize, is_filled: bool) -> [Range<usize>; 2] {
@@ -108,11 +121,23 @@ impl AngularExtent {
 }
 
 impl Skyline {
-    /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian.
-    pub(crate) fn new(focal_px: f64) -> Self {
+    /// Creates a skyline that blocks nothing; `focal_px` is in pixels per radian. A layered one knows the distances of its
+    /// land.
+    pub(crate) fn new(focal_px: f64, is_layered: bool) -> Self {
         // The cast saturates.
         let directions = ((TAU * focal_px) as usize).clamp(MIN_DIRECTIONS, MAX_DIRECTIONS);
-        Self { slopes: vec![f32::NEG_INFINITY; directions] }
+        let layers = if is_layered { directions * LAYERS } else { 0 };
+        Self { slopes: vec![f32::NEG_INFINITY; directions], layers: vec![f32::NEG_INFINITY; layers] }
+    }
+
+    /// Completes the layers, after all land has been added: each contains the nearer ones.
+    pub(crate) fn finish(&mut self) {
+        let count = self.slopes.len();
+        for from in (count..self.layers.len()).step_by(count) {
+            let (nearer, rest) = self.layers.split_at_mut(from);
+            let nearer = &nearer[from - count..];
+            rest[..count].iter_mut().zip(nearer).for_each(|(slope, nearer)| *slope = slope.max(*nearer));
+        }
     }
 
     /// Returns the number of parts into which a patch in a box is best divided along its sides: 1, 2 or 4.
@@ -122,19 +147,27 @@ impl Skyline {
         [4, 2].into_iter().find(|parts| width >= WIDE_ENOUGH * *parts as f64).unwrap_or(1)
     }
 
-    /// Returns whether a box (camera-relative) is hidden by the land added so far.
+    /// Returns whether a box (camera-relative) is hidden by the land added so far, which must be nearer.
     pub(crate) fn hides(&self, bounds: &Bounds) -> bool {
         self.blocks(bounds, bounds.high_m.z)
     }
 
     /// Returns whether land in a box (camera-relative) up to the height `top_m` is below the skyline in all directions.
     pub(crate) fn blocks(&self, bounds: &Bounds, top_m: f64) -> bool {
-        let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
-        let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)].map(Corner::at);
-        let Some(seen) = AngularExtent::of(bounds, &corners) else { return false };
-        let slope = (top_m / if top_m > 0.0 { seen.near_m } else { seen.far_m }) as f32;
-        let steps = seen.steps(self.slopes.len(), false);
-        steps.into_iter().all(|range| self.slopes[range].iter().all(|blocked| *blocked > slope))
+        seen_from_all_corners(bounds).is_some_and(|seen| is_below(&self.slopes, &seen, seen.slope_of_top(top_m)))
+    }
+
+    /// Returns whether a box (camera-relative) is hidden by nearer land, even if it looked higher by `slack`, in height
+    /// per distance. Other land may be farther. The skyline must be layered and finished.
+    pub(crate) fn hides_behind(&self, bounds: &Bounds, slack: f64) -> bool {
+        let Some(seen) = seen_from_all_corners(bounds) else { return false };
+        let nearer = (2.0 * (seen.near_m / FIRST_LAYER_M).log2()).floor();
+        if nearer < 0.0 || self.layers.is_empty() {
+            return false;
+        }
+        let from = (nearer as usize).min(LAYERS - 1) * self.slopes.len();
+        let layer = &self.layers[from..from + self.slopes.len()];
+        is_below(layer, &seen, seen.slope_of_top(bounds.high_m.z) + slack as f32)
     }
 
     /// Adds land without holes: `corners` are its corners in the plane, `bounds` is its box, and all of it is at least
@@ -142,10 +175,30 @@ impl Skyline {
     pub(crate) fn add(&mut self, bounds: &Bounds, corners: &[Corner; 4], land_m: f64) {
         let Some(seen) = AngularExtent::of(bounds, corners) else { return };
         let slope = (land_m / if land_m > 0.0 { seen.far_m } else { seen.near_m }) as f32;
-        for range in seen.steps(self.slopes.len(), true) {
+        let count = self.slopes.len();
+        let layer = (2.0 * (seen.far_m / FIRST_LAYER_M).log2()).ceil().max(0.0) as usize;
+        let layer = (layer < LAYERS && !self.layers.is_empty()).then_some(layer * count);
+        for range in seen.steps(count, true) {
+            if let Some(from) = layer {
+                let of_layer = &mut self.layers[from + range.start..from + range.end];
+                of_layer.iter_mut().for_each(|blocked| *blocked = blocked.max(slope));
+            }
             self.slopes[range].iter_mut().for_each(|blocked| *blocked = blocked.max(slope));
         }
     }
+}
+
+/// Returns the extent of a whole box, or `None` for a box around the camera.
+fn seen_from_all_corners(bounds: &Bounds) -> Option<AngularExtent> {
+    let (low, high) = (bounds.low_m.truncate(), bounds.high_m.truncate());
+    let corners = [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)].map(Corner::at);
+    AngularExtent::of(bounds, &corners)
+}
+
+/// Returns whether a slope is below a skyline in all directions that an extent touches.
+fn is_below(slopes: &[f32], seen: &AngularExtent, slope: f32) -> bool {
+    let steps = seen.steps(slopes.len(), false);
+    steps.into_iter().all(|range| slopes[range].iter().all(|blocked| *blocked > slope))
 }
 
 #[cfg(test)]
@@ -166,7 +219,7 @@ mod tests {
 
     #[test]
     fn a_ridge_hides_what_is_low_behind_it_and_nothing_else() {
-        let mut horizon = Skyline::new(200.0);
+        let mut horizon = Skyline::new(200.0, true);
         let behind = slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, 250.0);
         assert!(!horizon.hides(&behind));
         // A ridge of at least 100 m, 900 to 1000 m away, blocks the view up to a slope of 0.1, less at its ends.
@@ -181,6 +234,26 @@ mod tests {
     }
 
     #[test]
+    fn a_finished_skyline_hides_what_is_behind_its_land_and_nothing_in_front_of_it() {
+        let mut horizon = Skyline::new(200.0, true);
+        add(&mut horizon, &slab([-500.0, 900.0], [500.0, 1000.0], 100.0, 150.0));
+        // A mountain behind the ridge.
+        add(&mut horizon, &slab([-9000.0, 9000.0], [9000.0, 9900.0], 3000.0, 3500.0));
+        horizon.finish();
+        let meadow = slab([-100.0, 500.0], [100.0, 600.0], -50.0, 20.0);
+        assert!(!horizon.hides_behind(&meadow, 0.0), "it is in front of the ridge");
+        // The planted error: without distances, the ridge and the mountain behind it hide the meadow.
+        assert!(horizon.hides(&meadow));
+        let valley = |high_m| slab([-100.0, 3000.0], [100.0, 3200.0], -50.0, high_m);
+        assert!(horizon.hides_behind(&valley(250.0), 0.0), "it is behind the ridge");
+        assert!(!horizon.hides_behind(&valley(250.0), 0.02), "a little higher, it looks over the ridge");
+        assert!(!horizon.hides_behind(&valley(350.0), 0.0), "it looks over the ridge, and the mountain is behind it");
+        assert!(horizon.hides_behind(&slab([-100.0, 20_000.0], [100.0, 20_200.0], -50.0, 4000.0), 0.0), "the mountain");
+        assert!(!horizon.hides_behind(&slab([-100.0, 930.0], [100.0, 990.0], -50.0, 20.0), 0.0), "it is on the ridge");
+        assert!(!Skyline::new(200.0, false).hides_behind(&meadow, 0.0), "without layers, nothing is hidden");
+    }
+
+    #[test]
     fn directions_are_in_the_order_of_angles() {
         let angles = (0..4000).map(|i| f64::from(i) * TAU / 4000.0);
         let directions: Vec<f64> = angles.map(|angle_rad| direction(DVec2::from_angle(angle_rad) * 7.0)).collect();
@@ -192,7 +265,7 @@ mod tests {
 
     #[test]
     fn land_below_the_camera_hides_only_what_is_lower() {
-        let mut horizon = Skyline::new(200.0);
+        let mut horizon = Skyline::new(200.0, true);
         let near = slab([-100.0, 100.0], [100.0, 200.0], -30.0, -20.0);
         add(&mut horizon, &near);
         // Slopes up to -0.3 are blocked.

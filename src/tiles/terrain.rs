@@ -254,6 +254,16 @@ impl Terrain {
         self.clock = Clock::Simulated(now_s);
     }
 
+    #[cfg(test)]
+    pub(crate) fn diag_clear(&mut self) {
+        self.residency.diag.clear();
+    }
+
+    #[cfg(test)]
+    pub(crate) fn diag(&self) -> String {
+        format!("near {} later {} needed {} of {} slots; {:?}", self.residency.near_len().0, self.residency.near_len().1, self.residency.needed.len(), self.residency.atlas.slots(), self.residency.diag)
+    }
+
     /// Returns whether another thread is looking for tiles that will be needed soon.
     #[cfg(test)]
     pub(crate) fn looks_ahead(&self) -> bool {

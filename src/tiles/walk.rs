@@ -96,13 +96,14 @@ struct VisiblePatch {
 
 impl<'a> Walk<'a> {
     /// Creates a walk that has selected nothing, with the root of the quadtree. It ends early if it would select more
-    /// than `max_patches`.
+    /// than `max_patches`. A layered skyline tells what is behind its land.
     pub(super) fn new(
         tree: &'a mut PatchTree,
         patches: &'a dyn Patches,
         grid_projection: &'a GridProjection,
         viewpoint: &'a Viewpoint,
         max_patches: usize,
+        is_layered: bool,
     ) -> (Self, NodeId) {
         let root = tree.begin(patches.strides() as i32 - 1);
         let walk = Self {
@@ -114,7 +115,7 @@ impl<'a> Walk<'a> {
             finest_level: -units_log2(patches.size()),
             leaves: Vec::new(),
             removed: 0,
-            skyline: Skyline::new(viewpoint.focal_px),
+            skyline: Skyline::new(viewpoint.focal_px, is_layered),
             spacing_m: grid_projection.spacing_m(),
             max_patches,
             visits: 0,
@@ -414,6 +415,7 @@ impl<'a> Walk<'a> {
             selection.leaves.push(leaf.key);
             selection.distances_m.push([leaf.distance_m, leaf.farthest_m]);
         }
+        self.skyline.finish();
         (selection, self.skyline)
     }
 

@@ -20,8 +20,11 @@ use crate::tiles::needed::{Land, LevelRule, Needed, is_hidden, is_needed, needed
 use crate::tiles::prefetch::{ComingView, Outlook, Prefetcher};
 use crate::tiles::queues::in_order;
 
-/// How far ahead tiles are requested, in seconds; the second value has lower priority.
-const AHEAD_S: [f64; 2] = [1.0, 3.0];
+/// How far ahead tiles are requested, in seconds; the nearer future has the higher priority.
+const AHEAD_S: [f64; 4] = [0.35, 0.8, 1.5, 3.0];
+/// How much steeper slopes may look than from the foreseen place, per second ahead, because no camera keeps its velocity:
+/// height per distance, per second.
+const SLACK_PER_S: f64 = 0.03;
 /// How much wider than the view the views ahead are, in radians, because no camera keeps its velocity.
 const AHEAD_RAD: f64 = 0.05;
 /// How far outside of the view tiles are requested, in radians.
@@ -42,7 +45,7 @@ const HIDDEN_S: f64 = 0.25;
 const LOOK_S: f64 = 0.1;
 /// The fraction of the slots left over that tiles for the near future are loaded into. Those that are there may fill
 /// all of them: a tile whose rank varies a little is not loaded and evicted in turn.
-const LOADED_SOON: f64 = 0.7;
+const LOADED_SOON: f64 = 0.85;
 /// The fraction of the slots that tiles for maps may take from those of the surface.
 const MAX_OF_MAPS: f64 = 0.5;
 
@@ -162,7 +165,7 @@ impl Residency {
         let rule = LevelRule { focal_px: rule.focal_px / least, ..rule.clone() };
         let land = Land { store: &*self.store, grid_projection };
         let known = |address| self.atlas.get(address).map(|resident| resident.statistics());
-        let mut all = needed(&land, &mut self.places, known, &rule);
+        let mut all = needed(&land, &mut self.places, known, &rule, 0.0);
         if streams && !self.fits_all {
             all.iter_mut().for_each(|tile| tile.factor = (f64::from(tile.factor) * least).min(1e30) as f32);
             let slots = self.atlas.slots() as usize;
@@ -176,11 +179,25 @@ impl Residency {
             if self.drops_hidden {
                 self.drop_hidden(grid_projection, movement, &rule, &mut all);
             }
-            self.memory.advance(&all, room, step_s);
-            let factor = self.memory.factor();
-            all.retain(|tile| f64::from(tile.factor) > factor);
+            self.fit_into(&mut all, room, step_s);
         }
         all
+    }
+
+    /// Chooses the factor by which the surface is coarser, for `all` tiles that are needed at the smallest that may be
+    /// chosen, and removes those that are not needed at the chosen one. The tiles of the near future count, too. The
+    /// factor shrinks only to what is on the GPU.
+    fn fit_into(&mut self, all: &mut Vec<Needed>, room: usize, step_s: Option<f64>) {
+        let now: FxHashSet<TileAddress> = all.iter().map(|tile| tile.address).collect();
+        let near = self.foreseen.near.iter().filter(|tile| step_s.is_some() && !now.contains(&tile.address));
+        let factors = all.iter().chain(near).map(|tile| tile.factor).collect();
+        let (before, atlas) = (self.memory.factor(), &self.atlas);
+        let finer = |tile: &&Needed| f64::from(tile.factor) <= before;
+        let missing = || all.iter().filter(finer).filter(|tile| atlas.get(tile.address).is_none());
+        let has_room = self.memory.advance(factors, room, step_s, |_| missing().next().is_none());
+        self.missing_finer = if has_room { missing().map(|tile| tile.address).collect() } else { Vec::new() };
+        let factor = self.memory.factor();
+        all.retain(|tile| f64::from(tile.factor) > factor);
     }
 
     /// Removes the tiles that nearer land hides, now and in a moment, and that memory is too short for. Tiles whose heights
@@ -203,7 +220,7 @@ impl Residency {
             let parent = TileAddress { level: address.level + 1, x: address.x / 2, y: address.y / 2 };
             let is_hidden = hidden.contains(&parent)
                 || (self.ranges.get(address))
-                    .is_some_and(|range_m| is_hidden(&land, &mut self.places, &rule, address, range_m, skyline));
+                    .is_some_and(|range_m| is_hidden(&land, &mut self.places, &rule, address, range_m, skyline, 0.0));
             if is_hidden {
                 hidden.insert(address);
             }
@@ -230,7 +247,7 @@ impl Residency {
         // The tile's own range is known if it has been there before; its parent's contains it.
         let range_m = self.ranges.get(tile).unwrap_or([of_parent.min_m, of_parent.max_m]);
         let skyline = self.skyline.as_ref().filter(|_| self.drops_hidden);
-        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.places, &rule, tile, range_m, skyline))
+        !skyline.is_some_and(|skyline| is_hidden(&land, &mut self.places, &rule, tile, range_m, skyline, 0.0))
     }
 
     /// Finds the tiles that the maps of needed tiles depend on, as far as there are slots.
@@ -288,16 +305,23 @@ impl Residency {
             prefetcher.forget();
             self.looked_s = f64::NEG_INFINITY;
         }
-        let soon = prefetcher.soon();
-        if !std::sync::Arc::ptr_eq(&soon, &self.soon) {
-            self.soon = soon;
+        let foreseen = prefetcher.foreseen();
+        if !std::sync::Arc::ptr_eq(&foreseen, &self.foreseen) {
+            self.foreseen = foreseen;
             self.soon_since = frame;
         }
+        let foreseen = std::sync::Arc::clone(&self.foreseen);
         let room = (self.atlas.slots() as usize).saturating_sub(self.needed.len() + self.map_neighbours.len());
+        // The tiles of the near future have slots like those that are needed.
+        let factor = self.memory.factor();
+        let is_near = |tile: &&Needed| f64::from(tile.factor) > factor && !self.needed_set.contains(&tile.address);
+        let near: Vec<TileAddress> = foreseen.near.iter().filter(is_near).take(room).map(|tile| tile.address).collect();
+        self.missing_near = near.iter().copied().filter(|tile| self.atlas.want(*tile, frame).is_none()).collect();
+        let room = room - near.len();
         let most_loads = (room as f64 * LOADED_SOON) as usize;
         self.missing_soon.clear();
-        let others = self.soon.iter().filter(|tile| !self.needed_set.contains(tile)).take(room);
-        for (rank, tile) in others.enumerate() {
+        let others = self.missing_finer.iter().chain(&foreseen.later).filter(|tile| !self.needed_set.contains(tile));
+        for (rank, tile) in others.take(room).enumerate() {
             if !self.atlas.want_soon(*tile, frame) && rank < most_loads {
                 self.missing_soon.push(*tile);
             }
@@ -315,8 +339,9 @@ impl Residency {
     fn coming_views(&self, grid_projection: &GridProjection, movement: &Movement) -> Vec<ComingView> {
         let ground = self.ground(grid_projection.grid_from_world(movement.rule.camera_m.truncate()));
         let nearest_m = ground.map_or(0.0, |ground| 0.5 * (movement.rule.camera_m.z - ground.height_m).abs()).max(0.02);
-        let focal_px = movement.rule.focal_px / self.memory.factor();
-        let margin_m = movement.velocity_m_s.length() * HIDDEN_S;
+        let factor = self.memory.after(AHEAD_S[0]);
+        let focal_px = movement.rule.focal_px / factor;
+        let margin_m = movement.velocity_m_s.length() * MARGIN_S;
         let rule = LevelRule { focal_px, margin_m, ..movement.rule.clone() };
         let mut views = Vec::new();
         let is_moving = movement.velocity_m_s != DVec3::ZERO || self.turning.is_turning();
@@ -330,10 +355,10 @@ impl Residency {
             let turn = self.turning.after(ahead_s);
             let frusta = rule.frusta.iter().map(|view| view.turned(turn).widened(AHEAD_RAD)).collect();
             let rule = LevelRule { camera_m, frusta, earth_curvature, ..rule.clone() };
-            views.push(ComingView { rule, nearest_m });
+            views.push(ComingView { rule, nearest_m, slack: SLACK_PER_S * ahead_s, factor });
         }
         let wider = rule.frusta.iter().map(|view| view.widened(ASIDE_RAD)).collect();
-        views.push(ComingView { rule: LevelRule { frusta: wider, ..rule }, nearest_m });
+        views.push(ComingView { rule: LevelRule { frusta: wider, ..rule }, nearest_m, slack: 0.0, factor });
         views
     }
 }
